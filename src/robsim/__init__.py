@@ -1,0 +1,1 @@
+"""RobSim: model, simulate and see robots that are guided by cameras."""

@@ -1,0 +1,136 @@
+"""The camera: points into camera axes, perspective, radial-tangential distortion, visibility.
+
+Camera axes: x to the right (columns), y down (rows), z along the optical axis. `lens` holds
+(k1, k2, p1, p2, k3, k4, k5, k6), the order of OpenCV; all zero is a pinhole.
+"""
+
+import numpy as np
+
+from robsim.kernels.jit import kernel
+
+NEAR = 1e-9  # metres; a point with less depth is behind the camera
+IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
+
+
+@kernel
+def into_camera(T_w_c, T_w_o, points, X):
+    """X[n, 3, b] = points (n, 3) of the object, in camera axes: R_c' (R_o p + t_o - t_c)."""
+    d = np.empty((3, X.shape[2]))
+    for n in range(points.shape[0]):
+        for r in range(3):
+            for b in range(X.shape[2]):
+                d[r, b] = (
+                    T_w_o[r, 0, b] * points[n, 0]
+                    + T_w_o[r, 1, b] * points[n, 1]
+                    + T_w_o[r, 2, b] * points[n, 2]
+                ) + (T_w_o[r, 3, b] - T_w_c[r, 3, b])
+        for r in range(3):
+            for b in range(X.shape[2]):
+                X[n, r, b] = (
+                    T_w_c[0, r, b] * d[0, b] + T_w_c[1, r, b] * d[1, b] + T_w_c[2, r, b] * d[2, b]
+                )
+
+
+@kernel
+def distort(x, y, lens):
+    """Where the lens puts the normalised point (x, y): Brown's model with a rational radius.
+
+    x' = x f + 2 p1 x y + p2 (r2 + 2 x2), y' = y f + p1 (r2 + 2 y2) + 2 p2 x y, with
+    f = (1 + k1 r2 + k2 r4 + k3 r6) / (1 + k4 r2 + k5 r4 + k6 r6).
+    """
+    k1, k2, p1, p2, k3, k4, k5, k6 = lens
+    r2 = x * x + y * y
+    f = (1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1.0 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+    return (
+        x * f + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+        y * f + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+    )
+
+
+@kernel
+def distort_jacobian(x, y, lens):
+    """(dx'/dx, dx'/dy, dy'/dy) of `distort`; dy'/dx equals dx'/dy."""
+    k1, k2, p1, p2, k3, k4, k5, k6 = lens
+    r2 = x * x + y * y
+    over, under = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3)), 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6))
+    f = over / under
+    df = (
+        (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3)) - f * (k4 + r2 * (2.0 * k5 + 3.0 * r2 * k6))
+    ) / under
+    return (
+        f + 2.0 * x * x * df + 2.0 * p1 * y + 6.0 * p2 * x,
+        2.0 * x * y * df + 2.0 * p1 * x + 2.0 * p2 * y,
+        f + 2.0 * y * y * df + 6.0 * p1 * y + 2.0 * p2 * x,
+    )
+
+
+@kernel
+def undistort(u, v, lens):
+    """The point that the lens puts at (u, v), by Newton's method; NaN where there is none."""
+    x, y = u, v
+    for _ in range(50):
+        du, dv = distort(x, y, lens)
+        xx, xy, yy = distort_jacobian(x, y, lens)
+        du, dv, det = du - u, dv - v, xx * yy - xy * xy
+        dx, dy = (yy * du - xy * dv) / det, (xx * dv - xy * du) / det
+        x, y = x - dx, y - dy
+        if abs(dx) + abs(dy) <= 1e-15 * (1.0 + abs(x) + abs(y)):
+            return x, y
+    du, dv = distort(x, y, lens)  # rounding can keep the last step above the threshold
+    good = abs(du - u) + abs(dv - v) <= 1e-13 * (1.0 + abs(u) + abs(v))
+    return (x, y) if good else (np.nan, np.nan)
+
+
+@kernel
+def pinhole(x, y, K):
+    """Pixel (column, row) of a normalised image point."""
+    return K[0, 0] * x + K[0, 1] * y + K[0, 2], K[1, 1] * y + K[1, 2]
+
+
+@kernel
+def project(X, K, lens, pixels):
+    """pixels[n, 2, b] = (column, row) of points X[n, 3, b]; NaN behind the camera."""
+    k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
+    for n in range(X.shape[0]):
+        for b in range(X.shape[2]):
+            if X[n, 2, b] > NEAR:
+                x, y = distort(X[n, 0, b] / X[n, 2, b], X[n, 1, b] / X[n, 2, b], k)
+                pixels[n, 0, b], pixels[n, 1, b] = pinhole(x, y, K)
+            else:
+                pixels[n, 0, b], pixels[n, 1, b] = np.nan, np.nan
+
+
+@kernel
+def normalise(pixels, K, lens, x):
+    """x[n, 2, b] = normalised image points of pixels: `project` undone but for depth."""
+    k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
+    distorted = np.any(lens != 0.0)
+    for n in range(pixels.shape[0]):
+        for b in range(pixels.shape[2]):
+            y = (pixels[n, 1, b] - K[1, 2]) / K[1, 1]
+            x_ = (pixels[n, 0, b] - K[0, 2] - K[0, 1] * y) / K[0, 0]
+            if distorted:
+                x_, y = undistort(x_, y, k)
+            x[n, 0, b], x[n, 1, b] = x_, y
+
+
+@kernel
+def visibility(X, pixels, size, reach, status):
+    """status[n, b]: in the image, out of it, or behind the camera.
+
+    An image of w x h pixels covers [-0.5, w - 0.5) x [-0.5, h - 0.5). Beyond the radius `reach`
+    the lens polynomial folds back, and a point there is outside whatever its pixel.
+    """
+    for n in range(X.shape[0]):
+        for b in range(X.shape[2]):
+            Z, u, v = X[n, 2, b], pixels[n, 0, b], pixels[n, 1, b]
+            if not Z > NEAR:
+                status[n, b] = BEHIND_CAMERA
+            elif (
+                -0.5 <= u < size[0] - 0.5
+                and -0.5 <= v < size[1] - 0.5
+                and X[n, 0, b] ** 2 + X[n, 1, b] ** 2 <= (reach * Z) ** 2
+            ):
+                status[n, b] = IN_IMAGE
+            else:
+                status[n, b] = OUT_OF_IMAGE

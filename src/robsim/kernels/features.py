@@ -1,0 +1,35 @@
+"""Interaction matrices: sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes."""
+
+from robsim.kernels.camera import pinhole
+from robsim.kernels.jit import kernel
+
+
+@kernel
+def points_interaction(x, Z, L):
+    """L[2n, 6, b] of normalised image points x[n, 2, b] at depths Z[n, b]: eq. (14) with f = 1."""
+    for n in range(x.shape[0]):
+        i, j = 2 * n, 2 * n + 1
+        for b in range(x.shape[2]):
+            u, v, iz = x[n, 0, b], x[n, 1, b], 1.0 / Z[n, b]
+            L[i, 0, b], L[i, 1, b], L[i, 2, b] = -iz, 0.0, u * iz
+            L[i, 3, b], L[i, 4, b], L[i, 5, b] = u * v, -(1.0 + u * u), v
+            L[j, 0, b], L[j, 1, b], L[j, 2, b] = 0.0, -iz, v * iz
+            L[j, 3, b], L[j, 4, b], L[j, 5, b] = 1.0 + v * v, -u * v, -u
+
+
+@kernel
+def to_pixels(x, K, s):
+    """s[2n, b] = pixels (column, row) of normalised points x[n, 2, b], without distortion."""
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            s[2 * n, b], s[2 * n + 1, b] = pinhole(x[n, 0, b], x[n, 1, b], K)
+
+
+@kernel
+def to_pixel_rates(K, L):
+    """L of pixels from L of normalised points, in place: rows (column, row) of each point."""
+    for i in range(0, L.shape[0], 2):
+        for c in range(6):
+            for b in range(L.shape[2]):
+                L[i, c, b] = K[0, 0] * L[i, c, b] + K[0, 1] * L[i + 1, c, b]
+                L[i + 1, c, b] = K[1, 1] * L[i + 1, c, b]

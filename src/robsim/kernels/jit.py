@@ -1,0 +1,61 @@
+"""The one decorator that compiles a kernel, and where its machine code is kept.
+
+Numba's file cache does not notice an edit in a callee of another file, so the folder's name
+hashes every kernel source together with the versions that shape the code.
+"""
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import llvmlite
+import numba
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def _hash_of_sources() -> str:
+    digest = hashlib.sha256(f"numba {numba.__version__} llvmlite {llvmlite.__version__}".encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.name.encode() + source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _user_cache() -> Path:
+    """`ROBSIM_CACHE_DIR`, or the usual place for a user's cache files."""
+    if "ROBSIM_CACHE_DIR" in os.environ:
+        return Path(os.environ["ROBSIM_CACHE_DIR"])
+    fallback = "AppData/Local" if sys.platform == "win32" else ".cache"
+    root = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
+    return Path(root or Path("~").expanduser() / fallback) / "robsim"
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)
+
+
+KERNEL_HASH = _hash_of_sources()
+CACHE = _user_cache() / KERNEL_HASH
+_CACHED = _writable(CACHE)  # without a place to write, kernels compile anew in each process
+
+
+def is_cold() -> bool:
+    """Whether the kernels of this version have never been compiled on this machine."""
+    return not (_CACHED and any(CACHE.rglob("*.nbc")))
+
+
+def kernel(function: F) -> F:
+    """Compile for run-last float64 arrays: no GIL, IEEE division, no fast-math, cached on disk."""
+    usual, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(CACHE)
+    try:
+        compiled: F = numba.njit(nogil=True, error_model="numpy", cache=_CACHED)(function)
+    finally:
+        numba.config.CACHE_DIR = usual  # the user's own Numba functions keep their own cache
+    return compiled

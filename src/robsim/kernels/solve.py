@@ -1,0 +1,214 @@
+"""Least squares for many small systems at once: x = A^+ y, truncated or damped.
+
+The usual way is a QR factorisation by modified Gram-Schmidt, which keeps the run innermost. It
+yields R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) bounds the condition number from above: only
+a run whose bound exceeds 1/rcond goes through its singular values, where those below
+rcond * largest count as zero. Wide systems (more unknowns than equations) get the solution of
+least norm, through the QR of A'.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.jit import kernel
+
+
+@kernel
+def product(A, B, out):
+    """out[i, j, b] = A[i, k, b] B[k, j, b]."""
+    out[:] = 0.0
+    for i in range(A.shape[0]):
+        for j in range(B.shape[1]):
+            for k in range(A.shape[1]):
+                for b in range(A.shape[2]):
+                    out[i, j, b] += A[i, k, b] * B[k, j, b]
+
+
+@kernel
+def _upright(A, damping, Q):
+    """Q = A or A', whichever has at least as many rows as columns, over damping * identity."""
+    wide = A.shape[0] < A.shape[1]
+    p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
+    Q[p:] = 0.0
+    for j in range(n):
+        for i in range(p):
+            Q[i, j] = A[j, i] if wide else A[i, j]
+        if damping > 0.0:
+            Q[p + j, j] = damping
+
+
+@kernel
+def _gram_schmidt(Q, R):
+    """Q <- orthonormal columns, R[i, j, b] upper triangular with Q_before = Q R."""
+    rows, n, runs = Q.shape
+    R[:] = 0.0
+    for j in range(n):
+        for i in range(rows):
+            for b in range(runs):
+                R[j, j, b] += Q[i, j, b] * Q[i, j, b]
+        for b in range(runs):
+            R[j, j, b] = math.sqrt(R[j, j, b])
+        for i in range(rows):
+            for b in range(runs):
+                Q[i, j, b] /= R[j, j, b]
+        for k in range(j + 1, n):
+            for i in range(rows):
+                for b in range(runs):
+                    R[j, k, b] += Q[i, j, b] * Q[i, k, b]
+            for i in range(rows):
+                for b in range(runs):
+                    Q[i, k, b] -= Q[i, j, b] * R[j, k, b]
+
+
+@kernel
+def _invert_triangle(R, inverse):
+    """Inverse = R^-1 for upper triangular R, column by column."""
+    n, runs = R.shape[1], R.shape[2]
+    inverse[:] = 0.0
+    for j in range(n):
+        for b in range(runs):
+            inverse[j, j, b] = 1.0 / R[j, j, b]
+        for i in range(j - 1, -1, -1):
+            for k in range(i + 1, j + 1):
+                for b in range(runs):
+                    inverse[i, j, b] -= R[i, k, b] * inverse[k, j, b]
+            for b in range(runs):
+                inverse[i, j, b] *= inverse[i, i, b]
+
+
+@kernel
+def _condition_bound(R, inverse, bound):
+    """bound[b] = ||R||_F ||R^-1||_F >= the condition number."""
+    norm = np.zeros((2, R.shape[2]))
+    for i in range(R.shape[0]):
+        for j in range(i, R.shape[1]):
+            for b in range(R.shape[2]):
+                norm[0, b] += R[i, j, b] * R[i, j, b]
+                norm[1, b] += inverse[i, j, b] * inverse[i, j, b]
+    for b in range(R.shape[2]):
+        bound[b] = math.sqrt(norm[0, b]) * math.sqrt(norm[1, b])
+
+
+@kernel
+def _solve_tall(Q, inverse, y, x):
+    """X = R^-1 Q' y; y is projected step by step, which is what makes Gram-Schmidt stable."""
+    rest, z = np.zeros((Q.shape[0], y.shape[1])), np.zeros_like(x)
+    rest[: y.shape[0]] = y
+    for j in range(z.shape[0]):
+        for i in range(Q.shape[0]):
+            for b in range(y.shape[1]):
+                z[j, b] += Q[i, j, b] * rest[i, b]
+        for i in range(Q.shape[0]):
+            for b in range(y.shape[1]):
+                rest[i, b] -= Q[i, j, b] * z[j, b]
+    x[:] = 0.0
+    for i in range(x.shape[0]):
+        for j in range(i, x.shape[0]):
+            for b in range(x.shape[1]):
+                x[i, b] += inverse[i, j, b] * z[j, b]
+
+
+@kernel
+def _solve_wide(Q, inverse, y, x):
+    """X = Q R^-T y."""
+    z = np.zeros_like(y)
+    for j in range(y.shape[0]):
+        for i in range(j + 1):
+            for b in range(y.shape[1]):
+                z[j, b] += inverse[i, j, b] * y[i, b]
+    x[:] = 0.0
+    for i in range(x.shape[0]):
+        for j in range(y.shape[0]):
+            for b in range(y.shape[1]):
+                x[i, b] += Q[i, j, b] * z[j, b]
+
+
+@kernel
+def _orthogonalise(G, V):
+    """One-sided Jacobi: rotate the columns of G (and V) until they are orthogonal."""
+    n = G.shape[1]
+    for _ in range(60):
+        still = True
+        for p in range(n - 1):
+            for q in range(p + 1, n):
+                a, b, c = 0.0, 0.0, 0.0
+                for i in range(G.shape[0]):
+                    a += G[i, p] * G[i, p]
+                    b += G[i, q] * G[i, q]
+                    c += G[i, p] * G[i, q]
+                if abs(c) > 1e-15 * math.sqrt(a * b) and c != 0.0:
+                    still = False
+                    zeta = (b - a) / (2.0 * c)
+                    t = math.copysign(1.0, zeta) / (abs(zeta) + np.hypot(1.0, zeta))
+                    cosine = 1.0 / np.hypot(1.0, t)
+                    _rotate(G, p, q, cosine, cosine * t)
+                    _rotate(V, p, q, cosine, cosine * t)
+        if still:
+            return
+
+
+@kernel
+def _rotate(G, p, q, c, s):
+    for i in range(G.shape[0]):
+        x, y = G[i, p], G[i, q]
+        G[i, p], G[i, q] = c * x - s * y, s * x + c * y
+
+
+@kernel
+def singular_values(A, G, V, sigma):
+    """A = G V' or its transpose for one run (A[m, n]); the columns of G have lengths sigma."""
+    wide = A.shape[0] < A.shape[1]
+    for i in range(G.shape[0]):
+        for j in range(G.shape[1]):
+            G[i, j] = A[j, i] if wide else A[i, j]
+    V[:] = 0.0
+    for j in range(V.shape[0]):
+        V[j, j] = 1.0
+    _orthogonalise(G, V)
+    for j in range(G.shape[1]):
+        sigma[j] = math.sqrt(np.sum(G[:, j] ** 2))
+
+
+@kernel
+def _solve_truncated(A, y, rcond, x):
+    """X = A^+ y for one run by singular values; returns the rank."""
+    wide = A.shape[0] < A.shape[1]
+    p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
+    G, V, sigma = np.empty((p, n)), np.empty((n, n)), np.empty(n)
+    singular_values(A, G, V, sigma)
+    rank = 0
+    x[:] = 0.0
+    for k in range(n):
+        if sigma[k] > rcond * np.max(sigma):
+            rank += 1
+            left, right = (V[:, k], G[:, k]) if wide else (G[:, k], V[:, k])
+            x += right * (np.sum(left * y) / sigma[k] ** 2)
+    return rank
+
+
+@kernel
+def least_squares(A, y, damping, rcond, x, rank):
+    """x[n, b] = argmin ||A x - y||^2 + damping^2 ||x||^2 for A[m, n, b], y[m, b]; rank[b] of A.
+
+    With damping 0 singular values below rcond * largest are truncated. A damped rank is not
+    examined and reads as full.
+    """
+    p, n, runs = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1]), A.shape[2]
+    Q = np.empty((p + n if damping > 0.0 else p, n, runs))
+    R, inverse, bound = np.empty((n, n, runs)), np.empty((n, n, runs)), np.empty(runs)
+    _upright(A, damping, Q)
+    _gram_schmidt(Q, R)
+    _invert_triangle(R, inverse)
+    _condition_bound(R, inverse, bound)
+    if A.shape[0] < A.shape[1]:
+        _solve_wide(Q, inverse, y, x)
+    else:
+        _solve_tall(Q, inverse, y, x)
+    for b in range(runs):
+        rank[b] = n
+        if damping == 0.0 and not bound[b] * rcond < 1.0:
+            if np.all(np.isfinite(A[:, :, b])):
+                rank[b] = _solve_truncated(A[:, :, b], y[:, b], rcond, x[:, b])
+            else:
+                x[:, b] = np.nan
