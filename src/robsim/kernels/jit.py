@@ -9,12 +9,12 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import llvmlite
 import numba
 
-F = TypeVar("F", bound=Callable[..., object])
+config: Any = numba.config
 
 
 def _hash_of_sources() -> str:
@@ -51,11 +51,12 @@ def is_cold() -> bool:
     return not (_CACHED and any(CACHE.rglob("*.nbc")))
 
 
-def kernel(function: F) -> F:
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile for run-last float64 arrays: no GIL, IEEE division, no fast-math, cached on disk."""
-    usual, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(CACHE)
+    usual, config.CACHE_DIR = config.CACHE_DIR, str(CACHE)
+    compiled: Callable[..., Any]
     try:
-        compiled: F = numba.njit(nogil=True, error_model="numpy", cache=_CACHED)(function)
+        compiled = numba.njit(nogil=True, error_model="numpy", cache=_CACHED)(function)
     finally:
-        numba.config.CACHE_DIR = usual  # the user's own Numba functions keep their own cache
+        config.CACHE_DIR = usual  # the user's own Numba functions keep their own cache
     return compiled

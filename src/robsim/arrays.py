@@ -1,0 +1,57 @@
+"""The boundary between a user's run-first arrays and the kernels' run-last ones."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robsim.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
+    """A finite float64 copy whose last axes have `shape` (a word stands for any size).
+
+    InputError names `what` if it is not numeric, not finite, or of another shape.
+    """
+    wanted = "(..., " + ", ".join(map(str, shape)) + ")"
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what}: expected numbers of shape {wanted}, got {value!r:.80}") from None
+    tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
+    if tail is None or any(
+        isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
+    ):
+        raise InputError(f"{what}: expected shape {wanted}, got {array.shape}")
+    if not np.isfinite(array).all():
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InputError(f"{what}: {array[where]} at index {where}; every number must be finite")
+    return array
+
+
+def frozen(array: Array) -> Array:
+    """The same array, read-only."""
+    array.flags.writeable = False
+    return array
+
+
+def runs_last(array: Array, axes: int) -> Array:
+    """(..., a, b) with `axes` trailing axes -> contiguous (a, b, run)."""
+    flat = array.reshape(-1, *array.shape[array.ndim - axes :])
+    return np.ascontiguousarray(np.moveaxis(flat, 0, -1))
+
+
+def runs_first(array: Array, lead: tuple[int, ...] = (-1,)) -> Array:
+    """(a, b, run) -> contiguous (*lead, a, b)."""
+    first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
+    return first.reshape(*lead, *array.shape[:-1])
+
+
+def positive(value: Any, what: str) -> float:
+    """A finite number above zero, or an InputError that names `what`."""
+    number = numbers(value, what, ())
+    if number.ndim or not number > 0:
+        raise InputError(f"{what} must be a positive number, got {value!r}")
+    return float(number)

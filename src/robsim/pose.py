@@ -1,0 +1,259 @@
+"""Poses: where one frame stands in another."""
+
+from __future__ import annotations
+
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.errors import FrameError, InputError
+from robsim.kernels import se3, tree
+
+ROTATION_TOLERANCE = 1e-6
+
+
+class Pose:
+    """The pose of frame b in frame a, T_a_b: p_a = T_a_b @ p_b. One, or any batch of them.
+
+    `matrix` is (..., 4, 4), read-only. Frame names are optional; where both poses of a product
+    carry them they must meet: (a, b) @ (b, c).
+
+    >>> T_w_b = Pose.at(1, 0, 0, rpy=(0, 0, np.pi / 2), frames=("world", "base"))
+    >>> np.round(T_w_b @ [1, 0, 0], 12) + 0.0
+    array([1., 1., 0.])
+    >>> T_w_b @ Pose.at(0, 0, 0, frames=("tool", "cup"))
+    Traceback (most recent call last):
+    ...
+    robsim.errors.FrameError: cannot join world<-base with tool<-cup: 'base' does not meet 'tool'
+    """
+
+    __slots__ = ("frames", "matrix")
+    matrix: Array
+    frames: tuple[str, str] | None
+    __array_ufunc__ = None  # so that array @ Pose is left to us
+
+    def __init__(self, matrix: Any, frames: tuple[str, str] | None = None):
+        T = numbers(as_matrix(matrix), "pose", (4, 4))
+        _check_rigid(T)
+        _set(self, T, frames)
+
+    @classmethod
+    def at(
+        cls,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        *,
+        rpy: ArrayLike = (0.0, 0.0, 0.0),
+        rotvec: ArrayLike | None = None,
+        frames: tuple[str, str] | None = None,
+    ) -> Pose:
+        """Position in metres; roll, pitch, yaw in radians as in URDF, R = Rz(y) Ry(p) Rx(r).
+
+        Or a rotation vector theta u instead of `rpy`.
+
+        >>> Pose.at(0, 0, 1, rotvec=(0, 0, np.pi)).matrix[:3, 3]
+        array([0., 0., 1.])
+        """
+        if rotvec is not None:
+            rotation = cls.exp([0.0, 0.0, 0.0, *numbers(rotvec, "rotvec", (3,))]).matrix[:3, :3]
+        else:
+            r, p, y_ = numbers(rpy, "rpy", (3,))
+            rotation = axis_rotation("z", y_) @ axis_rotation("y", p) @ axis_rotation("x", r)
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = rotation, numbers((x, y, z), "position", (3,))
+        return _make(T, frames)
+
+    @classmethod
+    def exp(cls, twist: ArrayLike) -> Pose:
+        """The motion of a twist (..., 6) = (v, omega) held for one unit of time.
+
+        >>> Pose.exp([1, 0, 0, 0, 0, 0]).position
+        array([1., 0., 0.])
+        """
+        V = numbers(twist, "twist", (6,))
+        columns = runs_last(V, 1)
+        T = np.empty((3, 4, columns.shape[-1]))
+        se3.exp(columns, T)
+        return _make(homogeneous(T, V.shape[:-1]), None)
+
+    @classmethod
+    def from_quaternion(cls, position: ArrayLike, quaternion: ArrayLike) -> Pose:
+        """Position (..., 3) and unit quaternion (..., 4) = (x, y, z, w).
+
+        >>> Pose.from_quaternion([0, 0, 1], [0, 0, 0, 1]).position
+        array([0., 0., 1.])
+        """
+        p, c = numbers(position, "position", (3,)), numbers(quaternion, "quaternion", (4,))
+        if not np.allclose(np.linalg.norm(c, axis=-1), 1.0, rtol=0, atol=ROTATION_TOLERANCE):
+            raise InputError(f"quaternion (x, y, z, w) must have length 1, got {c.tolist()}")
+        lead = np.broadcast_shapes(p.shape[:-1], c.shape[:-1])
+        q = np.concatenate([np.broadcast_to(p, (*lead, 3)), np.broadcast_to(c, (*lead, 4))], -1)
+        columns = runs_last(q, 1)
+        T = np.zeros((3, 4, columns.shape[-1]))
+        T[[0, 1, 2], [0, 1, 2]] = 1.0
+        tree.fly(columns, T)
+        return _make(homogeneous(T, lead), None)
+
+    @property
+    def position(self) -> Array:
+        """(..., 3), metres."""
+        return self.matrix[..., :3, 3]
+
+    @property
+    def rotation(self) -> Array:
+        """(..., 3, 3)."""
+        return self.matrix[..., :3, :3]
+
+    @property
+    def quaternion(self) -> Array:
+        """(..., 4) = (x, y, z, w) with w >= 0."""
+        T = runs_last(self.matrix[..., :3, :], 2)
+        out = np.empty((4, T.shape[-1]))
+        se3.rotation_to_quaternion(T, out)
+        return runs_first(out, self.matrix.shape[:-2])
+
+    @property
+    def rotvec(self) -> Array:
+        """(..., 3) rotation vector theta u, theta in [0, pi]."""
+        quaternion = runs_last(self.quaternion, 1)
+        out = np.empty((3, quaternion.shape[-1]))
+        se3.rotation_vector(quaternion, out)
+        return runs_first(out, self.matrix.shape[:-2])
+
+    @property
+    def q(self) -> Array:
+        """(..., 7) coordinates of a floating joint: position, then quaternion (x, y, z, w)."""
+        return np.concatenate([self.position, self.quaternion], axis=-1)
+
+    def inv(self) -> Pose:
+        """T_b_a from T_a_b."""
+        R = np.swapaxes(self.rotation, -1, -2)
+        T = np.zeros_like(self.matrix)
+        T[..., :3, :3], T[..., 3, 3] = R, 1.0
+        T[..., :3, 3] = -(R @ self.position[..., None])[..., 0]
+        return _make(T, self.frames[::-1] if self.frames else None)
+
+    @overload
+    def __matmul__(self, other: Pose) -> Pose: ...
+    @overload
+    def __matmul__(self, other: Any) -> Any: ...
+    def __matmul__(self, other: Any) -> Any:
+        """T_a_b @ T_b_c is a Pose; T_a_b @ points (..., N, 3) or (3,) are points in a."""
+        if hasattr(other, "at") and not isinstance(other, Pose):
+            return other.at(self)  # a primitive, a robot, an object
+        if isinstance(other, Pose) or _is_pose_like(other):
+            right = as_pose(other)
+            return _make(self.matrix @ right.matrix, _join(self.frames, right.frames))
+        points = numbers(other, "points", (3,))
+        if points.ndim == 1:
+            return (self.rotation @ points) + self.position
+        return points @ np.swapaxes(self.rotation, -1, -2) + self.position[..., None, :]
+
+    def __getitem__(self, index: Any) -> Pose:
+        """One or some poses of a batch."""
+        if self.matrix.ndim == 2:
+            raise InputError("this is a single pose, not a batch: it has nothing to index")
+        return _make(np.array(self.matrix[index]), self.frames)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.array(self.matrix, dtype=dtype)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError("a Pose is a value: make a new one")
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Pose)
+            and self.frames == other.frames
+            and np.array_equal(self.matrix, other.matrix)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.matrix.tobytes(), self.frames))
+
+    def __repr__(self) -> str:
+        name = f" {self.frames[0]}<-{self.frames[1]}" if self.frames else ""
+        if self.matrix.ndim > 2:
+            return f"<Pose{name} batch {self.matrix.shape[:-2]}>"
+        p, w = np.round(self.position, 4) + 0.0, np.round(self.rotvec, 4) + 0.0
+        return f"<Pose{name} position {p.tolist()} rotvec {w.tolist()}>"
+
+
+def axis_rotation(axis: str, angle: float) -> Array:
+    """3 x 3 rotation about the x, y or z axis."""
+    c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
+    u, w = (i + 1) % 3, (i + 2) % 3
+    R = np.eye(3)
+    R[u, u], R[w, w], R[u, w], R[w, u] = c, c, -s, s
+    return R
+
+
+def as_pose(value: Any) -> Pose:
+    """A Pose from a Pose, a (..., 4, 4) array, a SciPy RigidTransform or a spatialmath SE3."""
+    return value if isinstance(value, Pose) else Pose(value)
+
+
+def as_matrix(value: Any) -> Any:
+    """The matrix behind whatever people call a pose."""
+    if isinstance(value, Pose):
+        return value.matrix
+    if hasattr(value, "as_matrix"):  # scipy.spatial.transform.RigidTransform
+        return value.as_matrix()
+    return getattr(value, "A", value)  # spatialmath.SE3 keeps its array as .A
+
+
+def homogeneous(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
+    """(3, 4, b) of the kernels -> (*lead, 4, 4)."""
+    out = np.zeros((T.shape[-1], 4, 4))
+    out[:, :3], out[:, 3, 3] = np.moveaxis(T, -1, 0), 1.0
+    return out.reshape(*lead, 4, 4)
+
+
+def _is_pose_like(value: Any) -> bool:
+    matrix = as_matrix(value)
+    return matrix is not value or np.shape(matrix)[-2:] == (4, 4)
+
+
+def _join(left: tuple[str, str] | None, right: tuple[str, str] | None) -> tuple[str, str] | None:
+    if left is None or right is None:
+        return None
+    if left[1] != right[0]:
+        raise FrameError(
+            f"cannot join {left[0]}<-{left[1]} with {right[0]}<-{right[1]}: "
+            f"'{left[1]}' does not meet '{right[0]}'"
+        )
+    return left[0], right[1]
+
+
+def _check_rigid(T: Array) -> None:
+    R = T[..., :3, :3]
+    off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max()
+    if off > ROTATION_TOLERANCE:
+        raise InputError(
+            f"not a rotation: R'R differs from the identity by {off:.2g} "
+            f"(allowed {ROTATION_TOLERANCE:g})"
+        )
+    if (np.linalg.det(R) < 0).any():
+        raise InputError("not a rotation but a reflection: det R = -1")
+    if np.abs(T[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max() > 0:
+        raise InputError("the last row of a pose must be 0 0 0 1")
+
+
+def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
+    """A Pose of a matrix that is known to be rigid."""
+    pose = object.__new__(Pose)
+    _set(pose, T, frames)
+    return pose
+
+
+def _set(pose: Pose, T: Array, frames: tuple[str, str] | None) -> None:
+    if frames is not None and (len(frames) != 2 or not all(isinstance(f, str) for f in frames)):
+        raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
+    object.__setattr__(pose, "matrix", frozen(T))
+    object.__setattr__(pose, "frames", tuple(frames) if frames else None)
+
+
+IDENTITY = Pose.at()
