@@ -1,6 +1,6 @@
 """The boundary between a user's run-first arrays and the kernels' run-last ones."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.errors import InputError
 
 Array = NDArray[np.float64]
+T = TypeVar("T", bound=np.generic)
 
 
 def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
@@ -37,13 +38,13 @@ def frozen(array: Array) -> Array:
     return array
 
 
-def runs_last(array: Array, axes: int) -> Array:
+def runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
     """(..., a, b) with `axes` trailing axes -> contiguous (a, b, run)."""
     flat = array.reshape(-1, *array.shape[array.ndim - axes :])
     return np.ascontiguousarray(np.moveaxis(flat, 0, -1))
 
 
-def runs_first(array: Array, lead: tuple[int, ...] = (-1,)) -> Array:
+def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
     """(a, b, run) -> contiguous (*lead, a, b)."""
     first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
     return first.reshape(*lead, *array.shape[:-1])

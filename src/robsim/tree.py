@@ -1,0 +1,151 @@
+"""The kinematic tree: links and joints, folded into the constants that the kernels need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from robsim.arrays import Array, frozen
+from robsim.errors import FrameError, InputError, suggest
+from robsim.kernels import tree as kernels
+from robsim.pose import IDENTITY, Pose
+
+Kind = Literal["fixed", "revolute", "prismatic", "floating"]
+_CODE = {
+    "revolute": kernels.REVOLUTE,
+    "prismatic": kernels.PRISMATIC,
+    "floating": kernels.FLOATING,
+}
+# the velocities of a joint, in order: (about an axis, which axis of the moving frame)
+_VELOCITIES: dict[str, list[tuple[bool, int]]] = {
+    "fixed": [],
+    "revolute": [(True, 2)],
+    "prismatic": [(False, 2)],
+    "floating": [(turns, axis) for turns in (False, True) for axis in range(3)],
+}
+COORDINATES = {"fixed": 0, "revolute": 1, "prismatic": 1, "floating": 7}
+VELOCITIES = {kind: len(rows) for kind, rows in _VELOCITIES.items()}
+
+
+@dataclass(frozen=True)
+class Joint:
+    """place . motion(q) . tail: a constant pose, a motion about or along z, a constant pose.
+
+    `limits` is (lowest, highest) in radians or metres, None for none.
+    """
+
+    kind: Kind = "fixed"
+    place: Pose = IDENTITY
+    tail: Pose = IDENTITY
+    limits: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in COORDINATES:
+            raise InputError(
+                f"no joint kind {self.kind!r}; {suggest(self.kind, COORDINATES, 'kinds')}"
+            )
+        if self.limits is not None:
+            if COORDINATES[self.kind] != 1:
+                raise InputError(f"a {self.kind} joint has no limits, got {self.limits}")
+            low, high = self.limits
+            if not (np.isfinite([low, high]).all() and low < high):
+                raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame of the tree: it hangs from `parent` (None: the world) by `joint`."""
+
+    name: str
+    parent: str | None
+    joint: Joint
+
+
+class Tree:
+    """Constants of a tree of frames, in the kernels' form. Body 0 is the world.
+
+    A moving joint starts a new body; its tail and every fixed joint behind it are folded into
+    constant offsets, so that only joints that move cost anything.
+    """
+
+    def __init__(self, frames: Iterable[Frame]):
+        self.where: dict[str, tuple[int, Array]] = {"world": (0, IDENTITY.matrix)}
+        parent, kind, iq, iv, place = [0], [0], [0], [0], [np.eye(4)]
+        body: list[int] = []
+        angular: list[bool] = []
+        axis: list[int] = []
+        self.nq = 0
+        for frame in frames:
+            if frame.name in self.where:
+                raise FrameError(f"two frames are called '{frame.name}'")
+            above, offset = self.find(frame.parent or "world")
+            joint = frame.joint
+            start = offset @ joint.place.matrix
+            if joint.kind == "fixed":
+                self.where[frame.name] = (above, start @ joint.tail.matrix)
+                continue
+            parent.append(above)
+            kind.append(_CODE[joint.kind])
+            iq.append(self.nq)
+            iv.append(len(body))
+            place.append(start)
+            for turns, along in _VELOCITIES[joint.kind]:
+                body.append(len(parent) - 1)
+                angular.append(turns)
+                axis.append(along)
+            self.nq += COORDINATES[joint.kind]
+            self.where[frame.name] = (len(parent) - 1, joint.tail.matrix)
+        self.nv = len(body)
+        self.parent, self.kind, self.iq, self.iv = map(_integers, (parent, kind, iq, iv))
+        self.body, self.axis = _integers(body), _integers(axis)
+        self.angular = np.array(angular, dtype=np.bool_)
+        self.place = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
+
+    def find(self, name: str) -> tuple[int, Array]:
+        """The body that carries a frame, and the frame's constant pose in it."""
+        if name not in self.where:
+            raise FrameError(f"no frame {name!r}; {suggest(name, self.where, 'frames')}")
+        return self.where[name]
+
+    def bodies(self, q: Array) -> Array:
+        """M[i, 3, 4, b] of coordinates q[n, b]."""
+        M = np.empty((len(self.parent), 3, 4, q.shape[1]))
+        kernels.bodies(self.parent, self.kind, self.iq, self.place, q, M)
+        return M
+
+    def frame(self, M: Array, name: str) -> Array:
+        """T[3, 4, b] of a frame."""
+        body, offset = self.find(name)
+        T = np.empty(M.shape[1:])
+        kernels.frame(M, body, offset, T)
+        return T
+
+    def jacobian(self, M: Array, name: str) -> Array:
+        """J[6, j, b] of a frame's origin in world axes."""
+        J = np.empty((6, self.nv, M.shape[3]))
+        point = np.ascontiguousarray(self.frame(M, name)[:, 3])
+        kernels.jacobian(M, point, self.body, self.angular, self.axis, self.carries(name), J)
+        return J
+
+    def carries(self, name: str) -> Array:
+        """1.0 for each velocity that moves the frame, else 0.0."""
+        carried: Array = self._ancestry[self.find(name)[0]]
+        return carried
+
+    @cached_property
+    def _ancestry(self) -> Array:
+        """[body, j]: whether velocity j carries the body."""
+        rows = np.zeros((len(self.parent), self.nv))
+        for i in range(1, len(self.parent)):
+            rows[i] = rows[self.parent[i]] + (self.body == i)
+        return frozen(rows)
+
+
+def _integers(values: list[int]) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
+    array = np.array(values, dtype=np.int64)
+    array.flags.writeable = False
+    return array
