@@ -56,6 +56,9 @@ class Joint:
                 raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
 
 
+FIXED = Joint()
+
+
 @dataclass(frozen=True)
 class Frame:
     """One frame of the tree: it hangs from `parent` (None: the world) by `joint`."""

@@ -1,0 +1,266 @@
+"""Robots: links on joints, from a DH table or link by link."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.errors import FrameError, InputError, suggest
+from robsim.pose import IDENTITY, Pose, as_pose, axis_rotation, homogeneous
+from robsim.primitives import Primitive
+from robsim.tree import COORDINATES, FIXED, VELOCITIES, Frame, Joint, Tree
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
+
+
+def checked_name(name: object, what: str) -> str:
+    """A name that is safe in files, figures and paths, or an InputError."""
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise InputError(
+            f"{what} {name!r}: a name starts with a letter and has up to 64 letters, digits, _ or -"
+        )
+    return name
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid part: its frame hangs from the link `parent` by `joint`; `shapes` draw it."""
+
+    name: str
+    parent: str | None = None
+    joint: Joint = FIXED
+    shapes: tuple[Primitive, ...] = ()
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "link")
+        object.__setattr__(self, "shapes", tuple(self.shapes))
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A tree of links. The first link is the base; it stands at `base` on the frame `on`.
+
+    Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
+    (metres) joints, seven for floating ones (position, unit quaternion x y z w). Velocities
+    (..., nv) likewise, six for floating joints: the body twist (v, omega) in the link's axes.
+    """
+
+    name: str
+    links: tuple[Link, ...]
+    home: Any = None
+    base: Pose = field(default=IDENTITY, kw_only=True)
+    on: str = field(default="world", kw_only=True)
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "robot")
+        object.__setattr__(self, "links", tuple(self.links))
+        object.__setattr__(self, "base", as_pose(self.base))
+        if not self.links or any(not isinstance(link, Link) for link in self.links):
+            raise InputError(f"robot '{self.name}' needs at least one Link, got {self.links!r:.80}")
+        for link in self.links[1:]:
+            if link.parent is None:
+                raise InputError(f"link '{link.name}' has no parent; only the base has none")
+        home = self.rest if self.home is None else self.home
+        object.__setattr__(self, "home", frozen(self.coordinates(home, f"{self.name}.home")))
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: ArrayLike,
+        convention: Literal["standard", "modified"] = "standard",
+        joints: str | None = None,
+        home: ArrayLike | None = None,
+        limits: ArrayLike | None = None,
+        name: str = "robot",
+        links: Sequence[str] | None = None,
+        shapes: Sequence[Sequence[Primitive]] | None = None,
+    ) -> Robot:
+        """From a Denavit-Hartenberg table: rows (n, 4) of theta, d, a, alpha in SI.
+
+        Standard (chapter, eq. 3): T = Rz(theta) Tz(d) Tx(a) Rx(alpha). Modified (Craig):
+        T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The coordinate is added to theta of an "R" joint and
+        to d of a "P" joint. `limits` is (n, 2); links are called link1 ... unless named. `shapes`
+        lists the primitives of the base and of each link, in that link's axes.
+
+        >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="planar")
+        >>> arm.fk([0, 0])[:3, 3]
+        array([2., 0., 0.])
+        """
+        table = numbers(rows, "DH rows (theta, d, a, alpha)", ("n", 4))
+        n = len(table)
+        if table.ndim != 2 or n == 0:
+            raise InputError(f"DH rows: expected shape (n, 4), got {table.shape}")
+        kinds = _joint_kinds("R" * n if joints is None else joints, n)
+        spans: list[Any] = [None] * n
+        if limits is not None:
+            spans = numbers(limits, "limits", (n, 2)).tolist()
+        names = ["base", *(links or [f"link{i + 1}" for i in range(n)])]
+        drawn = [tuple(s) for s in (shapes or [()] * (n + 1))]
+        if len(names) != n + 1 or len(drawn) != n + 1:
+            raise InputError(f"{n} DH rows need {n} link names and {n + 1} lists of shapes")
+        parts = [Link("base", shapes=drawn[0])]
+        for i in range(n):
+            place, tail = dh_constants(table[i], convention, kinds[i])
+            joint = Joint(kinds[i], place, tail, tuple(spans[i]) if spans[i] else None)
+            parts.append(Link(names[i + 1], names[i], joint, drawn[i + 1]))
+        return cls(name, tuple(parts), home)
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The robot alone, its base link in the world's place."""
+        return Tree(Frame(k.name, k.parent, k.joint) for k in self.links)
+
+    @property
+    def nq(self) -> int:
+        """How many coordinates."""
+        return sum(COORDINATES[link.joint.kind] for link in self.links)
+
+    @property
+    def nv(self) -> int:
+        """How many velocities."""
+        return sum(VELOCITIES[link.joint.kind] for link in self.links)
+
+    @property
+    def rest(self) -> Array:
+        """All zero, floating joints at the identity."""
+        q = np.zeros(self.nq)
+        q[[i for i, name in enumerate(self.coordinate_names) if name.endswith(".qw")]] = 1.0
+        return q
+
+    @property
+    def limits(self) -> Array:
+        """(nq, 2): lowest and highest of each coordinate, infinite where there is none."""
+        rows: list[tuple[float, float]] = []
+        for link in self.links:
+            rows += [link.joint.limits or (-np.inf, np.inf)] * COORDINATES[link.joint.kind]
+        return np.array(rows, dtype=np.float64).reshape(-1, 2)
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """One name for each coordinate: the link's, with x ... qw for floating ones."""
+        return self._labels(COORDINATES, ("x", "y", "z", "qx", "qy", "qz", "qw"))
+
+    @property
+    def velocity_names(self) -> tuple[str, ...]:
+        """One name for each velocity."""
+        return self._labels(VELOCITIES, ("vx", "vy", "vz", "wx", "wy", "wz"))
+
+    @property
+    def tip(self) -> str:
+        """The last link."""
+        return self.links[-1].name
+
+    def at(self, pose: Any, on: str | None = None) -> Robot:
+        """A copy whose base is moved by `pose`, or stands on another frame of the scene."""
+        moved = as_pose(pose)
+        return replace(self, base=moved @ self.base if on is None else moved, on=on or self.on)
+
+    def named(self, name: str) -> Robot:
+        """A copy under another name, for a second one in a scene."""
+        return replace(self, name=name)
+
+    def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
+        """Checked coordinates (..., nq), a copy; a Pose is taken where one joint floats.
+
+        InputError: wrong length, not finite, quaternion without length 1, outside the limits.
+        """
+        if self.nq == 7 and (isinstance(q, Pose) or np.shape(q)[-2:] == (4, 4)):
+            q = as_pose(q).q
+        values = numbers(q, what, (self.nq,))
+        start = 0
+        for link in self.links:
+            size = COORDINATES[link.joint.kind]
+            if size == 7:
+                length = np.linalg.norm(values[..., start + 3 : start + 7], axis=-1)
+                if (np.abs(length - 1) > 1e-6).any():
+                    raise InputError(f"{what}: the quaternion of '{link.name}' must have length 1")
+            start += size
+        if limits:
+            self._check_limits(values, what)
+        return values
+
+    def fk(self, q: Any, link: str | None = None) -> Array:
+        """Pose (..., 4, 4) of a link (the last by default) in the base link's frame.
+
+        >>> Robot.from_dh([[0, 0, 1, 0]]).fk([np.pi / 2]).round(9)[:3, 3]
+        array([0., 1., 0.])
+        """
+        values = self.coordinates(q, limits=False)
+        M = self.tree.bodies(runs_last(values, 1))
+        return homogeneous(self.tree.frame(M, self._link(link)), values.shape[:-1])
+
+    def frames(self, q: Any) -> Array:
+        """Poses (..., links, 4, 4) of all links, the base first, in the base link's frame."""
+        values = self.coordinates(q, limits=False)
+        M = self.tree.bodies(runs_last(values, 1))
+        poses = [self.tree.frame(M, link.name) for link in self.links]
+        return np.stack([homogeneous(T, values.shape[:-1]) for T in poses], axis=-3)
+
+    def jacobian(self, q: Any, link: str | None = None) -> Array:
+        """Geometric Jacobian (..., 6, nv): (v, omega) of the link's origin, in base axes.
+
+        >>> Robot.from_dh([[0, 0, 1, 0]]).jacobian([0.0])[:, 0]
+        array([0., 1., 0., 0., 0., 1.])
+        """
+        values = self.coordinates(q, limits=False)
+        M = self.tree.bodies(runs_last(values, 1))
+        return runs_first(self.tree.jacobian(M, self._link(link)), values.shape[:-1])
+
+    def _link(self, name: str | None) -> str:
+        names = [link.name for link in self.links]
+        if name is not None and name not in names:
+            raise FrameError(
+                f"no frame {name!r} in robot '{self.name}'; {suggest(name, names, 'frames')}"
+            )
+        return name or self.tip
+
+    def _labels(self, sizes: dict[str, int], parts: tuple[str, ...]) -> tuple[str, ...]:
+        names: list[str] = []
+        for link in self.links:
+            size = sizes[link.joint.kind]
+            names += [link.name] if size == 1 else [f"{link.name}.{p}" for p in parts[:size]]
+        return tuple(names)
+
+    def _check_limits(self, q: Array, what: str) -> None:
+        low, high = self.limits[:, 0] - LIMIT_SLACK, self.limits[:, 1] + LIMIT_SLACK
+        outside = (q < low) | (q > high)
+        if outside.any():
+            where = tuple(int(i) for i in np.argwhere(outside)[0])
+            name, (lo, hi) = self.coordinate_names[where[-1]], self.limits[where[-1]]
+            row = f" of row {where[:-1]}" if q.ndim > 1 else ""
+            raise InputError(
+                f"{what}{row}: joint '{name}' of '{self.name}' is {q[where]:.6g}, "
+                f"outside its limits [{lo:.6g}, {hi:.6g}]"
+            )
+
+
+def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
+    """(place, tail) of a DH row, so that the joint is place . motion(q) . tail."""
+    theta, d, a, alpha = row
+    turn, rise = _rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
+    reach = Pose.at(a, 0, 0) @ _rigid(axis_rotation("x", alpha))
+    if convention == "standard":
+        return (turn, rise @ reach) if kind == "revolute" else (turn @ rise, reach)
+    if convention == "modified":
+        return (reach @ turn, rise) if kind == "revolute" else (reach @ turn @ rise, IDENTITY)
+    raise InputError(f"DH convention must be 'standard' or 'modified', got {convention!r}")
+
+
+def _rigid(R: Array) -> Pose:
+    T = np.eye(4)
+    T[:3, :3] = R
+    return Pose(T)
+
+
+def _joint_kinds(joints: object, n: int) -> list[Literal["revolute", "prismatic"]]:
+    if not isinstance(joints, str) or len(joints) != n or set(joints) - set("RP"):
+        raise InputError(f"joints: expected {n} letters R or P, as in {'R' * n!r}, got {joints!r}")
+    return ["revolute" if letter == "R" else "prismatic" for letter in joints]
