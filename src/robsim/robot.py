@@ -116,7 +116,7 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """The robot alone, its base link in the world's place."""
-        return Tree(Frame(k.name, k.parent, k.joint) for k in self.links)
+        return Tree(Frame(k.name, k.parent or "world", k.joint) for k in self.links)
 
     @property
     def nq(self) -> int:

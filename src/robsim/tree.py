@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.arrays import Array, frozen
 from robsim.errors import FrameError, InputError, suggest
@@ -61,10 +62,10 @@ FIXED = Joint()
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame of the tree: it hangs from `parent` (None: the world) by `joint`."""
+    """One frame of the tree: it hangs from `parent` by `joint`."""
 
     name: str
-    parent: str | None
+    parent: str
     joint: Joint
 
 
@@ -76,36 +77,31 @@ class Tree:
     """
 
     def __init__(self, frames: Iterable[Frame]):
+        declared = list(frames)
+        first = _first_indices(declared)  # coordinates keep the declared order
+        self.nq, self.nv = first.pop(None)
         self.where: dict[str, tuple[int, Array]] = {"world": (0, IDENTITY.matrix)}
         parent, kind, iq, iv, place = [0], [0], [0], [0], [np.eye(4)]
-        body: list[int] = []
-        angular: list[bool] = []
-        axis: list[int] = []
-        self.nq = 0
-        for frame in frames:
-            if frame.name in self.where:
-                raise FrameError(f"two frames are called '{frame.name}'")
-            above, offset = self.find(frame.parent or "world")
+        body, angular, axis = np.zeros((3, self.nv), dtype=np.int64)
+        for frame in _parents_first(declared):
+            above, offset = self.find(frame.parent)
             joint = frame.joint
             start = offset @ joint.place.matrix
             if joint.kind == "fixed":
                 self.where[frame.name] = (above, start @ joint.tail.matrix)
                 continue
+            n, m = first[frame.name]
+            for i, (turns, along) in enumerate(_VELOCITIES[joint.kind]):
+                body[m + i], angular[m + i], axis[m + i] = len(parent), turns, along
+            self.where[frame.name] = (len(parent), joint.tail.matrix)
             parent.append(above)
             kind.append(_CODE[joint.kind])
-            iq.append(self.nq)
-            iv.append(len(body))
+            iq.append(n)
+            iv.append(m)
             place.append(start)
-            for turns, along in _VELOCITIES[joint.kind]:
-                body.append(len(parent) - 1)
-                angular.append(turns)
-                axis.append(along)
-            self.nq += COORDINATES[joint.kind]
-            self.where[frame.name] = (len(parent) - 1, joint.tail.matrix)
-        self.nv = len(body)
         self.parent, self.kind, self.iq, self.iv = map(_integers, (parent, kind, iq, iv))
         self.body, self.axis = _integers(body), _integers(axis)
-        self.angular = np.array(angular, dtype=np.bool_)
+        self.angular = angular.astype(np.bool_)
         self.place = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
 
     def find(self, name: str) -> tuple[int, Array]:
@@ -148,7 +144,38 @@ class Tree:
         return frozen(rows)
 
 
-def _integers(values: list[int]) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
+def _integers(values: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
     array = np.array(values, dtype=np.int64)
     array.flags.writeable = False
     return array
+
+
+def _first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
+    """Of each frame, its first coordinate and velocity; under None, how many there are."""
+    first: dict[str | None, tuple[int, int]] = {}
+    nq = nv = 0
+    for frame in frames:
+        if frame.name in first or frame.name == "world":
+            raise FrameError(f"two frames are called '{frame.name}'")
+        first[frame.name] = (nq, nv)
+        nq, nv = nq + COORDINATES[frame.joint.kind], nv + VELOCITIES[frame.joint.kind]
+    return {**first, None: (nq, nv)}
+
+
+def _parents_first(frames: list[Frame]) -> list[Frame]:
+    """The same frames, each after the one it hangs from."""
+    placed, waiting, order = {"world"}, list(frames), []
+    while waiting:
+        ready = [f for f in waiting if f.parent in placed]
+        if not ready:
+            lost, names = waiting[0], ["world", *(f.name for f in frames)]
+            if lost.parent in names:
+                raise FrameError(f"'{lost.name}' hangs from itself, through '{lost.parent}'")
+            raise FrameError(
+                f"'{lost.name}' stands on '{lost.parent}', and there is no such frame; "
+                f"{suggest(lost.parent, names, 'frames')}"
+            )
+        order += ready
+        placed |= {f.name for f in ready}
+        waiting = [f for f in waiting if f.name not in placed]
+    return order

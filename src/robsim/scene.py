@@ -1,0 +1,246 @@
+"""The scene: robots, objects and cameras on one kinematic tree that hangs from the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.arrays import Array, frozen, numbers, runs_last
+from robsim.camera import Camera
+from robsim.errors import InputError, suggest
+from robsim.pose import IDENTITY, Pose, as_pose, homogeneous
+from robsim.primitives import Primitive
+from robsim.robot import Robot, checked_name
+from robsim.tree import FIXED, Frame, Joint, Tree
+
+T = TypeVar("T", Robot, "Object", "Mounted")
+
+
+@dataclass(frozen=True)
+class Object:
+    """A thing in the scene: shapes to draw and `marks` (N, 3) to look at, in its own axes.
+
+    It stands at `pose` on the frame `on`: "world", another object, or a link such as
+    "rhino_xr4.tool". Without marks given, the vertices of its shapes are its marks.
+
+    >>> from robsim.primitives import Block
+    >>> Object("cube", Block(0.05, 0.05, 0.05)).marks.shape
+    (8, 3)
+    """
+
+    name: str
+    shapes: Any = ()
+    marks: Any = None
+    pose: Pose = IDENTITY
+    on: str = "world"
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "object")
+        shapes = (self.shapes,) if isinstance(self.shapes, Primitive) else tuple(self.shapes)
+        marks = self.marks
+        if marks is None:
+            marks = np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
+        marks = numbers(marks, f"marks of '{self.name}'", ("N", 3))
+        if marks.ndim != 2:
+            raise InputError(f"marks of '{self.name}': expected shape (N, 3), got {marks.shape}")
+        object.__setattr__(self, "shapes", shapes)
+        object.__setattr__(self, "marks", frozen(marks))
+        object.__setattr__(self, "pose", as_pose(self.pose))
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """A camera in the scene, its axes at `pose` (the hand-eye pose) on the frame `on`."""
+
+    name: str
+    camera: Camera
+    on: str = "world"
+    pose: Pose = IDENTITY
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "camera")
+        if not isinstance(self.camera, Camera):
+            raise InputError(f"camera '{self.name}' needs a Camera, got {self.camera!r:.80}")
+        object.__setattr__(self, "pose", as_pose(self.pose))
+
+
+class View(NamedTuple):
+    """What a camera sees: pixels (..., N, 2), depth (..., N) in metres, `Visibility` (..., N)."""
+
+    pixels: Array
+    depth: Array
+    visibility: NDArray[np.int8]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Robots, objects and cameras. Frames are called "world", "robot.link", and by name.
+
+    `display` is the chapter's gT0: the pose of the world in the frame of the figures.
+    Coordinates q of the scene are those of its robots, one after the other.
+
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
+    >>> eye = Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.link1")
+    >>> scene = Scene([arm], [Object("dot", marks=[[1, 0, 2]])], [eye])
+    >>> scene.view([0.0], points="dot").pixels
+    array([[320., 240.]])
+    """
+
+    robots: tuple[Robot, ...] = ()
+    objects: tuple[Object, ...] = ()
+    cameras: tuple[Mounted, ...] = ()
+    display: Pose = field(default=IDENTITY, kw_only=True)
+
+    def __post_init__(self) -> None:
+        for kind, part in (("robots", Robot), ("objects", Object), ("cameras", Mounted)):
+            given = getattr(self, kind)
+            parts = (given,) if isinstance(given, part) else tuple(given)
+            if not all(isinstance(p, part) for p in parts):
+                raise InputError(f"{kind} must be a list of {part.__name__}, got {given!r:.80}")
+            object.__setattr__(self, kind, parts)
+        object.__setattr__(self, "display", as_pose(self.display))
+        names = ["world", *(part.name for part in self._parts)]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        if twice:
+            raise InputError(f"two things in the scene are called '{twice[0]}'; rename one")
+        _ = self.tree  # an unknown frame is an error now, not later
+
+    @cached_property
+    def tree(self) -> Tree:
+        """All frames; coordinates come in the order of the robots."""
+        return Tree(self._frames())
+
+    @property
+    def nq(self) -> int:
+        """How many coordinates."""
+        return sum(robot.nq for robot in self.robots)
+
+    @property
+    def nv(self) -> int:
+        """How many velocities."""
+        return sum(robot.nv for robot in self.robots)
+
+    @property
+    def home(self) -> Array:
+        """All robots at home."""
+        return np.concatenate([np.empty(0), *(robot.home for robot in self.robots)])
+
+    @property
+    def limits(self) -> Array:
+        """(nq, 2)."""
+        return np.concatenate([np.empty((0, 2)), *(robot.limits for robot in self.robots)])
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Those of the robot; with its name in front where there are several."""
+        return self._labels("coordinate_names")
+
+    @property
+    def velocity_names(self) -> tuple[str, ...]:
+        """Those of the robot; with its name in front where there are several."""
+        return self._labels("velocity_names")
+
+    def robot(self, name: str | None = None) -> Robot:
+        """The robot of that name, or the only one."""
+        return _pick(self.robots, name, "robot")
+
+    def object(self, name: str | None = None) -> Object:
+        """The object of that name, or the only one that has marks."""
+        candidates = self.objects if name else tuple(o for o in self.objects if len(o.marks))
+        return _pick(candidates, name, "object")
+
+    def camera(self, name: str | None = None) -> Mounted:
+        """The camera of that name, or the only one."""
+        return _pick(self.cameras, name, "camera")
+
+    def replacing(self, *parts: Robot | Object | Mounted) -> Scene:
+        """A copy in which these parts replace those of the same name: a belief, for example."""
+        known = {part.name: part for part in self._parts}
+        for part in parts:
+            if part.name not in known or type(known[part.name]) is not type(part):
+                raise InputError(
+                    f"the scene has no {type(part).__name__.lower()} '{part.name}' to replace; "
+                    f"{suggest(part.name, known, 'it has')}"
+                )
+        new = {p.name: p for p in parts}
+        kinds = ("robots", "objects", "cameras")
+        changed: dict[str, Any] = {
+            kind: tuple(new.get(p.name, p) for p in getattr(self, kind)) for kind in kinds
+        }
+        return replace(self, **changed)
+
+    def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
+        """Checked q (..., nq): an array, or {robot: q} where the robots left out stay at home."""
+        if isinstance(q, Mapping):
+            for name in q:
+                self.robot(name)
+            parts = [r.coordinates(q.get(r.name, r.home), what, limits) for r in self.robots]
+            lead = np.broadcast_shapes(*(p.shape[:-1] for p in parts))
+            return np.concatenate([np.broadcast_to(p, (*lead, p.shape[-1])) for p in parts], -1)
+        if len(self.robots) == 1:
+            return self.robots[0].coordinates(q, what, limits)
+        values = numbers(q, what, (self.nq,))
+        start = 0
+        for robot in self.robots:
+            robot.coordinates(values[..., start : start + robot.nq], what, limits)
+            start += robot.nq
+        return values
+
+    def pose(self, frame: str, q: Any = None) -> Pose:
+        """Where a frame stands in the world."""
+        values = self.coordinates(self.home if q is None else q, limits=False)
+        T = self.tree.frame(self.tree.bodies(runs_last(values, 1)), frame)
+        return Pose(homogeneous(T, values.shape[:-1]), ("world", frame))
+
+    def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
+        """What a camera sees of points: an object's marks (by name) or world points (N, 3)."""
+        eye = self.camera(camera)
+        T_w_c = Pose(self.pose(eye.name, q).matrix)
+        if points is None or isinstance(points, str):
+            thing = self.object(points)
+            marks = Pose(self.pose(thing.name, q).matrix) @ thing.marks
+        else:
+            marks = numbers(points, "points", ("N", 3))
+        depth = np.asarray(T_w_c.inv() @ marks)[..., 2]
+        return View(eye.camera.project(marks, T_w_c), depth, eye.camera.visibility(marks, T_w_c))
+
+    @property
+    def _parts(self) -> tuple[Robot | Object | Mounted, ...]:
+        return (*self.robots, *self.objects, *self.cameras)
+
+    def _frames(self) -> list[Frame]:
+        frames = []
+        for robot in self.robots:
+            for i, link in enumerate(robot.links):
+                joint = link.joint if i else _fixed(robot.base @ link.joint.place)
+                parent = f"{robot.name}.{link.parent}" if i else robot.on
+                frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
+        hung: tuple[Object | Mounted, ...] = (*self.objects, *self.cameras)
+        for part in hung:
+            frames.append(Frame(part.name, part.on, _fixed(part.pose)))
+        return frames
+
+    def _labels(self, which: str) -> tuple[str, ...]:
+        if len(self.robots) == 1:
+            return tuple(getattr(self.robots[0], which))
+        return tuple(f"{r.name}.{name}" for r in self.robots for name in getattr(r, which))
+
+
+def _fixed(pose: Pose) -> Joint:
+    return replace(FIXED, place=pose)
+
+
+def _pick(parts: Sequence[T], name: str | None, kind: str) -> T:
+    names = [p.name for p in parts]
+    if name is None and len(parts) == 1:
+        return parts[0]
+    if name is None:
+        raise InputError(f"name the {kind}: the scene has {len(parts)} ({', '.join(names)})")
+    if name not in names:
+        raise InputError(f"no {kind} {name!r} in the scene; {suggest(name, names, kind + 's')}")
+    return parts[names.index(name)]
