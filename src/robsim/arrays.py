@@ -50,6 +50,20 @@ def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
     return first.reshape(*lead, *array.shape[:-1])
 
 
+_RUN_FIRST = [tuple(np.roll(range(n), 1).tolist()) for n in range(5)]
+_RUN_LAST = [tuple(np.roll(range(n), -1).tolist()) for n in range(5)]
+
+
+def first_view(array: NDArray[T]) -> NDArray[T]:
+    """(a, b, run) -> a view (run, a, b)."""
+    return array.transpose(_RUN_FIRST[array.ndim])
+
+
+def last_view(array: NDArray[T]) -> NDArray[T]:
+    """(run, a, b) -> a view (a, b, run), which is contiguous if the array was such a view."""
+    return array.transpose(_RUN_LAST[array.ndim])
+
+
 def positive(value: Any, what: str) -> float:
     """A finite number above zero, or an InputError that names `what`."""
     number = numbers(value, what, ())

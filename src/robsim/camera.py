@@ -128,7 +128,7 @@ class Camera:
         """
         X, pixels, lead = self._look(points, T_w_c)
         status = np.empty((X.shape[0], X.shape[2]), dtype=np.int8)
-        kernels.visibility(X, pixels, self.extent, self.reach, status)
+        kernels.visibility(X, pixels, self.border, self.reach, status)
         return runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
@@ -149,9 +149,10 @@ class Camera:
         return frozen(np.pad(np.array(self.distortion), (0, 8 - len(self.distortion))))
 
     @cached_property
-    def extent(self) -> Array:
-        """(width, height); infinite where the image has no border."""
-        return frozen(np.array(self.size or (np.inf, np.inf), dtype=np.float64))
+    def border(self) -> Array:
+        """((left, right), (top, bottom)) of the image, right and bottom not included."""
+        low, high = (-np.inf, np.inf) if self.size is None else (-0.5, np.array(self.size) - 0.5)
+        return frozen(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
     def reach(self) -> float:

@@ -53,6 +53,11 @@ class Primitive:
         return np.array(sorted({tuple(sorted(e)) for e in self._edges()}))
 
     @property
+    def color(self) -> str:
+        """Of the lines: a letter as in the chapter, or any colour that Matplotlib knows."""
+        raise NotImplementedError
+
+    @property
     def faces(self) -> tuple[Face, ...]:
         """Vertex numbers around each face."""
         raise NotImplementedError

@@ -15,7 +15,7 @@ from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.errors import FrameError, InputError, suggest
 from robsim.pose import IDENTITY, Pose, as_pose, axis_rotation, homogeneous
 from robsim.primitives import Primitive
-from robsim.tree import COORDINATES, FIXED, VELOCITIES, Frame, Joint, Tree
+from robsim.tree import COORDINATE_UNITS, COORDINATES, FIXED, VELOCITIES, Frame, Joint, Tree
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
@@ -147,6 +147,14 @@ class Robot:
     def coordinate_names(self) -> tuple[str, ...]:
         """One name for each coordinate: the link's, with x ... qw for floating ones."""
         return self._labels(COORDINATES, ("x", "y", "z", "qx", "qy", "qz", "qw"))
+
+    @property
+    def coordinate_units(self) -> tuple[str, ...]:
+        """ "rad", "m", or "1" of each coordinate."""
+        units: list[str] = []
+        for link in self.links:
+            units += COORDINATE_UNITS[link.joint.kind]
+        return tuple(units)
 
     @property
     def velocity_names(self) -> tuple[str, ...]:

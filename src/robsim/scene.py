@@ -141,6 +141,11 @@ class Scene:
         return self._labels("coordinate_names")
 
     @property
+    def coordinate_units(self) -> tuple[str, ...]:
+        """ "rad", "m", or "1" of each coordinate."""
+        return tuple(unit for robot in self.robots for unit in robot.coordinate_units)
+
+    @property
     def velocity_names(self) -> tuple[str, ...]:
         """Those of the robot; with its name in front where there are several."""
         return self._labels("velocity_names")

@@ -28,7 +28,13 @@ _VELOCITIES: dict[str, list[tuple[bool, int]]] = {
     "prismatic": [(False, 2)],
     "floating": [(turns, axis) for turns in (False, True) for axis in range(3)],
 }
-COORDINATES = {"fixed": 0, "revolute": 1, "prismatic": 1, "floating": 7}
+COORDINATE_UNITS = {
+    "fixed": [],
+    "revolute": ["rad"],
+    "prismatic": ["m"],
+    "floating": ["m"] * 3 + ["1"] * 4,
+}
+COORDINATES = {kind: len(units) for kind, units in COORDINATE_UNITS.items()}
 VELOCITIES = {kind: len(rows) for kind, rows in _VELOCITIES.items()}
 
 
@@ -88,7 +94,7 @@ class Tree:
             joint = frame.joint
             start = offset @ joint.place.matrix
             if joint.kind == "fixed":
-                self.where[frame.name] = (above, start @ joint.tail.matrix)
+                self.where[frame.name] = (above, frozen(start @ joint.tail.matrix))
                 continue
             n, m = first[frame.name]
             for i, (turns, along) in enumerate(_VELOCITIES[joint.kind]):
@@ -102,6 +108,7 @@ class Tree:
         self.parent, self.kind, self.iq, self.iv = map(_integers, (parent, kind, iq, iv))
         self.body, self.axis = _integers(body), _integers(axis)
         self.angular = angular.astype(np.bool_)
+        self.angular.flags.writeable = False
         self.place = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
 
     def find(self, name: str) -> tuple[int, Array]:

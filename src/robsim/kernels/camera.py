@@ -88,23 +88,33 @@ def pinhole(x, y, K):
 
 
 @kernel
+def _bends(lens):
+    for i in range(lens.size):
+        if lens[i] != 0.0:
+            return True
+    return False
+
+
+@kernel
 def project(X, K, lens, pixels):
     """pixels[n, 2, b] = (column, row) of points X[n, 3, b]; NaN behind the camera."""
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
+    distorted = _bends(lens)
     for n in range(X.shape[0]):
         for b in range(X.shape[2]):
-            if X[n, 2, b] > NEAR:
-                x, y = distort(X[n, 0, b] / X[n, 2, b], X[n, 1, b] / X[n, 2, b], k)
-                pixels[n, 0, b], pixels[n, 1, b] = pinhole(x, y, K)
-            else:
-                pixels[n, 0, b], pixels[n, 1, b] = np.nan, np.nan
+            behind = 0.0 if X[n, 2, b] > NEAR else np.nan
+            inverse = 1.0 / X[n, 2, b]
+            x, y = X[n, 0, b] * inverse + behind, X[n, 1, b] * inverse + behind
+            if distorted:
+                x, y = distort(x, y, k)
+            pixels[n, 0, b], pixels[n, 1, b] = pinhole(x, y, K)
 
 
 @kernel
 def normalise(pixels, K, lens, x):
     """x[n, 2, b] = normalised image points of pixels: `project` undone but for depth."""
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
-    distorted = np.any(lens != 0.0)
+    distorted = _bends(lens)
     for n in range(pixels.shape[0]):
         for b in range(pixels.shape[2]):
             y = (pixels[n, 1, b] - K[1, 2]) / K[1, 1]
@@ -115,11 +125,11 @@ def normalise(pixels, K, lens, x):
 
 
 @kernel
-def visibility(X, pixels, size, reach, status):
+def visibility(X, pixels, border, reach, status):
     """status[n, b]: in the image, out of it, or behind the camera.
 
-    An image of w x h pixels covers [-0.5, w - 0.5) x [-0.5, h - 0.5). Beyond the radius `reach`
-    the lens polynomial folds back, and a point there is outside whatever its pixel.
+    The image covers [left, right) x [top, bottom) = border (2, 2). Beyond the radius `reach` the
+    lens polynomial folds back, and a point there is outside whatever its pixel.
     """
     for n in range(X.shape[0]):
         for b in range(X.shape[2]):
@@ -127,8 +137,8 @@ def visibility(X, pixels, size, reach, status):
             if not Z > NEAR:
                 status[n, b] = BEHIND_CAMERA
             elif (
-                -0.5 <= u < size[0] - 0.5
-                and -0.5 <= v < size[1] - 0.5
+                border[0, 0] <= u < border[0, 1]
+                and border[1, 0] <= v < border[1, 1]
                 and X[n, 0, b] ** 2 + X[n, 1, b] ** 2 <= (reach * Z) ** 2
             ):
                 status[n, b] = IN_IMAGE

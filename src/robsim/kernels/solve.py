@@ -30,12 +30,14 @@ def _upright(A, damping, Q):
     """Q = A or A', whichever has at least as many rows as columns, over damping * identity."""
     wide = A.shape[0] < A.shape[1]
     p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
-    Q[p:] = 0.0
+    Q[:] = 0.0
     for j in range(n):
         for i in range(p):
-            Q[i, j] = A[j, i] if wide else A[i, j]
+            for b in range(Q.shape[2]):
+                Q[i, j, b] = A[j, i, b] if wide else A[i, j, b]
         if damping > 0.0:
-            Q[p + j, j] = damping
+            for b in range(Q.shape[2]):
+                Q[p + j, j, b] = damping
 
 
 @kernel
@@ -93,8 +95,10 @@ def _condition_bound(R, inverse, bound):
 @kernel
 def _solve_tall(Q, inverse, y, x):
     """X = R^-1 Q' y; y is projected step by step, which is what makes Gram-Schmidt stable."""
-    rest, z = np.zeros((Q.shape[0], y.shape[1])), np.zeros_like(x)
-    rest[: y.shape[0]] = y
+    rest, z = np.zeros((Q.shape[0], y.shape[1])), np.zeros(x.shape)
+    for i in range(y.shape[0]):
+        for b in range(y.shape[1]):
+            rest[i, b] = y[i, b]
     for j in range(z.shape[0]):
         for i in range(Q.shape[0]):
             for b in range(y.shape[1]):
@@ -112,7 +116,7 @@ def _solve_tall(Q, inverse, y, x):
 @kernel
 def _solve_wide(Q, inverse, y, x):
     """X = Q R^-T y."""
-    z = np.zeros_like(y)
+    z = np.zeros(y.shape)
     for j in range(y.shape[0]):
         for i in range(j + 1):
             for b in range(y.shape[1]):
@@ -140,8 +144,8 @@ def _orthogonalise(G, V):
                 if abs(c) > 1e-15 * math.sqrt(a * b) and c != 0.0:
                     still = False
                     zeta = (b - a) / (2.0 * c)
-                    t = math.copysign(1.0, zeta) / (abs(zeta) + np.hypot(1.0, zeta))
-                    cosine = 1.0 / np.hypot(1.0, t)
+                    t = math.copysign(1.0, zeta) / (abs(zeta) + math.hypot(1.0, zeta))
+                    cosine = 1.0 / math.hypot(1.0, t)
                     _rotate(G, p, q, cosine, cosine * t)
                     _rotate(V, p, q, cosine, cosine * t)
         if still:
@@ -156,35 +160,54 @@ def _rotate(G, p, q, c, s):
 
 
 @kernel
-def singular_values(A, G, V, sigma):
-    """A = G V' or its transpose for one run (A[m, n]); the columns of G have lengths sigma."""
+def singular_values(A, b, G, V, sigma):
+    """A[:, :, b] = G V' or its transpose; the columns of G have lengths sigma."""
     wide = A.shape[0] < A.shape[1]
-    for i in range(G.shape[0]):
-        for j in range(G.shape[1]):
-            G[i, j] = A[j, i] if wide else A[i, j]
     V[:] = 0.0
-    for j in range(V.shape[0]):
+    for j in range(G.shape[1]):
         V[j, j] = 1.0
+        for i in range(G.shape[0]):
+            G[i, j] = A[j, i, b] if wide else A[i, j, b]
     _orthogonalise(G, V)
     for j in range(G.shape[1]):
-        sigma[j] = math.sqrt(np.sum(G[:, j] ** 2))
+        square = 0.0
+        for i in range(G.shape[0]):
+            square += G[i, j] * G[i, j]
+        sigma[j] = math.sqrt(square)
 
 
 @kernel
-def _solve_truncated(A, y, rcond, x):
-    """X = A^+ y for one run by singular values; returns the rank."""
+def _solve_truncated(A, y, b, rcond, x):
+    """X = A^+ y for run b by singular values; returns the rank."""
     wide = A.shape[0] < A.shape[1]
     p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
     G, V, sigma = np.empty((p, n)), np.empty((n, n)), np.empty(n)
-    singular_values(A, G, V, sigma)
-    rank = 0
-    x[:] = 0.0
+    singular_values(A, b, G, V, sigma)
+    largest, rank = 0.0, 0
     for k in range(n):
-        if sigma[k] > rcond * np.max(sigma):
+        largest = max(largest, sigma[k])
+    for i in range(x.shape[0]):
+        x[i, b] = 0.0
+    left, right = (V, G) if wide else (G, V)
+    for k in range(n):
+        if sigma[k] > rcond * largest:
             rank += 1
-            left, right = (V[:, k], G[:, k]) if wide else (G[:, k], V[:, k])
-            x += right * (np.sum(left * y) / sigma[k] ** 2)
+            along = 0.0
+            for i in range(y.shape[0]):
+                along += left[i, k] * y[i, b]
+            along /= sigma[k] ** 2
+            for i in range(x.shape[0]):
+                x[i, b] += right[i, k] * along
     return rank
+
+
+@kernel
+def _is_finite(A, b):
+    for i in range(A.shape[0]):
+        for j in range(A.shape[1]):
+            if not math.isfinite(A[i, j, b]):
+                return False
+    return True
 
 
 @kernel
@@ -208,7 +231,8 @@ def least_squares(A, y, damping, rcond, x, rank):
     for b in range(runs):
         rank[b] = n
         if damping == 0.0 and not bound[b] * rcond < 1.0:
-            if np.all(np.isfinite(A[:, :, b])):
-                rank[b] = _solve_truncated(A[:, :, b], y[:, b], rcond, x[:, b])
+            if _is_finite(A, b):
+                rank[b] = _solve_truncated(A, y, b, rcond, x)
             else:
-                x[:, b] = np.nan
+                for i in range(x.shape[0]):
+                    x[i, b] = np.nan

@@ -54,8 +54,10 @@ def fly(q, T):
 @kernel
 def bodies(parent, kind, iq, place, q, M):
     """Poses M[i, 3, 4, b] in the world of all bodies; parents come before their children."""
-    M[0] = 0.0
-    M[0, 0, 0], M[0, 1, 1], M[0, 2, 2] = 1.0, 1.0, 1.0
+    for r in range(3):
+        for c in range(4):
+            for b in range(q.shape[1]):
+                M[0, r, c, b] = 1.0 if r == c else 0.0
     for i in range(1, M.shape[0]):
         se3.compose_constant(M[parent[i]], place[i], M[i])
         if kind[i] == REVOLUTE:

@@ -1,0 +1,226 @@
+"""The command line: demo, run, check, examples, robots."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robsim import __version__, examples, robots
+from robsim.errors import FileError, Interrupted, RankWarning, RobSimError
+from robsim.kernels.jit import is_cold
+from robsim.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.scenario import Scenario
+
+OK, BAD_INPUT, STOPPED = 0, 2, 130  # exit status; 130 is the shell's number for Ctrl-C
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="robsim")
+def cli() -> None:
+    """Model, simulate and see robots that are guided by cameras."""
+
+
+def _output(command: Any) -> Any:
+    """The options that demo and run share."""
+    command = click.option("--no-figures", is_flag=True, help="Write the run only.")(command)
+    command = click.option("--force", is_flag=True, help="Write over an existing run.")(command)
+    return click.option(
+        "-o", "--output", type=click.Path(path_type=Path), help="Folder for the results."
+    )(command)
+
+
+@cli.command()
+@_output
+def demo(output: Path | None, force: bool, no_figures: bool) -> None:
+    """Run the chapter's section 6.1: a Rhino XR-4 servoing on a cube."""
+    folder = _folder(output or _free_folder("robsim-demo"), force)
+    _simulate(_load(examples.path("chapter_6_1"), ()), folder, not no_figures)
+
+
+@cli.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@_output
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help="Change a value.")
+def run(
+    file: Path, output: Path | None, force: bool, no_figures: bool, changes: tuple[str, ...]
+) -> None:
+    """Simulate the scenario in FILE and write the run, the scenario and the figures."""
+    scenario = _load(file, changes)
+    folder = _folder(output or _free_folder(f"{file.stem}-run"), force)
+    _simulate(scenario, folder, not no_figures)
+
+
+@cli.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help="Change a value.")
+def check(file: Path, changes: tuple[str, ...]) -> None:
+    """Read FILE and try its goal and start without simulating."""
+    scenario = _load(file, changes)
+    scenario.check()
+    scene = scenario.scene
+    click.echo(f"{file}: all is well")
+    click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
+    click.echo(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
+    click.echo(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")
+
+
+@cli.command("examples")
+@click.argument("name", required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to copy it.")
+@click.option("--force", is_flag=True, help="Write over an existing file.")
+def examples_(name: str | None, output: Path | None, force: bool) -> None:
+    """List the example scenarios, or copy one out."""
+    if name is None:
+        for each in examples.names():
+            click.echo(f"{each:20} {_load(examples.path(each), ()).title}")
+        click.echo("copy one out: robsim examples NAME")
+        return
+    source, target = examples.path(name), output or Path(f"{name}.toml")
+    target = target / f"{name}.toml" if target.is_dir() else target
+    if target.exists() and not force:
+        raise FileError(f"{target} exists; --force writes over it")
+    _write(target, source.read_text(encoding="utf-8"))
+    click.echo(f"wrote {target}; run it with: robsim run {target}")
+
+
+@cli.command("robots")
+def robots_() -> None:
+    """List the robots of the library."""
+    for name in robots.names():
+        links = ", ".join(link.name for link in robots.load(name).links)
+        click.echo(f"{name:14} {robots.about(name)}\n{'':14} links: {links}")
+
+
+def main() -> None:
+    """Run the command line; exit status 0 when a simulation ran, 2 for bad input."""
+    try:
+        cli(standalone_mode=False)
+    except RobSimError as error:
+        _fail(f"error: {error}")
+    except click.ClickException as error:
+        error.show()
+        sys.exit(BAD_INPUT)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("stopped", err=True)
+        sys.exit(STOPPED)
+    except BrokenPipeError:  # the reader of our output went away, as `head` does
+        sys.stderr.close()
+
+
+def _fail(message: str) -> None:
+    click.echo(message, err=True)
+    sys.exit(BAD_INPUT)
+
+
+def _load(file: Path, changes: tuple[str, ...]) -> Scenario:
+    from robsim.scenario import load_scenario
+
+    return load_scenario(file, set=list(changes))
+
+
+def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
+    """Run, write, draw and say how it went. What was simulated before Ctrl-C is kept."""
+    click.echo(scenario.title or "simulating")
+    if is_cold():
+        click.echo("compiling the kernels, once on this machine: this takes a few seconds")
+    try:
+        with _warnings_as_lines(), _progress() as progress:
+            result = scenario.run(progress)
+    except Interrupted as stop:
+        _save(stop.run, scenario, folder)
+        click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
+        sys.exit(STOPPED)
+    _save(result, scenario, folder)
+    if figures:
+        _draw(result, scenario, folder)
+    _report(result, folder)
+
+
+@contextmanager
+def _progress() -> Iterator[Any]:
+    """A progress bar on a terminal, silence elsewhere."""
+    with click.progressbar(length=1000, label="simulating", file=sys.stderr) as bar:
+
+        def show(share: float) -> None:
+            bar.update(round(1000 * share) - bar.pos)
+
+        yield show
+        show(1.0)
+
+
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """A warning is a line for the user, not a line of our source."""
+    import warnings
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RankWarning)
+        yield
+    for warning in caught:
+        click.echo(f"warning: {warning.message}", err=True)
+
+
+def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
+    from robsim.results import save_run
+
+    save_run(result, folder / "run.nc")
+    _write(folder / "scenario.toml", scenario.text)
+
+
+def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
+    """The three figures; of a batch, the image alone."""
+    from robsim import plot
+
+    figures = {"image": plot.image(result)}
+    if "run" not in result.dims and "time" in result.dims:
+        figures |= {
+            "scene": plot.scene(scenario.scene, run=result),
+            "velocity": plot.velocity(result),
+        }
+    for name, figure in figures.items():
+        figure.savefig(folder / f"{name}.png", dpi=200)
+
+
+def _report(result: xr.Dataset, folder: Path) -> None:
+    if "run" in result.dims:
+        counts = [(o, int((result.outcome == o).sum())) for o in Outcome]
+        for outcome, count in counts:
+            if count:
+                click.echo(f"{count:7} {outcome.name}")
+    else:
+        click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
+        click.echo(f"time         {float(result.end_time):.2f} s")
+        click.echo(f"final error  {float(result.pixel_error):.3g} px")
+        click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
+    click.echo(f"results      {folder}")
+
+
+def _free_folder(name: str) -> Path:
+    """The first of name, name-2, name-3, ... that does not exist."""
+    candidates = (Path(name if i == 1 else f"{name}-{i}") for i in range(1, 10_000))
+    return next(folder for folder in candidates if not folder.exists())
+
+
+def _folder(folder: Path, force: bool) -> Path:
+    """The folder, made and found writable before anything is computed."""
+    if (folder / "run.nc").exists() and not force:
+        raise FileError(f"{folder} holds a run; choose another folder with -o, or --force")
+    _write(folder / "scenario.toml", "")
+    return folder
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror or error}") from None

@@ -1,0 +1,146 @@
+"""Whether and why each run of a chunk ends, decided from one instant.
+
+Where several reasons hold, the first of this order is given: a state that is not finite, a joint
+limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command that
+is not finite, a stall (the caller tells a singularity from a local minimum).
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels import camera
+from robsim.kernels.jit import kernel
+
+RUNNING, CONVERGED, LOCAL_MINIMUM, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2, 3, 4
+JOINT_LIMIT, SINGULAR, DIVERGED, NOT_FINITE, TIME_LIMIT = 5, 6, 7, 8, 9
+STALL_PERIODS = 10
+
+
+@kernel
+def _largest(x, out):
+    """out[b] = max_i |x[i, b]|; NaN or infinite if any of them is."""
+    out[:] = 0.0
+    for i in range(x.shape[0]):
+        for b in range(out.size):
+            out[b] = max(out[b], abs(x[i, b]))
+    for i in range(x.shape[0]):
+        for b in range(out.size):
+            out[b] += x[i, b] * 0.0
+
+
+@kernel
+def _norm(x, out):
+    out[:] = 0.0
+    for i in range(x.shape[0]):
+        for b in range(out.size):
+            out[b] += x[i, b] * x[i, b]
+    for b in range(out.size):
+        out[b] = math.sqrt(out[b])
+
+
+@kernel
+def _beyond(q, limits, out):
+    """out[b] = whether a coordinate is outside its limits."""
+    out[:] = False
+    for i in range(q.shape[0]):
+        for b in range(out.size):
+            out[b] |= (q[i, b] < limits[i, 0]) | (q[i, b] > limits[i, 1])
+
+
+@kernel
+def _worst(status, out):
+    out[:] = camera.IN_IMAGE
+    for n in range(status.shape[0]):
+        for b in range(out.size):
+            out[b] = max(out[b], status[n, b])
+
+
+@kernel
+def sizes(error, depth, norm, farthest):
+    """norm[b] of the error and the largest depth[n, b]: what a run is compared with later."""
+    _norm(error, norm)
+    _largest(depth, farthest)
+
+
+@kernel
+def _stands_still(reach, qd, gain, tolerance, still):
+    """Count the periods in which the command moves no feature by the tolerance in 1/gain."""
+    change, largest = np.zeros((reach.shape[0], still.size)), np.empty(still.size)
+    for i in range(reach.shape[0]):
+        for j in range(reach.shape[1]):
+            for b in range(still.size):
+                change[i, b] += reach[i, j, b] * qd[j, b]
+    _largest(change, largest)
+    for b in range(still.size):
+        still[b] = still[b] + 1 if largest[b] < tolerance * gain else 0
+
+
+@kernel
+def _path(before, T, length):
+    """length[b] += the way from before[3, b] to the origin of T[3, 4, b], which replaces it."""
+    for b in range(length.size):
+        x, y, z = T[0, 3, b] - before[0, b], T[1, 3, b] - before[1, b], T[2, 3, b] - before[2, b]
+        length[b] += math.sqrt(x * x + y * y + z * z)
+        before[0, b], before[1, b], before[2, b] = T[0, 3, b], T[1, 3, b], T[2, 3, b]
+
+
+@kernel
+def judge(
+    q,
+    limits,
+    status,
+    depth,
+    error,
+    qd,
+    reach,
+    gain,
+    tolerance,
+    T,
+    norm,
+    farthest,
+    still,
+    before,
+    length,
+    outcome,
+):
+    """outcome[b] after one instant; still[b] counts the periods without motion.
+
+    The way from before[3, b] to the origin of T[3, 4, b] is added to length[b]. A run stands
+    still while its command would move the features by less than the tolerance in the time
+    1/gain, and the error is not below it. It diverges when its error exceeds norm[b] or a depth
+    farthest[b].
+    """
+    size, away, far = np.empty(outcome.size), np.empty(outcome.size), np.empty(outcome.size)
+    state, speed = np.empty(outcome.size), np.empty(outcome.size)
+    beyond, where = np.empty(outcome.size, np.bool_), np.empty(outcome.size, np.int8)
+    _largest(error, size)
+    _norm(error, away)
+    _largest(depth, far)
+    _largest(q, state)
+    _largest(qd, speed)
+    _beyond(q, limits, beyond)
+    _worst(status, where)
+    _stands_still(reach, qd, gain, tolerance, still)
+    _path(before, T, length)
+    for b in range(outcome.size):
+        if not math.isfinite(state[b]):
+            outcome[b] = NOT_FINITE
+        elif beyond[b]:
+            outcome[b] = JOINT_LIMIT
+        elif where[b] == camera.BEHIND_CAMERA:
+            outcome[b] = BEHIND_CAMERA
+        elif where[b] == camera.OUT_OF_IMAGE:
+            outcome[b] = OUT_OF_IMAGE
+        elif not math.isfinite(size[b]):
+            outcome[b] = NOT_FINITE
+        elif size[b] < tolerance:
+            outcome[b] = CONVERGED
+        elif away[b] > norm[b] or far[b] > farthest[b]:
+            outcome[b] = DIVERGED
+        elif not math.isfinite(speed[b]):
+            outcome[b] = NOT_FINITE
+        elif still[b] >= STALL_PERIODS:
+            outcome[b] = LOCAL_MINIMUM
+        else:
+            outcome[b] = RUNNING

@@ -1,0 +1,57 @@
+"""Why a run ended."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from robsim.kernels import endings
+
+
+class Outcome(IntEnum):
+    """The reason for which a run ended; `message` says what it means and what to try.
+
+    Where several hold at one instant, the order is: NOT_FINITE, JOINT_LIMIT, BEHIND_CAMERA,
+    OUT_OF_IMAGE, CONVERGED, DIVERGED, SINGULAR, LOCAL_MINIMUM, TIME_LIMIT. RUNNING is the state
+    of a run that was interrupted.
+
+    >>> Outcome.CONVERGED.message
+    'converged: every feature error is below the tolerance'
+    """
+
+    RUNNING = endings.RUNNING
+    CONVERGED = endings.CONVERGED
+    LOCAL_MINIMUM = endings.LOCAL_MINIMUM
+    OUT_OF_IMAGE = endings.OUT_OF_IMAGE
+    BEHIND_CAMERA = endings.BEHIND_CAMERA
+    JOINT_LIMIT = endings.JOINT_LIMIT
+    SINGULAR = endings.SINGULAR
+    DIVERGED = endings.DIVERGED
+    NOT_FINITE = endings.NOT_FINITE
+    TIME_LIMIT = endings.TIME_LIMIT
+
+    @property
+    def message(self) -> str:
+        """One sentence for the user."""
+        return f"{self.name.lower().replace('_', ' ')}: {_MESSAGES[self]}"
+
+
+_MESSAGES = {
+    Outcome.RUNNING: "the simulation was stopped before this run ended",
+    Outcome.CONVERGED: "every feature error is below the tolerance",
+    Outcome.LOCAL_MINIMUM: (
+        "the law commands no motion although the error remains; try L desired or mean, "
+        "the other law, or a nearer start"
+    ),
+    Outcome.OUT_OF_IMAGE: (
+        "a mark left the image; try a lower gain, a larger image, L mean, or a nearer start"
+    ),
+    Outcome.BEHIND_CAMERA: "a mark came behind the camera; try L mean or a nearer start",
+    Outcome.JOINT_LIMIT: "a joint left its limits; try another start or goal",
+    Outcome.SINGULAR: (
+        "the law commands no motion because L J lost rank here; try a damped inverse or other "
+        "features"
+    ),
+    Outcome.DIVERGED: "the error or the depth grew a hundredfold; try a lower gain or another L",
+    Outcome.NOT_FINITE: "a number is not finite: a feature, a law or a state overflowed",
+    Outcome.TIME_LIMIT: "the time was over before the error was small; try a longer duration",
+}

@@ -1,0 +1,10 @@
+"""Figures of scenes and runs, made with Matplotlib; a figure is returned, never shown.
+
+Where Matplotlib opens windows, plt.show() shows them; elsewhere they are the caller's alone, to
+save with figure.savefig("name.pdf").
+"""
+
+from robsim.plot.image import image as image
+from robsim.plot.run import run as run
+from robsim.plot.scene import scene as scene
+from robsim.plot.velocity import velocity as velocity

@@ -1,0 +1,83 @@
+"""What the 3-D window shows of a scene: at one moment, or from start to end of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.arrays import Array
+from robsim.errors import InputError
+from robsim.plot import history, wireframe
+from robsim.plot.wireframe import Wire
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.scene import Scene
+
+FRUSTUM = 0.12  # depth of a camera without a body, as a share of the scene
+STILL = 1e-6  # metres
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Solids as they are, those that were elsewhere before, marks, and paths."""
+
+    solid: list[Wire]
+    before: list[Wire]
+    marks: Array  # (M, 3)
+    mark_colors: list[str]
+    paths: dict[str, Array]  # (moments, 3) of each camera and object that moves
+
+    @property
+    def points(self) -> Array:
+        """(N, 3) all that must be in view; the origin if there is nothing."""
+        wires = [wire.points for wire in (*self.solid, *self.before)]
+        points = np.concatenate([self.marks, *self.paths.values(), *wires])
+        return points if len(points) else np.zeros((1, 3))
+
+
+def picture_of(scene: Scene, q: Any, run: xr.Dataset | None) -> Picture:
+    """The scene at q (nq,), home by default, or from start to end of one run.
+
+    InputError: q and run, or several of either; a run of another scene.
+    """
+    states = _states(scene, q, run)
+    marks, ways = wireframe.marks(scene, states[-1]), _ways(scene, states)
+    depth = FRUSTUM * _size([marks, *ways.values()])
+    solid = wireframe.wires(scene, states[-1], depth)
+    pairs = zip(wireframe.wires(scene, states[0], depth), solid, strict=True)
+    before = [old for old, new in pairs if np.abs(old.points - new.points).max() > STILL]
+    paths = {n: ways[n] for n in _things(scene) if np.ptp(ways[n], axis=0).max() > STILL}
+    return Picture(solid, before, marks, wireframe.mark_colors(scene), paths)
+
+
+def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
+    """(moments, nq): one, or those of a run."""
+    if run is not None:
+        if q is not None:
+            raise InputError("give q or run, not both: a run brings its own q")
+        return history.configurations(history.single(run, timed=False), scene)
+    now = scene.coordinates(scene.home if q is None else q, limits=False)
+    if now.ndim != 1:
+        raise InputError(f"q: a figure shows one configuration ({scene.nq},), got {now.shape}")
+    return now[None]
+
+
+def _ways(scene: Scene, states: Array) -> dict[str, Array]:
+    """(moments, 3) ways of the origins of all frames of the scene."""
+    links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
+    frames = [*links, *_things(scene)]
+    return {name: wireframe.displayed(scene, name, states)[:, :3, 3] for name in frames}
+
+
+def _things(scene: Scene) -> list[str]:
+    return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+
+
+def _size(points: list[Array]) -> float:
+    """The longest side of the box around all points, metres; 1 if there is none."""
+    found = np.concatenate(points)
+    return (float(np.ptp(found, axis=0).max()) if len(found) else 0.0) or 1.0

@@ -1,0 +1,44 @@
+"""One figure that tells a run: the scene, the image, the velocities and the error."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from robsim.plot import history
+from robsim.plot.canvas import new_figure, style
+from robsim.plot.image import draw as draw_image
+from robsim.plot.picture import picture_of
+from robsim.plot.scene import draw as draw_scene
+from robsim.plot.velocity import draw as draw_velocity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.scene import Scene
+
+
+def run(run: xr.Dataset, scene: Scene) -> Figure:
+    """The run of a scene on one slide: `scene`, `image` and `velocity` together.
+
+    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
+    >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
+    >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+    >>> there = Scene(fly, square, Mounted("eye", camera, "fly.body"))
+    >>> len(run(simulate(there, IBVS(), Pose.at(0.1, 0, -0.2), duration=1.0), there).axes)
+    5
+    """
+    one = history.single(run)
+    with style():
+        figure = new_figure(12.8, 7.2)
+        rows = figure.add_gridspec(2, 1, height_ratios=(2, 1))
+        above, below = rows[0].subgridspec(1, 2, width_ratios=(1.1, 1)), rows[1].subgridspec(1, 3)
+        draw_scene(figure, above[0], picture_of(scene, None, one))
+        image = figure.add_subplot(above[1])
+        draw_image(image, one)
+        image.set_title("")
+        draw_velocity([figure.add_subplot(below[i]) for i in range(3)], one)
+        figure.suptitle(f"{history.ending(one)}; path {float(one['path_length']):.3g} m")
+    return figure

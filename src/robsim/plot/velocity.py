@@ -1,0 +1,82 @@
+"""The velocity window: camera velocity and error over time (chapter, fig. 14)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robsim.arrays import Array
+from robsim.plot import history, palette
+from robsim.plot.canvas import new_figure, style
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def velocity(run: xr.Dataset) -> Figure:
+    """Camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
+
+    The error is on a logarithmic scale, where an exponential decay is a straight line: bold its
+    norm, thin the sizes of its components.
+
+    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
+    >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
+    >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+    >>> scene = Scene(fly, square, Mounted("eye", camera, "fly.body"))
+    >>> figure = velocity(simulate(scene, IBVS(), Pose.at(0.1, 0, -0.2), duration=1.0))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['v (m/s)', 'ω (rad/s)', 'error (–)']
+    """
+    one = history.single(run)
+    with style():
+        figure = new_figure(5.6, 6.4)
+        panels = figure.subplots(3, 1, sharex=True)
+        draw(panels, one)
+        for upper in panels[:2]:
+            upper.set_xlabel("")
+        figure.suptitle(history.ending(one))
+    return figure
+
+
+def draw(panels: Sequence[Axes], one: xr.Dataset) -> None:
+    """Draw v, omega and the error of one run into three axes."""
+    time, twist = one["time"].values, one["camera_velocity"].values
+    _draw_vector(panels[0], time, twist[:, :3], "v")
+    _draw_vector(panels[1], time, twist[:, 3:], r"\omega")
+    _draw_error(panels[2], time, np.abs(one["error"].values), one["error_norm"].values)
+    unit = one["error"].attrs.get("units", "1")
+    labels = ("v (m/s)", "ω (rad/s)", f"error ({'–' if unit == '1' else unit})")
+    for axes, label in zip(panels, labels, strict=True):
+        axes.set(xlabel="time (s)", ylabel=label, xlim=(0, time[-1] if time[-1] > 0 else 1))
+        axes.grid(True)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
+
+
+def _draw_vector(axes: Axes, time: Array, values: Array, symbol: str) -> None:
+    """Three components (moments, 3), which differ in colour and in line style."""
+    axes.axhline(0.0, color=palette.GREY, linewidth=0.6)
+    for i, (color, line) in enumerate(palette.COMPONENTS):
+        label = f"${symbol}_{'xyz'[i]}$"
+        axes.plot(time, values[:, i], line, color=color, linewidth=1.4, label=label, **_dot(time))
+
+
+def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array) -> None:
+    """Norm (moments,) and sizes of the components (moments, k), logarithmic unless all zero."""
+    axes.plot(time, norm, color=palette.BLACK, linewidth=2, label="norm", zorder=3, **_dot(time))
+    lines = axes.plot(time, sizes, color=palette.GREY, linewidth=0.6)
+    lines[0].set_label("|components|")
+    shown = norm[(norm > 0) & np.isfinite(norm)]
+    if shown.size:
+        low, high = np.log10([shown.min() / 10, shown.max()])
+        axes.set(yscale="log", ylim=(10 ** np.floor(low), 10 ** np.ceil(high + 1e-9)))
+
+
+def _dot(time: Array) -> dict[str, Any]:
+    """A line of one point is not seen without a marker."""
+    return {"marker": "."} if len(time) == 1 else {}

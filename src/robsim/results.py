@@ -1,0 +1,253 @@
+"""Results: what a simulation returns, with names, units and provenance; saved and opened."""
+
+from __future__ import annotations
+
+import os
+import platform
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numba
+import numpy as np
+import xarray as xr
+
+import robsim
+from robsim import describe
+from robsim.arrays import Array
+from robsim.camera import Camera
+from robsim.errors import FileError
+from robsim.kernels import tree
+from robsim.kernels.jit import KERNEL_HASH
+from robsim.outcome import Outcome
+from robsim.pose import homogeneous
+from robsim.record import Track
+from robsim.scene import Scene
+from robsim.servo import IBVS, Computed
+from robsim.servo.inverse import product
+
+if TYPE_CHECKING:
+    from robsim.simulate import Loop
+
+BLOCK = 65536  # moments that are turned into poses and velocities at a time
+UNITS = {
+    "camera_pose": "m",
+    "camera_velocity": "m/s, rad/s",
+    "pixels": "px",
+    "pixels_goal": "px",
+    "end_time": "s",
+    "path_length": "m",
+    "pixel_error": "px",
+    "outcome": "1",
+}
+DESCRIPTIONS = {
+    "q": "coordinates of the robots",
+    "qd": "commanded velocities, held for one period",
+    "camera_pose": "pose of the camera in the world",
+    "camera_velocity": "twist (v, omega) of the camera in its own axes",
+    "s": "features as measured",
+    "s_goal": "features at the goal",
+    "error": "s - s_goal",
+    "error_norm": "length of the error",
+    "lyapunov": "half the square of error_norm (chapter, eq. 16)",
+    "pixels": "where the marks are in the image, without noise",
+    "pixels_goal": "where the marks are in the image at the goal",
+    "outcome": "why the run ended, see robsim.Outcome",
+    "end_time": "when the run ended",
+    "path_length": "way of the camera, or of the target where the camera stands still",
+    "pixel_error": "largest distance of a mark from its goal in the image, at the end",
+    "q0": "start",
+    "q_end": "end",
+}
+
+
+def dataset(loop: Loop, scene: Scene, task: IBVS, single: bool) -> xr.Dataset:
+    """The record of a finished (or stopped) simulation as a Dataset."""
+    recorder, controller = loop.recorder, loop.controller
+    series = recorder.last if recorder.every is None else recorder.series
+    tall = ["run", "time"]
+    goal = controller.goal.pixels[..., 0]
+    variables = {
+        **_motion(scene, controller.truth.eye.name, series, tall),
+        **_features(series, controller.s_goal, tall),
+        "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
+        "pixels_goal": (["mark", "axis"], goal),
+        "s_goal": (["feature"], controller.s_goal),
+        **_ends(loop, goal),
+    }
+    result = xr.Dataset(
+        variables, _coordinates(loop, scene), _provenance(loop, scene, task, single)
+    )
+    if recorder.every is None:
+        result = result.isel(time=0, drop=True)
+    if single:
+        result = result.isel(run=0)
+    return _annotated(result, task.features.unit, scene)
+
+
+def _motion(scene: Scene, camera: str, series: Track, tall: list[str]) -> dict[str, Any]:
+    """q, qd, and what they mean for the camera."""
+    poses, twists = _camera_motion(scene, camera, series.q, series.qd)
+    return {
+        "q": ([*tall, "coordinate"], series.q),
+        "qd": ([*tall, "velocity"], series.qd),
+        "camera_pose": ([*tall, "row", "column"], poses),
+        "camera_velocity": ([*tall, "twist"], twists),
+    }
+
+
+def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
+    """s and what follows from it. Sums go feature by feature: the same for any batch."""
+    error = series.s - s_goal
+    square = np.zeros(error.shape[:2])
+    for i in range(error.shape[2]):
+        square += error[..., i] ** 2
+    return {
+        "s": ([*tall, "feature"], series.s),
+        "error": ([*tall, "feature"], error),
+        "error_norm": (tall, np.sqrt(square)),
+        "lyapunov": (tall, 0.5 * square),
+    }
+
+
+def _ends(loop: Loop, goal: Array) -> dict[str, Any]:
+    recorder = loop.recorder
+    away = recorder.last.pixels.reshape(-1, *goal.shape) - goal
+    return {
+        "outcome": ("run", recorder.outcome),
+        "end_time": ("run", recorder.end_step * loop.dt),
+        "path_length": ("run", recorder.path_length),
+        "pixel_error": ("run", np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1)),
+        "q0": (["run", "coordinate"], loop.q0),
+        "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
+    }
+
+
+def _camera_motion(scene: Scene, camera: str, q: Array, qd: Array) -> tuple[Array, Array]:
+    """Poses (runs, moments, 4, 4) and twists (runs, moments, 6) of the camera."""
+    joints, shape = scene.tree, q.shape[:2]
+    poses, twists = np.empty((q[..., 0].size, 4, 4)), np.empty((q[..., 0].size, 6))
+    rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
+    carries = joints.carries(camera)
+    for part in _blocks(len(poses)):
+        M = joints.bodies(np.ascontiguousarray(rows[part].T))
+        T = joints.frame(M, camera)
+        J = np.empty((6, joints.nv, T.shape[-1]))
+        tree.camera_jacobian(M, T, joints.body, joints.angular, joints.axis, carries, J)
+        poses[part] = homogeneous(T)
+        poses[part][np.isnan(T[0, 0])] = np.nan
+        twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T
+    return poses.reshape(*shape, 4, 4), twists.reshape(*shape, 6)
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(i, i + BLOCK) for i in range(0, count, BLOCK))
+
+
+def _coordinates(loop: Loop, scene: Scene) -> dict[str, Any]:
+    every = loop.recorder.every or 1
+    moments = max(loop.recorder.moments, 1)
+    return {
+        "run": ("run", loop.first_run + np.arange(len(loop.q0))),
+        "time": ("time", np.arange(moments) * every * loop.dt),
+        "coordinate": ("coordinate", list(scene.coordinate_names)),
+        "coordinate_unit": ("coordinate", list(scene.coordinate_units)),
+        "velocity": ("velocity", list(scene.velocity_names)),
+        "twist": ("twist", ["vx", "vy", "vz", "wx", "wy", "wz"]),
+        "axis": ("axis", ["column", "row"]),
+    }
+
+
+def _provenance(loop: Loop, scene: Scene, task: IBVS, single: bool) -> dict[str, Any]:
+    """Who computed this, from what."""
+    settings: dict[str, Any] = {
+        "dt": loop.dt,
+        "duration": loop.steps * loop.dt,
+        "seed": loop.seed,
+        "noise": loop.noise,
+        "record": loop.record,
+    }
+    try:
+        text = describe.scenario(scene, task, settings, loop.q0[0] if single else None)
+    except describe.NoDescription as reason:
+        text, settings["no_scenario"] = "", str(reason)
+    return {
+        "title": "RobSim run",
+        "robsim": robsim.__version__,
+        "kernel_hash": KERNEL_HASH,
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "machine": platform.machine(),
+        **settings,
+        "seed": str(loop.seed),  # may exceed what a file's integers hold
+        "goal": "computed" if isinstance(task.goal, Computed) else "shown",
+        "belief": "the truth" if task.belief is None else "differs from the truth",
+        "law": repr(task.law),
+        "inverse": repr(task.inverse),
+        "interaction": task.interaction,
+        "tolerance": loop.controller.tolerance,
+        **_image(loop.controller.truth.eye.camera),
+        "single": int(single),
+        "scenario": text,
+    }
+
+
+def _image(camera: Camera) -> dict[str, Any]:
+    """Size and centre of the image in pixels, for its figure."""
+    size = {"image_size": np.array(camera.size)} if camera.size else {}
+    return {**size, "image_centre": np.array([camera.K[0, 2], camera.K[1, 2]])}
+
+
+def _annotated(result: xr.Dataset, unit: str, scene: Scene) -> xr.Dataset:
+    joints = sorted(set(scene.coordinate_units))
+    unit_q = joints[0] if len(joints) == 1 else "see coordinate_unit"
+    rates = f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"
+    units = {
+        **UNITS,
+        **dict.fromkeys(("q", "q0", "q_end"), unit_q),
+        "qd": rates,
+        **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
+        "lyapunov": unit if unit == "1" else f"{unit}^2",
+    }
+    for name, variable in result.data_vars.items():
+        variable.attrs = {"units": units[str(name)], "long_name": DESCRIPTIONS[str(name)]}
+    result["outcome"].attrs |= {
+        "flag_values": np.array([int(o) for o in Outcome], dtype=np.int8),
+        "flag_meanings": " ".join(o.name for o in Outcome),
+    }
+    if "time" in result.coords:
+        result["time"].attrs = {"units": "s", "long_name": "time"}
+    return result
+
+
+def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
+    """Write a run as NetCDF-4; the file appears only once it is complete.
+
+    FileError: the folder cannot be written.
+    """
+    target = Path(path)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".robsim-") as folder:
+            draft = Path(folder) / target.name
+            run.to_netcdf(draft, engine="h5netcdf")
+            draft.replace(target)
+    except OSError as error:
+        raise FileError(f"cannot write {target}: {error.strerror or error}") from None
+    return target
+
+
+def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a run that `save_run` wrote. FileError: missing, or not a run."""
+    source = Path(path)
+    if not source.is_file():
+        raise FileError(f"no file {source}")
+    try:
+        with xr.open_dataset(source, engine="h5netcdf", decode_times=False) as data:
+            run = data.load()
+    except (OSError, ValueError, KeyError) as error:
+        raise FileError(f"{source} is not a NetCDF-4 file: {error}") from None
+    if run.attrs.get("title") != "RobSim run":
+        raise FileError(f"{source} is not a run that RobSim saved")
+    return run

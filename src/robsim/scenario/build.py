@@ -1,0 +1,216 @@
+"""From the tables of the schema to the values of robsim."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from robsim.arrays import Array
+from robsim.camera import Camera
+from robsim.errors import InputError, suggest
+from robsim.pose import IDENTITY, Pose
+from robsim.primitives import Block, CameraBody, Primitive, Wheel
+from robsim.robot import Link, Robot, dh_constants
+from robsim.scenario import schema
+from robsim.scenario.problems import Problems, under
+from robsim.scenario.quantity import coordinate
+from robsim.scene import Mounted, Object, Scene
+from robsim.tree import COORDINATE_UNITS, COORDINATES, Joint
+
+MOST_LINKS_IN_ALL = 1024
+T = TypeVar("T", bound=schema.PartTable)
+V = TypeVar("V")
+
+
+def scene(table: schema.SceneTable, problems: Problems, *prefix: str) -> Scene:
+    """The scene; FileError with all that is wrong."""
+    robots = _each(table.robots, robot, problems, *prefix, "robots")
+    objects = _each(table.objects, thing, problems, *prefix, "objects")
+    cameras = _each(table.cameras, camera, problems, *prefix, "cameras")
+    with problems.at(*prefix, "display"):
+        display = pose(table.display)
+    _check_frames(table, problems, prefix)
+    problems.stop()
+    with problems.at(*prefix):
+        return Scene(robots, objects, cameras, display=display)
+    problems.stop()
+    raise AssertionError("a scene is built or there is a problem")
+
+
+def pose(table: schema.PoseKeys) -> Pose:
+    """A pose; InputError for two rotations at once."""
+    given = [key for key in ("rpy", "rotvec", "rotation") if getattr(table, key) is not None]
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)}: give one rotation only")
+    if not given and table.position is None:
+        return IDENTITY
+    T = np.eye(4)
+    if table.rotation is not None:
+        T[:3, :3] = table.rotation
+    elif table.rpy is not None:
+        T = np.array(Pose.at(rpy=table.rpy))
+    elif table.rotvec is not None:
+        T = np.array(Pose.at(rotvec=table.rotvec))
+    if table.position is not None:
+        T[:3, 3] = table.position
+    with under("rotation"):
+        return Pose(T)
+
+
+def robot(table: schema.RobotTable) -> Robot:
+    """A robot, its links and its home."""
+    links: list[Link] = []
+    for part in table.links:
+        with under("links", part.name):
+            links.append(_link(part, table.convention, links))
+    units = [unit for k in links for unit in COORDINATE_UNITS[k.joint.kind]]
+    labels = [k.name for k in links for _ in range(COORDINATES[k.joint.kind])]
+    home = None
+    if table.home is not None:
+        with under("home"):
+            home = configuration(table.home, units, labels)
+    base = pose(table)
+    with under("home"):
+        made = Robot(table.name, tuple(links), home, base=base, on=table.on)
+    with under("links"):
+        _ = made.tree  # names, parents and loops are checked here
+    return made
+
+
+def configuration(given: Sequence[Any], units: Sequence[str], labels: Sequence[str]) -> Array:
+    """Coordinates, each in the unit of its joint."""
+    if len(given) != len(units):
+        names = ", ".join(labels) or "none"
+        raise InputError(f"{len(given)} coordinates, expected {len(units)}: {names}")
+    values = np.empty(len(units))
+    for i, (value, unit) in enumerate(zip(given, units, strict=True)):
+        with under(i):
+            values[i] = coordinate(value, unit)
+    return values
+
+
+def thing(table: schema.ObjectTable) -> Object:
+    """An object; its marks are the vertices of its shapes unless they are given."""
+    marks = None if table.marks is None else np.array(table.marks).reshape(-1, 3)
+    made = Object(table.name, _shapes(table.shapes), marks, pose(table), table.on)
+    if len(made.marks) > schema.MOST_MARKS:
+        raise InputError(f"{len(made.marks)} marks; at most {schema.MOST_MARKS}: name them (marks)")
+    return made
+
+
+def camera(table: schema.CameraTable) -> Mounted:
+    """A camera where it is mounted."""
+    size = None if table.size is None else (table.size[0], table.size[1])
+    body = None
+    if table.body is not None:
+        with under("body"):
+            body = _brick(table.body)
+    K = np.array(_intrinsics(table))
+    with under("K"):
+        lens = Camera(K, size, body=body)
+    with under("distortion"):
+        lens = replace(lens, distortion=tuple(table.distortion))
+    return Mounted(table.name, lens, table.on, pose(table))
+
+
+def _intrinsics(table: schema.CameraTable) -> list[list[float]]:
+    parts = [key for key in ("focal", "center", "skew") if getattr(table, key) is not None]
+    if table.K is not None:
+        if parts:
+            raise InputError(f"K and {', '.join(parts)}: give K alone, or focal and its companions")
+        return table.K
+    if table.focal is None:
+        raise InputError(
+            "focal is missing: give K = [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] "
+            "or focal = [fx, fy], in pixels"
+        )
+    if table.center is None and table.size is None:
+        raise InputError("center is missing: give it, or size, whose middle it then is")
+    (fx, fy), (cx, cy) = table.focal, table.center or [(n - 1) / 2 for n in table.size or ()]
+    return [[fx, table.skew or 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+
+
+def _link(table: schema.LinkTable, convention: str, before: list[Link]) -> Link:
+    """A link; it hangs from the one before it unless it says otherwise."""
+    if not before and (table.parent or table.joint != "fixed" or table.dh):
+        raise InputError(
+            "the first link is the base: it has no parent, joint or dh; a robot that moves as a "
+            "whole gets a base link first, and then its moving link"
+        )
+    parent = table.parent or (before[-1].name if before else None)
+    limits = None if table.limits is None else _limits(table.limits, table.joint)
+    joint = Joint(table.joint, *_constants(table, convention), limits)
+    return Link(table.name, parent, joint, _shapes(table.shapes))
+
+
+def _constants(table: schema.LinkTable, convention: str) -> tuple[Pose, Pose]:
+    """place and tail of a joint."""
+    if table.dh is None:
+        with under("place"):
+            place = pose(table.place)
+        with under("tail"):
+            return place, pose(table.tail)
+    if {"place", "tail"} & table.model_fields_set:
+        raise InputError("dh and place or tail: give one of the two only")
+    if table.joint == "floating":
+        raise InputError("a floating joint has place and tail, not dh")
+    row = np.array([table.dh.theta, table.dh.d, table.dh.a, table.dh.alpha])
+    return dh_constants(row, convention, table.joint)
+
+
+def _limits(given: Sequence[str], kind: str) -> tuple[float, float]:
+    units = COORDINATE_UNITS[kind]
+    with under("limits"):
+        if len(units) != 1:
+            raise InputError(f"a {kind} joint has none")
+        low, high = configuration(given, units * 2, ("lowest", "highest"))
+    return float(low), float(high)
+
+
+def _shapes(tables: Iterable[schema.ShapeTable]) -> tuple[Primitive, ...]:
+    made: list[Primitive] = []
+    for i, table in enumerate(tables):
+        with under("shapes", i):
+            made.append(_brick(table))
+    return tuple(made)
+
+
+def _brick(table: schema.BodyTable | schema.BlockTable | schema.WheelTable) -> Any:
+    where = pose(table)
+    if isinstance(table, schema.WheelTable):
+        return Wheel(table.radius, table.width, table.n, table.color, pose=where)
+    brick = Block if isinstance(table, schema.BlockTable) else CameraBody
+    return brick(table.length, table.width, table.height, table.color, pose=where)
+
+
+def _each(
+    tables: Sequence[T], build: Callable[[T], V], problems: Problems, *prefix: str
+) -> tuple[V, ...]:
+    """What each table says, with the problems of all of them."""
+    made = []
+    for table in tables:
+        with problems.at(*prefix, table.name):
+            made.append(build(table))
+    return tuple(made)
+
+
+def _check_frames(table: schema.SceneTable, problems: Problems, prefix: Iterable[str]) -> None:
+    """What a thing stands on must exist; no name may be given twice."""
+    kinds: dict[str, Sequence[schema.PartTable]] = {
+        "robots": table.robots,
+        "objects": table.objects,
+        "cameras": table.cameras,
+    }
+    frames = ["world", *(f"{r.name}.{k.name}" for r in table.robots for k in r.links)]
+    if len(frames) > MOST_LINKS_IN_ALL:
+        problems.add("robots", f"more than {MOST_LINKS_IN_ALL} links in all")
+        return
+    frames += [part.name for part in (*table.objects, *table.cameras)]
+    for kind, parts in kinds.items():
+        for part in parts:
+            if part.on not in frames:
+                with problems.at(*prefix, kind, part.name, "on"):
+                    raise InputError(f"no frame {part.on!r}; {suggest(part.on, frames, 'frames')}")

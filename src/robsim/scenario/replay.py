@@ -1,0 +1,61 @@
+"""Doing a run again from what it says about itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.errors import InputError
+from robsim.scenario.scenario import Scenario
+from robsim.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def replay(run: xr.Dataset) -> xr.Dataset:
+    """The same run, or batch, or selection of consecutive runs, once more: the same bits.
+
+    Scene and task come from the run's scenario; start, seed, noise, periods, record and run
+    number are the run's own. InputError: the run does not say how it was made.
+    """
+    text = run.attrs.get("scenario", "")
+    if not text:
+        reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
+        raise InputError(f"this run cannot be repeated from its own text: {reason}")
+    scenario = Scenario.from_text(text, "scenario of the run")
+    again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **_settings(run))
+    again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
+    return again
+
+
+def _settings(run: xr.Dataset) -> dict[str, Any]:
+    """The keywords of `simulate`, as they were; whole periods, whatever the rounding."""
+    attrs = run.attrs
+    dt, record = float(attrs["dt"]), attrs["record"]
+    steps = round(float(attrs["duration"]) / dt)
+    return {
+        "dt": dt,
+        "duration": (steps - 0.5) * dt,
+        "seed": int(attrs["seed"]),
+        "noise": float(attrs["noise"]),
+        "record": record if isinstance(record, str) else int(record),
+        "run": _first(_wanted(run, "run")),
+    }
+
+
+def _first(numbers: Any) -> int:
+    """The number of the first run; noise is keyed by it, so the others must follow."""
+    numbers = np.atleast_1d(numbers)
+    if (np.diff(numbers) != 1).any():
+        raise InputError(
+            f"runs {numbers.tolist()!r:.60} do not follow one another: repeat them one by one"
+        )
+    return int(numbers[0])
+
+
+def _wanted(run: xr.Dataset, name: str) -> Any:
+    if name not in run.variables:
+        raise InputError(f"this is no run, or not all of it: it has no '{name}'")
+    return run[name].values

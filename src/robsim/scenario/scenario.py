@@ -1,0 +1,170 @@
+"""A scenario: all that is needed to simulate, and the text that says it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from robsim import describe
+from robsim.arrays import Array
+from robsim.errors import FileError, GoalError, InputError, Interrupted
+from robsim.scenario import build
+from robsim.scenario.belief import merge
+from robsim.scenario.library import expanded
+from robsim.scenario.override import Changes, overridden
+from robsim.scenario.problems import Problems, shown
+from robsim.scenario.schema import BeliefTable, ScenarioFile, SceneTable
+from robsim.scenario.tables import checked
+from robsim.scenario.task import Settings, settings, start, task
+from robsim.scenario.text import Raw, parse, read_text
+from robsim.scene import Scene
+from robsim.servo import IBVS
+from robsim.simulate import Progress, simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SCENE = tuple(SceneTable.model_fields)  # robots, objects, cameras, display
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """A scene, a task, a start (None: home) and settings; `text` is the TOML that said so.
+
+    >>> scenario = Scenario.from_text('''
+    ... schema = 1
+    ... robots = [{ model = "free_camera" }]
+    ... objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm", "0, 10, 100 cm"] }]
+    ... cameras = [{ name = "eye", on = "free_camera.body", focal = 800, size = [640, 480] }]
+    ... task = { kind = "ibvs", gain = 2 }
+    ... start = { position = "5, 0, 0 cm" }
+    ... ''')
+    >>> scenario.task.gain, float(scenario.q0[0])
+    (2.0, 0.05)
+    """
+
+    scene: Scene
+    task: IBVS
+    q0: Array | None = None
+    settings: Settings = field(default_factory=Settings)
+    text: str = ""
+    title: str | None = None
+    source: str = field(default="<text>", kw_only=True)
+
+    @classmethod
+    def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Scenario:
+        """Read a TOML text, with changes such as {"task.gain": "2"} or ["task.gain=2"].
+
+        FileError: whatever is wrong, with the key and what would be valid.
+        """
+        raw = parse(text, source)
+        changed = overridden(raw, set, source)
+        made = _read(changed, source)
+        return cls(
+            *made, text if changed is raw else _toml(changed), changed.get("title"), source=source
+        )
+
+    def check(self) -> None:
+        """Bind the task and try the start, as a run would. GoalError, or FileError."""
+        with _named(self.source):
+            self.scene.coordinates(self.scene.home if self.q0 is None else self.q0, "q0")
+            self.task.bind(self.scene)
+
+    def run(self, progress: Progress | None = None, **changes: Any) -> xr.Dataset:
+        """Simulate; `changes` are keywords of `simulate` that come before the file's settings.
+
+        The run keeps this scenario's text, so that `replay` can repeat it; or an exact
+        description, where that text does not say what was run.
+        """
+        told = {"q0": self.q0, **asdict(self.settings), **changes}
+        try:
+            with _named(self.source):
+                run = simulate(self.scene, self.task, **told, progress=progress)
+        except Interrupted as stop:
+            self._sign(stop.run, changes)
+            raise
+        return self._sign(run, changes)
+
+    def to_toml(self) -> str:
+        """All of it as TOML, with robots in full and numbers exact: `from_text` reads the same.
+
+        InputError: the task is made of Python code that a file cannot hold.
+        """
+        try:
+            return describe.scenario(
+                self.scene, self.task, asdict(self.settings), self.q0, self.title
+            )
+        except describe.NoDescription as reason:
+            raise InputError(f"this scenario has no text: {reason}") from None
+
+    def _sign(self, run: xr.Dataset, changes: dict[str, Any]) -> xr.Dataset:
+        if not changes.keys() - {"threads", "chunk"} and self._says_it():
+            run.attrs["scenario"] = self.text
+        return run
+
+    def _says_it(self) -> bool:
+        """Whether the text still says what this is; fields may have been replaced."""
+        try:
+            return Scenario.from_text(self.text).to_toml() == self.to_toml()
+        except InputError:
+            return False
+
+
+def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Scenario:
+    """Read a scenario file, with changes such as {"task.gain": "2"} or ["task.gain=2"].
+
+    FileError: whatever is wrong, with the key and what would be valid.
+    """
+    return Scenario.from_text(read_text(path), str(path), set)
+
+
+def _read(raw: Raw, source: str) -> tuple[Scene, IBVS, Array | None, Settings]:
+    """The values that raw tables say."""
+    problems = Problems(source)
+    raw = {**raw, "robots": expanded(raw.get("robots", []), problems, "robots")}
+    table = checked(ScenarioFile, raw, problems)
+    truth = build.scene(table, problems)
+    believed = _belief(raw, problems)
+    what = task(table.task, truth, believed, problems)
+    q0 = None
+    with problems.at("start"):
+        q0 = start(table.start, truth)
+    with problems.at("run"):
+        told = settings(table.run)
+    problems.stop()
+    return truth, what, q0, told
+
+
+def _belief(raw: Raw, problems: Problems) -> Scene | None:
+    """The believed scene: what [belief] says over what is true, or alone where it is complete."""
+    if "belief" not in raw:
+        return None
+    tables = raw["belief"]
+    with problems.at("belief"):
+        if not isinstance(tables, dict):
+            raise InputError(f"must be a table, as in [[belief.cameras]], got {shown(tables)}")
+        if tables.get("complete") is not True:
+            tables = merge({key: raw[key] for key in _SCENE if key in raw}, tables)
+    problems.stop()
+    tables = {**tables, "robots": expanded(tables.get("robots", []), problems, "belief", "robots")}
+    return build.scene(checked(BeliefTable, tables, problems, "belief"), problems, "belief")
+
+
+@contextmanager
+def _named(source: str) -> Iterator[None]:
+    """Errors from inside with the name of the file in front."""
+    try:
+        yield
+    except GoalError as error:
+        raise GoalError(f"{source}: task.goal: {error}") from None
+    except InputError as error:
+        raise FileError(f"{source}: {error}") from None
+
+
+def _toml(tables: Raw) -> str:
+    import tomli_w
+
+    return tomli_w.dumps(tables)

@@ -1,0 +1,225 @@
+"""The tables of a scenario file: which keys there are, and what kind of value each takes.
+
+A key that is not here is an error; None means that the key was not given.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from robsim.scenario.quantity import (
+    Angle,
+    Angles,
+    Color,
+    Coordinate,
+    Depth,
+    Extent,
+    Focal,
+    Length,
+    Matrix,
+    Name,
+    Number,
+    Pair,
+    Period,
+    Position,
+    Positive,
+    Record,
+    Reference,
+    Size,
+    Text,
+)
+
+SCHEMA = 1
+MOST_PARTS, MOST_LINKS, MOST_SHAPES, MOST_MARKS = 64, 256, 256, 10_000
+
+
+class Table(BaseModel):
+    """Any table: unknown keys, converted types, NaN and infinity are refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class PoseKeys(Table):
+    """A pose; at most one of the three rotations."""
+
+    position: Position | None = None
+    rpy: Angles | None = None
+    rotvec: Angles | None = None
+    rotation: Matrix | None = None
+
+
+class Brick(PoseKeys):
+    """What every shape has."""
+
+    color: Color = "k"
+
+
+class BlockTable(Brick):
+    """robsim.Block."""
+
+    kind: Literal["block"]
+    length: Extent
+    width: Extent
+    height: Extent
+
+
+class WheelTable(Brick):
+    """robsim.Wheel."""
+
+    kind: Literal["wheel"]
+    radius: Extent
+    width: Extent
+    n: Annotated[int, Field(ge=3, le=4096)] = 32
+
+
+class BodyTable(Brick):
+    """robsim.CameraBody, as the body of a camera."""
+
+    length: Extent
+    width: Extent
+    height: Extent
+
+
+class CameraShapeTable(BodyTable):
+    """robsim.CameraBody, as a shape."""
+
+    kind: Literal["camera"]
+
+
+ShapeTable = Annotated[BlockTable | WheelTable | CameraShapeTable, Field(discriminator="kind")]
+Shapes = Annotated[list[ShapeTable], Field(max_length=MOST_SHAPES)]
+Coordinates = Annotated[list[Coordinate], Field(max_length=7 * MOST_LINKS * MOST_PARTS)]
+
+
+class DHTable(Table):
+    """One row of a Denavit-Hartenberg table."""
+
+    theta: Angle
+    d: Length
+    a: Length
+    alpha: Angle
+
+
+class LinkTable(Table):
+    """robsim.Link on its joint: `dh` or `place` and `tail`."""
+
+    name: Name
+    parent: Name | None = None
+    joint: Literal["fixed", "revolute", "prismatic", "floating"] = "fixed"
+    dh: DHTable | None = None
+    place: PoseKeys = PoseKeys()
+    tail: PoseKeys = PoseKeys()
+    limits: Annotated[list[str], Field(min_length=2, max_length=2)] | None = None
+    shapes: Shapes = []
+
+
+class PartTable(PoseKeys):
+    """What stands somewhere in a scene."""
+
+    name: Name
+    on: Reference = "world"
+
+
+class RobotTable(PartTable):
+    """robsim.Robot; a library robot is expanded to this form."""
+
+    about: Text | None = None
+    sources: Annotated[list[Text], Field(max_length=64)] = []
+    convention: Literal["standard", "modified"] = "standard"
+    home: Coordinates | None = None
+    links: Annotated[list[LinkTable], Field(min_length=1, max_length=MOST_LINKS)]
+
+
+class RobotFile(RobotTable):
+    """A file of the robot library."""
+
+    schema_number: Literal[1] = Field(alias="schema")
+
+
+class ObjectTable(PartTable):
+    """robsim.Object; without marks, the vertices of the shapes."""
+
+    shapes: Shapes = []
+    marks: Annotated[list[Position], Field(max_length=MOST_MARKS)] | None = None
+
+
+class CameraTable(PartTable):
+    """robsim.Camera where it is mounted: `K`, or `focal`, `center` and `skew`."""
+
+    size: Size | None = None
+    K: Matrix | None = None
+    focal: Focal | None = None
+    center: Pair | None = None
+    skew: Number | None = None
+    distortion: Annotated[list[Number], Field(max_length=8)] = []
+    body: BodyTable | None = None
+
+
+class SceneTable(Table):
+    """robsim.Scene."""
+
+    robots: Annotated[list[RobotTable], Field(max_length=MOST_PARTS)] = []
+    objects: Annotated[list[ObjectTable], Field(max_length=MOST_PARTS)] = []
+    cameras: Annotated[list[CameraTable], Field(max_length=MOST_PARTS)] = []
+    display: PoseKeys = PoseKeys()
+
+
+class StartTable(PoseKeys):
+    """Where a run starts: `q`, or the pose of a floating robot."""
+
+    q: Coordinates | None = None
+
+
+class GoalTable(StartTable):
+    """Where the goal is shown, or from which pose of the target in the camera it is computed."""
+
+    computed: PoseKeys | None = None
+
+
+class TaskTable(Table):
+    """robsim.IBVS; what is None keeps the default of IBVS."""
+
+    kind: Literal["ibvs"]
+    camera: Reference | None = None
+    target: Reference | None = None
+    features: Literal["points", "pixels"] | None = None
+    interaction: Literal["current", "desired", "mean"] | None = None
+    depth: Depth | None = None
+    depth_scale: Positive | None = None
+    law: Literal["joint", "camera"] | None = None
+    length: Extent | None = None
+    gain: Positive | None = None
+    inverse: Literal["truncated", "damped"] | None = None
+    rcond: Annotated[float, Field(gt=0, lt=1)] | None = None
+    damping: Positive | None = None
+    tolerance: Positive | None = None
+    goal: GoalTable = GoalTable()
+
+
+class RunTable(Table):
+    """What `simulate` is told; what is None keeps the default of Settings."""
+
+    dt: Period | None = None
+    duration: Period | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**64)] | None = None
+    noise: Annotated[float, Field(ge=0, le=1e9)] | None = None
+    record: Record | None = None
+
+
+class ScenarioFile(SceneTable):
+    """A whole file; what `belief` changes is merged over the scene and read as a SceneTable."""
+
+    schema_number: Literal[1] = Field(alias="schema")
+    title: Text | None = None
+    task: TaskTable
+    belief: Any = None
+    start: StartTable = StartTable()
+    run: RunTable = RunTable()
+
+
+class BeliefTable(SceneTable):
+    """The believed scene: changes to the true one, unless it is complete."""
+
+    complete: bool = False

@@ -1,0 +1,75 @@
+"""The pseudo-inverse by name: small singular values are truncated, or all are damped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from robsim.arrays import Array, positive
+from robsim.errors import InputError, suggest
+from robsim.kernels import solve as kernels
+
+
+@dataclass(frozen=True)
+class Truncated:
+    """A^+ with singular values below rcond times the largest taken as zero."""
+
+    rcond: float = 1e-6
+    name: ClassVar[str] = "truncated"
+
+    def __post_init__(self) -> None:
+        if positive(self.rcond, "rcond") >= 1:
+            raise InputError(f"rcond must be below 1, got {self.rcond}")
+
+
+@dataclass(frozen=True)
+class Damped:
+    """(A'A + damping^2 I)^-1 A': shorter commands near a singularity, and never exact."""
+
+    damping: float = 0.01
+    name: ClassVar[str] = "damped"
+
+    def __post_init__(self) -> None:
+        positive(self.damping, "damping")
+
+
+Inverse = Truncated | Damped
+INVERSES: dict[str, type[Truncated] | type[Damped]] = {"truncated": Truncated, "damped": Damped}
+
+
+def as_inverse(value: Any) -> Inverse:
+    """An inverse from its name or itself."""
+    if isinstance(value, Inverse):
+        return value
+    if value not in INVERSES:
+        raise InputError(f"no inverse {value!r}; {suggest(value, INVERSES, 'inverses')}")
+    return INVERSES[value]()
+
+
+def solve(inverse: Inverse, A: Array, y: Array) -> Array:
+    """x (n, B) = A^+ y for A (m, n, B) and y (m, B), in the kernels' layout.
+
+    >>> A, y = np.array([[[2.0]], [[0.0]]]), np.array([[4.0], [1.0]])
+    >>> solve(Truncated(), A, y)
+    array([[2.]])
+    """
+    damping, rcond = (inverse.damping, 0.0) if isinstance(inverse, Damped) else (0.0, inverse.rcond)
+    x, rank = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
+    kernels.least_squares(A, y, damping, rcond, x, rank)
+    return x
+
+
+def rank(A: Array, rcond: float = Truncated.rcond) -> Any:
+    """Rank (B,) of A (m, n, B): how many singular values exceed rcond times the largest."""
+    x, found = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
+    kernels.least_squares(A, np.zeros((A.shape[0], A.shape[2])), 0.0, rcond, x, found)
+    return found
+
+
+def product(A: Array, B: Array) -> Array:
+    """A (m, n, B) times B (n, p, B)."""
+    out = np.empty((A.shape[0], B.shape[1], A.shape[2]))
+    kernels.product(A, B, out)
+    return out

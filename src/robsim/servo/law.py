@@ -1,0 +1,105 @@
+"""Control laws: from the error to joint velocities, by name.
+
+An arm with fewer than six joints cannot realise every camera twist, so "v = -gain L^+ e, then
+qdot = J^+ v" and "qdot = -gain (L J)^+ e" are different laws. The chapter (section 6.1) uses the
+first; the second descends the error whatever the robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from robsim.arrays import Array, first_view, positive
+from robsim.errors import InputError, suggest
+from robsim.servo.inverse import Inverse, solve
+
+
+@dataclass(eq=False)  # not frozen: one is made in every step
+class State:
+    """What a law is given: error, interaction matrix and Jacobian, as the controller believes.
+
+    Names that end in `_last` have the run last, as the kernels do; the others are run-first views.
+    J maps the commanded joint velocities to the camera's twist relative to the target, so that
+    sdot = L J qdot.
+    """
+
+    error_last: Array  # (k, B)
+    interaction_last: Array  # (k, 6, B)
+    jacobian_last: Array  # (6, n, B)
+    reach_last: Array  # (k, n, B) L J: how the commanded joints move the features
+    gain: float  # per second
+    inverse: Inverse
+
+    @property
+    def error(self) -> Array:
+        """(B, k)."""
+        return first_view(self.error_last)
+
+    @property
+    def interaction(self) -> Array:
+        """L (B, k, 6)."""
+        return first_view(self.interaction_last)
+
+    @property
+    def jacobian(self) -> Array:
+        """J (B, 6, n): twist (v, omega) of the camera in its own axes."""
+        return first_view(self.jacobian_last)
+
+
+@runtime_checkable
+class Law(Protocol):
+    """What anything must have to be a law: a user's class needs no base class."""
+
+    def command(self, state: State) -> Array:
+        """Joint velocities (B, n) of the commanded joints, rad/s or m/s."""
+
+
+@dataclass(frozen=True)
+class JointLaw:
+    """qdot = -gain (L J)^+ e: the least-squares descent of the error in the joints."""
+
+    name: ClassVar[str] = "joint"
+
+    def command(self, state: State) -> Array:
+        """Joint velocities (B, n)."""
+        return first_view(-state.gain * solve(state.inverse, state.reach_last, state.error_last))
+
+
+@dataclass(frozen=True)
+class CameraLaw:
+    """V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
+
+    Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
+    |omega|^2. `length` (metres) is that unit; the chapter's is a centimetre.
+    """
+
+    length: float = 1.0
+    name: ClassVar[str] = "camera"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "length", positive(self.length, "characteristic length"))
+
+    def command(self, state: State) -> Array:
+        """Joint velocities (B, n)."""
+        unit = np.array([self.length] * 3 + [1.0] * 3)
+        L = state.interaction_last * unit[None, :, None]
+        V = solve(state.inverse, L, state.error_last)
+        J = state.jacobian_last / unit[:, None, None]
+        return first_view(-state.gain * solve(state.inverse, J, V))
+
+
+LAWS: dict[str, type[Any]] = {"joint": JointLaw, "camera": CameraLaw}
+
+
+def as_law(value: Any) -> Law:
+    """A law from its name, or any object with a `command` method."""
+    if isinstance(value, str) and value in LAWS:
+        law: Law = LAWS[value]()
+        return law
+    if isinstance(value, str) or not isinstance(value, Law) or isinstance(value, type):
+        hint = suggest(value, LAWS, "laws")
+        raise InputError(f"no law {value!r}; {hint}, or an object with command(state)")
+    return value

@@ -1,0 +1,56 @@
+"""Scenes that several tests use."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+
+PUMA_ROWS = [
+    [0, 0.67183, 0, np.pi / 2],
+    [0, 0, 0.4318, 0],
+    [0, 0.15005, 0.0203, -np.pi / 2],
+    [0, 0.4318, 0, np.pi / 2],
+    [0, 0, 0, -np.pi / 2],
+    [0, 0, 0, 0],
+]
+SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
+
+
+@pytest.fixture
+def camera():
+    """640 x 480 pixels, focal length 800 pixels."""
+    return rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+
+
+@pytest.fixture
+def free_scene():
+    """A flying camera with an image without border, looking at given points."""
+
+    def build(points, K=((1, 0, 0), (0, 1, 0), (0, 0, 1)), **camera):
+        body = rs.Link("body", "base", rs.Joint("floating"))
+        robot = rs.Robot("free", [rs.Link("base"), body])
+        eye = rs.Mounted("eye", rs.Camera(K, **camera), on="free.body")
+        return rs.Scene([robot], [rs.Object("dots", marks=points)], [eye])
+
+    return build
+
+
+@pytest.fixture
+def puma_goal():
+    """A configuration in which the camera of `puma_scene` looks at its square from 0.5 m."""
+    return np.array([0, np.pi / 4, np.pi, 0, np.pi / 4, 0])
+
+
+@pytest.fixture
+def puma_scene(camera, puma_goal):
+    """A Puma 560 with a camera on its flange and a square of four marks."""
+    arm = rs.Robot.from_dh(PUMA_ROWS, name="puma")
+    square = rs.Pose(arm.fk(puma_goal)) @ rs.Pose.at(0, 0, 0.5)
+    eye = rs.Mounted("eye", camera, on="puma.link6")
+    return rs.Scene([arm], [rs.Object("square", marks=SQUARE, pose=square)], [eye])
+
+
+@pytest.fixture
+def puma_starts(puma_goal):
+    """Thirteen starts around the goal; most converge, some lose the square."""
+    return puma_goal + np.random.default_rng(1).uniform(-0.06, 0.06, (13, 6))

@@ -1,0 +1,800 @@
+"""Scenario files: what each key means, and that whatever is wrong is one clear FileError."""
+
+import math
+import time
+import tomllib
+import warnings
+from copy import deepcopy
+
+import numpy as np
+import pytest
+import tomli_w
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+from robsim.scenario import Scenario, load_scenario, read_robot
+
+DEG = math.pi / 180
+RHINO = """
+schema = 1
+title = "Rhino over a cube"
+
+[[robots]]
+model = "rhino_xr4"
+
+[[objects]]
+name = "cube"
+position = "28, 0, 2.5 cm"
+shapes = [{ kind = "block", length = "5 cm", width = "6 cm", height = "70 mm", color = "b" }]
+marks = ["2.5, 2.5, 2.5 cm", "-2.5, 2.5, 2.5 cm", "-2.5, -2.5, 2.5 cm", "2.5, -2.5, 2.5 cm"]
+
+[[cameras]]
+name = "eye"
+on = "rhino_xr4.tool"
+position = "0, 5, -10 cm"
+size = [640, 480]
+focal = [800, 810]
+
+[task]
+kind = "ibvs"
+gain = 1.5
+
+[start]
+q = ["1 deg", "-92 deg", "92 deg", "1 deg", "-90 deg"]
+
+[run]
+dt = "40 ms"
+duration = "2 s"
+"""
+
+# every key of the format at least once
+RICH = """
+schema = 1
+title = "Everything"
+[[robots]]
+name = "arm"
+about = "an arm on a rail"
+sources = ["made up"]
+convention = "modified"
+position = "1, 2, 3 cm"
+rpy = "0, 0, 90 deg"
+home = ["10 cm", "20 deg", "0.3 rad"]
+[[robots.links]]
+name = "base"
+place = { position = "0, 0, 1 cm" }
+shapes = [{ kind = "wheel", radius = "3 cm", width = "1 cm", n = 12, rotvec = "0, 0, 1 rad" }]
+[[robots.links]]
+name = "slide"
+joint = "prismatic"
+dh = { theta = "0 deg", d = "0 cm", a = "0 cm", alpha = "90 deg" }
+limits = ["0 cm", "50 cm"]
+[[robots.links]]
+name = "turn"
+joint = "revolute"
+dh = { theta = "5 deg", d = "1 cm", a = "20 cm", alpha = "-90 deg" }
+limits = ["-90 deg", "90 deg"]
+[[robots.links]]
+name = "nod"
+parent = "turn"
+joint = "revolute"
+place = { position = "0, 0, 1 cm", rotvec = "0, 1, 0 rad" }
+tail = { rotation = [[0, -1, 0], [1, 0, 0], [0, 0, 1]] }
+[[robots.links]]
+name = "plate"
+[[robots]]
+model = "free_camera"
+name = "fly"
+on = "arm.plate"
+home = ["0 m", "0 m", "0 m", 0, 0, 0, "1"]
+[[objects]]
+name = "board"
+on = "world"
+position = "0, 0, 2 m"
+shapes = [
+  { kind = "block", length = "20 cm", width = "20 cm", height = "1 cm" },
+  { kind = "camera", length = "9 cm", width = "4 cm", height = "3 cm", color = "tab:blue" },
+]
+[[cameras]]
+name = "eye"
+on = "fly.body"
+K = [[500, 0.5, 320], [0, 510, 240], [0, 0, 1]]
+size = [640, 480]
+distortion = [-0.1, 0.01, 0.001, -0.001]
+body = { length = "8 cm", width = "4 cm", height = "3 cm", color = "k" }
+[[cameras]]
+name = "other"
+focal = 400
+center = [100, 200]
+skew = 0.1
+[display]
+rpy = "0, 0, 45 deg"
+[task]
+kind = "ibvs"
+camera = "eye"
+target = "board"
+features = "pixels"
+interaction = "mean"
+depth = "30 cm"
+depth_scale = 1.1
+law = "camera"
+length = "1 cm"
+gain = 2
+inverse = "damped"
+damping = 0.02
+tolerance = 0.05
+goal = { computed = { position = "0, 0, 50 cm" } }
+[belief]
+display = { rpy = "0, 0, 46 deg" }
+robots = [{ name = "arm", links = [{ name = "turn", dh = { a = "21 cm" } }] }]
+objects = [{ name = "board", position = "0, 0, 2.1 m" }]
+cameras = [{ name = "eye", focal = [550, 550] }]
+[start]
+q = ["10 cm", "20 deg", "0.3 rad", "0 m", "0 m", "0 m", "0", "0", "0", "1"]
+[run]
+dt = "20 ms"
+duration = "1 s"
+seed = 7
+noise = 0.5
+record = 2
+"""
+
+
+def read(text=RHINO, old="", new="", **changes):
+    assert old in text
+    return Scenario.from_text(text.replace(old, new, 1), "bench.toml", **changes)
+
+
+def refusal(text=RHINO, old="", new="", **changes):
+    """The message of the FileError, which hides pydantic's and tomllib's."""
+    with pytest.raises(rs.FileError) as caught:
+        read(text, old, new, **changes)
+    assert caught.value.__context__ is None or caught.value.__suppress_context__
+    assert caught.value.__cause__ is None
+    return str(caught.value)
+
+
+# what the keys mean
+
+
+def test_a_plain_scenario_has_the_values_of_its_file():
+    scenario = read()
+    assert scenario.title == "Rhino over a cube" and scenario.text == RHINO
+    assert scenario.task.gain == 1.5 and scenario.task == rs.IBVS(gain=1.5)
+    np.testing.assert_array_equal(scenario.q0, np.array([1, -92, 92, 1, -90]) * DEG)
+    cube = scenario.scene.object("cube")
+    np.testing.assert_array_equal(cube.pose.position, [0.28, 0, 0.025])
+    assert cube.shapes == (rs.Block(0.05, 0.06, 0.07, "b"),)
+    np.testing.assert_array_equal(cube.marks[1], [-0.025, 0.025, 0.025])
+    eye = scenario.scene.camera("eye")
+    np.testing.assert_array_equal(eye.camera.K, [[800, 0, 319.5], [0, 810, 239.5], [0, 0, 1]])
+    assert eye.camera.size == (640, 480) and eye.on == "rhino_xr4.tool"
+    assert (scenario.settings.dt, scenario.settings.duration) == (0.04, 2.0)
+    scenario.check()
+
+
+def test_the_rich_scenario_has_the_values_of_its_file():
+    scenario = read(RICH)
+    arm, fly = scenario.scene.robots
+    turned = rs.Pose.at(rotvec=(0, 0, 1))
+    rows = [[0, 0, 0, np.pi / 2], [5 * DEG, 0.01, 0.2, -np.pi / 2]]
+    dh = rs.Robot.from_dh(rows, "modified", "PR")
+    for ours, theirs in zip(arm.links[1:3], dh.links[1:], strict=True):
+        assert ours.joint.place == theirs.joint.place and ours.joint.tail == theirs.joint.tail
+    assert arm.base == rs.Pose.at(0.01, 0.02, 0.03, rpy=(0, 0, np.pi / 2))
+    assert arm.links[0].joint.place == rs.Pose.at(0, 0, 0.01)
+    assert arm.links[0].shapes == (rs.Wheel(0.03, 0.01, 12, pose=turned),)
+    assert arm.links[3].joint.place == rs.Pose.at(0, 0, 0.01, rotvec=(0, 1, 0))
+    assert arm.links[3].joint.tail.matrix[:2, :2].tolist() == [[0, -1], [1, 0]]
+    assert arm.links[4].parent == "nod" and arm.links[4].joint.kind == "fixed"
+    np.testing.assert_array_equal(arm.home, [0.1, 20 * DEG, 0.3])
+    np.testing.assert_array_equal(arm.limits[0], [0, 0.5])
+    assert (fly.name, fly.on) == ("fly", "arm.plate")
+    board = scenario.scene.object("board")
+    assert board.shapes[1] == rs.CameraBody(0.09, 0.04, 0.03, "tab:blue")
+    assert len(board.marks) == 8 + 12  # no marks given: all vertices
+    eye, other = scenario.scene.cameras
+    assert eye.camera.K.tolist() == [[500, 0.5, 320], [0, 510, 240], [0, 0, 1]]
+    assert eye.camera.distortion == (-0.1, 0.01, 0.001, -0.001)
+    assert eye.camera.body == rs.CameraBody(0.08, 0.04, 0.03, "k")
+    assert other.camera.K.tolist() == [[400, 0.1, 100], [0, 400, 200], [0, 0, 1]]
+    assert scenario.scene.display == rs.Pose.at(rpy=(0, 0, np.pi / 4))
+    task = scenario.task
+    assert (task.camera, task.target, task.interaction) == ("eye", "board", "mean")
+    assert (task.depth, task.depth_scale, task.gain, task.tolerance) == (0.3, 1.1, 2.0, 0.05)
+    assert (task.features, task.law) == (rs.PixelPoints(), rs.CameraLaw(0.01))
+    assert task.inverse == rs.Damped(0.02)
+    assert task.goal == rs.Computed(rs.Pose.at(0, 0, 0.5))
+    told = scenario.settings
+    assert (told.dt, told.duration, told.seed, told.noise, told.record) == (0.02, 1.0, 7, 0.5, 2)
+
+
+def test_what_is_not_given_is_as_in_simulate_and_in_ibvs():
+    import inspect
+    from dataclasses import asdict
+
+    scenario = read(RHINO[: RHINO.index("[start]")], "gain = 1.5", "")
+    assert scenario.q0 is None and scenario.task == rs.IBVS()
+    defaults = inspect.signature(rs.simulate).parameters
+    told = asdict(scenario.settings)
+    assert told == {name: defaults[name].default for name in told}
+
+
+FREE = """
+schema = 1
+robots = [{ model = "free_camera" }]
+objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm", "0, 10, 100 cm"] }]
+cameras = [{ name = "eye", on = "free_camera.body", focal = 800, size = [640, 480] }]
+"""
+
+
+def test_a_flying_camera_starts_and_ends_at_poses():
+    keys = '{ position = "1, 2, 3 cm", rpy = "0, 0, 90 deg" }'
+    scenario = read(f'{FREE}start = {keys}\ntask = {{ kind = "ibvs", goal = {keys} }}')
+    pose = rs.Pose.at(0.01, 0.02, 0.03, rpy=(0, 0, np.pi / 2))
+    np.testing.assert_array_equal(scenario.q0, pose.q)
+    np.testing.assert_array_equal(scenario.task.goal.q, pose.q)
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
+    path = tmp_path / "windows.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + RHINO.replace("\n", "\r\n").encode())
+    assert load_scenario(path).task.gain == 1.5
+
+
+# what is believed
+
+
+def believed(changes, base=RHINO):
+    return read(base + changes).task.belief
+
+
+def test_no_belief_is_none():
+    assert read().task.belief is None
+
+
+def test_a_belief_changes_what_it_names_and_nothing_else():
+    truth = read().scene
+    belief = believed('[[belief.cameras]]\nname = "eye"\nfocal = [900, 900]')
+    assert belief.camera().camera.K.tolist() == [[900, 0, 319.5], [0, 900, 239.5], [0, 0, 1]]
+    assert belief.camera().pose == truth.camera().pose
+    assert belief.camera().on == "rhino_xr4.tool"
+    assert belief.object().shapes == truth.object().shapes
+    np.testing.assert_array_equal(belief.robots[0].tree.place, truth.robots[0].tree.place)
+
+
+def test_a_belief_may_change_one_number_of_a_library_robot():
+    belief = believed(
+        '[[belief.robots]]\nname = "rhino_xr4"\n'
+        'links = [{ name = "forearm", dh = { a = "25 cm" } }]'
+    )
+    truth = read().scene.robot()
+    for link, true in zip(belief.robot().links, truth.links, strict=True):
+        expected = [0.25, 0, 0] if link.name == "forearm" else true.joint.tail.position
+        np.testing.assert_array_equal(link.joint.tail.position, expected)
+
+
+def test_a_focal_length_over_a_truth_in_K_keeps_its_centre_and_skew():
+    K = "K = [[800, 0.5, 300], [0, 810, 250], [0, 0, 1]]"
+    base = RHINO.replace("focal = [800, 810]", K)
+    belief = believed('[[belief.cameras]]\nname = "eye"\nfocal = 900', base)
+    assert belief.camera().camera.K.tolist() == [[900, 0.5, 300], [0, 900, 250], [0, 0, 1]]
+
+
+@pytest.mark.parametrize(
+    "true,over,expected",
+    [
+        ('rpy = "0, 0, 90 deg"', 'rotvec = "0, 0, 1 rad"', rs.Pose.at(rotvec=(0, 0, 1))),
+        (
+            'rotvec = "0, 0, 1 rad"',
+            "rotation = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]",
+            rs.Pose([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]),
+        ),
+        ("rotation = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]", 'rpy = "0, 0, 0 deg"', rs.Pose.at()),
+    ],
+)
+def test_a_rotation_in_other_words_replaces_the_true_one(true, over, expected):
+    base = RHINO.replace('position = "0, 5, -10 cm"', true)
+    belief = believed(f'[[belief.cameras]]\nname = "eye"\n{over}', base)
+    np.testing.assert_array_equal(belief.camera().pose, expected)
+
+
+def test_a_complete_belief_is_a_scene_of_its_own():
+    belief = believed(
+        """
+[belief]
+complete = true
+robots = [{ model = "rhino_xr4" }]
+objects = [{ name = "cube", marks = ["0, 0, 1 cm"] }]
+cameras = [{ name = "eye", on = "rhino_xr4.tool", focal = 700, size = [640, 480] }]
+"""
+    )
+    assert belief.object().shapes == () and not belief.object().pose.position.any()
+    assert not belief.camera().pose.position.any()
+
+
+# changes from outside
+
+
+def test_changes_reach_every_kind_of_path():
+    scenario = read(
+        set=[
+            "task.gain=2",
+            "run.dt=20 ms",
+            "run.seed=3",
+            "cameras.eye.size=[320, 240]",
+            "robots.rhino_xr4.position='1, 0, 0 m'",
+            'robots.rhino_xr4.home=["0 deg", "-80 deg", "90 deg", "0 deg", "-90 deg"]',
+            "robots.rhino_xr4.links.forearm.dh.a=30 cm",
+            "belief.cameras.eye.focal=[900, 900]",
+            "objects.cube.position=30, 0, 2 cm",
+            "title=Another",
+        ]
+    )
+    assert scenario.task.gain == 2.0 and scenario.title == "Another"
+    assert (scenario.settings.dt, scenario.settings.seed) == (0.02, 3)
+    assert scenario.scene.camera().camera.size == (320, 240)
+    robot = scenario.scene.robot()
+    np.testing.assert_array_equal(robot.base.position, [1, 0, 0])
+    assert robot.home[1] == -80 * DEG
+    assert robot.links[3].joint.tail.position[0] == 0.3
+    np.testing.assert_array_equal(scenario.scene.object().pose.position, [0.3, 0, 0.02])
+    assert scenario.task.belief.camera().camera.K[0, 0] == 900
+    assert scenario.task.belief.object().pose.position[0] == 0.3
+
+
+def test_changes_are_in_the_text_and_the_text_says_the_same():
+    scenario = read(set={"task.gain": "2", "belief.cameras.eye.focal": "[900, 900]"})
+    assert "gain = 2" in scenario.text
+    again = Scenario.from_text(scenario.text)
+    assert again.text == scenario.text and again.to_toml() == scenario.to_toml()
+
+
+def test_a_change_takes_what_makes_no_sense_beside_it_away():
+    task = read(RICH, set={"task.law": "joint", "task.inverse": "truncated"}).task
+    assert (task.law, task.inverse) == (rs.JointLaw(), rs.Truncated())
+    goal = read(
+        RICH, set={"task.goal.q": '["10 cm", "20 deg", "0 deg", "0 m", "0 m", "0 m", 0, 0, 0, 1]'}
+    )
+    assert goal.task.goal.q[0] == 0.1
+
+
+@pytest.mark.parametrize(
+    "change,parts",
+    [
+        ("task.gian=2", ["task.gian", "did you mean 'gain'"]),
+        ("tsak.gain=2", ["tsak", "did you mean 'task'"]),
+        ("cameras.eyy.focal=3", ["cameras.eyy", "did you mean 'eye'"]),
+        ("robots.rhino_xr4.links.forarm.dh.a=3 cm", ["links.forarm", "did you mean 'forearm'"]),
+        ("task.gain=fast", ["task.gain", "number", "'fast'"]),
+        ("task.gain=nan", ["task.gain", "finite", "nan"]),
+        ("task.gain=1\nlaw='x'", ["task.gain", "number"]),
+        ("cameras.eye={}", ["cameras.eye", "cameras.NAME.size"]),
+        ("cameras.eye.name=ear", ["cameras.eye.name", "cannot be set"]),
+        ("schema=2", ["schema", "cannot be set"]),
+        ("run.dt.x=2", ["run.dt", "expected"]),
+        (".=2", ["'.'", "cannot be set"]),
+        ("task.gain", ["'task.gain'", "key=value"]),
+        ("a." * 5000 + "a=1", ["cannot be set"]),
+    ],
+)
+def test_a_change_that_cannot_be_made_names_the_nearest(change, parts):
+    message = refusal(set=[change])
+    assert all(part in message for part in parts), message
+
+
+# what is wrong in a file
+
+WRONG = [
+    # the top of the file
+    ("schema = 1", "", ["schema", "missing", "schema = 1"]),
+    ("schema = 1", "schema = 2", ["schema", "2", "schema = 1"]),
+    ("schema = 1", 'schema = "1"', ["schema", "'1'", "schema = 1"]),
+    ("schema = 1", "schema = true", ["schema", "True", "schema = 1"]),
+    ("[task]", "[taks]", ["taks", "did you mean 'task'"]),
+    ("[task]", "[[task]]", ["task", "table"]),
+    ("[[robots]]", "[robots]", ["robots", "[[robots]]"]),
+    ('title = "Rhino over a cube"', "title = 3", ["title", "string", "3"]),
+    # unknown keys
+    ("gain = 1.5", "gian = 1.5", ["task.gian", "did you mean 'gain'"]),
+    ("focal =", "fokal =", ["cameras.eye.fokal", "did you mean 'focal'"]),
+    ("length =", "lenght =", ["objects.cube.shapes[0].lenght", "did you mean 'length'"]),
+    ("duration =", "duratoin =", ["run.duratoin", "did you mean 'duration'"]),
+    ('model = "rhino_xr4"', 'model = "rhino_xr4"\nhoem = []', ["hoem", "did you mean 'home'"]),
+    # wrong types
+    ("gain = 1.5", 'gain = "1.5"', ["task.gain", "number", "'1.5'"]),
+    ("gain = 1.5", "gain = true", ["task.gain", "number", "True"]),
+    ("gain = 1.5", "gain = [1.5]", ["task.gain", "number", "[1.5]"]),
+    ("gain = 1.5", "gain = 2020-01-01", ["task.gain", "number", "2020"]),
+    ("gain = 1.5", f"gain = {'1' * 400}", ["task.gain", "number", "111"]),
+    ("gain = 1.5", f"gain = {'1' * 5000}", ["not valid TOML", "5000 digits"]),
+    ("size = [640, 480]", "size = [640.5, 480]", ["cameras.eye.size[0]", "integer", "640.5"]),
+    ("size = [640, 480]", "size = [640, 480, 3]", ["cameras.eye.size", "2 items", "480"]),
+    ("size = [640, 480]", "size = 640", ["cameras.eye.size", "list", "640"]),
+    ("size = [640, 480]", "size = [0, 480]", ["cameras.eye.size[0]", "1", "0"]),
+    ('dt = "40 ms"', "seed = -1", ["run.seed", "0", "-1"]),
+    ('dt = "40 ms"', "seed = 1.0", ["run.seed", "integer", "1.0"]),
+    ('dt = "40 ms"', f"seed = {2**64}", ["run.seed", str(2**64)]),
+    ('dt = "40 ms"', "noise = -1", ["run.noise", "0", "-1"]),
+    ('dt = "40 ms"', "record = 0", ["run.record", "0", '"summary"']),
+    ('dt = "40 ms"', 'record = "some"', ["run.record", "'some'", '"all"']),
+    # NaN, infinity, zero and below
+    ("gain = 1.5", "gain = nan", ["task.gain", "finite", "nan"]),
+    ("gain = 1.5", "gain = -inf", ["task.gain", "finite", "-inf"]),
+    ("gain = 1.5", "gain = 0", ["task.gain", "greater than 0", "got 0"]),
+    ("focal = [800, 810]", "focal = [nan, 810]", ["cameras.eye.focal[0]", "finite", "nan"]),
+    ("focal = [800, 810]", "focal = -800", ["cameras.eye.focal", "greater than 0", "-800"]),
+    ('"28, 0, 2.5 cm"', '"28, nan, 2.5 cm"', ["objects.cube.position", "nan", "(m, cm, mm, um)"]),
+    ('"28, 0, 2.5 cm"', '"28, 0, 1e400 cm"', ["objects.cube.position", "1e400"]),
+    ('"28, 0, 2.5 cm"', f'"28, 0, 1e{10**15} cm"', ["objects.cube.position", "1e+09"]),
+    ('"28, 0, 2.5 cm"', '"28, 0, 1e12 m"', ["objects.cube.position", "1e12", "1e+09"]),
+    ('length = "5 cm"', 'length = "-5 cm"', ["cube.shapes[0].length", "greater than 0", "-5 cm"]),
+    ('length = "5 cm"', 'length = "0 cm"', ["cube.shapes[0].length", "greater than 0", "0 cm"]),
+    # units
+    ('"28, 0, 2.5 cm"', '"28, 0, 2.5"', ["objects.cube.position", "28, 0, 2.5", "cm"]),
+    ('"28, 0, 2.5 cm"', '"28, 0, 2.5 kg"', ["objects.cube.position", "2.5 kg", "cm"]),
+    ('"28, 0, 2.5 cm"', '"28, 0 cm"', ["objects.cube.position", "2 numbers, not 3"]),
+    ('"28, 0, 2.5 cm"', '["28 cm", "0 cm", "2.5 cm"]', ["cube.position", '"1, 2, 3 cm"']),
+    ('"28, 0, 2.5 cm"', f'"28{" " * 900}!"', ["objects.cube.position", "..."]),
+    ('length = "5 cm"', "length = 5", ["cube.shapes[0].length", "5:", "unit of length"]),
+    ('length = "5 cm"', 'length = "5 deg"', ["cube.shapes[0].length", "5 deg", "unit of length"]),
+    ('dt = "40 ms"', "dt = 0.04", ["run.dt", "0.04", "unit of time"]),
+    ('dt = "40 ms"', 'dt = "40 cm"', ["run.dt", "40 cm", "unit of time"]),
+    ('dt = "40 ms"', 'dt = "1e-300 s"', ["run", "1e-300", "10000000 steps"]),
+    ('"92 deg"', '"92 cm"', ["start.q[2]", "92 cm", "unit of angle"]),
+    ('"92 deg"', "92", ["start.q[2]", "92", "unit of angle"]),
+    ('"92 deg"', "true", ["start.q[2]", "True"]),
+    # counts
+    ('"1 deg", ', "", ["start.q", "4 coordinates, expected 5", "shoulder, upper_arm"]),
+    (
+        'model = "rhino_xr4"',
+        'model = "rhino_xr4"\nhome = ["0 deg"]',
+        ["robots.rhino_xr4.home", "1 coordinates, expected 5"],
+    ),
+    # choices and names
+    ('kind = "ibvs"', 'kind = "pbvs"', ["task.kind", "'ibvs'", "'pbvs'"]),
+    ('kind = "ibvs"', "", ["task.kind", "missing"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\nfeatures = "ponts"', ["task.features", "'points'", "ponts"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\ninteraction = "x"', ["task.interaction", "'desired'", "'x'"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\nlaw = "camra"', ["task.law", "'camera'", "'camra'"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\ninverse = "svd"', ["task.inverse", "'damped'", "'svd'"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\ndepth = "gaol"', ["task.depth", "'gaol'", '"goal"']),
+    ('kind = "ibvs"', 'kind = "ibvs"\ndepth = "-3 cm"', ["task.depth", "'-3 cm'", "above zero"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\ndepth = 0.3', ["task.depth", "0.3", '"30 cm"']),
+    ('kind = "ibvs"', 'kind = "ibvs"\ncamera = "eyy"', ["task.camera", "'eyy'", "mean 'eye'"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\ntarget = "cub"', ["task.target", "'cub'", "mean 'cube'"]),
+    ('kind = "block"', 'kind = "blok"', ["cube.shapes[0].kind", "'block'", "'blok'"]),
+    ('kind = "block", ', "", ["cube.shapes[0].kind", "missing", "'wheel'"]),
+    ('color = "b"', 'color = "$x^2$"', ["cube.shapes[0].color", "pattern", "$x^2$"]),
+    ('"rhino_xr4.tool"', '"rhino_xr4.tol"', ["cameras.eye.on", "tol", "mean 'rhino_xr4.tool'"]),
+    ('"rhino_xr4"', '"rino_xr4"', ["robots[0].model", "'rino_xr4'", "mean 'rhino_xr4'"]),
+    ('"rhino_xr4"', "3", ["robots[0].model", "library", "3"]),
+    ('"rhino_xr4"', '"../puma560"', ["robots[0].model", "'../puma560'", "puma560"]),
+    ('name = "cube"', 'name = "the cube"', ["objects.the cube.name", "starts with a letter"]),
+    ('name = "cube"', 'name = "a/b"', ["objects.a/b.name", "starts with a letter"]),
+    ('name = "cube"', "", ["objects[0].name", "missing"]),
+    ('name = "cube"', 'name = "eye"', ["two things", "'eye'"]),
+    ('name = "cube"', 'name = "world"', ["two things", "'world'"]),
+    # what does not go together
+    ("focal = [800, 810]", "", ["cameras.eye", "focal is missing", "K = [[fx"]),
+    (
+        "focal = [800, 810]",
+        "focal = 3\nK = [[3, 0, 1], [0, 3, 1], [0, 0, 1]]",
+        ["cameras.eye", "K and focal"],
+    ),
+    (
+        "focal = [800, 810]",
+        "K = [[3, 0, 1], [2, 3, 1], [0, 0, 1]]",
+        ["cameras.eye.K", "[2.0, 3.0, 1.0]", "[0, fy, cy]"],
+    ),
+    ("focal = [800, 810]", "K = [[3, 0], [0, 3]]", ["cameras.eye.K", "3 items"]),
+    ("size = [640, 480]", "", ["cameras.eye", "center is missing", "size"]),
+    ("size = [640, 480]", "size = [640, 480]\ndistortion = [1]", ["cameras.eye.distortion", "4"]),
+    (
+        'position = "0, 5, -10 cm"',
+        'rpy = "0, 0, 0 deg"\nrotvec = "0, 0, 0 deg"',
+        ["cameras.eye", "rpy and rotvec", "one rotation"],
+    ),
+    (
+        'position = "0, 5, -10 cm"',
+        "rotation = [[2, 0, 0], [0, 1, 0], [0, 0, 1]]",
+        ["cameras.eye.rotation", "not a rotation"],
+    ),
+    (
+        'position = "0, 5, -10 cm"',
+        "rotation = [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+        ["cameras.eye.rotation", "reflection"],
+    ),
+    ('kind = "ibvs"', 'kind = "ibvs"\nlength = "1 cm"', ["task", "length", 'law = "camera"']),
+    ('kind = "ibvs"', 'kind = "ibvs"\ndamping = 0.1', ["task", "damping", '"damped"']),
+    (
+        'kind = "ibvs"',
+        'kind = "ibvs"\ninverse = "damped"\nrcond = 0.1',
+        ["task", "rcond", '"truncated"'],
+    ),
+    ('kind = "ibvs"', 'kind = "ibvs"\nrcond = 1', ["task.rcond", "less than 1", "got 1"]),
+    (
+        'kind = "ibvs"',
+        'kind = "ibvs"\ngoal = { position = "0, 0, 1 m" }',
+        ["task.goal", "floats", "shoulder"],
+    ),
+    (
+        'kind = "ibvs"',
+        'kind = "ibvs"\ngoal = { q = [], computed = {} }',
+        ["task.goal", "computed and a q"],
+    ),
+    ("[start]", '[start]\nposition = "0, 0, 1 m"', ["start", "q and a pose"]),
+    # limits
+    ('"92 deg"', '"192 deg"', ["start.q", "'forearm'", "outside its limits"]),
+    (
+        'model = "rhino_xr4"',
+        'model = "rhino_xr4"\nhome = ["0 deg", "0 deg", "0 deg", "0 deg", "0 deg"]',
+        ["robots.rhino_xr4.home", "'upper_arm'", "outside its limits"],
+    ),
+    # belief
+    ("[run]", "[[belief.cameras]]\nname = 'eyy'\n[run]", ["belief.cameras.eyy", "mean 'eye'"]),
+    ("[run]", "[[belief.cameras]]\nfocal = 1\n[run]", ["belief.cameras[0]", "name"]),
+    ("[run]", "[[belief.cameras]]\nname='eye'\nfokal = 1\n[run]", ["eye.fokal", "mean 'focal'"]),
+    ("[run]", "[belief.camera]\nname = 'eye'\n[run]", ["belief.camera", "mean 'cameras'"]),
+    ("[run]", "[belief]\ncomplete = 1\n[run]", ["belief.complete", "boolean"]),
+    ("schema = 1", "schema = 1\nbelief = 3", ["belief", "[[belief.cameras]]", "3"]),
+    (
+        "[run]",
+        "[[belief.robots]]\nname='rhino_xr4'\nlinks=[{name='wirst'}]\n[run]",
+        ["belief.robots.rhino_xr4.links.wirst", "mean 'wrist'"],
+    ),
+    # TOML
+    ("[run]", "[run", ["not valid TOML", "line 28, column 5"]),
+    ("gain = 1.5", "gain = 1.5\ngain = 2", ["not valid TOML", "line", "column"]),
+    ("gain = 1.5", f"gain = {'[' * 3000}", ["nested too deeply"]),
+    ("gain = 1.5", f"gain = {'{a=' * 3000}", ["nested too deeply"]),
+    ("gain = 1.5", f"gain = {'[' * 60}{']' * 60}", ["task.gain", "number", "[[["]),
+    ("gain = 1.5", f"{'a.' * 20}a = 1", ["task.a", "unknown key"]),
+    ("gain = 1.5", f"{'a.' * 100_000}a = 1", ["not a key", "line 23"]),
+    ("gain = 1.5", f"""{"'a' . " * 100_000}a = 1""", ["not a key", "line 23"]),
+    (RHINO, " \n", ["empty", "schema = 1"]),
+]
+
+
+@pytest.mark.parametrize("old,new,parts", WRONG)
+def test_what_is_wrong_is_told_with_file_key_value_and_what_would_be_valid(old, new, parts):
+    start = time.perf_counter()
+    message = refusal(RHINO, old, new)
+    assert time.perf_counter() - start < 1
+    assert message.startswith("bench.toml: ")
+    assert all(part in message for part in parts), message
+    assert all(len(line) <= 600 for line in message.splitlines())
+
+
+WRONG_LINKS = [
+    ('joint = "prismatic"', 'joint = "prism"', ["links.slide.joint", "'revolute'", "'prism'"]),
+    ('"50 cm"', '"50 deg"', ["links.slide.limits[1]", "50 deg", "unit of length"]),
+    ('["0 cm", "50 cm"]', '["50 cm", "0 cm"]', ["links.slide", "limits"]),
+    ('["0 cm", "50 cm"]', '["0 cm"]', ["links.slide.limits", "2 items"]),
+    ('name = "plate"', 'name = "plate"\nlimits = ["0 m", "1 m"]', ["plate.limits", "fixed"]),
+    ('parent = "turn"', 'parent = "trun"', ["robots.arm.links", "'trun'", "mean 'turn'"]),
+    ('parent = "turn"', 'parent = "plate"', ["robots.arm.links", "hangs from itself"]),
+    ('name = "plate"', 'name = "nod"', ["robots.arm.links", "two frames", "'nod'"]),
+    ('name = "base"', 'name = "base"\njoint = "revolute"', ["links.base", "first link"]),
+    ('name = "base"', 'name = "base"\nparent = "nod"', ["links.base", "first link"]),
+    ('parent = "turn"', 'dh = { theta = "0 deg" }', ["links.nod.dh.d", "missing"]),
+    ("alpha = ", "alhpa = ", ["links.slide.dh.alhpa", "mean 'alpha'"]),
+    (
+        'parent = "turn"',
+        'dh = { theta = "0 deg", d = "0 m", a = "0 m", alpha = "0 deg" }',
+        ["links.nod", "dh and place or tail"],
+    ),
+    ("tail = { rotation", 'tail = { rpy = "0, 0, 1 deg", rotation', ["nod.tail", "one rotation"]),
+    ('"modified"', '"craig"', ["robots.arm.convention", "'modified'", "'craig'"]),
+    ("n = 12", "n = 2", ["links.base.shapes[0].n", "3", "2"]),
+    ("n = 12", "n = 1000000000", ["links.base.shapes[0].n", "4096"]),
+    ('0, 0, 0, "1"', '0, 0, 0, "2"', ["robots.fly.home", "quaternion"]),
+    ('0, 0, 0, "1"', '0, 0, 0, "1 rad"', ["robots.fly.home[6]", "1 rad", "bare number"]),
+    ('0, 0, 0, "1"', "0, 0, 0, nan", ["robots.fly.home[6]", "nan"]),
+    ('on = "arm.plate"', 'on = "fly.body"', ["hangs from itself"]),
+]
+
+
+@pytest.mark.parametrize("old,new,parts", WRONG_LINKS)
+def test_what_is_wrong_in_a_robot_is_told_with_its_link(old, new, parts):
+    message = refusal(RICH, old, new)
+    assert message.startswith("bench.toml: ")
+    assert all(part in message for part in parts), message
+
+
+def test_five_problems_are_told_and_the_others_counted():
+    many = "\n".join(f"key{i} = {i}" for i in range(7))
+    lines = refusal(RHINO, "gain = 1.5", many).splitlines()
+    assert len(lines) == 6
+    assert [f"bench.toml: task.key{i}: " in line for i, line in enumerate(lines[:5])] == [True] * 5
+    assert lines[5] == "bench.toml: and 2 more"
+
+
+def test_problems_in_several_tables_are_told_together():
+    text = RHINO.replace("gain = 1.5", "gain = -1").replace('dt = "40 ms"', "dt = 3")
+    assert [line.split(": ")[1] for line in refusal(text).splitlines()] == ["task.gain", "run.dt"]
+
+
+@pytest.mark.parametrize(
+    "what,item,most",
+    [
+        ("robots", "{ model = 'planar_2r', name = 'r%d' }", 64),
+        ("objects", "{ name = 'o%d' }", 64),
+        ("cameras", "{ name = 'c%d', focal = 1, center = [0, 0] }", 64),
+        ("links", "{ name = 'l%d' }", 256),
+        ("marks", "'0, 0, %d m'", 10_000),
+    ],
+)
+def test_there_are_not_too_many(what, item, most):
+    def text(count):
+        items = "[" + ",".join(item % i for i in range(count)) + "]"
+        inside = {
+            "links": "robots = [{ name = 'r', links = %s }]",
+            "marks": "objects = [{ name = 'o', marks = %s }]",
+        }
+        return f"schema = 1\n{inside.get(what, what + ' = %s') % items}\n"
+
+    assert f"at most {most} items, not {most + 1}" in refusal(text(most + 1))
+    assert "at most" not in refusal(text(most))  # only the task is missing
+    assert "task: missing" in refusal(text(most))
+
+
+def test_vertices_as_marks_are_not_too_many_either():
+    wheel = "{ kind = 'wheel', radius = '1 m', width = '1 m', n = 4096 }"
+    text = f"{RHINO}[[objects]]\nname = 'wheels'\nshapes = [{wheel}, {wheel}]\n"
+    assert "objects.wheels: 16384 marks; at most 10000" in refusal(text)
+
+
+# files that are none
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    binary, latin, empty, large = (
+        tmp_path / name for name in ("b.toml", "l.toml", "e.toml", "x.toml")
+    )
+    binary.write_bytes(bytes(range(256)))
+    latin.write_bytes(RHINO.replace("Rhino over", "Rhino über").encode("latin-1"))
+    empty.write_bytes(b"")
+    large.write_bytes(b"#" * 4_000_001)
+    for path, parts in [
+        (tmp_path / "none.toml", ["none.toml", "no such file"]),
+        (tmp_path, [tmp_path.name, "folder"]),
+        (binary, ["b.toml", "UTF-8"]),
+        (latin, ["l.toml", "byte", "UTF-8"]),
+        (empty, ["e.toml", "empty"]),
+        (large, ["x.toml", "4 MB"]),
+        (tmp_path / ("n" * 300), ["nnn", "cannot be read"]),
+        (None, ["None", "cannot be read"]),
+    ]:
+        for reader in (load_scenario, read_robot):
+            with pytest.raises(rs.FileError) as caught:
+                reader(path)
+            assert all(part in str(caught.value) for part in parts), str(caught.value)
+
+
+def test_a_long_file_is_refused_in_time():
+    many = "\n".join(f"key{i} = {i}" for i in range(100_000))
+    start = time.perf_counter()
+    assert "and 99995 more" in refusal(RHINO, "gain = 1.5", many)
+    assert time.perf_counter() - start < 5
+
+
+# what a run would find
+
+
+def test_a_goal_out_of_sight_keeps_its_kind_and_names_the_file():
+    scenario = read(RHINO, '"28, 0, 2.5 cm"', '"28, 100, 2.5 cm"')
+    with pytest.raises(rs.GoalError, match=r"^bench\.toml: task\.goal: .*'cube' .*'eye'"):
+        scenario.check()
+    with pytest.raises(rs.GoalError, match=r"^bench\.toml: task\.goal: "):
+        scenario.run()
+
+
+def test_a_scene_in_which_nothing_moves_is_told_with_the_file():
+    scenario = read(RHINO, 'on = "rhino_xr4.tool"', "")
+    with pytest.raises(rs.FileError, match=r"^bench\.toml: no joint moves camera 'eye'"):
+        scenario.check()
+
+
+def test_marks_on_a_line_are_a_warning_and_not_an_error():
+    scenario = read(RHINO, ', "-2.5, -2.5, 2.5 cm", "2.5, -2.5, 2.5 cm"', "")
+    with pytest.warns(rs.RankWarning):
+        scenario.check()
+
+
+# anything else
+
+
+def all_finite(scenario):
+    q = scenario.scene.home if scenario.q0 is None else scenario.q0
+    numbers = [scenario.scene.tree.place, q, *(o.marks for o in scenario.scene.objects)]
+    return all(np.isfinite(array).all() for array in numbers)
+
+
+def is_sound(text):
+    """A Scenario that can be checked, written and read again, or a RobSimError."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rs.RankWarning)
+        try:
+            scenario = Scenario.from_text(text, "bench.toml")
+        except rs.FileError as error:
+            assert str(error).startswith("bench.toml: ")
+            return
+        assert all_finite(scenario)
+        assert Scenario.from_text(scenario.to_toml()).to_toml() == scenario.to_toml()
+        try:
+            scenario.check()
+        except (rs.FileError, rs.GoalError) as error:
+            assert str(error).startswith("bench.toml: ")
+
+
+def places(tables, path=()):
+    """All paths of a nest of tables and lists."""
+    items = tables.items() if isinstance(tables, dict) else enumerate(tables)
+    for key, value in items:
+        yield (*path, key)
+        if isinstance(value, dict | list):
+            yield from places(value, (*path, key))
+
+
+TEXTS = ["1 m", "0 deg", "-5 cm", "1e300 m", "1e-300 s", "1e-320 cm", "1e9 m", "true", "world", "fly.body", "arm.plate", "eye", "\n1, 2, 3 cm", "0, 0, 0 deg", "revolute", "floating", ""]
+VALUES = st.one_of(
+    st.sampled_from(TEXTS),
+    st.sampled_from([0, -1, 1, 3, 10**30, 2**64, 1e-300, 1e9, 1e308, math.nan, math.inf, True]),
+    st.sampled_from([[], {}, [[]], [{}], [1.0, 2.0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]]),
+    st.text(max_size=8),
+    st.floats(),
+    st.integers(),
+)
+BASES = st.sampled_from([RHINO, RICH, FREE + 'task = { kind = "ibvs" }'])
+QUIET = settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+@QUIET
+@given(data=st.data())
+def test_a_scenario_with_changed_tables_is_read_or_refused(data):
+    tables = tomllib.loads(data.draw(BASES))
+    for _ in range(data.draw(st.integers(1, 3))):
+        *path, last = data.draw(st.sampled_from(list(places(tables))))
+        inside = tables
+        for key in path:
+            inside = inside[key]
+        change = data.draw(st.sampled_from(["delete", "replace", "rename", "double"]))
+        if change == "delete":
+            del inside[last]
+        elif change == "replace":
+            inside[last] = deepcopy(data.draw(VALUES))
+        elif change == "rename" and isinstance(inside, dict):
+            inside[data.draw(st.sampled_from([*inside, "x", "name", "rpy", "K"]))] = inside.pop(
+                last
+            )
+        elif isinstance(inside, list):
+            inside.append(deepcopy(inside[last]))
+    is_sound(tomli_w.dumps(tables))
+
+
+@QUIET
+@given(data=st.data())
+def test_a_scenario_with_changed_text_is_read_or_refused(data):
+    text = data.draw(BASES)
+    for _ in range(data.draw(st.integers(1, 3))):
+        i = data.draw(st.integers(0, len(text)))
+        j = min(len(text), i + data.draw(st.integers(0, 30)))
+        inserted = data.draw(st.one_of(st.text(max_size=5), st.just(text[i:j] * 2)))
+        text = text[:i] + inserted + text[j:]
+    is_sound(text)
+
+
+@QUIET
+@given(
+    path=st.one_of(
+        st.text(max_size=20), st.sampled_from(["task.gain", "run.seed", "robots.arm.home"])
+    ),
+    value=st.text(max_size=10),
+)
+def test_a_scenario_with_any_change_from_outside_is_read_or_refused(path, value):
+    try:
+        scenario = Scenario.from_text(RICH, set={path: value})
+    except rs.InputError:
+        return
+    assert Scenario.from_text(scenario.text).to_toml() == scenario.to_toml()

@@ -1,0 +1,102 @@
+"""check_feature and check_law: silent on what is right, with a sentence for what is wrong."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from robsim import CameraLaw, JointLaw, PixelPoints, Points
+from robsim.testing import check_feature, check_law
+
+
+@pytest.mark.parametrize("feature", [Points(), PixelPoints()], ids=lambda f: type(f).__name__)
+def test_built_in_features_pass(feature):
+    assert check_feature(feature) == []
+
+
+@pytest.mark.parametrize("law", [JointLaw(), CameraLaw(), CameraLaw(0.01)], ids=repr)
+def test_built_in_laws_pass(law):
+    assert check_law(law) == []
+
+
+@dataclass
+class UserPoints:
+    """Normalised points in plain NumPy, with one thing broken on purpose."""
+
+    broken: str = ""
+    unit: str = "1"
+    tolerance: float = 1e-5
+
+    def measure(self, seen):
+        s = seen.points.reshape(len(seen.points), -1)
+        if self.broken == "shape":
+            return s.T
+        return s * np.nan if self.broken == "nan" else s
+
+    def interaction(self, seen):
+        x, y, Z = seen.points[..., 0], seen.points[..., 1], seen.depth
+        zero, iZ = np.zeros_like(x), 1 / Z
+        rows = [
+            [-iZ, zero, x * iZ, x * y, -(1 + x**2), y],
+            [zero, -iZ, y * iZ, 1 + y**2, -x * y, -x],
+        ]
+        L = np.moveaxis(np.array(rows), (0, 1), (2, 3)).reshape(len(x), -1, 6)
+        if self.broken == "column":
+            L[:, :, 5] *= 1.01
+        return -L if self.broken == "sign" else L
+
+
+def test_a_feature_in_plain_numpy_passes():
+    assert check_feature(UserPoints()) == []
+
+
+@pytest.mark.parametrize(
+    ("broken", "words"),
+    [
+        ("sign", "the sign is flipped"),
+        ("column", "column wz: differs from central differences"),
+        ("shape", "returned shape (8, 5); for 5 runs it must be (5, 'k')"),
+        ("nan", "not finite"),
+    ],
+)
+def test_a_wrong_feature_is_told_what_is_wrong(broken, words):
+    assert words in " ".join(check_feature(UserPoints(broken)))
+
+
+def test_a_flipped_sign_is_seen_in_every_column():
+    assert len(check_feature(UserPoints("sign"))) == 6
+
+
+def test_a_feature_without_unit_or_tolerance_is_told():
+    said = check_feature(UserPoints(unit=None, tolerance=-1))
+    assert [s.split()[0] for s in said] == ["UserPoints.unit", "UserPoints.tolerance"]
+
+
+@dataclass
+class UserLaw:
+    """The joint law in plain NumPy, with one thing broken on purpose."""
+
+    broken: str = ""
+
+    def command(self, state):
+        A = np.einsum("bkc,bcj->bkj", state.interaction, state.jacobian)
+        qd = -state.gain * np.einsum("bjk,bk->bj", np.linalg.pinv(A), state.error)
+        if self.broken == "batch":
+            return qd + 1e-12 * len(qd)
+        if self.broken == "offset":
+            return qd + 1.0
+        return {"sign": -qd, "shape": qd[:, :3], "nan": qd * np.nan}.get(self.broken, qd)
+
+
+@pytest.mark.parametrize(
+    ("broken", "words"),
+    [
+        ("sign", "does not descend"),
+        ("shape", "returned shape (5, 3); for 5 runs it must be (5, 6)"),
+        ("nan", "not finite"),
+        ("batch", "alone differs from the same run in a batch"),
+        ("offset", "zero velocity for zero error"),
+    ],
+)
+def test_a_wrong_law_is_told_what_is_wrong(broken, words):
+    assert words in " ".join(check_law(UserLaw(broken)))

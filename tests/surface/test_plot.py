@@ -1,0 +1,467 @@
+"""The figures show what there is: each drawn number is compared with the one it stands for."""
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+import robsim as rs
+from robsim import plot
+from robsim.plot import palette
+
+matplotlib.use("agg")
+
+SIZE = (640, 480)
+CAMERA = rs.Camera([[800, 0, 330], [0, 800, 250], [0, 0, 1]], SIZE)
+BODY = rs.CameraBody(0.08, 0.05, 0.04)
+CUBE = rs.Block(0.05, 0.05, 0.05, color="y")
+OFFSET = np.array([0.1, 0.08, -0.1, 0.08, 0.15])
+DISPLAY = rs.Pose.at(0.3, -0.2, 0.1, rpy=(0.4, -0.3, 1.2))
+RHINO = rs.Robot.from_dh(
+    [
+        [0, 0.2604, 0, -np.pi / 2],
+        [0, 0, 0.2286, 0],
+        [0, 0, 0.2286, 0],
+        [0, 0, 0.0095, -np.pi / 2],
+        [0, 0.1683, 0, 0],
+    ],
+    home=[0, -np.pi / 2, np.pi / 2, 0, -np.pi / 2],
+    name="rhino",
+    links=["shoulder", "upper", "fore", "wrist", "tool"],
+    shapes=[
+        [rs.Block(0.2, 0.2, 0.12, color="k").at(rs.Pose.at(0, 0, 0.06))],
+        [rs.Block(0.09, 0.14, 0.1, color="r").at(rs.Pose.at(0, 0.07, 0))],
+        [rs.Block(0.2286, 0.05, 0.07, color="b").at(rs.Pose.at(-0.1143, 0, 0))],
+        [rs.Block(0.2286, 0.04, 0.05, color="g").at(rs.Pose.at(-0.1143, 0, 0))],
+        [rs.Wheel(0.03, 0.04, 12, color="m")],
+        [rs.Block(0.06, 0.03, 0.04, color="c").at(rs.Pose.at(0, 0, -0.08))],
+    ],
+)
+
+
+def workstation(camera=CAMERA, display=DISPLAY):
+    top = CUBE.vertices[CUBE.vertices[:, 2] > 0]
+    cube = rs.Object("cube", CUBE, top, rs.Pose.at(0.24, 0, 0.025))
+    eye = rs.Mounted("eye", camera, "rhino.tool", rs.Pose.at(0, 0.05, -0.08))
+    return rs.Scene(RHINO, cube, eye, display=display)
+
+
+def simulated(scene, q0, **settings):
+    task = rs.IBVS(goal=scene.home, law="camera", **settings.pop("task", {}))
+    return rs.simulate(scene, task, q0, **{"duration": 3.0} | settings)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return workstation()
+
+
+@pytest.fixture(scope="module")
+def run(scene):
+    return simulated(scene, scene.home + OFFSET)
+
+
+@pytest.fixture(scope="module")
+def batch(scene):
+    shares = np.linspace(-1, 1, 60)[:, None]
+    return simulated(scene, scene.home + shares * OFFSET, duration=0.4)
+
+
+@pytest.fixture(scope="module")
+def still(scene):
+    """A run that starts at its goal: one moment, no motion, no error."""
+    return simulated(scene, scene.home)
+
+
+def wires(figure):
+    """{label: [segments (E, 2, 3) of one solid, ...]} of the 3-D axes."""
+    found = {}
+    for artist in figure.axes[0].collections:
+        if isinstance(artist, Line3DCollection):
+            found.setdefault(artist.get_label(), []).append(np.array(artist._segments3d))
+    return found
+
+
+def lines(axes, label):
+    [line] = [line for line in axes.get_lines() if line.get_label() == label]
+    return line
+
+
+def legend(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def placed(shape, T):
+    """Segments of a shape moved by T, with nothing but NumPy."""
+    points = shape.vertices @ T[:3, :3].T + T[:3, 3]
+    return points[shape.edges]
+
+
+def asterisks(axes):
+    return [line for line in axes.get_lines() if line.get_marker() == palette.ASTERISK]
+
+
+def marked(axes, marker):
+    """(N, 2) of the points that are drawn with a marker."""
+    drawn = [line for line in axes.get_lines() if line.get_marker() == marker]
+    return np.array([line.get_xydata()[0] for line in drawn])
+
+
+# --- the 3-D window
+
+
+def test_every_link_is_drawn_where_the_kinematics_put_it_seen_from_the_display_frame(scene):
+    q = scene.home + OFFSET
+    drawn = wires(plot.scene(scene, q))
+    for link, T in zip(RHINO.links, RHINO.frames(q), strict=True):
+        [segments] = drawn[link.name]
+        expected = placed(link.shapes[0], DISPLAY.matrix @ T)
+        np.testing.assert_allclose(segments, expected, atol=1e-12)
+
+
+def test_home_is_drawn_when_no_configuration_is_given(scene):
+    first, second = wires(plot.scene(scene)), wires(plot.scene(scene, scene.home))
+    assert first.keys() == second.keys()
+    for label in first:
+        np.testing.assert_array_equal(first[label], second[label])
+
+
+def test_objects_stand_at_their_pose_with_asterisks_as_marks(scene):
+    figure = plot.scene(scene)
+    T = DISPLAY.matrix @ rs.Pose.at(0.24, 0, 0.025).matrix
+    np.testing.assert_allclose(wires(figure)["cube"][0], placed(CUBE, T), atol=1e-12)
+    drawn = [line.get_data_3d() for line in asterisks(figure.axes[0])]
+    marks = scene.object().marks @ T[:3, :3].T + T[:3, 3]
+    np.testing.assert_allclose(np.array(drawn)[..., 0], marks, atol=1e-12)
+
+
+def test_a_camera_with_a_body_is_drawn_by_it():
+    scene = workstation(rs.Camera(CAMERA.K, SIZE, body=BODY))
+    T = scene.display.matrix @ scene.pose("eye", scene.home).matrix
+    expected = rs.Camera(CAMERA.K, SIZE, body=BODY).drawn(T)
+    [segments] = wires(plot.scene(scene))["eye"]
+    np.testing.assert_allclose(segments, expected.vertices[expected.edges], atol=1e-12)
+
+
+def test_a_camera_without_a_body_is_the_pyramid_of_what_it_sees():
+    scene = workstation(rs.Camera(CAMERA.K, SIZE, distortion=(-0.1, 0.01, 1e-3, 1e-3)))
+    [segments] = wires(plot.scene(scene))["eye"]
+    T = rs.Pose(scene.display.matrix @ scene.pose("eye", scene.home).matrix)
+    np.testing.assert_allclose(segments[:4, 0], np.tile(T.position, (4, 1)), atol=1e-12)
+    corners = [(-0.5, -0.5), (639.5, -0.5), (639.5, 479.5), (-0.5, 479.5)]
+    np.testing.assert_allclose(scene.camera().camera.project(segments[:4, 1], T), corners)
+
+
+def test_proportions_are_true_and_the_lowest_point_is_on_the_floor(scene):
+    figure = plot.scene(scene)
+    axes = figure.axes[0]
+    limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    sides = np.ptp(limits, axis=1)
+    np.testing.assert_allclose(axes.get_box_aspect() / sides, axes.get_box_aspect()[0] / sides[0])
+    points = np.concatenate([s.reshape(-1, 3) for group in wires(figure).values() for s in group])
+    assert (points >= limits[:, 0] - 1e-12).all()
+    assert (points <= limits[:, 1] + 1e-12).all()
+    assert np.isclose(points[:, 2].min(), limits[2, 0])
+
+
+def test_the_axes_of_the_scene_carry_metres(scene):
+    axes = plot.scene(scene).axes[0]
+    labels = [axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel()]
+    assert labels == ["x (m)", "y (m)", "z (m)"]
+
+
+def test_a_run_is_drawn_from_its_dashed_start_to_its_solid_end(scene, run):
+    figure = plot.scene(scene, run=run)
+    drawn = wires(figure)
+    for q, suffix in ((run["q0"].values, " at start"), (run["q_end"].values, "")):
+        T = DISPLAY.matrix @ RHINO.fk(q)
+        [segments] = drawn["tool" + suffix]
+        expected = placed(RHINO.links[-1].shapes[0], T)
+        np.testing.assert_allclose(segments, expected, atol=1e-12)
+    styles = {a.get_label(): a.get_linestyle()[0] for a in figure.axes[0].collections}
+    assert styles["tool"] == (0, None)
+    assert styles["tool at start"][1] is not None
+
+
+def test_what_stands_still_in_a_run_is_drawn_once(scene, run):
+    drawn = wires(plot.scene(scene, run=run))
+    assert len(drawn["base"]) == len(drawn["cube"]) == 1
+    assert not {"base at start", "cube at start"} & drawn.keys()
+
+
+def test_the_path_of_the_camera_is_that_of_the_run(scene, run):
+    axes = plot.scene(scene, run=run).axes[0]
+    path = np.transpose(lines(axes, "path of eye").get_data_3d())
+    seen = run["camera_pose"].dropna("time").values[:, :3, 3]
+    expected = seen @ DISPLAY.rotation.T + DISPLAY.position
+    np.testing.assert_allclose(path[1:-1], expected, atol=1e-12)  # q0 and q_end are added
+
+
+def test_the_path_of_a_carried_object_is_drawn_where_the_camera_stands_still():
+    cube = rs.Object("cube", CUBE, on="rhino.tool")
+    watcher = rs.Mounted("watcher", CAMERA, pose=rs.Pose.at(0.3, 0, 1.2, rpy=(np.pi, 0, 0)))
+    scene = rs.Scene(RHINO, cube, watcher)
+    run = simulated(scene, scene.home + OFFSET)
+    axes = plot.scene(scene, run=run).axes[0]
+    path = np.transpose(lines(axes, "path of cube").get_data_3d())
+    np.testing.assert_allclose(path[0], RHINO.fk(run["q0"].values)[:3, 3], atol=1e-12)
+    np.testing.assert_allclose(path[-1], RHINO.fk(run["q_end"].values)[:3, 3], atol=1e-12)
+    assert "path of watcher" not in legend(axes)
+
+
+def test_the_legend_names_links_objects_and_cameras_once(scene, run):
+    names = ["base", "shoulder", "upper", "fore", "wrist", "tool", "cube", "eye"]
+    assert legend(plot.scene(scene).axes[0]) == [*names, "marks"]
+    of_run = legend(plot.scene(scene, run=run).axes[0])
+    assert of_run == [*names, "start", "marks", "path of eye"]
+
+
+def test_a_summary_still_shows_start_and_end(scene, run):
+    summary = simulated(scene, scene.home + OFFSET, record="summary")
+    drawn, expected = (wires(plot.scene(scene, run=r)) for r in (summary, run))
+    np.testing.assert_array_equal(drawn["tool"], expected["tool"])
+    np.testing.assert_array_equal(drawn["tool at start"], expected["tool at start"])
+
+
+def test_links_keep_their_colours_and_an_all_black_robot_gets_one_for_each():
+    shapes = [[rs.Block(1, 1, 1)]] * 4
+    arm = rs.Robot.from_dh([[0, 1, 0, 0]] * 3, shapes=shapes, name="arm")
+    drawn = plot.scene(rs.Scene(arm)).axes[0].collections
+    colors = [to_hex(a.get_color()[0]) for a in drawn if isinstance(a, Line3DCollection)]
+    assert colors == [palette.BLACK, palette.BLUE, palette.VERMILLION, palette.GREEN]
+    drawn = plot.scene(rs.Scene(RHINO)).axes[0].collections
+    colors = [to_hex(a.get_color()[0]) for a in drawn if isinstance(a, Line3DCollection)]
+    assert colors == [palette.color(c) for c in "krbgmc"]
+
+
+def test_a_robot_without_shapes_is_a_stick_figure():
+    arm = rs.Robot.from_dh([[0, 0.3, 0.1, 0], [0, 0, 0.4, 0]], name="arm")
+    q = [0.3, 0.5]
+    drawn = wires(plot.scene(rs.Scene(arm), q))
+    points = arm.frames(q)[:, :3, 3]
+    np.testing.assert_allclose(drawn["link1"][0], [points[:2]], atol=1e-12)
+    np.testing.assert_allclose(drawn["link2"][0], [points[1:]], atol=1e-12)
+
+
+def test_two_robots_are_told_apart_by_name():
+    pair = rs.Scene([RHINO, RHINO.named("other").at(rs.Pose.at(0, 1, 0))])
+    assert {"rhino.tool", "other.tool"} <= set(legend(plot.scene(pair).axes[0]))
+
+
+def test_a_camera_that_flies_is_drawn_without_lines_to_its_base():
+    fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
+    scene = rs.Scene(fly, cameras=rs.Mounted("eye", rs.Camera(np.eye(3)), "fly.body"))
+    assert list(wires(plot.scene(scene, rs.Pose.at(0, 0, -1)))) == ["eye"]
+
+
+def test_an_unknown_colour_is_refused_by_name():
+    scene = rs.Scene(RHINO, rs.Object("thing", rs.Block(1, 1, 1, color="blurple")))
+    with pytest.raises(rs.InputError, match="no colour 'blurple'"):
+        plot.scene(scene)
+
+
+@pytest.mark.parametrize("letter", "krgbcmyw")
+def test_the_letters_of_the_primitives_have_colours_of_their_own(letter):
+    others = [palette.color(other) for other in "krgbcmyw" if other != letter]
+    assert palette.color(letter) not in others
+
+
+# --- the image window
+
+
+def test_the_ways_of_the_marks_are_the_pixels_of_the_run(run):
+    axes = plot.image(run).axes[0]
+    pixels = run["pixels"].dropna("time").values
+    ways = [line.get_xydata() for line in axes.get_lines() if len(line.get_xydata()) > 1]
+    np.testing.assert_array_equal(ways, np.moveaxis(pixels, 1, 0))
+
+
+def test_start_end_goal_and_centre_have_markers_of_their_own(run):
+    axes = plot.image(run).axes[0]
+    pixels = run["pixels"].dropna("time").values
+    np.testing.assert_array_equal(marked(axes, palette.ASTERISK), pixels[0])
+    np.testing.assert_array_equal(marked(axes, "o"), pixels[-1])
+    np.testing.assert_array_equal(marked(axes, "s"), run["pixels_goal"].values)
+    np.testing.assert_array_equal(marked(axes, "+"), [(330, 250)])
+    assert legend(axes) == ["start", "end", "goal", "image centre"]
+
+
+def test_the_border_is_in_view_rows_grow_downwards_and_pixels_are_square(run):
+    axes = plot.image(run).axes[0]
+    [border] = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
+    assert border.get_bbox().extents.tolist() == [-0.5, -0.5, 639.5, 479.5]
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    assert left < -0.5 < 639.5 < right
+    assert bottom > 479.5 > -0.5 > top
+    assert axes.get_aspect() == 1
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("column (px)", "row (px)")
+
+
+def test_the_image_says_how_the_run_ended(run):
+    assert plot.image(run).axes[0].get_title() == "image: time limit after 3 s"
+
+
+def test_a_mark_has_the_same_colour_in_the_image_and_in_the_scene(scene, run):
+    image, solid = plot.image(run).axes[0], plot.scene(scene).axes[0]
+    colors = [[line.get_color() for line in asterisks(axes)] for axes in (image, solid)]
+    assert colors[0] == colors[1]
+    assert len(set(colors[0])) == 4
+
+
+def test_marks_are_numbered_as_in_the_data(run):
+    axes = plot.image(run).axes[0]
+    assert [text.get_text() for text in axes.texts] == ["0", "1", "2", "3"]
+    np.testing.assert_array_equal([text.xy for text in axes.texts], run["pixels"].values[0])
+
+
+def test_without_an_image_size_there_is_no_border(run):
+    bare = run.drop_attrs(deep=False)
+    axes = plot.image(bare).axes[0]
+    assert not axes.patches
+    assert legend(axes) == ["start", "end", "goal"]
+    pixels = run["pixels"].dropna("time").values
+    assert axes.get_xlim()[0] < pixels[..., 0].min() < pixels[..., 0].max() < axes.get_xlim()[1]
+
+
+def test_what_flies_far_out_of_the_image_does_not_shrink_it(run):
+    far = run.copy(deep=True)
+    far["pixels"][5] = 1e7
+    left, right = plot.image(far).axes[0].get_xlim()
+    assert -800 < left < right < 1500
+
+
+def test_a_batch_is_laid_over_each_other_up_to_fifty_runs(batch):
+    axes = plot.image(batch).axes[0]
+    ways = [line.get_xydata() for line in axes.get_lines() if len(line.get_xydata()) > 1]
+    assert len(ways) == 50 * 4
+    np.testing.assert_array_equal(ways[0], batch["pixels"].values[0, :, 0])
+    np.testing.assert_array_equal(ways[-1], batch["pixels"].values[-1, :, 3])
+    assert axes.get_title() == "image: 50 of 60 runs"
+
+
+def test_a_batch_of_one_is_a_run(batch, scene):
+    first = batch.isel(run=[0])
+    [one, same] = [plot.velocity(r).axes[0] for r in (first, batch.isel(run=0))]
+    for label in ("$v_x$", "$v_y$", "$v_z$"):
+        np.testing.assert_array_equal(lines(one, label).get_ydata(), lines(same, label).get_ydata())
+    assert plot.image(first).axes[0].get_title().endswith("time limit after 0.4 s")
+
+
+# --- the velocity window
+
+
+def test_velocities_and_error_over_time_are_those_of_the_run(run):
+    v, w, e = plot.velocity(run).axes
+    alive = run.dropna("time")
+    for i, axis in enumerate("xyz"):
+        for axes, symbol, column in ((v, "v", i), (w, r"\omega", i + 3)):
+            line = lines(axes, f"${symbol}_{axis}$")
+            np.testing.assert_array_equal(line.get_xdata(), alive["time"])
+            np.testing.assert_array_equal(line.get_ydata(), alive["camera_velocity"][:, column])
+    np.testing.assert_array_equal(lines(e, "norm").get_ydata(), alive["error_norm"])
+    sizes = [line.get_ydata() for line in e.get_lines()[1:]]
+    np.testing.assert_array_equal(sizes, np.abs(alive["error"].values).T)
+    assert e.get_yscale() == "log"
+
+
+def test_time_ends_with_the_run(scene):
+    short = simulated(scene, scene.home + OFFSET, duration=20.0)
+    assert int(short["outcome"]) == rs.Outcome.CONVERGED
+    figure = plot.velocity(short)
+    assert figure.axes[0].get_xlim() == (0, pytest.approx(float(short["end_time"])))
+    assert figure.get_suptitle() == f"converged after {float(short['end_time']):.3g} s"
+
+
+def test_velocity_labels_carry_units_also_those_of_the_features(run, scene):
+    labels = [axes.get_ylabel() for axes in plot.velocity(run).axes]
+    assert labels == ["v (m/s)", "ω (rad/s)", "error (–)"]
+    task = {"features": rs.PixelPoints()}
+    in_pixels = simulated(scene, scene.home + OFFSET, task=task, duration=0.2)
+    axes = plot.velocity(in_pixels).axes[2]
+    assert (axes.get_ylabel(), axes.get_xlabel()) == ("error (px)", "time (s)")
+
+
+def test_components_differ_in_line_style_for_black_and_white_print(run):
+    axes = plot.velocity(run).axes[0]
+    styles = {lines(axes, f"$v_{axis}$").get_linestyle() for axis in "xyz"}
+    assert len(styles) == 3
+    assert legend(axes) == ["$v_x$", "$v_y$", "$v_z$"]
+
+
+# --- all together, and what is refused
+
+
+def test_the_summary_shows_scene_image_velocities_and_error(run, scene):
+    figure = plot.run(run, scene)
+    solid, image, v, w, e = figure.axes
+    path = np.transpose(lines(solid, "path of eye").get_data_3d())
+    assert len(path) == run["time"].size + 2  # q0 and q_end are added
+    assert image.get_xlabel() == "column (px)"
+    labels = [axes.get_ylabel() for axes in (v, w, e)]
+    assert labels == ["v (m/s)", "ω (rad/s)", "error (–)"]
+    way = float(run["path_length"])
+    assert figure.get_suptitle() == f"time limit after 3 s; path {way:.3g} m"
+
+
+@pytest.mark.parametrize("draw", [plot.velocity, plot.run, plot.scene])
+def test_a_batch_is_refused_where_one_run_is_shown(draw, batch, scene):
+    given = {plot.velocity: (batch,), plot.run: (batch, scene), plot.scene: (scene, None, batch)}
+    with pytest.raises(rs.InputError, match=r"these are 60: pick one, as in run.isel\(run=0\)"):
+        draw(*given[draw])
+
+
+@pytest.mark.parametrize("draw", [plot.velocity, plot.image])
+def test_what_needs_time_refuses_a_summary(draw, scene):
+    summary = simulated(scene, scene.home + OFFSET, record="summary")
+    with pytest.raises(rs.InputError, match="record='all'"):
+        draw(summary)
+
+
+@pytest.mark.parametrize("draw", [plot.velocity, plot.image])
+def test_what_is_no_run_is_refused(draw):
+    with pytest.raises(rs.InputError, match="expected a run as simulate returns it, got list"):
+        draw([1, 2, 3])
+
+
+def test_a_scene_is_drawn_at_one_configuration_or_over_a_run_of_its_own(scene, run):
+    with pytest.raises(rs.InputError, match="q or run, not both"):
+        plot.scene(scene, scene.home, run)
+    with pytest.raises(rs.InputError, match=r"one configuration \(5,\), got \(2, 5\)"):
+        plot.scene(scene, [scene.home, scene.home])
+    other = rs.Scene(rs.Robot.from_dh([[0, 0, 1, 0]], name="arm"))
+    with pytest.raises(rs.InputError, match="not one of this scene: it moves shoulder"):
+        plot.scene(other, run=run)
+
+
+def test_a_run_of_one_moment_can_be_drawn(still, scene, tmp_path):
+    figure = plot.run(still, scene)
+    figure.savefig(tmp_path / "still.png")
+    assert lines(figure.axes[2], "$v_x$").get_marker() == "."
+    assert figure.get_suptitle() == "converged after 0 s; path 0 m"
+
+
+def test_a_start_that_does_not_see_its_target_can_be_drawn(scene, tmp_path):
+    blind = simulated(scene, scene.home - np.array([0, 0, 0, 2.0, 0]))
+    assert int(blind["outcome"]) == rs.Outcome.BEHIND_CAMERA
+    figure = plot.run(blind, scene)
+    figure.savefig(tmp_path / "blind.pdf")
+    assert figure.get_suptitle().startswith("behind camera after 0 s")
+
+
+def test_figures_leave_no_trace(scene, run, batch):
+    before = dict(matplotlib.rcParams)
+    drawn = [plot.scene(scene), plot.image(batch), plot.velocity(run), plot.run(run, scene)]
+    assert all(isinstance(figure, Figure) for figure in drawn)
+    assert dict(matplotlib.rcParams) == before
+    assert plt.get_fignums() == []
+
+
+def test_where_windows_open_pyplot_shows_the_figure(scene, monkeypatch):
+    monkeypatch.setattr(plt, "get_backend", lambda: "QtAgg")
+    figure = plot.scene(scene)
+    assert [plt.figure(n) for n in plt.get_fignums()] == [figure]
+    plt.close(figure)
