@@ -1,5 +1,6 @@
 """The boundary between a user's run-first arrays and the kernels' run-last ones."""
 
+import math
 from typing import Any, TypeVar
 
 import numpy as np
@@ -40,7 +41,8 @@ def frozen(array: Array) -> Array:
 
 def runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
     """(..., a, b) with `axes` trailing axes -> contiguous (a, b, run)."""
-    flat = array.reshape(-1, *array.shape[array.ndim - axes :])
+    lead, tail = array.shape[: array.ndim - axes], array.shape[array.ndim - axes :]
+    flat = array.reshape(math.prod(lead), *tail)
     return np.ascontiguousarray(np.moveaxis(flat, 0, -1))
 
 

@@ -36,6 +36,7 @@ UNITS = {
     "camera_velocity": "m/s, rad/s",
     "pixels": "px",
     "pixels_goal": "px",
+    "pixels_end": "px",
     "end_time": "s",
     "path_length": "m",
     "pixel_error": "px",
@@ -53,6 +54,7 @@ DESCRIPTIONS = {
     "lyapunov": "half the square of error_norm (chapter, eq. 16)",
     "pixels": "where the marks are in the image, without noise",
     "pixels_goal": "where the marks are in the image at the goal",
+    "pixels_end": "where the marks are in the image at the end",
     "outcome": "why the run ended, see robsim.Outcome",
     "end_time": "when the run ended",
     "path_length": "way of the camera, or of the target where the camera stands still",
@@ -121,6 +123,7 @@ def _ends(loop: Loop, goal: Array) -> dict[str, Any]:
         "pixel_error": ("run", np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1)),
         "q0": (["run", "coordinate"], loop.q0),
         "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
+        "pixels_end": (["run", "mark", "axis"], recorder.last.pixels.reshape(-1, *goal.shape)),
     }
 
 

@@ -737,7 +737,25 @@ def places(tables, path=()):
             yield from places(value, (*path, key))
 
 
-TEXTS = ["1 m", "0 deg", "-5 cm", "1e300 m", "1e-300 s", "1e-320 cm", "1e9 m", "true", "world", "fly.body", "arm.plate", "eye", "\n1, 2, 3 cm", "0, 0, 0 deg", "revolute", "floating", ""]
+TEXTS = [
+    "1 m",
+    "0 deg",
+    "-5 cm",
+    "1e300 m",
+    "1e-300 s",
+    "1e-320 cm",
+    "1e9 m",
+    "true",
+    "world",
+    "fly.body",
+    "arm.plate",
+    "eye",
+    "\n1, 2, 3 cm",
+    "0, 0, 0 deg",
+    "revolute",
+    "floating",
+    "",
+]
 VALUES = st.one_of(
     st.sampled_from(TEXTS),
     st.sampled_from([0, -1, 1, 3, 10**30, 2**64, 1e-300, 1e9, 1e308, math.nan, math.inf, True]),

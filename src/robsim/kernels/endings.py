@@ -15,6 +15,7 @@ from robsim.kernels.jit import kernel
 RUNNING, CONVERGED, LOCAL_MINIMUM, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2, 3, 4
 JOINT_LIMIT, SINGULAR, DIVERGED, NOT_FINITE, TIME_LIMIT = 5, 6, 7, 8, 9
 STALL_PERIODS = 10
+STALL = 0.01  # of the tolerance; a run on its way moves the features by about its error in 1/gain
 
 
 @kernel
@@ -65,7 +66,7 @@ def sizes(error, depth, norm, farthest):
 
 @kernel
 def _stands_still(reach, qd, gain, tolerance, still):
-    """Count the periods in which the command moves no feature by the tolerance in 1/gain."""
+    """Count the periods in which the command moves features by next to nothing in 1/gain."""
     change, largest = np.zeros((reach.shape[0], still.size)), np.empty(still.size)
     for i in range(reach.shape[0]):
         for j in range(reach.shape[1]):
@@ -73,7 +74,7 @@ def _stands_still(reach, qd, gain, tolerance, still):
                 change[i, b] += reach[i, j, b] * qd[j, b]
     _largest(change, largest)
     for b in range(still.size):
-        still[b] = still[b] + 1 if largest[b] < tolerance * gain else 0
+        still[b] = still[b] + 1 if largest[b] < STALL * tolerance * gain else 0
 
 
 @kernel
@@ -107,8 +108,8 @@ def judge(
     """outcome[b] after one instant; still[b] counts the periods without motion.
 
     The way from before[3, b] to the origin of T[3, 4, b] is added to length[b]. A run stands
-    still while its command would move the features by less than the tolerance in the time
-    1/gain, and the error is not below it. It diverges when its error exceeds norm[b] or a depth
+    still while its command would move every feature by less than a hundredth of the tolerance in
+    the time 1/gain, and the error is not below the tolerance. It diverges when its error exceeds norm[b] or a depth
     farthest[b].
     """
     size, away, far = np.empty(outcome.size), np.empty(outcome.size), np.empty(outcome.size)

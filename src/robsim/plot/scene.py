@@ -114,8 +114,8 @@ def _frame(axes: Any, points: Array) -> None:
         getattr(axes, f"set_{name}label")(f"{name} (m)")
         axis = getattr(axes, f"{name}axis")
         axis.set_major_locator(InnerTicks(step))
-        axis.set_tick_params(pad=8 if name == "z" else 0)
-        axis.labelpad = 17 if name == "z" else 8
+        axis.set_tick_params(pad=9 if name == "z" else 0)
+        axis.labelpad = 20 if name == "z" else 8
         axis.pane.set(facecolor="white", edgecolor=palette.LIGHT_GREY)
     axes.set_aspect("equal")
     axes.view_init(elev=22, azim=-55)

@@ -1,0 +1,284 @@
+"""Scene -> text -> scene, run -> text -> run: the same bits."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+from robsim import examples
+from robsim.scenario import Scenario, Settings, load_scenario, replay
+
+
+def bits(value):
+    """All that a value is made of, comparable bit for bit: -0.0 is not 0.0."""
+    if isinstance(value, rs.Pose):
+        return value.matrix.tobytes()  # names of frames are notes, not numbers
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    if isinstance(value, float):
+        return value.hex()
+    if isinstance(value, tuple | list):
+        return [bits(item) for item in value]
+    if dataclasses.is_dataclass(value):
+        parts = {f.name: bits(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
+        return type(value).__name__, parts
+    return value
+
+
+def any_pose(rng, exact=False):
+    """Poses as users make them, with zeros of both signs among their numbers."""
+    choice = rng.integers(4)
+    if choice == 0:
+        return rs.Pose.at(*rng.normal(size=3), rpy=rng.normal(size=3))
+    if choice == 1:
+        return rs.Pose.at(0.1, -0.0, 1e-17, rotvec=(0, 0, np.pi))
+    if choice == 2:
+        return rs.Pose.at(rpy=(0, 0, np.pi / 2)).inv() @ rs.Pose.at(0, 1 / 3, 0)
+    return rs.Pose.at()
+
+
+def any_shapes(rng):
+    sizes = rng.uniform(0.01, 1, 8)
+    return (
+        rs.Block(*sizes[:3], color="tab:red").at(any_pose(rng)),
+        rs.Wheel(*sizes[3:5], n=5 + int(rng.integers(9)), color="#00ff00", pose=any_pose(rng)),
+        rs.CameraBody(*sizes[5:], color="k").at(any_pose(rng)),
+    )
+
+
+def any_arm(rng, name):
+    """An arm on a rail from a DH table, with a fixed plate and a free body on it."""
+    rows = rng.normal(size=(3, 4))
+    home = rng.uniform(-0.5, 0.5, 3)
+    limits = np.stack([home - rng.uniform(0.1, 1, 3), home + 1], axis=1)
+    convention = ["standard", "modified"][rng.integers(2)]
+    shapes = [any_shapes(rng)[: rng.integers(4)] for _ in range(4)]
+    arm = rs.Robot.from_dh(rows, convention, "PRR", home, limits, name, shapes=shapes)
+    plate = rs.Link("plate", "link2", rs.Joint("fixed", any_pose(rng), any_pose(rng)))
+    held = rs.Link("held", "plate", rs.Joint("floating", tail=any_pose(rng)), any_shapes(rng))
+    home = [*home, *any_pose(rng).q]
+    return rs.Robot(name, (*arm.links, plate, held), home, base=any_pose(rng))
+
+
+def any_camera(rng, name, on):
+    f, c = rng.uniform(300, 900, 2), rng.uniform(100, 400, 2)
+    K = [[f[0], rng.normal(), c[0]], [0, f[1], c[1]], [0, 0, 1]]
+    size = [None, (640, 480)][rng.integers(2)]
+    body = [None, any_shapes(rng)[2]][rng.integers(2)]
+    lens = rng.normal(size=rng.choice([0, 4, 5, 8])) / 100
+    return rs.Mounted(name, rs.Camera(K, size, body=body, distortion=lens), on, any_pose(rng))
+
+
+def any_scene(rng):
+    """Two robots, one on the other, objects with and without marks, two cameras, a display."""
+    arm = any_arm(rng, "arm")
+    fly = rs.robots.free_camera().named("fly").at(any_pose(rng), on="arm.plate")
+    objects = [
+        rs.Object("box", any_shapes(rng)[:2], pose=any_pose(rng), on="fly.body"),
+        rs.Object("dots", marks=rng.normal(size=(5, 3)), pose=any_pose(rng)),
+        rs.Object("bare"),
+        rs.Object("drawn", any_shapes(rng), marks=np.empty((0, 3)), on="bare"),
+    ]
+    cameras = [any_camera(rng, "eye", "arm.held"), any_camera(rng, "wall", "world")]
+    return rs.Scene([arm, fly], objects, cameras, display=any_pose(rng))
+
+
+def any_task(rng, scene):
+    goals = [rs.Computed(any_pose(rng)), scene.home]
+    laws = ["joint", rs.CameraLaw(rng.uniform(0.01, 1))]
+    inverses = [rs.Truncated(rng.uniform(0, 1e-3)), rs.Damped(rng.uniform(0.001, 1))]
+    beliefs = [None, any_scene(rng), scene.replacing(any_camera(rng, "eye", "arm.link3"))]
+    return rs.IBVS(
+        goals[rng.integers(2)],
+        camera="eye",
+        target="dots",
+        features=[rs.Points(), rs.PixelPoints()][rng.integers(2)],
+        interaction=["current", "desired", "mean"][rng.integers(3)],
+        depth=["true", "goal", rng.uniform(0.1, 1)][rng.integers(3)],
+        depth_scale=rng.uniform(0.5, 2),
+        law=laws[rng.integers(2)],
+        gain=rng.uniform(0.1, 5),
+        inverse=inverses[rng.integers(2)],
+        tolerance=rng.uniform(1e-6, 1e-3),
+        belief=beliefs[rng.integers(3)],
+    )
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_any_scenario_comes_back_from_its_text_bit_for_bit(seed):
+    rng = np.random.default_rng(seed)
+    scene = any_scene(rng)
+    told = Settings(rng.uniform(0.001, 0.1), rng.uniform(1, 9), int(rng.integers(2**63)), 0.3, 7)
+    q0 = [None, scene.home][rng.integers(2)]
+    scenario = Scenario(scene, any_task(rng, scene), q0, told, title='"quoted" \\ 50 %')
+    text = scenario.to_toml()
+    again = Scenario.from_text(text)
+    assert bits(again.scene) == bits(scene)
+    assert bits(again.task) == bits(scenario.task)
+    assert bits(again.q0) == bits(q0)
+    assert (again.settings, again.title) == (told, scenario.title)
+    assert again.to_toml() == text == again.text
+
+
+@pytest.mark.parametrize("name", rs.robots.names())
+def test_the_robots_of_the_library_come_back(name):
+    robot = rs.robots.load(name)
+    eye = rs.Mounted("eye", rs.Camera(np.eye(3)))
+    scene = rs.Scene([robot], [rs.Object("dot", marks=[[0, 0, 1]])], [eye])
+    again = Scenario.from_text(Scenario(scene, rs.IBVS()).to_toml())
+    assert bits(again.scene) == bits(scene)
+
+
+def test_a_belief_that_lacks_a_pose_or_a_thing_of_the_truth_comes_back():
+    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), "free_camera.body", rs.Pose.at(1, 0, 0))
+    dots = rs.Object("dots", marks=np.eye(3))
+    robot = rs.robots.free_camera()
+    truth = rs.Scene([robot], [dots, rs.Object("wall")], [eye])
+    belief = rs.Scene(
+        [robot.named("model")],
+        [dots, rs.Object("door")],
+        [rs.Mounted("eye", eye.camera, "model.body")],
+    )
+    again = Scenario.from_text(Scenario(truth, rs.IBVS(belief=belief)).to_toml())
+    assert bits(again.task.belief) == bits(belief)
+
+
+# runs
+
+
+def identical(a, b):
+    """The same variables, bit for bit, and the same notes."""
+    xr.testing.assert_identical(a, b)
+    for name in a.variables:
+        assert a[name].values.tobytes() == b[name].values.tobytes(), name
+
+
+@pytest.fixture
+def starts(puma_goal):
+    return puma_goal + np.random.default_rng(2).uniform(-0.05, 0.05, (5, 6))
+
+
+SETTINGS = {"dt": 0.05, "duration": 1.0, "noise": 0.4, "seed": 2**63 + 5}
+
+
+@pytest.fixture
+def task(puma_scene, puma_goal):
+    eye = puma_scene.camera()
+    askew = dataclasses.replace(eye, pose=rs.Pose.at(0, 0.01, 0, rpy=(0, 0, 0.1)))
+    return rs.IBVS(puma_goal, gain=2.0, belief=puma_scene.replacing(askew), inverse="damped")
+
+
+@pytest.mark.parametrize("record", ["all", 3, "summary"])
+def test_a_batch_is_repeated_from_its_own_text(puma_scene, task, starts, record):
+    run = rs.simulate(puma_scene, task, starts, run=4, record=record, **SETTINGS)
+    identical(replay(run), run)
+
+
+def test_a_single_run_is_repeated_from_its_own_text(puma_scene, task, starts):
+    run = rs.simulate(puma_scene, task, starts[0], **SETTINGS)
+    identical(replay(run), run)
+    text = run.attrs["scenario"]
+    assert Scenario.from_text(text).run().attrs["scenario"] == text
+
+
+def test_a_run_that_was_saved_is_repeated(puma_scene, task, starts, tmp_path):
+    run = rs.simulate(puma_scene, task, starts, record=np.int64(2), **SETTINGS)
+    again = replay(rs.open_run(rs.save_run(run, tmp_path / "run.nc")))
+    for name in run.variables:
+        assert run[name].values.tobytes() == again[name].values.tobytes(), name
+
+
+def test_rows_of_a_batch_are_repeated_with_their_own_noise(puma_scene, task, starts):
+    run = rs.simulate(puma_scene, task, starts, **SETTINGS)
+    for rows in (3, slice(2, 4)):
+        part = run.isel(run=rows)
+        again = replay(part)
+        for name in part.variables:
+            assert part[name].values.tobytes() == again[name].values.tobytes(), name
+    with pytest.raises(rs.InputError, match=r"runs \[0, 2\] do not follow one another"):
+        replay(run.isel(run=[0, 2]))
+
+
+def test_steps_are_the_same_whatever_the_rounding_of_duration(puma_scene, puma_goal, starts):
+    for dt, steps in [(0.1, 3), (0.07, 23), (1 / 3, 7), (0.001, 4095)]:
+        task = rs.IBVS(puma_goal, tolerance=1e-300)
+        run = rs.simulate(puma_scene, task, starts[0], dt=dt, duration=steps * dt, record="summary")
+        identical(replay(run), run)
+
+
+class Mine:
+    def command(self, state):
+        return -state.gain * np.zeros(state.jacobian.shape[::2])
+
+
+def test_a_run_of_python_code_says_that_it_cannot_be_repeated(puma_scene, puma_goal, starts):
+    run = rs.simulate(puma_scene, rs.IBVS(puma_goal, law=Mine()), starts[0], duration=0.1)
+    with pytest.raises(rs.InputError, match="Mine is Python code"):
+        replay(run)
+
+
+def test_what_is_no_run_says_so(puma_scene, puma_goal, starts):
+    with pytest.raises(rs.InputError, match=r"attrs\['scenario'\]"):
+        replay(xr.Dataset())
+    run = rs.simulate(puma_scene, rs.IBVS(puma_goal), starts[0], duration=0.1)
+    with pytest.raises(rs.InputError, match="it has no 'q0'"):
+        replay(run.drop_vars("q0"))
+
+
+def test_code_in_a_scenario_has_no_text(puma_scene, puma_goal):
+    with pytest.raises(rs.InputError, match="Mine is Python code"):
+        Scenario(puma_scene, rs.IBVS(puma_goal, law=Mine())).to_toml()
+
+
+# scenarios and their runs
+
+
+@pytest.fixture
+def example():
+    return load_scenario(examples.path("chapter_6_1"), {"run.duration": "1 s"})
+
+
+def test_a_run_of_a_scenario_keeps_its_text_and_is_repeated(example):
+    run = example.run()
+    assert run.attrs["scenario"] == example.text
+    identical(replay(run), run)
+    plain = rs.simulate(example.scene, example.task, example.q0, dt=0.04, duration=1.0)
+    for name in run.variables:
+        assert run[name].values.tobytes() == plain[name].values.tobytes(), name
+
+
+@pytest.mark.parametrize("change", [{"seed": 3}, {"noise": 1.0}, {"dt": 0.02}, {"run": 2}])
+def test_a_run_with_changes_has_a_text_that_says_them(example, change):
+    run = example.run(**change)
+    assert run.attrs["scenario"] != example.text
+    identical(replay(run), run)
+
+
+def test_a_run_of_a_changed_scenario_does_not_keep_the_old_text(example):
+    other = dataclasses.replace(example, task=dataclasses.replace(example.task, gain=0.1))
+    run = other.run(threads=1)
+    assert "gain = 0.1" in run.attrs["scenario"]
+    identical(replay(run), run)
+
+
+def test_an_interrupted_run_keeps_the_text(example):
+    def stop(share):
+        raise KeyboardInterrupt
+
+    with pytest.raises(rs.Interrupted) as caught:
+        example.run(stop)
+    assert caught.value.run.attrs["scenario"] == example.text
+
+
+@pytest.mark.parametrize("name", examples.names())
+def test_the_examples_and_their_full_texts_say_the_same(name):
+    scenario = load_scenario(examples.path(name))
+    scenario.check()
+    again = Scenario.from_text(scenario.to_toml())
+    assert bits(again.scene) == bits(scenario.scene)
+    assert again.to_toml() == scenario.to_toml()

@@ -1,0 +1,155 @@
+"""The robot library: its numbers, their sources, its shapes, and how it is asked for."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim import robots
+from robsim.robot import dh_constants
+
+NAMES = ("free_camera", "planar_2r", "puma560", "rhino_xr4")
+ORACLE = Path(__file__).parents[1] / "oracles" / "pinocchio_dh.json"
+TABLES = {spec["name"]: spec for spec in json.loads(ORACLE.read_text())["robots"]}
+
+
+def raw(name):
+    return tomllib.loads(robots.file(name).read_text(encoding="utf-8"))
+
+
+def test_the_robots_are_these():
+    assert robots.names() == NAMES
+    assert set(NAMES) <= set(dir(robots))
+    assert all(robots.load(name).name == name for name in NAMES)
+    assert robots.puma560() is robots.load("puma560")
+
+
+def test_a_robot_that_does_not_exist_names_the_nearest():
+    with pytest.raises(rs.InputError, match="did you mean 'puma560'"):
+        robots.load("puma56")
+    with pytest.raises(AttributeError, match="robots: free_camera, planar_2r"):
+        _ = robots.puma56
+
+
+@pytest.mark.parametrize("name", ["rhino_xr4", "puma560", "planar_2r"])
+def test_the_table_is_that_of_the_oracle_bit_for_bit(name):
+    spec, robot = TABLES[name], robots.load(name)
+    assert len(robot.links) == 1 + len(spec["rows"])
+    for link, row, letter in zip(robot.links[1:], spec["rows"], spec["joints"], strict=True):
+        kind = {"R": "revolute", "P": "prismatic"}[letter]
+        place, tail = dh_constants(np.array(row), spec["convention"], kind)
+        assert link.joint.kind == kind
+        np.testing.assert_array_equal(link.joint.place.matrix, place.matrix)
+        np.testing.assert_array_equal(link.joint.tail.matrix, tail.matrix)
+
+
+@pytest.mark.parametrize("name", ["rhino_xr4", "puma560", "planar_2r"])
+def test_poses_agree_with_pinocchio(name):
+    cases = TABLES[name]["cases"]
+    frames = robots.load(name).frames([case["q"] for case in cases])[:, 1:]
+    np.testing.assert_allclose(frames, [case["poses"] for case in cases], rtol=0, atol=1e-12)
+
+
+def test_the_rhino_at_home_is_where_the_table_says():
+    rhino = robots.rhino_xr4()
+    T = rhino.fk(rhino.home)
+    np.testing.assert_allclose(T[:3, 3], [0.2381, 0, 0.3207], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(T[:3, :3], [[0, 1, 0], [1, 0, 0], [0, 0, -1]], rtol=0, atol=1e-15)
+    assert [link.name for link in rhino.links] == [
+        *("base", "shoulder", "upper_arm", "forearm", "wrist", "tool")
+    ]
+    travel = np.degrees(rhino.limits[:, 1] - rhino.limits[:, 0])
+    np.testing.assert_allclose(travel, [350, 150, 180, 250, 360], rtol=0, atol=1e-9)
+    middle = rhino.limits.mean(axis=1)
+    np.testing.assert_allclose(middle, rhino.home, rtol=0, atol=1e-12)
+
+
+def test_the_puma_at_home_looks_straight_down():
+    puma = robots.puma560()
+    np.testing.assert_allclose(puma.fk(puma.home)[:3, 2], [0, 0, -1], rtol=0, atol=1e-12)
+    upper, fore = puma.fk(puma.home, "upper_arm"), puma.fk(puma.home, "wrist_roll")
+    assert upper[2, 3] > fore[2, 3] > 0.67183  # elbow up, wrist above the shoulder
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_home_is_well_within_the_limits(name):
+    robot = robots.load(name)
+    low, high = robot.limits.T
+    assert (robot.home > low).all() and (robot.home < high).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_kind_of_number_has_a_source(name):
+    tables = raw(name)
+    words = {key for link in tables["links"] for key in ("dh", "limits", "shapes") if key in link}
+    words |= {"home"} & tables.keys()
+    said = " ".join(tables["sources"]).lower()
+    assert tables["sources"] and all(word in said for word in words), words
+    assert robots.about(name) == tables["about"]
+
+
+def test_the_links_of_the_arms_are_drawn_in_different_colours():
+    for name in ("rhino_xr4", "puma560", "planar_2r"):
+        colors = [{shape.color for shape in link.shapes} for link in robots.load(name).links]
+        assert all(len(own) == 1 for own in colors)
+        assert all(a != b for a, b in zip(colors, colors[1:], strict=False))
+    assert [len(link.shapes) for link in robots.rhino_xr4().links] == [1, 1, 1, 1, 1, 3]
+
+
+def spans(link, T, line):
+    """Where a line (point, direction) is inside the blocks of a link, as (enter, leave)."""
+    for block in link.shapes:
+        box = (rs.Pose(T) @ block.pose).inv()
+        point, along = box @ line[0], box.rotation @ line[1]
+        half = np.array([block.length, block.width, block.height]) / 2 + 1e-9
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near, far = np.sort([(-half - point) / along, (half - point) / along], axis=0)
+        still = np.abs(along) < 1e-12
+        near[still] = np.where(np.abs(point[still]) <= half[still], -np.inf, np.inf)
+        far[still] = np.inf
+        if near.max() <= far.min():
+            yield near.max(), far.min()
+
+
+@pytest.mark.parametrize("name", ["rhino_xr4", "puma560", "planar_2r"])
+def test_the_blocks_of_two_links_meet_on_the_axis_of_their_joint(name):
+    robot = robots.load(name)
+    frames = robot.frames(robot.home)
+    for i, link in enumerate(robot.links[1:], start=1):
+        axis = frames[i - 1] @ link.joint.place.matrix
+        line = axis[:3, 3], axis[:3, 2]
+        gaps = [
+            max(a[0], b[0]) - min(a[1], b[1])
+            for a in spans(robot.links[i - 1], frames[i - 1], line)
+            for b in spans(link, frames[i], line)
+        ]
+        assert gaps and min(gaps) < 0.06, (link.name, gaps)
+
+
+def test_robsim_reads_robots_only_when_asked():
+    """`import robsim` leaves the slow libraries alone; a robot needs pydantic, and no figures."""
+    code = """
+import sys, robsim
+slow = {"pydantic", "xarray", "matplotlib", "scipy"}
+assert not slow & sys.modules.keys(), slow & sys.modules.keys()
+robsim.robots.rhino_xr4()
+assert "pydantic" in sys.modules
+assert not {"xarray", "matplotlib", "scipy"} & sys.modules.keys()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_only_the_scenario_package_knows_pydantic():
+    source = Path(rs.__file__).parent
+    users = {
+        path.relative_to(source).parts[0]
+        for path in source.rglob("*.py")
+        if "import pydantic" in path.read_text() or "from pydantic" in path.read_text()
+    }
+    assert users == {"scenario"}
