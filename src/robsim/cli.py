@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from robsim.scenario import Scenario
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130  # exit status; 130 is the shell's number for Ctrl-C
+FILES = ("run.nc", "scenario.toml", "image.png", "scene.png", "velocity.png")  # of one run
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -65,7 +68,8 @@ def run(
 def check(file: Path, changes: tuple[str, ...]) -> None:
     """Read FILE and try its goal and start without simulating."""
     scenario = _load(file, changes)
-    scenario.check()
+    with _warnings_as_lines():
+        scenario.check()
     scene = scenario.scene
     click.echo(f"{file}: all is well")
     click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
@@ -85,8 +89,8 @@ def examples_(name: str | None, output: Path | None, force: bool) -> None:
         click.echo("copy one out: robsim examples NAME")
         return
     source, target = examples.path(name), output or Path(f"{name}.toml")
-    target = target / f"{name}.toml" if target.is_dir() else target
-    if target.exists() and not force:
+    target = target / f"{name}.toml" if _exists(target) and target.is_dir() else target
+    if _exists(target) and not force:
         raise FileError(f"{target} exists; --force writes over it")
     _write(target, source.read_text(encoding="utf-8"))
     click.echo(f"wrote {target}; run it with: robsim run {target}")
@@ -139,6 +143,10 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
         _save(stop.run, scenario, folder)
         click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
         sys.exit(STOPPED)
+    except RobSimError:
+        with suppress(OSError):
+            folder.rmdir()  # if it is empty: nothing was simulated
+        raise
     _save(result, scenario, folder)
     if figures:
         _draw(result, scenario, folder)
@@ -164,9 +172,11 @@ def _warnings_as_lines() -> Iterator[None]:
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RankWarning)
-        yield
-    for warning in caught:
-        click.echo(f"warning: {warning.message}", err=True)
+        try:
+            yield
+        finally:
+            for warning in caught:
+                click.echo(f"warning: {warning.message}", err=True)
 
 
 def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
@@ -187,7 +197,8 @@ def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
             "velocity": plot.velocity(result),
         }
     for name, figure in figures.items():
-        figure.savefig(folder / f"{name}.png", dpi=200)
+        with _writing(folder / f"{name}.png") as path:
+            figure.savefig(path, dpi=200)
 
 
 def _report(result: xr.Dataset, folder: Path) -> None:
@@ -199,7 +210,8 @@ def _report(result: xr.Dataset, folder: Path) -> None:
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
         click.echo(f"time         {float(result.end_time):.2f} s")
-        click.echo(f"final error  {float(result.pixel_error):.3g} px")
+        away = float(result.pixel_error)
+        click.echo(f"final error  {'unknown' if math.isnan(away) else f'{away:.3g} px'}")
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
     click.echo(f"results      {folder}")
 
@@ -207,20 +219,36 @@ def _report(result: xr.Dataset, folder: Path) -> None:
 def _free_folder(name: str) -> Path:
     """The first of name, name-2, name-3, ... that does not exist."""
     candidates = (Path(name if i == 1 else f"{name}-{i}") for i in range(1, 10_000))
-    return next(folder for folder in candidates if not folder.exists())
+    return next(folder for folder in candidates if not _exists(folder))
 
 
 def _folder(folder: Path, force: bool) -> Path:
     """The folder, made and found writable before anything is computed."""
-    if (folder / "run.nc").exists() and not force:
-        raise FileError(f"{folder} holds a run; choose another folder with -o, or --force")
-    _write(folder / "scenario.toml", "")
-    return folder
+    taken = [name for name in FILES if _exists(folder / name)]
+    if taken and not force:
+        raise FileError(
+            f"{folder} has {', '.join(taken)} already; choose another folder with -o, or --force"
+        )
+    with _writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
 
 
 def _write(path: Path, text: str) -> None:
-    try:
+    with _writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[Path]:
+    try:
+        yield path
     except OSError as error:
         raise FileError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def _exists(path: Path) -> bool:
+    with _writing(path):  # a name may be too long even to ask
+        return path.exists()

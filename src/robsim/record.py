@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,39 +10,29 @@ from numpy.typing import NDArray
 from robsim.arrays import Array
 from robsim.errors import InputError
 from robsim.kernels import record as kernels
+from robsim.kernels.record import Track
+
+if TYPE_CHECKING:
+    from robsim.simulate import Now
 
 Record = Literal["all", "summary"] | int
 MEMORY_BUDGET = 4e9  # bytes
+LONGEST = 10_000_000  # steps
 
 
 def every(record: Record) -> int | None:
     """Of how many steps one is kept; None for a summary."""
-    if record == "summary":
-        return None
-    if record == "all":
-        return 1
-    if isinstance(record, bool) or not isinstance(record, int | np.integer) or record < 1:
-        raise InputError(f"record must be 'all', 'summary' or every n-th step, got {record!r}")
-    return int(record)
+    if isinstance(record, str):
+        if record in ("all", "summary"):
+            return 1 if record == "all" else None
+    elif isinstance(record, int | np.integer) and record is not True and 1 <= record <= LONGEST:
+        return int(record)
+    raise InputError(f"record must be 'all', 'summary' or every n-th step, got {record!r:.80}")
 
 
-@dataclass(frozen=True)
-class Track:
-    """Some moments of all runs, NaN where there is nothing: each (runs, moments, width)."""
-
-    q: Array
-    qd: Array
-    s: Array
-    pixels: Array
-
-    @classmethod
-    def empty(cls, runs: int, moments: int, widths: tuple[int, int, int, int]) -> Track:
-        """Room for `widths` numbers of q, qd, s and pixels."""
-        return cls(*(np.full((runs, moments, width), np.nan) for width in widths))
-
-    def put(self, moment: int, rows: NDArray[np.int64], values: tuple[Array, ...]) -> None:
-        """values[i][width, b] are those of run rows[b]."""
-        kernels.store(rows, moment, *values, self.q, self.qd, self.s, self.pixels)
+def _empty(runs: int, moments: int, widths: tuple[int, int, int, int]) -> Track:
+    """Room for `widths` numbers of q, qd, s and pixels; NaN where nothing is put."""
+    return Track(*(np.full((runs, moments, width), np.nan) for width in widths))
 
 
 class Recorder:
@@ -53,28 +42,26 @@ class Recorder:
         self.every = every(record)
         self.moments = 0 if self.every is None else steps // self.every + 1
         _check_memory(runs, self.moments, sum(widths))
-        self.series = Track.empty(runs, self.moments, widths)
-        self.last = Track.empty(runs, 1, widths)
+        self.series = _empty(runs, self.moments, widths)
+        self.last = _empty(runs, 1, widths)
         self.outcome = np.zeros(runs, dtype=np.int8)
         self.end_step = np.full(runs, np.nan)
         self.path_length = np.full(runs, np.nan)
 
-    def moment(self, step: int, rows: NDArray[np.int64], values: tuple[Array, ...]) -> None:
+    def moment(self, step: int, rows: NDArray[np.int64], now: Now) -> None:
         """Keep a step if it was asked for."""
         if self.every is not None and step % self.every == 0:
-            self.series.put(step // self.every, rows, values)
+            values = now.q, now.qd, now.command.s, now.look.pixels
+            kernels.store(rows, step // self.every, *values, self.series)
 
-    def end(
-        self,
-        step: int,
-        rows: NDArray[np.int64],
-        values: tuple[Array, ...],
-        outcome: NDArray[np.int8],
-        length: Array,
-    ) -> None:
-        """Keep how these runs ended."""
-        self.last.put(0, rows, values)
-        self.outcome[rows], self.end_step[rows], self.path_length[rows] = outcome, step, length
+    def end(self, step: int, rows: NDArray[np.int64], now: Now, length: Array) -> None:
+        """Keep how those of the runs ended that did."""
+        over = now.outcome > 0
+        values = now.q, now.qd, now.command.s, now.look.pixels
+        ended = (np.ascontiguousarray(value[..., over]) for value in values)
+        kernels.store(rows[over], 0, *ended, self.last)
+        self.outcome[rows[over]] = now.outcome[over]
+        self.end_step[rows[over]], self.path_length[rows[over]] = step, length[over]
 
 
 def _check_memory(runs: int, moments: int, width: int) -> None:

@@ -20,9 +20,9 @@ from robsim.camera import Camera
 from robsim.errors import FileError
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
+from robsim.kernels.record import Track
 from robsim.outcome import Outcome
 from robsim.pose import homogeneous
-from robsim.record import Track
 from robsim.scene import Scene
 from robsim.servo import IBVS, Computed
 from robsim.servo.inverse import product
@@ -70,14 +70,15 @@ def dataset(loop: Loop, scene: Scene, task: IBVS, single: bool) -> xr.Dataset:
     series = recorder.last if recorder.every is None else recorder.series
     tall = ["run", "time"]
     goal = controller.goal.pixels[..., 0]
-    variables = {
-        **_motion(scene, controller.truth.eye.name, series, tall),
-        **_features(series, controller.s_goal, tall),
-        "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
-        "pixels_goal": (["mark", "axis"], goal),
-        "s_goal": (["feature"], controller.s_goal),
-        **_ends(loop, goal),
-    }
+    with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
+        variables = {
+            **_motion(scene, controller.truth.eye.name, series, tall),
+            **_features(series, controller.s_goal, tall),
+            "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
+            "pixels_goal": (["mark", "axis"], goal),
+            "s_goal": (["feature"], controller.s_goal),
+            **_ends(loop, goal),
+        }
     result = xr.Dataset(
         variables, _coordinates(loop, scene), _provenance(loop, scene, task, single)
     )
@@ -227,30 +228,37 @@ def _annotated(result: xr.Dataset, unit: str, scene: Scene) -> xr.Dataset:
 def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """Write a run as NetCDF-4; the file appears only once it is complete.
 
-    FileError: the folder cannot be written.
+    FileError: it cannot be written there.
     """
-    target = Path(path)
     try:
+        target = Path(path)
+        if not target.name:
+            raise IsADirectoryError("it is a folder")
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".robsim-") as folder:
             draft = Path(folder) / target.name
             run.to_netcdf(draft, engine="h5netcdf")
             draft.replace(target)
-    except OSError as error:
-        raise FileError(f"cannot write {target}: {error.strerror or error}") from None
+    except (OSError, TypeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(f"cannot write {path}: {reason}") from None
     return target
 
 
 def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a run that `save_run` wrote. FileError: missing, or not a run."""
-    source = Path(path)
-    if not source.is_file():
-        raise FileError(f"no file {source}")
     try:
-        with xr.open_dataset(source, engine="h5netcdf", decode_times=False) as data:
+        exists = Path(path).is_file()
+    except (OSError, TypeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(f"cannot read {path}: {reason}") from None
+    if not exists:
+        raise FileError(f"no file {path}")
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
             run = data.load()
-    except (OSError, ValueError, KeyError) as error:
-        raise FileError(f"{source} is not a NetCDF-4 file: {error}") from None
+    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
+        raise FileError(f"{path} is not a NetCDF-4 file: {error}") from None
     if run.attrs.get("title") != "RobSim run":
-        raise FileError(f"{source} is not a run that RobSim saved")
+        raise FileError(f"{path} is not a run that RobSim saved")
     return run

@@ -7,28 +7,32 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.arrays import Array, numbers, positive, runs_last
 from robsim.errors import InputError, Interrupted
-from robsim.kernels import endings, random, tree
+from robsim.kernels import endings, tree
+from robsim.kernels import loop as kernels
+from robsim.kernels.endings import Watch
+from robsim.kernels.loop import Command, Noise
+from robsim.kernels.sight import Look
 from robsim.outcome import Outcome
-from robsim.record import Record, Recorder
+from robsim.record import LONGEST, Record, Recorder
 from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
-from robsim.servo.controller import Command, Controller
+from robsim.servo.controller import Controller
 from robsim.servo.inverse import rank
-from robsim.servo.sight import Look
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.servo import IBVS
 
-DIVERGENCE = 100.0  # a run diverges when its error or depth exceeds that of its start so many times
+WORTH_COMPILING = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
+BURST = 100_000  # steps of runs that go on in compiled code before Ctrl-C is looked for
 Progress = Callable[[float], None]
 
 
@@ -64,22 +68,24 @@ def simulate(
     """
     from robsim.results import dataset
 
+    _check_kinds(scene, task, progress)
+    controller = task.bind(scene)
     starts = scene.coordinates(scene.home if q0 is None else q0, "q0")
     if starts.ndim > 2 or starts.size == 0:
         raise InputError(f"q0: expected shape ({scene.nq},) or (B, {scene.nq}), got {starts.shape}")
-    controller = task.bind(scene)
+    dt, duration = positive(dt, "dt (seconds)"), positive(duration, "duration (seconds)")
+    chunk = _whole(chunk, "chunk", 1)
+    threads = _whole((os.cpu_count() or 1) if threads is None else threads, "threads", 1, 1025)
     loop = Loop(
         controller,
         np.ascontiguousarray(starts.reshape(-1, scene.nq)),
-        positive(dt, "dt (seconds)"),
-        _whole_periods(dt, positive(duration, "duration (seconds)")),
+        dt,
+        _whole_periods(dt, duration),
         _whole(seed, "seed", 0, 2**64),
         _noise(noise),
-        _whole(run, "run", 0, 2**64),
+        _whole(run, "run", 0, 2**62),
         record,
     )
-    chunk = _whole(chunk, "chunk", 1)
-    threads = _whole(threads or os.cpu_count() or 1, "threads", 1)
     finished = _work(loop, threads, chunk, progress)
     result = dataset(loop, scene, task, single=starts.ndim == 1)
     if not finished:
@@ -106,7 +112,6 @@ class Loop:
         controller, scene = self.controller, self.scene
         widths = (scene.nq, scene.nv, controller.k, controller.goal.pixels.size)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
-        self._nv = scene.nv
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         self.limits = np.ascontiguousarray(scene.limits + slack)
 
@@ -117,118 +122,137 @@ class Loop:
 
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
-        q = runs_last(self.q0[rows], 1)
-        watch: _Watch | None = None
-        truth, joints = self.controller.truth, self.scene.tree
-        for step in range(self.steps + 1):
-            if self.stopped:
-                return
-            look = truth.look(q)
-            command = self.controller.control(q, look, self._measured(look.pixels, step, rows))
-            watch = watch or _Watch.start(self, look, command)
-            outcome = watch.judge(self, step, q, look, command)
-            qd = self._all_velocities(command.qd)
-            values = (q, qd, command.s, look.pixels.reshape(-1, rows.size))
-            self.recorder.moment(step, rows, values)
-            if outcome.any():
-                over = outcome > 0
-                ended = tuple(np.ascontiguousarray(value[:, over]) for value in values)
-                self.recorder.end(step, rows[over], ended, outcome[over], watch.length[over])
-                rows, q, qd = rows[~over], _keep(q, ~over), _keep(qd, ~over)
-                watch = watch.keep(~over)
-                if not rows.size:
-                    break
-            tree.integrate(joints.kind, joints.iq, joints.iv, qd, self.dt, q)
-            done((step + 1) / (self.steps + 1))
+        step, chunk = 0, _Chunk.start(self, rows)
+        go_on = _stride if self._pays() and self.controller.compiled else _step
+        joints = self.scene.tree.joints
+        while not self.stopped:
+            step, now = go_on(self, chunk, step)
+            if now.outcome.any():
+                _tell_singular(self.controller, now)
+                self.recorder.end(step, chunk.rows, now, chunk.watch.length)
+                chunk, qd = chunk.without(now.outcome > 0), _keep(now.qd, now.outcome == 0)
+            else:
+                qd = now.qd
+            if not chunk.rows.size:
+                break
+            tree.integrate(joints.kind, joints.iq, joints.iv, qd, self.dt, chunk.q)
+            step += 1
+            done(step / (self.steps + 1))
         done(1.0)
 
-    def _measured(self, pixels: Array, step: int, rows: NDArray[np.int64]) -> Array:
-        """Pixels (N, 2, B) with the noise of this step."""
-        if self.noise == 0.0:
-            return pixels
-        normal = np.empty_like(pixels)
-        runs = (rows + self.first_run).astype(np.uint64)
-        random.normal_pairs(np.uint64(self.seed), runs, step, normal)
-        return pixels + self.noise * normal
+    def _pays(self) -> bool:
+        """Whether there is enough to do for the compiled loop; it gives the same bits."""
+        return len(self.q0) * self.steps >= WORTH_COMPILING
 
-    def _all_velocities(self, qd: Array) -> Array:
-        """(nv, B): the commanded columns, zero for joints that do not take part."""
-        if len(qd) == self._nv:
-            return qd
-        full = np.zeros((self._nv, qd.shape[1]))
-        full[self.controller.belief.columns] = qd
-        return full
+
+class Now(NamedTuple):
+    """The instant at which a chunk stands: coordinates, all velocities, and what was seen."""
+
+    q: Array  # (nq, B)
+    qd: Array  # (nv, B)
+    look: Look
+    command: Command
+    outcome: NDArray[np.int8]
 
 
 @dataclass
-class _Watch:
-    """What the ending rules remember of each run of a chunk."""
+class _Chunk:
+    """The runs of a chunk that go on."""
 
-    norm: Array
-    farthest: Array
-    still: NDArray[np.int64]
-    before: Array  # (3, B) last position of the moving frame
-    length: Array
+    rows: NDArray[np.int64]
+    q: Array
+    noise: Noise
+    watch: Watch
 
     @classmethod
-    def start(cls, loop: Loop, look: Look, command: Command) -> _Watch:
-        runs = command.error.shape[1]
-        norm, farthest = np.empty(runs), np.empty(runs)
-        endings.sizes(command.error, look.depth, norm, farthest)
-        norm = DIVERGENCE * np.maximum(norm, DIVERGENCE * loop.controller.tolerance)
-        before = _moving(loop, look)[:, 3].copy()
-        still = np.zeros(runs, dtype=np.int64)
-        return cls(norm, DIVERGENCE * farthest, still, before, np.zeros(runs))
+    def start(cls, loop: Loop, rows: NDArray[np.int64]) -> _Chunk:
+        numbers = (rows + loop.first_run).astype(np.uint64)
+        still, one = np.empty(rows.size, dtype=np.int64), np.empty((4, rows.size))
+        watch = Watch(one[0], one[1], still, np.empty((3, rows.size)), one[2])
+        noise = Noise(loop.noise, np.uint64(loop.seed), numbers)
+        return cls(rows, runs_last(loop.q0[rows], 1), noise, watch)
 
-    def judge(
-        self, loop: Loop, step: int, q: Array, look: Look, command: Command
-    ) -> NDArray[np.int8]:
-        """(B,) of `Outcome` at this instant; RUNNING for runs that go on."""
-        controller = loop.controller
-        outcome = np.empty(self.still.size, dtype=np.int8)
-        endings.judge(
-            q,
-            loop.limits,
-            look.visibility,
-            look.depth,
-            command.error,
-            command.qd,
-            command.reach,
-            controller.gain,
-            controller.tolerance,
-            _moving(loop, look),
-            self.norm,
-            self.farthest,
-            self.still,
-            self.before,
-            self.length,
-            outcome,
-        )
-        if outcome.any():
-            _tell_singular(controller, command, outcome)
-        if step == loop.steps:
-            outcome[outcome == Outcome.RUNNING] = Outcome.TIME_LIMIT
-        return outcome
-
-    def keep(self, going: NDArray[np.bool_]) -> _Watch:
-        every = self.norm, self.farthest, self.still, self.before, self.length
-        return _Watch(*(_keep(array, going) for array in every))
+    def without(self, over: NDArray[np.bool_]) -> _Chunk:
+        """The chunk that goes on when some runs are over."""
+        noise = self.noise._replace(runs=self.noise.runs[~over])
+        watch = Watch(*(_keep(array, ~over) for array in self.watch))
+        return _Chunk(self.rows[~over], _keep(self.q, ~over), noise, watch)
 
 
-def _moving(loop: Loop, look: Look) -> Array:
-    return look.T_w_c if loop.controller.truth.camera_moves else look.T_w_o
+def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
+    """With a built-in scheme: many steps in compiled code, until a run ends or a while is over."""
+    controller, recorder, runs = loop.controller, loop.recorder, chunk.rows.size
+    k, n, nv = controller.k, controller.truth.columns.size, loop.scene.nv
+    command = Command(
+        np.empty((k, runs)), np.empty((k, runs)), np.empty((n, runs)), np.empty((k, n, runs))
+    )
+    look, qd, outcome = controller.truth.room(runs), np.empty((nv, runs)), np.empty(runs, np.int8)
+    step = kernels.stride(
+        step,
+        min(step + max(BURST // runs, 1), loop.steps),
+        loop.steps,
+        loop.dt,
+        loop.scene.tree.joints,
+        loop.limits,
+        controller.truth.constants,
+        controller.truth.moves,
+        controller.compiled,
+        chunk.noise,
+        chunk.watch,
+        chunk.rows,
+        recorder.every or 0,
+        recorder.series,
+        chunk.q,
+        look,
+        command,
+        qd,
+        outcome,
+    )
+    return step, Now(chunk.q, qd, look, command, outcome)
+
+
+def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
+    """With anybody's feature, law or belief: one step, the same sequence as in `kernels.stride`."""
+    controller, runs = loop.controller, chunk.rows.size
+    look = controller.truth.look(chunk.q)
+    pixels = np.empty_like(look.pixels)
+    kernels.measure(look.pixels, chunk.noise, step, pixels)
+    command = controller.control(chunk.q, look, pixels)
+    qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
+    tree.spread(controller.belief.columns, command.qd, qd)
+    T = look.T_w_c if controller.truth.constants.moves else look.T_w_o
+    if step == 0:
+        endings.begin(command.error, look.depth, T, controller.tolerance, chunk.watch)
+    endings.judge(
+        chunk.q,
+        loop.limits,
+        look.visibility,
+        look.depth,
+        T,
+        command.error,
+        command.qd,
+        command.reach,
+        controller.gain,
+        controller.tolerance,
+        step == loop.steps,
+        chunk.watch,
+        outcome,
+    )
+    now = Now(chunk.q, qd, look, command, outcome)
+    loop.recorder.moment(step, chunk.rows, now)
+    return step, now
 
 
 def _keep(array: Any, going: NDArray[Any]) -> Any:
     return np.ascontiguousarray(array[..., going])
 
 
-def _tell_singular(controller: Controller, command: Command, outcome: NDArray[np.int8]) -> None:
+def _tell_singular(controller: Controller, now: Now) -> None:
     """A stall where L J has lost rank is a singularity, not a local minimum."""
-    stalled = np.flatnonzero(outcome == Outcome.LOCAL_MINIMUM)
+    stalled = np.flatnonzero(now.outcome == Outcome.LOCAL_MINIMUM)
     if stalled.size:
-        lost = rank(_keep(command.reach, stalled)) < controller.full_rank
-        outcome[stalled[lost]] = Outcome.SINGULAR
+        lost = rank(_keep(now.command.reach, stalled)) < controller.full_rank
+        now.outcome[stalled[lost]] = Outcome.SINGULAR
 
 
 def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:
@@ -237,9 +261,11 @@ def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bo
     chunks = [np.arange(i, min(i + chunk, len(loop.q0))) for i in range(0, len(loop.q0), chunk)]
     shares = np.zeros(len(chunks))
     weights = np.array([len(rows) for rows in chunks]) / len(loop.q0)
+    jobs: list[Future[None]] = []
     with ThreadPoolExecutor(min(threads, len(chunks))) as pool:
-        jobs = [pool.submit(loop.advance, c, _cell(shares, i)) for i, c in enumerate(chunks)]
         try:
+            for i, rows in enumerate(chunks):
+                jobs.append(pool.submit(loop.advance, rows, _cell(shares, i)))
             for _ in _until_done(jobs):
                 if progress:
                     progress(float(shares @ weights))
@@ -271,14 +297,23 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
             return
 
 
+def _check_kinds(scene: object, task: object, progress: object) -> None:
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
+    if isinstance(task, type) or not hasattr(task, "bind"):
+        raise InputError(f"task: expected a task such as IBVS(...), got {task!r:.80}")
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
+
+
 def _whole_periods(dt: float, duration: float) -> int:
-    steps = math.ceil(duration / dt - 1e-9)
-    if steps > 10_000_000:
+    steps = duration / dt - 1e-9  # infinite if dt is tiny
+    if steps > LONGEST:
         raise InputError(
-            f"duration {duration:g} s in periods of {dt:g} s are {steps} steps; "
+            f"duration {duration:g} s in periods of {dt:g} s are {steps:.3g} steps; "
             "at most 10 million are simulated"
         )
-    return steps
+    return max(1, math.ceil(steps))
 
 
 def _whole(value: Any, what: str, low: int, below: int | None = None) -> int:

@@ -105,11 +105,13 @@ class Tree:
             iq.append(n)
             iv.append(m)
             place.append(start)
-        self.parent, self.kind, self.iq, self.iv = map(_integers, (parent, kind, iq, iv))
         self.body, self.axis = _integers(body), _integers(axis)
         self.angular = angular.astype(np.bool_)
         self.angular.flags.writeable = False
-        self.place = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
+        places = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
+        self.joints = kernels.Joints(
+            _integers(parent), _integers(kind), _integers(iq), _integers(iv), places
+        )
 
     def find(self, name: str) -> tuple[int, Array]:
         """The body that carries a frame, and the frame's constant pose in it."""
@@ -119,8 +121,9 @@ class Tree:
 
     def bodies(self, q: Array) -> Array:
         """M[i, 3, 4, b] of coordinates q[n, b]."""
-        M = np.empty((len(self.parent), 3, 4, q.shape[1]))
-        kernels.bodies(self.parent, self.kind, self.iq, self.place, q, M)
+        joints = self.joints
+        M = np.empty((len(joints.parent), 3, 4, q.shape[1]))
+        kernels.bodies(joints.parent, joints.kind, joints.iq, joints.place, q, M)
         return M
 
     def frame(self, M: Array, name: str) -> Array:
@@ -145,9 +148,10 @@ class Tree:
     @cached_property
     def _ancestry(self) -> Array:
         """[body, j]: whether velocity j carries the body."""
-        rows = np.zeros((len(self.parent), self.nv))
-        for i in range(1, len(self.parent)):
-            rows[i] = rows[self.parent[i]] + (self.body == i)
+        parent = self.joints.parent
+        rows = np.zeros((len(parent), self.nv))
+        for i in range(1, len(parent)):
+            rows[i] = rows[parent[i]] + (self.body == i)
         return frozen(rows)
 
 

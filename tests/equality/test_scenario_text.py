@@ -230,6 +230,39 @@ def test_what_is_no_run_says_so(puma_scene, puma_goal, starts):
         replay(run.drop_vars("q0"))
 
 
+class Brick(rs.Block):
+    """Somebody's own shape."""
+
+
+@pytest.mark.parametrize(
+    "shape,reason",
+    [(Brick(1, 1, 1), "Brick is Python code"), (rs.Block(1, 1, 1, (1, 0, 0)), "color")],
+)
+def test_a_shape_that_a_file_cannot_hold_does_not_stop_a_run(
+    puma_scene, puma_goal, starts, shape, reason
+):
+    scene = dataclasses.replace(
+        puma_scene, objects=[*puma_scene.objects, rs.Object("own", shape, marks=np.empty((0, 3)))]
+    )
+    run = rs.simulate(scene, rs.IBVS(puma_goal), starts[0], duration=0.1)
+    assert run.attrs["scenario"] == "" and reason in run.attrs["no_scenario"]
+    with pytest.raises(rs.InputError, match=reason):
+        replay(run)
+
+
+def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
+    wheel = rs.Wheel(np.float32(0.5), np.float64(0.1), n=np.int64(7))
+    scene = dataclasses.replace(puma_scene, objects=[rs.Object("wheel", wheel)])
+    told = Settings(np.float32(0.5), np.float64(1), np.int64(3), np.float32(0), np.int64(2))
+    inverse = rs.Truncated(np.float32(0.25))
+    again = Scenario.from_text(
+        Scenario(scene, rs.IBVS(puma_goal, inverse=inverse), None, told).to_toml()
+    )
+    assert again.scene.object("wheel").shapes == (rs.Wheel(0.5, 0.1, 7),)
+    assert again.settings == Settings(0.5, 1.0, 3, 0.0, 2)
+    assert again.task.inverse == rs.Truncated(0.25)
+
+
 def test_code_in_a_scenario_has_no_text(puma_scene, puma_goal):
     with pytest.raises(rs.InputError, match="Mine is Python code"):
         Scenario(puma_scene, rs.IBVS(puma_goal, law=Mine())).to_toml()

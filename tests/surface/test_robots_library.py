@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -97,7 +98,7 @@ def test_the_links_of_the_arms_are_drawn_in_different_colours():
     for name in ("rhino_xr4", "puma560", "planar_2r"):
         colors = [{shape.color for shape in link.shapes} for link in robots.load(name).links]
         assert all(len(own) == 1 for own in colors)
-        assert all(a != b for a, b in zip(colors, colors[1:], strict=False))
+        assert all(a != b for a, b in pairwise(colors))
     assert [len(link.shapes) for link in robots.rhino_xr4().links] == [1, 1, 1, 1, 1, 3]
 
 
@@ -128,7 +129,7 @@ def test_the_blocks_of_two_links_meet_on_the_axis_of_their_joint(name):
             for a in spans(robot.links[i - 1], frames[i - 1], line)
             for b in spans(link, frames[i], line)
         ]
-        assert gaps and min(gaps) < 0.06, (link.name, gaps)
+        assert gaps and min(gaps) < 1e-6, (link.name, gaps)
 
 
 def test_robsim_reads_robots_only_when_asked():

@@ -89,10 +89,10 @@ def pinhole(x, y, K):
 
 @kernel
 def _bends(lens):
+    total = 0.0
     for i in range(lens.size):
-        if lens[i] != 0.0:
-            return True
-    return False
+        total += abs(lens[i])
+    return total != 0.0
 
 
 @kernel

@@ -2,20 +2,32 @@
 
 Where several reasons hold, the first of this order is given: a state that is not finite, a joint
 limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command that
-is not finite, a stall (the caller tells a singularity from a local minimum).
+is not finite, a stall (the caller tells a singularity from a local minimum), the end of time.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from robsim.kernels import camera
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 
 RUNNING, CONVERGED, LOCAL_MINIMUM, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2, 3, 4
 JOINT_LIMIT, SINGULAR, DIVERGED, NOT_FINITE, TIME_LIMIT = 5, 6, 7, 8, 9
 STALL_PERIODS = 10
 STALL = 0.01  # of the tolerance; a run on its way moves the features by about its error in 1/gain
+DIVERGENCE = 100.0  # a run diverges when its error or depth exceeds that of its start so many times
+
+
+class Watch(NamedTuple):
+    """What the ending rules remember of each run."""
+
+    norm: Any  # an error beyond is divergence
+    farthest: Any  # a depth beyond is divergence
+    still: Any  # periods without motion
+    before: Any  # (3, B) last position of the moving frame
+    length: Any  # of its path so far
 
 
 @kernel
@@ -57,11 +69,17 @@ def _worst(status, out):
             out[b] = max(out[b], status[n, b])
 
 
-@kernel
-def sizes(error, depth, norm, farthest):
-    """norm[b] of the error and the largest depth[n, b]: what a run is compared with later."""
-    _norm(error, norm)
-    _largest(depth, farthest)
+@part
+def begin(error, depth, T, tolerance, watch):
+    """What later instants are compared with; an error below many tolerances is no scale."""
+    _norm(error, watch.norm)
+    _largest(depth, watch.farthest)
+    for b in range(watch.norm.size):
+        watch.norm[b] = DIVERGENCE * max(watch.norm[b], DIVERGENCE * tolerance)
+        watch.farthest[b] *= DIVERGENCE
+        watch.still[b], watch.length[b] = 0, 0.0
+        for r in range(3):
+            watch.before[r, b] = T[r, 3, b]
 
 
 @kernel
@@ -86,31 +104,13 @@ def _path(before, T, length):
         before[0, b], before[1, b], before[2, b] = T[0, 3, b], T[1, 3, b], T[2, 3, b]
 
 
-@kernel
-def judge(
-    q,
-    limits,
-    status,
-    depth,
-    error,
-    qd,
-    reach,
-    gain,
-    tolerance,
-    T,
-    norm,
-    farthest,
-    still,
-    before,
-    length,
-    outcome,
-):
-    """outcome[b] after one instant; still[b] counts the periods without motion.
+@part
+def judge(q, limits, visibility, depth, T, error, qd, reach, gain, tolerance, over, watch, outcome):
+    """outcome[b] after one instant, and how many runs have ended; `over`: this is the last one.
 
-    The way from before[3, b] to the origin of T[3, 4, b] is added to length[b]. A run stands
-    still while its command would move every feature by less than a hundredth of the tolerance in
-    the time 1/gain, and the error is not below the tolerance. It diverges when its error exceeds norm[b] or a depth
-    farthest[b].
+    The way to the origin of T is added to the length of the path. A run stands still while its
+    command would move every feature by less than a hundredth of the tolerance in the time
+    1/gain, and the error is not below the tolerance.
     """
     size, away, far = np.empty(outcome.size), np.empty(outcome.size), np.empty(outcome.size)
     state, speed = np.empty(outcome.size), np.empty(outcome.size)
@@ -121,9 +121,10 @@ def judge(
     _largest(q, state)
     _largest(qd, speed)
     _beyond(q, limits, beyond)
-    _worst(status, where)
-    _stands_still(reach, qd, gain, tolerance, still)
-    _path(before, T, length)
+    _worst(visibility, where)
+    _stands_still(reach, qd, gain, tolerance, watch.still)
+    _path(watch.before, T, watch.length)
+    ended = 0
     for b in range(outcome.size):
         if not math.isfinite(state[b]):
             outcome[b] = NOT_FINITE
@@ -137,11 +138,16 @@ def judge(
             outcome[b] = NOT_FINITE
         elif size[b] < tolerance:
             outcome[b] = CONVERGED
-        elif away[b] > norm[b] or far[b] > farthest[b]:
+        elif away[b] > watch.norm[b] or far[b] > watch.farthest[b]:
             outcome[b] = DIVERGED
         elif not math.isfinite(speed[b]):
             outcome[b] = NOT_FINITE
-        elif still[b] >= STALL_PERIODS:
+        elif watch.still[b] >= STALL_PERIODS:
             outcome[b] = LOCAL_MINIMUM
+        elif over:
+            outcome[b] = TIME_LIMIT
         else:
             outcome[b] = RUNNING
+        if outcome[b] != RUNNING:
+            ended += 1
+    return ended

@@ -3,6 +3,9 @@
 from robsim.kernels.camera import pinhole
 from robsim.kernels.jit import kernel
 
+CURRENT, DESIRED, MEAN = 0, 1, 2  # which interaction matrix
+TRUE, GOAL, CONSTANT = 0, 1, 2  # which depth
+
 
 @kernel
 def points_interaction(x, Z, L):
@@ -33,3 +36,44 @@ def to_pixel_rates(K, L):
             for b in range(L.shape[2]):
                 L[i, c, b] = K[0, 0] * L[i, c, b] + K[0, 1] * L[i + 1, c, b]
                 L[i + 1, c, b] = K[1, 1] * L[i + 1, c, b]
+
+
+@kernel
+def flat(x, s):
+    """s[2n, b] = x1, y1, x2, y2, ... of points x[n, 2, b]."""
+    for n in range(x.shape[0]):
+        for r in range(2):
+            for b in range(x.shape[2]):
+                s[2 * n + r, b] = x[n, r, b]
+
+
+@kernel
+def difference(s, s_goal, error):
+    """error[k, b] = s - s_goal[k, 1]."""
+    for i in range(s.shape[0]):
+        for b in range(s.shape[1]):
+            error[i, b] = s[i, b] - s_goal[i, 0]
+
+
+@kernel
+def choose_interaction(which, L_goal, L):
+    """L <- itself, L_goal[k, 6, 1], or the mean of both."""
+    if which != CURRENT:
+        for i in range(L.shape[0]):
+            for c in range(6):
+                for b in range(L.shape[2]):
+                    goal = L_goal[i, c, 0]
+                    L[i, c, b] = goal if which == DESIRED else 0.5 * (L[i, c, b] + goal)
+
+
+@kernel
+def choose_depth(which, metres, scale, Z_goal, Z, out):
+    """out[n, b] = scale times the depth Z, or that at the goal Z_goal[n, 1], or a constant."""
+    for n in range(Z.shape[0]):
+        for b in range(Z.shape[1]):
+            if which == TRUE:
+                out[n, b] = scale * Z[n, b]
+            elif which == GOAL:
+                out[n, b] = scale * Z_goal[n, 0]
+            else:
+                out[n, b] = scale * metres

@@ -51,12 +51,18 @@ def is_cold() -> bool:
     return not (_CACHED and any(CACHE.rglob("*.nbc")))
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+def kernel(function: Callable[..., Any], inline: str = "never") -> Callable[..., Any]:
     """Compile for run-last float64 arrays: no GIL, IEEE division, no fast-math, cached on disk."""
     usual, config.CACHE_DIR = config.CACHE_DIR, str(CACHE)
+    options: Any = {"nogil": True, "error_model": "numpy", "cache": _CACHED, "inline": inline}
     compiled: Callable[..., Any]
     try:
-        compiled = numba.njit(nogil=True, error_model="numpy", cache=_CACHED)(function)
+        compiled = numba.njit(**options)(function)
     finally:
         config.CACHE_DIR = usual  # the user's own Numba functions keep their own cache
     return compiled
+
+
+def part(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel that becomes a part of its callers, which saves compiling it on its own."""
+    return kernel(function, inline="always")

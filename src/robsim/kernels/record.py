@@ -1,19 +1,34 @@
 """From the run-last arrays of a chunk into the run-first record of all runs."""
 
+from typing import Any, NamedTuple
+
 from robsim.kernels.jit import kernel
+
+
+class Track(NamedTuple):
+    """Some moments of all runs, each (runs, moments, width)."""
+
+    q: Any
+    qd: Any
+    s: Any
+    pixels: Any
 
 
 @kernel
 def _store(values, rows, moment, out):
+    """out[rows[b], moment, i] = values[i, b]."""
     for b in range(rows.size):
         for i in range(values.shape[0]):
             out[rows[b], moment, i] = values[i, b]
 
 
 @kernel
-def store(rows, moment, q, qd, s, pixels, q_out, qd_out, s_out, pixels_out):
-    """out[rows[b], moment, i] = values[i, b] for each of the four."""
-    _store(q, rows, moment, q_out)
-    _store(qd, rows, moment, qd_out)
-    _store(s, rows, moment, s_out)
-    _store(pixels, rows, moment, pixels_out)
+def store(rows, moment, q, qd, s, pixels, track):
+    """One moment of the runs `rows`."""
+    _store(q, rows, moment, track.q)
+    _store(qd, rows, moment, track.qd)
+    _store(s, rows, moment, track.s)
+    for n in range(pixels.shape[0]):
+        for r in range(2):
+            for b in range(rows.size):
+                track.pixels[rows[b], moment, 2 * n + r] = pixels[n, r, b]

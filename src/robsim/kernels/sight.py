@@ -1,43 +1,47 @@
 """One camera looking at one object on the tree: everything that follows from q at an instant."""
 
+from typing import Any, NamedTuple
+
 from robsim.kernels import camera, tree
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import part
 
 
-@kernel
-def look(
-    parent,
-    kind,
-    iq,
-    place,
-    q,
-    eye,
-    hand_eye,
-    target,
-    offset,
-    marks,
-    K,
-    lens,
-    border,
-    reach,
-    M,
-    T_w_c,
-    T_w_o,
-    X,
-    Z,
-    pixels,
-    status,
-):
-    """Bodies M, poses of camera and target, the marks in camera axes, depths, pixels, visibility.
+class Eye(NamedTuple):
+    """The constants of a camera and its target."""
 
-    `eye` and `target` are bodies, at which camera and target ride at `hand_eye` and `offset`.
-    """
-    tree.bodies(parent, kind, iq, place, q, M)
-    tree.frame(M, eye, hand_eye, T_w_c)
-    tree.frame(M, target, offset, T_w_o)
-    camera.into_camera(T_w_c, T_w_o, marks, X)
-    camera.project(X, K, lens, pixels)
-    camera.visibility(X, pixels, border, reach, status)
-    for n in range(Z.shape[0]):
-        for b in range(Z.shape[1]):
-            Z[n, b] = X[n, 2, b]
+    body: int  # that carries the camera
+    hand_eye: Any  # pose of the camera on it
+    target: int  # body that carries the target
+    offset: Any  # pose of the target on it
+    marks: Any  # (N, 3) in axes of the target
+    K: Any
+    lens: Any
+    border: Any
+    reach: float
+    moves: bool  # whether a joint carries the camera
+
+
+class Look(NamedTuple):
+    """One instant, the run last."""
+
+    bodies: Any  # (bodies, 3, 4, B) poses
+    T_w_c: Any  # (3, 4, B)
+    T_w_o: Any  # (3, 4, B)
+    points: Any  # (N, 3, B) marks in camera axes
+    depth: Any  # (N, B)
+    pixels: Any  # (N, 2, B), NaN behind the camera
+    visibility: Any  # (N, B)
+
+
+@part
+def look(joints, eye, q, seen):
+    """Fill `seen` for coordinates q[n, b]."""
+    tree.bodies(joints.parent, joints.kind, joints.iq, joints.place, q, seen.bodies)
+    tree.frame(seen.bodies, eye.body, eye.hand_eye, seen.T_w_c)
+    tree.frame(seen.bodies, eye.target, eye.offset, seen.T_w_o)
+    camera.into_camera(seen.T_w_c, seen.T_w_o, eye.marks, seen.points)
+    camera.project(seen.points, eye.K, eye.lens, seen.pixels)
+    camera.visibility(seen.points, seen.pixels, eye.border, eye.reach, seen.visibility)
+    for n in range(seen.depth.shape[0]):
+        for b in range(seen.depth.shape[1]):
+            seen.depth[n, b] = seen.points[n, 2, b]

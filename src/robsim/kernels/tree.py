@@ -8,6 +8,7 @@ floating joints six.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,26 @@ from robsim.kernels import se3
 from robsim.kernels.jit import kernel
 
 REVOLUTE, PRISMATIC, FLOATING = 1, 2, 3
+
+
+class Joints(NamedTuple):
+    """The constants of a tree, body by body; body 0 is the world."""
+
+    parent: Any
+    kind: Any
+    iq: Any  # first coordinate
+    iv: Any  # first velocity
+    place: Any  # (bodies, 3, 4)
+
+
+class Moves(NamedTuple):
+    """Some velocities of a tree: which, what they move and how, and with which sign."""
+
+    columns: Any
+    body: Any
+    angular: Any
+    axis: Any
+    sign: Any
 
 
 @kernel
@@ -118,6 +139,15 @@ def camera_jacobian(M, T_w_c, body, angular, axis, sign, J):
     world = np.empty_like(J)
     jacobian(M, T_w_c[:, 3], body, angular, axis, sign, world)
     into_axes(T_w_c, world, J)
+
+
+@kernel
+def spread(columns, some, qd):
+    """qd[columns[j], b] = some[j, b], and zero for the other velocities."""
+    qd[:] = 0.0
+    for j in range(columns.size):
+        for b in range(qd.shape[1]):
+            qd[columns[j], b] = some[j, b]
 
 
 @kernel

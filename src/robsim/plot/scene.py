@@ -92,14 +92,17 @@ def legend_width(picture: Picture) -> float:
 def _draw_solid(axes: Any, wire: Wire) -> None:
     if wire.faces:
         look = {"facecolors": wire.color, "alpha": 0.07, "linewidths": 0}
-        axes.add_collection3d(Poly3DCollection(list(wire.faces), **look))
+        # limits are set by _frame; Matplotlib's own would take in what pads faces of unequal size
+        axes.add_collection3d(Poly3DCollection(list(wire.faces), **look), autolim=False)
     look = {"colors": wire.color, "linewidths": 1.2}
-    axes.add_collection3d(Line3DCollection(wire.segments, **look, label=wire.label))
+    axes.add_collection3d(Line3DCollection(wire.segments, **look, label=wire.label), autolim=False)
 
 
 def _draw_before(axes: Any, wire: Wire) -> None:
     look = {f"{name}s": value for name, value in _BEFORE.items()}  # plural in collections
-    axes.add_collection3d(Line3DCollection(wire.segments, **look, label=f"{wire.label} at start"))
+    axes.add_collection3d(
+        Line3DCollection(wire.segments, **look, label=f"{wire.label} at start"), autolim=False
+    )
 
 
 def _frame(axes: Any, points: Array) -> None:

@@ -3,7 +3,7 @@
 What is wrong in a file is one `FileError` that names the file, the key and what would be valid.
 """
 
-from robsim.scenario.replay import replay as replay
+from robsim.scenario.repeat import replay as replay
 from robsim.scenario.robot_file import read_robot as read_robot
 from robsim.scenario.scenario import Scenario as Scenario
 from robsim.scenario.scenario import load_scenario as load_scenario

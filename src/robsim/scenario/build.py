@@ -34,10 +34,10 @@ def scene(table: schema.SceneTable, problems: Problems, *prefix: str) -> Scene:
         display = pose(table.display)
     _check_frames(table, problems, prefix)
     problems.stop()
+    made = None
     with problems.at(*prefix):
-        return Scene(robots, objects, cameras, display=display)
-    problems.stop()
-    raise AssertionError("a scene is built or there is a problem")
+        made = Scene(robots, objects, cameras, display=display)
+    return problems.settled(made)
 
 
 def pose(table: schema.PoseKeys) -> Pose:
@@ -198,7 +198,7 @@ def _each(
 
 
 def _check_frames(table: schema.SceneTable, problems: Problems, prefix: Iterable[str]) -> None:
-    """What a thing stands on must exist; no name may be given twice."""
+    """What each thing stands on must exist."""
     kinds: dict[str, Sequence[schema.PartTable]] = {
         "robots": table.robots,
         "objects": table.objects,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from robsim.errors import FileError, InputError
 
+V = TypeVar("V")
 SHOWN = 5  # problems that one error lists
 LONGEST = 600  # characters of one problem
 
@@ -69,6 +70,12 @@ class Problems:
             more = len(self.found) - SHOWN + self.untold
             rest = [f"{self.source}: and {more} more"] if more > 0 else []
             raise FileError("\n".join([*self.found[:SHOWN], *rest])) from None
+
+    def settled(self, value: V | None) -> V:
+        """The value; FileError if there were problems, and so none."""
+        self.stop()
+        assert value is not None
+        return value
 
 
 def joined(*keys: str | int) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 from robsim.robot import Robot
 from robsim.scenario import build
@@ -21,9 +20,9 @@ def read_robot(path: str | os.PathLike[str]) -> Robot:
     2
     """
     source = str(path)
-    problems = Problems(Path(source).name)
+    problems = Problems(source)
     table = checked(RobotFile, parse(read_text(path), source), problems)
+    made = None
     with problems.at():
-        return build.robot(table)
-    problems.stop()
-    raise AssertionError("a robot is built or there is a problem")
+        made = build.robot(table)
+    return problems.settled(made)

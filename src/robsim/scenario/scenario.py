@@ -93,10 +93,11 @@ class Scenario:
 
         InputError: the task is made of Python code that a file cannot hold.
         """
+        q0 = None if self.q0 is None else self.scene.coordinates(self.q0, "q0")
+        if q0 is not None and q0.ndim != 1:
+            raise InputError(f"q0: a file holds one start, not a batch of shape {q0.shape}")
         try:
-            return describe.scenario(
-                self.scene, self.task, asdict(self.settings), self.q0, self.title
-            )
+            return describe.scenario(self.scene, self.task, asdict(self.settings), q0, self.title)
         except describe.NoDescription as reason:
             raise InputError(f"this scenario has no text: {reason}") from None
 
@@ -117,6 +118,10 @@ def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Scenario:
     """Read a scenario file, with changes such as {"task.gain": "2"} or ["task.gain=2"].
 
     FileError: whatever is wrong, with the key and what would be valid.
+
+    >>> from robsim import examples
+    >>> load_scenario(examples.path("visp_tutorial"), ["task.gain=2", "run.dt=20 ms"]).task.gain
+    2.0
     """
     return Scenario.from_text(read_text(path), str(path), set)
 

@@ -52,24 +52,22 @@ def task(table: schema.TaskTable, scene: Scene, belief: Scene | None, problems: 
     with problems.at("task", "goal"):
         given["goal"] = _goal(table.goal, scene)
     problems.stop()
+    made = None
     with problems.at("task"):
-        return IBVS(belief=belief, **given)
-    problems.stop()
-    raise AssertionError("a task is built or there is a problem")
+        made = IBVS(belief=belief, **given)
+    return problems.settled(made)
 
 
 def start(table: schema.StartTable, scene: Scene, what: str = "q") -> Array | None:
     """Coordinates of the robots; None where nothing is said, which is home."""
-    where = pose(table)
-    if table.q is not None:
-        if table.model_fields_set & schema.PoseKeys.model_fields.keys():
-            raise InputError("q and a pose: give one of the two only")
-        with under("q"):
-            q = configuration(table.q, scene.coordinate_units, scene.coordinate_names)
-            return scene.coordinates(q, what)
-    if not table.model_fields_set & schema.PoseKeys.model_fields.keys():
-        return None
-    return _floating(scene, where, what)
+    stands = table.model_fields_set & schema.PoseKeys.model_fields.keys()
+    if table.q is None:
+        return _floating(scene, pose(table), what) if stands else None
+    if stands:
+        raise InputError("q and a pose: give one of the two only")
+    with under("q"):
+        q = configuration(table.q, scene.coordinate_units, scene.coordinate_names)
+        return scene.coordinates(q, what)
 
 
 def settings(table: schema.RunTable) -> Settings:

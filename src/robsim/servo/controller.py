@@ -4,29 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from robsim.arrays import Array, last_view
 from robsim.errors import InputError
-from robsim.features.feature import Feature, Observation
+from robsim.features import Feature, Observation, PixelPoints, Points
+from robsim.kernels import features as kernels
+from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
+from robsim.kernels.sight import Look
 from robsim.servo.goal import GoalView
 from robsim.servo.inverse import Inverse, product, rank
-from robsim.servo.law import Law, State
-from robsim.servo.sight import Look, Sight
+from robsim.servo.law import CameraLaw, JointLaw, Law, State
+from robsim.servo.sight import Sight
 
 Interaction = Literal["current", "desired", "mean"]
 Depth = Literal["true", "goal"] | float
-
-
-class Command(NamedTuple):
-    """One instant of control, the run last."""
-
-    s: Array  # (k, B)
-    error: Array  # (k, B)
-    qd: Array  # (n, B) of the commanded joints
-    reach: Array  # (k, n, B) L J: how the commanded joints move the features
 
 
 @dataclass(frozen=True)
@@ -58,7 +52,7 @@ class Controller:
     @cached_property
     def s_goal(self) -> Array:
         """(k,)."""
-        s = np.asarray(self.feature.measure(self._at_goal), dtype=np.float64)
+        s = self._array(self.feature.measure(self._at_goal))
         if s.ndim != 2 or s.shape[0] != 1 or not s.size or not np.isfinite(s).all():
             raise InputError(
                 f"{type(self.feature).__name__}.measure at the goal must return finite numbers of "
@@ -69,7 +63,7 @@ class Controller:
 
     @cached_property
     def _goal_column(self) -> Array:
-        return self.s_goal[:, None]
+        return np.ascontiguousarray(self.s_goal[:, None])
 
     @cached_property
     def L_goal(self) -> Array:
@@ -97,28 +91,74 @@ class Controller:
 
     def _observe(self, pixels: Array, Z: Array) -> Observation:
         """What the controller makes of an image: its own intrinsics, its own idea of depth."""
-        if self.depth == "goal":
-            Z = np.repeat(self.goal.depth, pixels.shape[-1], axis=1)
-        elif self.depth != "true":
-            Z = np.full_like(Z, self.depth)
-        if self.depth_scale != 1.0:
-            Z = Z * self.depth_scale
-        return Observation.of(pixels, Z, self.belief.eye.camera)
+        depth = np.empty(Z.shape)
+        kernels.choose_depth(*self._depth, self.goal.depth, Z, depth)
+        return Observation.of(pixels, depth, self.belief.eye.camera)
 
     def _interaction(self, seen: Observation) -> Array:
         """L (k, 6, B): now, at the goal, or the mean of both."""
-        if self.interaction == "desired":
-            return np.repeat(self.L_goal, seen.pixels_last.shape[-1], axis=2)
         L = self._run_last(self.feature.interaction(seen), seen, (self.k, 6))
-        return L if self.interaction == "current" else 0.5 * (L + self.L_goal)
+        if self.interaction != "current":
+            L = L.copy()  # it may be the user's own array
+            kernels.choose_interaction(self._which, self.L_goal, L)
+        return L
+
+    @property
+    def _which(self) -> int:
+        return get_args(Interaction).index(self.interaction)  # the order of the kernels
+
+    @property
+    def _depth(self) -> tuple[int, float, float]:
+        """(which, metres, scale) for the kernels."""
+        if self.depth == "true":
+            return kernels.TRUE, 0.0, self.depth_scale
+        if self.depth == "goal":
+            return kernels.GOAL, 0.0, self.depth_scale
+        return kernels.CONSTANT, self.depth, self.depth_scale
+
+    @cached_property
+    def compiled(self) -> Scheme | None:
+        """The scheme for the compiled loop, if all its parts are built in and belief is truth."""
+        features = {Points: False, PixelPoints: True}
+        laws = {JointLaw: JOINT, CameraLaw: CAMERA}
+        law = laws.get(type(self.law))
+        if type(self.feature) not in features or law is None or self.belief is not self.truth:
+            return None
+        length = self.law.length if isinstance(self.law, CameraLaw) else 1.0
+        return Scheme(
+            features[type(self.feature)],
+            self._which,
+            *self._depth,
+            self.goal.depth,
+            self._goal_column,
+            self.L_goal,
+            law,
+            length,
+            self.gain,
+            *self.inverse.numbers,
+            self.tolerance,
+        )
 
     def _run_last(self, value: Any, seen: Observation, shape: tuple[int, ...]) -> Array:
         """What a feature or law returned, in the kernels' layout; its shape must be right."""
-        array = np.asarray(value, dtype=np.float64)
+        array = self._array(value)
         wanted = (seen.pixels_last.shape[-1], *shape)
         if array.shape != wanted:
             raise InputError(
-                f"{type(self.feature).__name__} or {type(self.law).__name__}: a method returned "
-                f"shape {array.shape} where {wanted} is needed; see robsim.testing"
+                f"{self._whose}: a method returned shape {array.shape} where {wanted} is needed; "
+                "see robsim.testing"
             )
         return np.ascontiguousarray(last_view(array))
+
+    def _array(self, value: Any) -> Array:
+        try:
+            return np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"{self._whose}: a method returned {value!r:.80} where numbers are needed; "
+                "see robsim.testing"
+            ) from None
+
+    @property
+    def _whose(self) -> str:
+        return f"{type(self.feature).__name__} or {type(self.law).__name__}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.arrays import Array, runs_last
 from robsim.camera import Visibility
-from robsim.errors import GoalError
+from robsim.errors import GoalError, InputError
 from robsim.kernels import camera as kernels
 from robsim.pose import Pose, as_pose
 from robsim.servo.sight import Sight
@@ -58,7 +58,10 @@ def view_of(goal: Shown | Computed, truth: Sight, belief: Sight) -> GoalView:
     if isinstance(goal, Computed):
         return _computed(goal, belief)
     scene = truth.scene
-    q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
+    try:
+        q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
+    except InputError as error:
+        raise GoalError(str(error)) from None
     if q.ndim != 1:
         raise GoalError(f"a goal is shown at one q of shape ({scene.nq},), got {q.shape}")
     look = truth.look(runs_last(q, 1))

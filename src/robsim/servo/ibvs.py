@@ -16,7 +16,7 @@ from robsim.servo.controller import Controller, Depth, Interaction
 from robsim.servo.goal import as_goal, view_of
 from robsim.servo.inverse import as_inverse
 from robsim.servo.law import as_law
-from robsim.servo.sight import sight
+from robsim.servo.sight import Sight, sight
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,7 @@ class IBVS:
         truth = sight(scene, self.camera, self.target)
         belief = truth
         if self.belief is not None:
-            _check_same_structure(scene, self.belief)
-            belief = sight(self.belief, truth.eye.name, truth.target.name)
+            belief = _believed(self.belief, truth)
         if len(belief.target.marks) != len(truth.target.marks):
             raise InputError(
                 f"the belief has {len(belief.target.marks)} marks on '{truth.target.name}', "
@@ -95,7 +94,7 @@ class IBVS:
             self.law,
             self.gain,
             self.inverse,
-            self.tolerance or self.features.tolerance,
+            positive(self.tolerance or self.features.tolerance, "tolerance"),
             view_of(self.goal, truth, belief),
         )
         _warn_of_rank(controller)
@@ -110,13 +109,23 @@ def _checked_depth(depth: Any) -> Depth:
     return positive(depth, "depth (metres)")
 
 
-def _check_same_structure(scene: Scene, belief: Scene) -> None:
+def _believed(belief: Any, truth: Sight) -> Sight:
     """A belief may differ in every number, but not in what there is."""
     if not isinstance(belief, Scene):
         raise InputError(f"belief must be a Scene (see Scene.replacing), got {belief!r:.80}")
-    there, here = belief.velocity_names, scene.velocity_names
+    there, here = _joints(belief), _joints(truth.scene)
     if there != here:
         raise InputError(f"the belief has the joints {there}, the scene {here}")
+    try:
+        return sight(belief, truth.eye.name, truth.target.name)
+    except InputError as error:
+        raise InputError(f"belief: {error}") from None
+
+
+def _joints(scene: Scene) -> list[str]:
+    """Coordinates with their units: two joints of one name may be of different kinds."""
+    both = zip(scene.coordinate_names, scene.coordinate_units, strict=True)
+    return [f"{name} ({unit})" for name, unit in both]
 
 
 def _warn_of_rank(controller: Controller) -> None:

@@ -23,6 +23,11 @@ class Truncated:
         if positive(self.rcond, "rcond") >= 1:
             raise InputError(f"rcond must be below 1, got {self.rcond}")
 
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """(damping, rcond) for the kernels."""
+        return 0.0, self.rcond
+
 
 @dataclass(frozen=True)
 class Damped:
@@ -34,6 +39,11 @@ class Damped:
     def __post_init__(self) -> None:
         positive(self.damping, "damping")
 
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """(damping, rcond) for the kernels."""
+        return self.damping, 0.0
+
 
 Inverse = Truncated | Damped
 INVERSES: dict[str, type[Truncated] | type[Damped]] = {"truncated": Truncated, "damped": Damped}
@@ -43,22 +53,9 @@ def as_inverse(value: Any) -> Inverse:
     """An inverse from its name or itself."""
     if isinstance(value, Inverse):
         return value
-    if value not in INVERSES:
+    if not isinstance(value, str) or value not in INVERSES:
         raise InputError(f"no inverse {value!r}; {suggest(value, INVERSES, 'inverses')}")
     return INVERSES[value]()
-
-
-def solve(inverse: Inverse, A: Array, y: Array) -> Array:
-    """x (n, B) = A^+ y for A (m, n, B) and y (m, B), in the kernels' layout.
-
-    >>> A, y = np.array([[[2.0]], [[0.0]]]), np.array([[4.0], [1.0]])
-    >>> solve(Truncated(), A, y)
-    array([[2.]])
-    """
-    damping, rcond = (inverse.damping, 0.0) if isinstance(inverse, Damped) else (0.0, inverse.rcond)
-    x, rank = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
-    kernels.least_squares(A, y, damping, rcond, x, rank)
-    return x
 
 
 def rank(A: Array, rcond: float = Truncated.rcond) -> Any:

@@ -14,7 +14,8 @@ import numpy as np
 
 from robsim.arrays import Array, first_view, positive
 from robsim.errors import InputError, suggest
-from robsim.servo.inverse import Inverse, solve
+from robsim.kernels import laws as kernels
+from robsim.servo.inverse import Inverse
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
@@ -65,7 +66,9 @@ class JointLaw:
 
     def command(self, state: State) -> Array:
         """Joint velocities (B, n)."""
-        return first_view(-state.gain * solve(state.inverse, state.reach_last, state.error_last))
+        qd = np.empty((state.jacobian_last.shape[1], state.error_last.shape[1]))
+        kernels.joint(state.reach_last, state.error_last, state.gain, *state.inverse.numbers, qd)
+        return first_view(qd)
 
 
 @dataclass(frozen=True)
@@ -84,11 +87,17 @@ class CameraLaw:
 
     def command(self, state: State) -> Array:
         """Joint velocities (B, n)."""
-        unit = np.array([self.length] * 3 + [1.0] * 3)
-        L = state.interaction_last * unit[None, :, None]
-        V = solve(state.inverse, L, state.error_last)
-        J = state.jacobian_last / unit[:, None, None]
-        return first_view(-state.gain * solve(state.inverse, J, V))
+        qd = np.empty((state.jacobian_last.shape[1], state.error_last.shape[1]))
+        kernels.camera(
+            state.interaction_last,
+            state.jacobian_last,
+            state.error_last,
+            self.length,
+            state.gain,
+            *state.inverse.numbers,
+            qd,
+        )
+        return first_view(qd)
 
 
 LAWS: dict[str, type[Any]] = {"joint": JointLaw, "camera": CameraLaw}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +13,8 @@ from robsim.arrays import Array
 from robsim.errors import InputError
 from robsim.kernels import sight as kernels
 from robsim.kernels import tree
+from robsim.kernels.sight import Look
 from robsim.scene import Mounted, Object, Scene
-
-
-class Look(NamedTuple):
-    """One instant, in the kernels' layout: poses of all bodies, the camera, the marks."""
-
-    bodies: Array  # (bodies, 3, 4, B)
-    T_w_c: Array  # (3, 4, B)
-    T_w_o: Array  # (3, 4, B)
-    points: Array  # (N, 3, B) marks in camera axes
-    depth: Array  # (N, B)
-    pixels: Array  # (N, 2, B), NaN behind the camera
-    visibility: NDArray[np.int8]  # (N, B) of `Visibility`
 
 
 @dataclass(frozen=True)
@@ -45,18 +34,21 @@ class Sight:
     @cached_property
     def columns(self) -> NDArray[np.int64]:
         """The velocities that move the camera relative to the target."""
-        return np.flatnonzero(self.sign)
-
-    @cached_property
-    def camera_moves(self) -> bool:
-        """Whether a joint carries the camera; if none does, joints carry the target."""
-        return bool((self.sign > 0).any())
+        columns = np.flatnonzero(self.sign)
+        columns.flags.writeable = False
+        return columns
 
     def look(self, q: Array) -> Look:
         """What is where, for coordinates q (nq, B)."""
-        runs, marks = q.shape[1], len(self.target.marks)
-        seen = Look(
-            np.empty((self._bodies, 3, 4, runs)),
+        seen = self.room(q.shape[1])
+        kernels.look(self.scene.tree.joints, self.constants, q, seen)
+        return seen
+
+    def room(self, runs: int) -> Look:
+        """A Look that is not filled yet."""
+        marks = len(self.target.marks)
+        return Look(
+            np.empty((len(self.scene.tree.joints.parent), 3, 4, runs)),
             np.empty((3, 4, runs)),
             np.empty((3, 4, runs)),
             np.empty((marks, 3, runs)),
@@ -64,37 +56,44 @@ class Sight:
             np.empty((marks, 2, runs)),
             np.empty((marks, runs), np.int8),
         )
-        kernels.look(*self._tree, q, *self._constants, *seen)
-        return seen
 
     def jacobian(self, look: Look) -> Array:
         """(6, n, B) of the n `columns`: V_c - V_o = J qdot, in camera axes."""
-        J = np.empty((6, self.columns.size, look.T_w_c.shape[-1]))
-        tree.camera_jacobian(look.bodies, look.T_w_c, *self._velocities, J)
+        moves = self.moves
+        J = np.empty((6, moves.columns.size, look.T_w_c.shape[-1]))
+        tree.camera_jacobian(
+            look.bodies, look.T_w_c, moves.body, moves.angular, moves.axis, moves.sign, J
+        )
         return J
 
     @cached_property
-    def _bodies(self) -> int:
-        return len(self.scene.tree.parent)
-
-    @cached_property
-    def _tree(self) -> tuple[Any, ...]:
-        tree = self.scene.tree
-        return tree.parent, tree.kind, tree.iq, tree.place
-
-    @cached_property
-    def _constants(self) -> tuple[Any, ...]:
+    def constants(self) -> kernels.Eye:
+        """For the kernels."""
         find, camera = self.scene.tree.find, self.eye.camera
-        lens = camera.K, camera.lens, camera.border, camera.reach
-        return *find(self.eye.name), *find(self.target.name), self.target.marks, *lens
+        return kernels.Eye(
+            *find(self.eye.name),
+            *find(self.target.name),
+            self.target.marks,
+            camera.K,
+            camera.lens,
+            camera.border,
+            camera.reach,
+            bool((self.sign > 0).any()),
+        )
 
     @cached_property
-    def _velocities(self) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.int64], Array]:
-        tree, chosen = self.scene.tree, self.columns
-        arrays = tree.body[chosen], tree.angular[chosen], tree.axis[chosen], self.sign[chosen]
-        for array in arrays:  # read-only like those of the tree: kernels are compiled once
-            array.flags.writeable = False
-        return arrays
+    def moves(self) -> tree.Moves:
+        """The `columns` for the kernels; read-only, like all that they are compiled for."""
+        every, chosen = self.scene.tree, self.columns
+        return tree.Moves(
+            chosen, *map(_chosen, (every.body, every.angular, every.axis, self.sign), [chosen] * 4)
+        )
+
+
+def _chosen(array: Any, columns: Any) -> Any:
+    some = array[columns]
+    some.flags.writeable = False
+    return some
 
 
 def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:

@@ -19,6 +19,11 @@ def replay(run: xr.Dataset) -> xr.Dataset:
 
     Scene and task come from the run's scenario; start, seed, noise, periods, record and run
     number are the run's own. InputError: the run does not say how it was made.
+
+    >>> from robsim import examples
+    >>> run = Scenario.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
+    >>> replay(run).identical(run)
+    True
     """
     text = run.attrs.get("scenario", "")
     if not text:

@@ -1,0 +1,165 @@
+"""The closed loop of the built-in schemes, compiled: a chunk of runs until one of them ends.
+
+It is the same sequence of kernels as in `robsim.simulate`, which runs anybody's features and
+laws step by step; both give the same bits.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robsim.kernels import camera, endings, features, laws, random, record, sight, solve, tree
+from robsim.kernels.jit import kernel, part
+
+JOINT, CAMERA = 0, 1  # laws
+
+
+class Scheme(NamedTuple):
+    """The constants of a built-in scheme."""
+
+    in_pixels: bool
+    interaction: int  # features.CURRENT, DESIRED, MEAN
+    depth: int  # features.TRUE, GOAL, CONSTANT
+    metres: float
+    depth_scale: float
+    Z_goal: Any  # (N, 1)
+    s_goal: Any  # (k, 1)
+    L_goal: Any  # (k, 6, 1)
+    law: int  # JOINT, CAMERA
+    length: float
+    gain: float
+    damping: float
+    rcond: float
+    tolerance: float
+
+
+class Noise(NamedTuple):
+    """Pixel noise: standard deviation, seed, and the run numbers of the chunk."""
+
+    sigma: float
+    seed: Any  # uint64
+    runs: Any
+
+
+class Command(NamedTuple):
+    """One instant of control, the run last."""
+
+    s: Any  # (k, B)
+    error: Any  # (k, B)
+    qd: Any  # (n, B) of the commanded joints
+    reach: Any  # (k, n, B) L J: how the commanded joints move the features
+
+
+@part
+def measure(pixels, noise, step, out):
+    """Out = pixels[n, 2, b] with the noise of this step."""
+    if noise.sigma > 0.0:
+        random.normal_pairs(noise.seed, noise.runs, step, out)
+    for n in range(out.shape[0]):
+        for r in range(2):
+            for b in range(out.shape[2]):
+                extra = noise.sigma * out[n, r, b] if noise.sigma > 0.0 else 0.0
+                out[n, r, b] = pixels[n, r, b] + extra
+
+
+@part
+def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
+    """What the controller measures and commands at an instant."""
+    camera.normalise(pixels, eye.K, eye.lens, x)
+    features.choose_depth(
+        scheme.depth, scheme.metres, scheme.depth_scale, scheme.Z_goal, seen.depth, Z
+    )
+    features.points_interaction(x, Z, L)
+    if scheme.in_pixels:
+        features.to_pixels(x, eye.K, command.s)
+        features.to_pixel_rates(eye.K, L)
+    else:
+        features.flat(x, command.s)
+    features.choose_interaction(scheme.interaction, scheme.L_goal, L)
+    tree.camera_jacobian(
+        seen.bodies, seen.T_w_c, moves.body, moves.angular, moves.axis, moves.sign, J
+    )
+    solve.product(L, J, command.reach)
+    features.difference(command.s, scheme.s_goal, command.error)
+    if scheme.law == JOINT:
+        laws.joint(
+            command.reach,
+            command.error,
+            scheme.gain,
+            scheme.damping,
+            scheme.rcond,
+            command.qd,
+        )
+    else:
+        laws.camera(
+            L,
+            J,
+            command.error,
+            scheme.length,
+            scheme.gain,
+            scheme.damping,
+            scheme.rcond,
+            command.qd,
+        )
+
+
+@kernel
+def stride(
+    step,
+    until,
+    steps,
+    dt,
+    joints,
+    limits,
+    eye,
+    moves,
+    scheme,
+    noise,
+    watch,
+    rows,
+    every,
+    track,
+    q,
+    seen,
+    command,
+    qd,
+    outcome,
+):
+    """Go on from `step` until a run ends or `until` is reached; returns the step then.
+
+    q, seen, command, qd (of all joints) and outcome hold that instant; q is not moved on from it.
+    Every so many steps are kept in `track`, none if `every` is 0.
+    """
+    pixels, x = np.empty(seen.pixels.shape), np.empty(seen.pixels.shape)
+    Z = np.empty(seen.depth.shape)
+    L = np.empty((command.s.shape[0], 6, rows.size))
+    J = np.empty((6, moves.columns.size, rows.size))
+    while True:
+        sight.look(joints, eye, q, seen)
+        measure(seen.pixels, noise, step, pixels)
+        control(scheme, eye, moves, seen, pixels, x, Z, L, J, command)
+        tree.spread(moves.columns, command.qd, qd)
+        T = seen.T_w_c if eye.moves else seen.T_w_o
+        if step == 0:
+            endings.begin(command.error, seen.depth, T, scheme.tolerance, watch)
+        ended = endings.judge(
+            q,
+            limits,
+            seen.visibility,
+            seen.depth,
+            T,
+            command.error,
+            command.qd,
+            command.reach,
+            scheme.gain,
+            scheme.tolerance,
+            step == steps,
+            watch,
+            outcome,
+        )
+        if every > 0 and step % every == 0:
+            record.store(rows, step // every, q, qd, command.s, seen.pixels, track)
+        if ended > 0 or step >= until:
+            return step
+        tree.integrate(joints.kind, joints.iq, joints.iv, qd, dt, q)
+        step += 1
