@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
+from robsim import examples as examples
 from robsim import robots as robots
 from robsim import units as units
 from robsim.camera import Camera as Camera

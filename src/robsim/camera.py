@@ -21,6 +21,8 @@ from robsim.kernels import camera as kernels
 from robsim.pose import Pose, as_pose
 from robsim.primitives import CameraBody
 
+TINY = 1e-30  # a coefficient of the lens polynomial below is none
+
 
 class Visibility(IntEnum):
     """Where a point is for a camera."""
@@ -86,6 +88,8 @@ class Camera:
                 f"distortion: expected 0, 4 (k1 k2 p1 p2), 5 (.. k3) or 8 (.. k4 k5 k6) numbers, "
                 f"got {lens.size}"
             )
+        if (np.abs(lens) > 1e6).any():
+            raise InputError(f"distortion: no lens has coefficients beyond 1e6, got {lens.tolist()}")
         object.__setattr__(self, "distortion", tuple(lens.tolist()))
 
     @classmethod
@@ -164,7 +168,7 @@ class Camera:
         over, under = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])  # fmt: skip  # noqa: E501
         t = np.polynomial.Polynomial([0, 1])  # r squared
         slope = over * under + 2 * t * (over.deriv() * under - over * under.deriv())
-        roots = np.concatenate([slope.trim().roots(), under.trim().roots()])
+        roots = np.concatenate([slope.trim(TINY).roots(), under.trim(TINY).roots()])
         real = roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0)].real
         return float(np.sqrt(real.min())) if real.size else np.inf
 

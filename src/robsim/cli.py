@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from robsim.scenario import Scenario
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130  # exit status; 130 is the shell's number for Ctrl-C
-FILES = ("run.nc", "scenario.toml", "image.png", "scene.png", "velocity.png")  # of one run
+FIGURES = ("image.png", "scene.png", "velocity.png")
+FILES = ("run.nc", "scenario.toml", *FIGURES)  # of one run
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -156,6 +157,9 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
 @contextmanager
 def _progress() -> Iterator[Any]:
     """A progress bar on a terminal, silence elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
     with click.progressbar(length=1000, label="simulating", file=sys.stderr) as bar:
 
         def show(share: float) -> None:
@@ -184,6 +188,9 @@ def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
 
     save_run(result, folder / "run.nc")
     _write(folder / "scenario.toml", scenario.text)
+    for name in FIGURES:
+        with _writing(folder / name) as path:
+            path.unlink(missing_ok=True)  # of the run that was here before
 
 
 def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:

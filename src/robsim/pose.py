@@ -187,7 +187,7 @@ def axis_rotation(axis: str, angle: float) -> Array:
     c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
     u, w = (i + 1) % 3, (i + 2) % 3
     R = np.eye(3)
-    R[u, u], R[w, w], R[u, w], R[w, u] = c, c, -s, s
+    R[u, u], R[w, w], R[u, w], R[w, u] = c, c, 0.0 - s, s
     return R
 
 

@@ -65,6 +65,12 @@ class Robot:
         object.__setattr__(self, "base", as_pose(self.base))
         if not self.links or any(not isinstance(link, Link) for link in self.links):
             raise InputError(f"robot '{self.name}' needs at least one Link, got {self.links!r:.80}")
+        base = self.links[0]
+        if base.joint.kind != "fixed" or base.parent is not None:
+            raise InputError(
+                f"link '{base.name}' is the base of '{self.name}': it hangs from nothing and does "
+                "not move; let the next link move"
+            )
         for link in self.links[1:]:
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
@@ -180,7 +186,7 @@ class Robot:
 
         InputError: wrong length, not finite, quaternion without length 1, outside the limits.
         """
-        if self.nq == 7 and (isinstance(q, Pose) or np.shape(q)[-2:] == (4, 4)):
+        if self.nq == 7 and self.nv == 6 and (isinstance(q, Pose) or np.shape(q)[-2:] == (4, 4)):
             q = as_pose(q).q
         values = numbers(q, what, (self.nq,))
         start = 0

@@ -222,7 +222,7 @@ class Scene:
         frames = []
         for robot in self.robots:
             for i, link in enumerate(robot.links):
-                joint = link.joint if i else _fixed(robot.base @ link.joint.place)
+                joint = link.joint if i else _fixed(robot.base @ link.joint.place @ link.joint.tail)
                 parent = f"{robot.name}.{link.parent}" if i else robot.on
                 frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
         hung: tuple[Object | Mounted, ...] = (*self.objects, *self.cameras)

@@ -8,7 +8,7 @@
 
 import math
 import re
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal, DecimalException
 from typing import Literal, overload
 
 from robsim.errors import UnitError
@@ -24,7 +24,7 @@ _UNITS: dict[str, dict[str, int | float]] = {
     "angle": {"rad": 0, "deg": deg},
     "time": {"s": 0, "ms": -3},
 }
-_QUANTITY = re.compile(r"\s*([-+0-9.eE,\s]*?)\s*([a-zA-Zµ%]*)\s*")
+_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)([a-zA-Zµ%]*)\s*")
 
 
 @overload
@@ -43,14 +43,14 @@ def parse(
     expected = f"expected {'a vector' if count else 'one number'} with a unit of {dimension}"
     expected += f' ({", ".join(units)}), as in "{example}{next(iter(units))}"'
     match = _QUANTITY.fullmatch(text) if isinstance(text, str) and len(text) < 1000 else None
-    if match is None or not match[1] or match[2] not in units:
+    if match is None or not match[1].strip() or match[2] not in units:
         raise UnitError(f"{text!r}: {expected}")
     words = match[1].replace(",", " ").split()
     if len(words) != (count or 1):
         raise UnitError(f"{text!r} has {len(words)} numbers, not {count or 1}: {expected}")
     try:
         numbers = tuple(_scaled(word, units[match[2]]) for word in words)
-    except (InvalidOperation, OverflowError):
+    except (DecimalException, OverflowError):
         raise UnitError(f"{text!r}: {expected}") from None
     return numbers if count else numbers[0]
 

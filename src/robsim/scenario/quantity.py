@@ -38,10 +38,7 @@ def coordinate(value: Any, unit: str) -> float:
 
 def _numbers(value: Any, dimension: units.Dimension, count: int | None) -> tuple[float, ...]:
     text = _short(value, '"1, 2, 3 cm"' if count else '"1.5 cm"')
-    try:
-        read = units.parse(text, dimension, count) if count else (units.parse(text, dimension),)
-    except ArithmeticError:  # an exponent beyond all decimal numbers
-        read = (float("inf"),)
+    read = units.parse(text, dimension, count) if count else (units.parse(text, dimension),)
     return tuple(_within(number, value) for number in read)
 
 

@@ -1,0 +1,576 @@
+"""The command line: exit status, messages, files, and that nothing of the user's is lost."""
+
+import os
+import re
+import select
+import signal
+import struct
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim import cli, examples
+
+try:
+    import pty
+except ImportError:  # there are no pseudo-terminals here
+    pty = None
+
+SCENARIO = """
+schema = 1
+title = "A lift"
+
+[[robots]]
+name = "lift"
+[[robots.links]]
+name = "base"
+[[robots.links]]
+name = "deck"
+joint = "prismatic"
+dh = { theta = "0 deg", d = "0 cm", a = "0 cm", alpha = "0 deg" }
+limits = ["0 cm", "50 cm"]
+
+[[objects]]
+name = "dots"
+marks = ["10, 0, 100 cm", "0, 10, 100 cm", "10, 10, 120 cm"]
+
+[[cameras]]
+name = "eye"
+on = "lift.deck"
+rpy = "0, 0, 0 deg"
+size = [640, 480]
+K = [[800, 0, 320], [0, 800, 240], [0, 0, 1]]
+
+[task]
+kind = "ibvs"
+camera = "eye"
+target = "dots"
+gain = 2
+
+[task.goal]
+q = ["40 cm"]
+
+[start]
+q = ["10 cm"]
+
+[run]
+dt = "40 ms"
+duration = "4 s"
+"""
+ENDLESS = """
+schema = 1
+title = "Without end"
+robots = [{ model = "free_camera" }]
+objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm", "0, 10, 100 cm"] }]
+cameras = [{ name = "eye", on = "free_camera.body", focal = 800, center = [320, 240] }]
+task = { kind = "ibvs", tolerance = 1e-12 }
+run = { dt = "1 ms", duration = "3000 s", noise = 1.0, record = 1000 }
+"""
+
+
+@dataclass
+class Done:
+    """What a command left behind."""
+
+    status: int
+    out: str
+    err: str
+
+    def told(self, *parts):
+        """Refused with one message that has these parts."""
+        assert self.status == 2, (self.out, self.err)
+        assert self.err.startswith("error: ") and self.err.count("error:") == 1, self.err
+        for part in parts:
+            assert str(part) in self.err, (part, self.err)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder to be in, with a scenario file."""
+    monkeypatch.chdir(tmp_path)
+    Path("lift.toml").write_text(SCENARIO, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def robsim(here, monkeypatch, capsys):
+    """`robsim ARGUMENTS` in this process."""
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["robsim", *map(str, arguments)])
+        status = 0
+        try:
+            cli.main()
+        except SystemExit as stop:
+            status = stop.code or 0
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return Done(status, out, err)
+
+    return call
+
+
+def process(*arguments, **settings):
+    """`python -m robsim ARGUMENTS` in a process of its own."""
+    command = [sys.executable, "-m", "robsim", *map(str, arguments)]
+    done = subprocess.run(
+        command, check=False, capture_output=True, text=True, timeout=300, **settings
+    )
+    assert "Traceback" not in done.stdout + done.stderr
+    return Done(done.returncode, done.stdout, done.stderr)
+
+
+def changed(old="", new="", path="bad.toml"):
+    """The scenario file with one thing changed."""
+    assert old in SCENARIO
+    Path(path).write_text(SCENARIO.replace(old, new) if old else new, encoding="utf-8")
+    return path
+
+
+def files(folder="."):
+    return sorted(str(p.relative_to(folder)) for p in Path(folder).rglob("*"))
+
+
+def png_size(path):
+    """(width, height) in pixels, from the head of the file."""
+    head = Path(path).read_bytes()[:24]
+    assert head[:8] == b"\x89PNG\r\n\x1a\n" and head[12:16] == b"IHDR"
+    return struct.unpack(">II", head[16:24])
+
+
+def same(a, b):
+    assert set(a.variables) == set(b.variables)
+    for name in a.variables:
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+# ---- what works ----
+
+
+def test_the_demo_runs_in_a_process_of_its_own_and_leaves_run_scenario_and_figures(here):
+    done = process("demo")
+    assert done.status == 0 and "section 6.1" in done.out
+    for words in ("outcome      converged", "time  ", " s\n", " px\n", "path length", " cm\n"):
+        assert words in done.out
+    assert "results      robsim-demo" in done.out
+    folder = here / "robsim-demo"
+    assert files(folder) == ["image.png", "run.nc", "scenario.toml", "scene.png", "velocity.png"]
+    run = rs.open_run(folder / "run.nc")
+    assert rs.Outcome(int(run.outcome)) == rs.Outcome.CONVERGED
+    same(run, rs.load_scenario(folder / "scenario.toml").run())
+    same(run, rs.replay(run))
+    for name in ("image", "scene", "velocity"):
+        path = folder / f"{name}.png"
+        width, height = png_size(path)
+        assert 600 <= width <= 6000 and 400 <= height <= 6000
+        assert path.stat().st_size > 10_000  # something is drawn
+
+
+def test_run_obeys_set_and_output(robsim):
+    done = robsim("run", "lift.toml", "--set", "task.gain=3", "--set", "run.dt=20 ms", "-o", "out")
+    assert done.status == 0 and done.out.startswith("A lift\n") and "results      out" in done.out
+    assert files("out") == ["image.png", "run.nc", "scenario.toml", "scene.png", "velocity.png"]
+    scenario = rs.load_scenario("out/scenario.toml")
+    assert scenario.task.gain == 3 and scenario.settings.dt == 0.02
+    same(rs.open_run("out/run.nc"), scenario.run())
+    assert Path("lift.toml").read_text(encoding="utf-8") == SCENARIO
+
+
+def test_a_run_that_goes_wrong_is_still_a_run(robsim):
+    done = robsim("run", "lift.toml", "--set", "task.gain=60", "-o", "out", "--no-figures")
+    assert done.status == 0
+    assert "outcome      joint limit: a joint left its limits; try" in done.out
+    assert files("out") == ["run.nc", "scenario.toml"]
+
+
+def test_a_target_behind_the_camera_at_the_start_is_an_outcome_at_time_zero(robsim):
+    marks = 'marks = ["10, 0, 45 cm", "0, 10, 45 cm", "10, 10, 46 cm"]'
+    changed(re.search("marks = .*", SCENARIO)[0], marks, "near.toml")
+    text = Path("near.toml").read_text(encoding="utf-8")
+    Path("near.toml").write_text(text.replace('["40 cm"]', '["1 cm"]').replace(
+        '["10 cm"]', '["50 cm"]'), encoding="utf-8")  # fmt: skip
+    done = robsim("run", "near.toml")
+    assert done.status == 0, done.err
+    assert "outcome      behind camera: " in done.out and "time         0.00 s" in done.out
+    assert "nan" not in done.out
+
+
+def test_without_an_output_folder_the_next_free_name_is_taken(robsim):
+    for folder in ("lift-run", "lift-run-2", "lift-run-3"):
+        done = robsim("run", "lift.toml", "--no-figures")
+        assert done.status == 0 and done.out.rstrip().endswith(f"results      {folder}")
+        assert files(folder) == ["run.nc", "scenario.toml"]
+    Path("robsim-demo").mkdir()
+    assert robsim("demo", "--no-figures").out.rstrip().endswith("results      robsim-demo-2")
+    assert files("robsim-demo") == []
+
+
+def test_check_tries_goal_and_start_and_simulates_nothing(robsim):
+    done = robsim("check", "lift.toml", "--set", "task.gain=3")
+    assert done.status == 0 and done.err == ""
+    assert done.out.splitlines() == [
+        "lift.toml: all is well",
+        "  robots   lift (1 velocities)",
+        "  cameras  eye",
+        "  objects  dots (3 marks)",
+    ]
+    assert files() == ["lift.toml"]
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_warning_is_one_line_for_the_user(robsim, command):
+    line = ENDLESS.replace('"0, 10, 100 cm"', '"20, 0, 100 cm"').replace("3000 s", "1 s")
+    Path("line.toml").write_text(line, encoding="utf-8")
+    done = robsim(command, "line.toml", *(["--no-figures"] if command == "run" else []))
+    assert done.status == 0
+    warning = [text for text in done.err.splitlines() if "warning" in text.lower()]
+    assert len(warning) == 1 and ".py" not in done.err
+    assert warning[0].startswith("warning: the features of 'dots' fix only 5 of the 6 motions")
+    assert "its marks lie on one line" in warning[0]
+
+
+def test_examples_are_listed_and_copied_out(robsim, here):
+    done = robsim("examples")
+    assert done.status == 0 and done.out.endswith("copy one out: robsim examples NAME\n")
+    for name in examples.names():
+        assert name in done.out
+    done = robsim("examples", "visp_tutorial")
+    assert done.status == 0 and done.out == (
+        "wrote visp_tutorial.toml; run it with: robsim run visp_tutorial.toml\n"
+    )
+    source = examples.path("visp_tutorial").read_text(encoding="utf-8")
+    assert Path("visp_tutorial.toml").read_text(encoding="utf-8") == source
+    Path("folder").mkdir()
+    robsim("examples", "visp_tutorial", "-o", "folder")
+    robsim("examples", "visp_tutorial", "-o", "new/mine.toml")
+    for path in ("folder/visp_tutorial.toml", "new/mine.toml"):
+        assert Path(path).read_text(encoding="utf-8") == source
+    assert robsim("check", "new/mine.toml").status == 0
+
+
+def test_every_example_passes_check(robsim):
+    for name in examples.names():
+        assert robsim("check", examples.path(name)).status == 0
+
+
+def test_robots_are_listed_with_their_links(robsim):
+    done = robsim("robots")
+    assert done.status == 0 and done.err == ""
+    for name in rs.robots.names():
+        assert f"{name} " in done.out and rs.robots.about(name) in done.out
+    assert "links: base, body" in done.out
+
+
+def test_help_and_version(robsim):
+    for arguments in (["--help"], ["-h"], ["run", "--help"]):
+        done = robsim(*arguments)
+        assert done.status == 0 and "Usage: " in done.out
+    assert rs.__version__ in robsim("--version").out
+
+
+# ---- bad input ----
+
+ROTATION = "rotation = [[1, 0, 0], [0, 2, 0], [0, 0, 1]]"
+BAD = {
+    "broken TOML": ("[task]", "[task", "not valid TOML", "line"),
+    "no schema": ("schema = 1", "", "schema", "missing", "schema = 1"),
+    "another schema": ("schema = 1", "schema = 7", "schema", "7", "schema = 1"),
+    "a text for a number": ("gain = 2", 'gain = "2"', "task.gain", "'2'", "number"),
+    "a number for a text": ('name = "dots"', "name = 3", "name", "3", "string"),
+    "NaN": ("gain = 2", "gain = nan", "task.gain", "nan", "finite"),
+    "infinity": ("800, 0, 320", "inf, 0, 320", "cameras.eye.K", "inf", "finite"),
+    "no unit": ('["10 cm"]', '["10"]', "start.q[0]", "'10'", "cm", "m"),
+    "an angle for a length": ('["40 cm"]', '["40 deg"]', "task.goal.q[0]", "'40 deg'", "cm"),
+    "a length for a time": ('"40 ms"', '"40 cm"', "run.dt", "'40 cm'", "ms"),
+    "unknown key": ("gain = 2", "gian = 2", "task", "'gian'", "did you mean 'gain'?"),
+    "unknown robot": ("[[objects]]", '[[robots]]\nmodel = "puma"\n[[objects]]', "puma560"),
+    "unknown frame": ('"lift.deck"', '"lift.dek"', "cameras.eye.on", "'lift.dek'", "'lift.deck'"),
+    "unknown camera": ('camera = "eye"', 'camera = "ey"', "task.camera", "'ey'", "'eye'"),
+    "unknown target": ('target = "dots"', 'target = "dot"', "task.target", "'dot'", "'dots'"),
+    "unknown task": ('kind = "ibvs"', 'kind = "ibsv"', "task.kind", "'ibsv'", "'ibvs'"),
+    "DH of another shape": (', alpha = "0 deg"', "", "robots.lift.links.deck.dh.alpha", "missing"),
+    "too many coordinates": ('["10 cm"]', '["1 cm", "2 cm"]', "start.q", "2", "expected 1: deck"),
+    "start outside": ('["10 cm"]', '["51 cm"]', "start", "'deck'", "0.51", "[0, 0.5]"),
+    "goal outside": ('["40 cm"]', '["51 cm"]', "task.goal", "'deck'", "0.51", "[0, 0.5]"),
+    "no rotation": ('rpy = "0, 0, 0 deg"', ROTATION, "cameras.eye.rotation", "not a rotation"),
+    "K of no focal length": ("[0, 800, 240]", "[0, 0, 240]", "cameras.eye.K", "above zero"),
+    "a goal behind the camera": (
+        "10, 0, 100 cm", "10, 0, 30 cm", "task.goal", "mark 0 of 'dots' behind camera 'eye'"),
+    "a goal out of the image": (
+        "10, 0, 100 cm", "90, 0, 100 cm", "task.goal", "mark 0 of 'dots' out of the image"),
+    "dt of zero": ('"40 ms"', '"0 ms"', "run.dt", "'0 ms'", "greater than 0"),
+    "a negative dt": ('"40 ms"', '"-40 ms"', "run.dt", "'-40 ms'", "greater than 0"),
+    "a negative duration": ('"4 s"', '"-4 s"', "run.duration", "'-4 s'"),
+    "too many steps": ('"4 s"', '"1e9 s"', "run", "1e+09 s", "0.04 s", "steps"),
+    "a gain of zero": ("gain = 2", "gain = 0", "task.gain", "0", "greater than 0"),
+    "a negative gain": ("gain = 2", "gain = -2", "task.gain", "-2", "greater than 0"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_bad_input_is_told_with_file_key_value_and_what_would_be_valid(robsim, command, case):
+    old, new, *parts = BAD[case]
+    robsim(command, changed(old, new)).told("bad.toml", *parts)
+    assert files() == ["bad.toml", "lift.toml"]
+
+
+def test_files_that_cannot_be_read_are_told(robsim):
+    Path("empty.toml").touch()
+    Path("huge.toml").write_bytes(b"# nothing\n" * 500_000)
+    Path("binary.toml").write_bytes(bytes(range(256)))
+    Path("folder.toml").mkdir()
+    before = files()
+    for command in ("run", "check"):
+        robsim(command, "missing.toml").told("missing.toml: no such file")
+        robsim(command, "empty.toml").told("empty.toml: empty; a file starts with schema = 1")
+        robsim(command, "huge.toml").told("huge.toml: larger than 4 MB")
+        robsim(command, "binary.toml").told("binary.toml: not text", "UTF-8")
+        robsim(command, "folder.toml").told("folder.toml: this is a folder")
+        robsim(command, "x" * 300).told("File name too long")
+        robsim(command, "lift.toml/x").told("lift.toml/x: no such file")
+        robsim(command, "").told("this is a folder")
+    assert files() == before
+
+
+def test_a_change_that_cannot_be_made_is_told(robsim):
+    for change, *parts in (
+        ("task.gian=2", "'gian'", "did you mean 'gain'?"),
+        ("task.gain", "expected key=value, as in task.gain=2"),
+        ("task.gain=fast", "task.gain", "'fast'"),
+        ("cameras.ey.size=[1, 1]", "cameras.ey", "did you mean 'eye'?"),
+        ("run.dt=40", "run.dt", "40", "ms"),
+    ):
+        for command in ("run", "check"):
+            robsim(command, "lift.toml", "--set", change).told("lift.toml", *parts)
+    assert files() == ["lift.toml"]
+
+
+def test_a_record_beyond_the_memory_is_refused_with_the_estimate_and_leaves_nothing(robsim):
+    changes = ("--set", "run.duration=9000 s", "--set", "run.dt=1 ms", "--set", "run.record=all")
+    robsim("run", "lift.toml", *changes).told("lift.toml", "9000001 recorded moments", "GB, more")
+    robsim("run", "lift.toml", *changes, "-o", "a/b").told("GB, more than 4 GB", "record=n")
+    assert "run.nc" not in " ".join(files())
+
+
+def test_unknown_commands_options_and_names_are_told(robsim):
+    for arguments, part in (
+        (["rum"], "No such command 'rum'"),
+        (["run"], "Missing argument 'FILE'"),
+        (["run", "lift.toml", "--foce"], "No such option"),
+        (["run", "lift.toml", "-o"], "requires an argument"),
+        ([], "Usage"),
+    ):
+        done = robsim(*arguments)
+        assert done.status == 2 and part in done.err + done.out
+    robsim("examples", "chapter").told("no example 'chapter'", "chapter_6_1", "examples:")
+    assert files() == ["lift.toml"]
+
+
+def test_bad_input_has_status_2_in_a_process_too(here):
+    done = process("run", changed("gain = 2", "gain = 0"))
+    done.told("bad.toml", "task.gain")
+    assert done.out == "" and len(done.err.splitlines()) == 1
+
+
+# ---- where results cannot go ----
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(robsim):
+    Path("file").write_text("mine", encoding="utf-8")
+    for folder in ("file", "file/below", "/proc/none/out", "x" * 300):
+        for command in (["run", "lift.toml"], ["demo"]):
+            done = robsim(*command, "-o", folder)
+            done.told("cannot write", folder)
+            assert done.out == ""
+    robsim("examples", "visp_tutorial", "-o", "file/below.toml").told("cannot write")
+    robsim("examples", "visp_tutorial", "-o", "x" * 300).told("cannot write")
+    assert files() == ["file", "lift.toml"]
+    assert Path("file").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere"
+)
+def test_a_folder_without_permission_is_told(robsim):
+    Path("locked").mkdir(mode=0o500)
+    robsim("run", "lift.toml", "-o", "locked").told("cannot write locked: Permission denied")
+    robsim("run", "lift.toml", "-o", "locked/out").told("Permission denied")
+
+
+def test_a_figure_that_cannot_be_written_is_told_and_the_run_is_kept(robsim):
+    Path("out/scene.png").mkdir(parents=True)
+    robsim("run", "lift.toml", "-o", "out", "--force").told("cannot write", "scene.png")
+    assert rs.open_run("out/run.nc").attrs["title"] == "RobSim run"
+
+
+# ---- nothing of the user's is lost ----
+
+
+def test_a_run_is_not_written_over_without_force(robsim):
+    robsim("run", "lift.toml", "-o", "out")
+    before = {path: Path("out", path).read_bytes() for path in files("out")}
+    for command in (["run", "lift.toml"], ["demo"]):
+        robsim(*command, "-o", "out").told("out has run.nc, scenario.toml, image.png", "--force")
+    assert {path: Path("out", path).read_bytes() for path in files("out")} == before
+    done = robsim("run", "lift.toml", "--set", "task.gain=3", "-o", "out", "--force")
+    assert done.status == 0
+    assert rs.load_scenario("out/scenario.toml").task.gain == 3
+    assert Path("out/run.nc").read_bytes() != before["run.nc"]
+
+
+def test_with_force_no_figure_of_an_older_run_stays(robsim):
+    robsim("run", "lift.toml", "-o", "out")
+    done = robsim("run", "lift.toml", "-o", "out", "--force", "--no-figures")
+    assert done.status == 0 and files("out") == ["run.nc", "scenario.toml"]
+
+
+@pytest.mark.parametrize("name", ["scenario.toml", "image.png", "velocity.png"])
+def test_no_other_file_of_that_name_is_written_over_either(robsim, name):
+    Path(name).write_text(SCENARIO, encoding="utf-8")
+    robsim("run", "lift.toml", "-o", ".").told(f". has {name} already", "-o", "--force")
+    assert Path(name).read_text(encoding="utf-8") == SCENARIO
+
+
+def test_a_scenario_in_the_folder_of_its_results_survives_what_is_refused(robsim):
+    Path("scenario.toml").write_text(SCENARIO, encoding="utf-8")
+    for change in ("task.gain=0", "task.goal.q=['1 m']", "cameras.eye.size=[1, 1]"):
+        done = robsim("run", "scenario.toml", "--set", change, "-o", ".", "--force")
+        assert done.status == 2
+    assert Path("scenario.toml").read_text(encoding="utf-8") == SCENARIO
+    assert robsim("run", "scenario.toml", "-o", ".", "--force", "--no-figures").status == 0
+    assert Path("scenario.toml").read_text(encoding="utf-8") == SCENARIO
+
+
+def test_what_is_refused_leaves_no_folder_behind(robsim):
+    robsim("run", "lift.toml", "--set", "cameras.eye.size=[1, 1]").told("task.goal")
+    robsim("run", "lift.toml", "--set", "cameras.eye.size=[1, 1]", "-o", "out").told("task.goal")
+    assert files() == ["lift.toml"]
+
+
+def test_a_copy_of_an_example_is_not_written_over_without_force(robsim):
+    Path("visp_tutorial.toml").write_text("mine", encoding="utf-8")
+    robsim("examples", "visp_tutorial").told("visp_tutorial.toml exists", "--force")
+    robsim("examples", "visp_tutorial", "-o", ".").told("visp_tutorial.toml exists", "--force")
+    assert Path("visp_tutorial.toml").read_text(encoding="utf-8") == "mine"
+    assert robsim("examples", "visp_tutorial", "--force").status == 0
+    assert Path("visp_tutorial.toml").read_text(encoding="utf-8") != "mine"
+
+
+# ---- stopping ----
+
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def test_ctrl_c_before_anything_was_simulated_is_a_word_and_status_130(robsim, monkeypatch):
+    monkeypatch.setattr(cli, "_load", interrupt)
+    done = robsim("run", "lift.toml")
+    assert (done.status, done.out, done.err.strip()) == (130, "", "stopped")
+    assert files() == ["lift.toml"]
+
+
+def test_ctrl_c_while_figures_are_drawn_keeps_the_run(robsim, monkeypatch):
+    monkeypatch.setattr(cli, "_draw", interrupt)
+    done = robsim("run", "lift.toml", "-o", "out")
+    assert done.status == 130 and "stopped" in done.err
+    same(rs.open_run("out/run.nc"), rs.load_scenario("lift.toml").run())
+
+
+START = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
+from robsim.cli import main
+main()
+"""
+
+
+@pytest.mark.skipif(pty is None, reason="there are no pseudo-terminals here")
+def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here):
+    Path("endless.toml").write_text(ENDLESS, encoding="utf-8")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-c", START, "run", "endless.toml"]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, text=True)
+    os.close(theirs)
+    try:
+        seen = read_until(ours, rb"[1-9]\d*%", seconds=200)  # the bar says that there is progress
+        child.send_signal(signal.SIGINT)
+        seen += read_until(ours, None, seconds=100)
+        out, _ = child.communicate(timeout=100)
+    finally:
+        child.kill()
+        os.close(ours)
+    err = seen.decode()
+    assert child.returncode == 130
+    assert "stopped; what was simulated so far is in endless-run" in err
+    assert "Traceback" not in err and out == "Without end\n"
+    assert files("endless-run") == ["run.nc", "scenario.toml"]
+    run = rs.open_run("endless-run/run.nc")
+    assert rs.Outcome(int(run.outcome)) == rs.Outcome.RUNNING and np.isnan(run.end_time)
+    done = np.isfinite(run.q.values).all(axis=1)
+    count = int(done.sum())
+    assert 1 < count < run.sizes["time"] and done[:count].all()
+    assert np.isnan(run.s.values[count:]).all()
+    assert rs.load_scenario("endless-run/scenario.toml").to_toml()
+
+
+def read_until(terminal, pattern, seconds):
+    """What comes out of a terminal until the pattern does, or to its end."""
+    seen, end = b"", time.monotonic() + seconds
+    while time.monotonic() < end:
+        if not select.select([terminal], [], [], 1.0)[0]:
+            continue
+        try:
+            part = os.read(terminal, 4096)
+        except OSError:  # Linux says so when the other side is closed
+            return seen
+        seen += part
+        if not part or (pattern and re.search(pattern, seen)):
+            return seen
+    raise AssertionError(f"not within {seconds} s: {seen[-500:]!r}")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the shell is not bash")
+def test_a_reader_that_goes_away_is_no_traceback(here):
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "robsim", "examples"],
+            check=False,
+            stdout=writing,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=100,
+        )
+    finally:
+        os.close(writing)
+    assert "Traceback" not in done.stderr and "Error" not in done.stderr
+
+
+# ---- compiling ----
+
+
+def test_a_cold_start_is_told(robsim, monkeypatch):
+    words = "compiling the kernels, once on this machine: this takes a few seconds"
+    for cold in (True, False):
+        monkeypatch.setattr(cli, "is_cold", [cold].pop)
+        done = robsim("run", "lift.toml", "--no-figures")
+        assert (words in done.out.splitlines()) == cold
+
+
+@pytest.mark.slow
+def test_the_first_start_on_a_machine_compiles_and_the_second_does_not(here):
+    environment = {**os.environ, "ROBSIM_CACHE_DIR": str(here / "cache")}
+    runs = ["run", "lift.toml", "--no-figures"]
+    first, second = (process(*runs, env=environment) for _ in range(2))
+    assert first.status == second.status == 0
+    assert "compiling the kernels" in first.out and "compiling" not in second.out
+    same(rs.open_run("lift-run/run.nc"), rs.open_run("lift-run-2/run.nc"))

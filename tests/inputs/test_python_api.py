@@ -1,0 +1,980 @@
+"""Bad input to the Python API is one clear error; a run that goes wrong is data with an outcome."""
+
+import signal
+import threading
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.outcome import Outcome
+
+NAN, INF = float("nan"), float("inf")
+K = [[800, 0, 320], [0, 800, 240], [0, 0, 1]]
+SQUARE = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+GOAL = rs.Pose.at(0, 0, -0.6)
+START = rs.Pose.at(0.05, -0.02, -0.8, rotvec=(0.1, -0.1, 0.3))
+BEHIND = rs.Pose.at(0, 0, 0.6)
+ASIDE = rs.Pose.at(1, 0, -0.6)
+
+
+def turned(degrees):
+    """The goal, turned about the optical axis."""
+    return GOAL @ rs.Pose.at(rotvec=(0, 0, np.radians(degrees)))
+
+
+def flying(marks=SQUARE, size=None):
+    """A free camera that looks at marks."""
+    body = rs.Link("body", "base", rs.Joint("floating"))
+    robot = rs.Robot("free", [rs.Link("base"), body])
+    eye = rs.Mounted("eye", rs.Camera(K, size), on="free.body")
+    return rs.Scene([robot], [rs.Object("dots", marks=marks)], [eye])
+
+
+def lift():
+    """A camera on one prismatic joint from 0 to 0.5 m along its optical axis, and one mark."""
+    arm = rs.Robot.from_dh([[0, 0, 0, 0]], joints="P", limits=[[0, 0.5]], name="lift")
+    eye = rs.Mounted("eye", rs.Camera(K), on="lift.link1")
+    return rs.Scene([arm], [rs.Object("dot", marks=[[0.1, 0, 1]])], [eye])
+
+
+def turret(limit=4.0, marks=((0, 0, 1),), size=(640, 480)):
+    """A camera that one joint turns about its vertical axis, y down."""
+    upright = rs.Pose.at(rpy=(-np.pi / 2, 0, 0))
+    joint = rs.Joint("revolute", rs.Pose.at(rpy=(np.pi / 2, 0, 0)), limits=(-limit, limit))
+    robot = rs.Robot("turret", [rs.Link("base"), rs.Link("head", "base", joint)])
+    eye = rs.Mounted("eye", rs.Camera(K, size), on="turret.head", pose=upright)
+    return rs.Scene([robot], [rs.Object("dots", marks=marks)], [eye])
+
+
+def two_arms():
+    arm = rs.Robot.from_dh([[0, 0, 1, 0]], name="a", limits=[[-1, 1]])
+    eye = rs.Mounted("eye", rs.Camera(K), on="a.link1")
+    return rs.Scene([arm, arm.named("b")], [rs.Object("dot", marks=[[1, 0, 1]])], [eye])
+
+
+def simulate(q0=START, scene=None, goal=GOAL, duration=0.2, task=None, **settings):
+    """A short run of IBVS; keywords of IBVS in `task`."""
+    servo = rs.IBVS(goal=goal, **(task or {}))
+    return rs.simulate(scene or flying(), servo, q0, duration=duration, **settings)
+
+
+def outcome(run):
+    return Outcome(int(run.outcome))
+
+
+class Plain:
+    """Normalised points, as a user would write them."""
+
+    unit, tolerance = "1", 1e-5
+
+    def measure(self, seen):
+        return seen.points.reshape(len(seen.points), -1)
+
+    def interaction(self, seen):
+        return rs.Points().interaction(seen)
+
+
+class Law:
+    """The joint law, as a user would wrap it."""
+
+    def command(self, state):
+        return rs.JointLaw().command(state)
+
+
+# ---- what is refused: (name, call, exception, what its message says) ----
+
+SIMULATE = {
+    "dt": [
+        (0, "dt (seconds) must be a positive number, got 0"),
+        (-0.04, "got -0.04"),
+        (NAN, "dt (seconds): nan", "must be finite"),
+        (INF, "dt (seconds): inf", "must be finite"),
+        (None, "dt (seconds)"),
+        ("40 ms", "dt (seconds): expected numbers", "'40 ms'"),
+        ([0.1, 0.2], "dt (seconds)", "got [0.1, 0.2]"),
+        (1j, "dt (seconds)"),
+        (1e-320, "at most 10 million"),
+    ],
+    "duration": [
+        (0, "duration (seconds) must be a positive number, got 0"),
+        (-1, "got -1"),
+        (NAN, "duration (seconds): nan"),
+        (INF, "duration (seconds): inf"),
+        ("10 s", "duration (seconds)", "'10 s'"),
+        (1e9, "duration 1e+09 s", "0.04 s", "2.5e+10 steps", "at most 10 million"),
+        (1e300, "duration 1e+300 s", "at most 10 million"),
+    ],
+    "seed": [
+        (-1, "seed must be a whole number from 0 on, got -1"),
+        (1.5, "seed", "got 1.5"),
+        (NAN, "seed: nan"),
+        (True, "seed", "got True"),
+        ("one", "seed", "'one'"),
+        ([1, 2], "seed", "got [1, 2]"),
+        (2**64, "seed must be below", str(2**64)),
+    ],
+    "noise": [
+        (-0.5, "noise (pixels) must be a number not below 0, got -0.5"),
+        (NAN, "noise (pixels): nan"),
+        (INF, "noise (pixels): inf"),
+        ("0.5 px", "noise (pixels)", "'0.5 px'"),
+        ([0.5, 0.5], "noise (pixels)", "[0.5, 0.5]"),
+    ],
+    "record": [
+        ("summry", "record must be 'all', 'summary' or every n-th step, got 'summry'"),
+        (0, "got 0"),
+        (-2, "got -2"),
+        (2.5, "got 2.5"),
+        (True, "got True"),
+        (None, "got None"),
+        ([1, 2], "got [1, 2]"),
+        (np.array([1, 2]), "record must be"),
+        (10**30, "record must be"),
+    ],
+    "run": [
+        (-1, "run must be a whole number from 0 on, got -1"),
+        (0.5, "run", "got 0.5"),
+        (2**64 - 1, "run must be below"),
+        ("x", "run", "'x'"),
+    ],
+    "threads": [
+        (0, "threads must be a whole number from 1 on, got 0"),
+        (-1, "got -1"),
+        (1.5, "got 1.5"),
+        (True, "got True"),
+        ("two", "threads", "'two'"),
+        (10**6, "threads must be below"),
+    ],
+    "chunk": [
+        (0, "chunk must be a whole number from 1 on, got 0"),
+        (-1, "got -1"),
+        (0.5, "got 0.5"),
+        (None, "chunk"),
+        ("x", "chunk", "'x'"),
+    ],
+    "progress": [(3, "progress: expected a function", "got 3")],
+    "q0": [
+        ([0, 0], "q0: expected shape (..., 7), got (2,)"),
+        ([NAN] * 7, "q0: nan at index (0,)"),
+        ([0] * 7, "q0: the quaternion of 'body' must have length 1"),
+        (np.tile(GOAL.q, (2, 2, 1)), "q0: expected shape (7,) or (B, 7), got (2, 2, 7)"),
+        (np.empty((0, 7)), "q0: expected shape (7,) or (B, 7), got (0, 7)"),
+        ("home", "q0: expected numbers", "'home'"),
+        (5, "q0: expected shape (..., 7), got ()"),
+        (2 * np.eye(4), "not a rotation"),
+        ({"fre": GOAL.q}, "no robot 'fre'", "did you mean 'free'?", "robots: free"),
+        ({"free": [1, 2]}, "q0: expected shape (..., 7), got (2,)"),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "parts"),
+    [(name, value, parts) for name, rows in SIMULATE.items() for value, *parts in rows],
+    ids=lambda x: x if isinstance(x, str) else None,
+)
+def test_a_bad_setting_of_simulate_is_an_input_error_that_names_it(name, value, parts):
+    with pytest.raises(rs.InputError) as error:
+        simulate(**{name: value})
+    assert isinstance(error.value, ValueError)
+    for part in parts:
+        assert part in str(error.value)
+
+
+TASK = {
+    "gain": [
+        (0, "gain (per second) must be a positive number, got 0"),
+        (-1, "got -1"),
+        (NAN, "gain (per second): nan", "must be finite"),
+        (INF, "gain (per second): inf"),
+        ("fast", "gain (per second)", "'fast'"),
+        ([1.0, 2.0], "gain (per second)", "[1.0, 2.0]"),
+        (None, "gain (per second)"),
+    ],
+    "tolerance": [(0, "tolerance must be a positive number, got 0"), (NAN, "tolerance: nan")],
+    "depth_scale": [(0, "depth_scale must be a positive number, got 0"), (-2, "got -2")],
+    "depth": [
+        ("tru", "depth must be 'true', 'goal' or a number of metres, got 'tru'"),
+        (0, "depth (metres) must be a positive number, got 0"),
+        (NAN, "depth (metres): nan"),
+        ([1.0, 2.0], "depth (metres)"),
+    ],
+    "interaction": [
+        ("curent", "'curent'", "did you mean 'current'?", "choices: current, desired, mean"),
+        (None, "None", "choices: current, desired, mean"),
+        (["mean"], "['mean']", "choices: current, desired, mean"),
+    ],
+    "law": [
+        ("joit", "no law 'joit'", "did you mean 'joint'?", "laws: joint, camera", "command(state)"),
+        (rs.JointLaw, "no law <class", "laws: joint, camera"),
+        (None, "no law None", "laws: joint, camera"),
+        (["joint"], "no law ['joint']", "laws: joint, camera"),
+    ],
+    "inverse": [
+        ("dampd", "no inverse 'dampd'", "did you mean 'damped'?", "inverses: truncated, damped"),
+        (rs.Damped, "no inverse <class", "inverses: truncated, damped"),
+        (["damped"], "no inverse ['damped']", "inverses: truncated, damped"),
+        ({}, "no inverse {}", "inverses: truncated, damped"),
+    ],
+    "features": [
+        (rs.Points, "features: expected Points(), PixelPoints()", "<class", "measure"),
+        ("points", "features: expected Points(), PixelPoints()", "'points'"),
+        (None, "features: expected Points(), PixelPoints()", "None"),
+        (rs.Points(tolerance=0), "tolerance must be a positive number, got 0"),
+        (rs.Points(tolerance=NAN), "tolerance: nan"),
+        (rs.Points(tolerance="small"), "tolerance: expected numbers", "'small'"),
+    ],
+    "camera": [
+        ("ey", "no camera 'ey'", "did you mean 'eye'?", "cameras: eye"),
+        (3, "cameras: eye"),
+    ],
+    "target": [
+        ("dot", "no object 'dot'", "did you mean 'dots'?", "objects: dots"),
+        ("eye", "no object 'eye'", "objects: dots"),
+        ([1], "no object [1]", "objects: dots"),
+    ],
+    "belief": [
+        (3, "belief must be a Scene (see Scene.replacing), got 3"),
+        (rs.Scene(), "the belief has the joints []", "body.x (m)"),
+        (two_arms(), "the belief has the joints ['a.link1 (rad)', 'b.link1 (rad)']", "body.qw"),
+        (flying(SQUARE[:3]), "the belief has 3 marks on 'dots', the scene 4"),
+        (rs.Scene(flying().robots, (), flying().cameras), "belief: no object 'dots'"),
+        (rs.Scene(flying().robots, flying().objects), "belief: no camera 'eye'"),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "parts"),
+    [(name, value, parts) for name, rows in TASK.items() for value, *parts in rows],
+    ids=lambda x: x if isinstance(x, str) else None,
+)
+def test_a_bad_part_of_a_task_is_an_input_error_that_names_it(name, value, parts):
+    with pytest.raises(rs.InputError) as error:
+        simulate(task={name: value})
+    assert not isinstance(error.value, rs.GoalError)
+    for part in parts:
+        assert part in str(error.value)
+
+
+def test_two_joints_of_one_name_and_different_kinds_are_not_the_same_structure():
+    turn = rs.Robot.from_dh([[0, 0, 0, 0]], joints="R", name="lift")
+    with pytest.raises(rs.InputError, match=r"\['link1 \(rad\)'\], the scene \['link1 \(m\)'\]"):
+        rs.simulate(lift(), rs.IBVS(goal=[0.4], belief=lift().replacing(turn)), [0.2])
+
+
+GOALS = {
+    "too short": (GOAL.q[:6], "goal q: expected shape (..., 7), got (6,)"),
+    "not finite": ([NAN] * 7, "goal q: nan"),
+    "text": ("there", "goal q: expected numbers", "'there'"),
+    "quaternion": ([0] * 7, "the quaternion of 'body' must have length 1"),
+    "batch": (np.tile(GOAL.q, (2, 1)), "a goal is shown at one q of shape (7,), got (2, 7)"),
+    "unknown robot": ({"fre": GOAL.q}, "no robot 'fre'", "did you mean 'free'?"),
+    "behind": (BEHIND, "the shown goal puts mark 0 of 'dots' behind camera 'eye'"),
+    "out of image": (ASIDE, "the shown goal puts mark 0 of 'dots' out of the image of camera"),
+    "computed behind": (
+        rs.Computed(rs.Pose.at(0, 0, -1)),
+        "the computed goal puts mark 0 of 'dots' behind camera 'eye'",
+    ),
+    "computed out of image": (
+        rs.Computed(rs.Pose.at(3, 0, 1)),
+        "the computed goal puts mark 0 of 'dots' out of the image of camera 'eye'",
+    ),
+    "computed batch": (rs.Computed(np.tile(np.eye(4), (2, 1, 1))), "a goal is one pose, got a"),
+}
+
+
+@pytest.mark.parametrize("case", GOALS)
+def test_a_goal_that_cannot_be_is_a_goal_error(case):
+    goal, *parts = GOALS[case]
+    with pytest.raises(rs.GoalError) as error:
+        simulate(scene=flying(size=(640, 480)), goal=goal)
+    assert isinstance(error.value, rs.InputError)
+    for part in parts:
+        assert part in str(error.value)
+
+
+def test_a_goal_or_start_outside_the_limits_names_the_joint_and_the_limits():
+    limits = r"joint 'link1' of 'lift' is 0.6, outside its limits \[0, 0.5\]"
+    with pytest.raises(rs.GoalError, match=f"goal q: {limits}"):
+        simulate([0.2], lift(), [0.6])
+    with pytest.raises(rs.InputError, match=f"q0: {limits}"):
+        simulate([0.6], lift(), [0.2])
+    with pytest.raises(rs.InputError, match=r"q0 of row \(1,\): joint 'link1'"):
+        simulate([[0.2], [0.6], [0.3]], lift(), [0.2])
+
+
+def test_what_is_not_a_scene_or_a_task_is_told():
+    for scene in (None, "scene", flying().robots[0]):
+        with pytest.raises(rs.InputError, match="scene: expected a Scene, got"):
+            rs.simulate(scene, rs.IBVS(), START)
+    for task in (None, "ibvs", rs.IBVS, flying()):
+        with pytest.raises(rs.InputError, match=r"task: expected a task such as IBVS\(...\), got"):
+            rs.simulate(flying(), task, START)
+
+
+def test_a_scene_in_which_nothing_can_be_servoed_is_told():
+    still = rs.Scene([], flying().objects, [rs.Mounted("eye", rs.Camera(K))])
+    with pytest.raises(rs.InputError, match="no joint moves camera 'eye' relative to 'dots'"):
+        rs.simulate(still, rs.IBVS())
+    bare = rs.Scene(flying().robots, [rs.Object("dots", marks=np.empty((0, 3)))], flying().cameras)
+    with pytest.raises(rs.InputError, match="object 'dots' has no marks to look at"):
+        rs.simulate(bare, rs.IBVS(target="dots"), START)
+
+
+VALUES = {
+    "DH of three columns": (lambda: rs.Robot.from_dh([[0, 0, 1]]), "(..., n, 4), got (1, 3)"),
+    "DH flat": (lambda: rs.Robot.from_dh([0, 0, 1, 0]), "got (4,)"),
+    "DH of nothing": (lambda: rs.Robot.from_dh(np.empty((0, 4))), "expected shape (n, 4)"),
+    "DH ragged": (lambda: rs.Robot.from_dh([[0, 0, 1, 0], [0]]), "theta, d, a, alpha"),
+    "DH nan": (lambda: rs.Robot.from_dh([[0, 0, NAN, 0]]), "nan at index (0, 2)"),
+    "DH convention": (
+        lambda: rs.Robot.from_dh([[0, 0, 1, 0]], "standart"),
+        "must be 'standard' or 'modified', got 'standart'",
+    ),
+    "DH joints": (
+        lambda: rs.Robot.from_dh([[0, 0, 1, 0]], joints="RX"),
+        "joints: expected 1 letters R or P, as in 'R', got 'RX'",
+    ),
+    "limits crossed": (
+        lambda: rs.Robot.from_dh([[0, 0, 1, 0]], limits=[[1, -1]]),
+        "joint limits must be (lowest, highest), got (1.0, -1.0)",
+    ),
+    "home outside": (
+        lambda: rs.Robot.from_dh([[0, 0, 1, 0]], home=[2], limits=[[-1, 1]]),
+        "joint 'link1' of 'robot' is 2, outside its limits [-1, 1]",
+    ),
+    "name": (
+        lambda: rs.Robot.from_dh([[0, 0, 1, 0]], name="../arm"),
+        "a name starts with a letter",
+    ),
+    "q of fk": (lambda: rs.Robot.from_dh([[0, 0, 1, 0]]).fk([0, 0]), "q: expected shape (..., 1)"),
+    "link of fk": (
+        lambda: rs.Robot.from_dh([[0, 0, 1, 0]]).fk([0], "link2"),
+        "no frame 'link2' in robot 'robot'; did you mean 'link1'? frames: base, link1",
+    ),
+    "robot of the library": (
+        lambda: rs.robots.load("rhino"),
+        "no robot 'rhino' in the library; did you mean 'rhino_xr4'? robots: free_camera",
+    ),
+    "joint kind": (
+        lambda: rs.Joint("revolut"),
+        "no joint kind 'revolut'; did you mean 'revolute'?",
+    ),
+    "scaled rotation": (lambda: rs.Pose(2 * np.eye(4)), "not a rotation: R'R differs"),
+    "reflection": (lambda: rs.Pose(np.diag([1, 1, -1, 1])), "not a rotation but a reflection"),
+    "last row": (lambda: rs.Pose(np.diag([1, 1, 1, 2])), "the last row of a pose must be 0 0 0 1"),
+    "3 x 3 pose": (lambda: rs.Pose(np.eye(3)), "pose: expected shape (..., 4, 4), got (3, 3)"),
+    "pose of nan": (lambda: rs.Pose.at(NAN), "position: nan at index (0,)"),
+    "quaternion": (lambda: rs.Pose.from_quaternion([0] * 3, [0] * 4), "must have length 1"),
+    "frames": (
+        lambda: rs.Pose.at(frames=("a", "b")) @ rs.Pose.at(frames=("c", "d")),
+        "cannot join a<-b with c<-d: 'b' does not meet 'c'",
+    ),
+    "focal length zero": (
+        lambda: rs.Camera([[0, 0, 320], [0, 800, 240], [0, 0, 1]]),
+        "K: focal lengths must be above zero, got 0.0 and 800.0 px",
+    ),
+    "focal length negative": (
+        lambda: rs.Camera([[800, 0, 320], [0, -800, 240], [0, 0, 1]]),
+        "got 800.0 and -800.0 px",
+    ),
+    "K nan": (lambda: rs.Camera([[NAN, 0, 0], [0, 1, 0], [0, 0, 1]]), "K: nan at index (0, 0)"),
+    "K shape": (lambda: rs.Camera(np.eye(2)), "K: expected shape (..., 3, 3), got (2, 2)"),
+    "K last row": (lambda: rs.Camera(2 * np.eye(3)), "K must be [[fx, skew, cx], [0, fy, cy]"),
+    "image of no size": (lambda: rs.Camera(K, (0, 480)), "(width, height) in whole pixels, got"),
+    "distortion": (lambda: rs.Camera(K, distortion=(1, 2, 3)), "0, 4 (k1 k2 p1 p2), 5"),
+    "chapter": (lambda: rs.Camera.from_chapter(0, 1, 1, 0, 0, 0), "f must be a positive number"),
+    "block": (lambda: rs.Block(0, 1, 1), "Block length must be a positive number, got 0"),
+    "block with a unit": (lambda: rs.Block("5 cm", 1, 1), "Block length: expected numbers"),
+    "wheel": (lambda: rs.Wheel(1, 1, n=2), "Wheel n must be a whole number of at least 3, got 2"),
+    "marks": (lambda: rs.Object("dots", marks=[1, 2, 3]), "marks of 'dots': expected shape"),
+    "marks nan": (lambda: rs.Object("dots", marks=[[0, 0, NAN]]), "nan at index (0, 2)"),
+    "two of one name": (
+        lambda: rs.Scene((), [rs.Object("a"), rs.Object("a")]),
+        "two things in the scene are called 'a'; rename one",
+    ),
+    "frame of a camera": (
+        lambda: rs.Scene(lift().robots, (), [rs.Mounted("eye", rs.Camera(K), "lift.link2")]),
+        "'eye' stands on 'lift.link2', and there is no such frame; did you mean 'lift.link1'?",
+    ),
+    "frame of a pose": (lambda: lift().pose("lift.lin1"), "did you mean 'lift.link1'? frames:"),
+    "points of a view": (lambda: lift().view(points=[1, 2]), "points: expected shape (..., N, 3)"),
+    "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace; it has:"),
+    "truncation": (lambda: rs.Truncated(2), "rcond must be below 1, got 2"),
+    "damping": (lambda: rs.Damped(0), "damping must be a positive number, got 0"),
+    "length of a law": (
+        lambda: rs.CameraLaw(-1),
+        "characteristic length must be a positive number",
+    ),
+    "computed goal": (lambda: rs.Computed(2 * np.eye(4)), "not a rotation"),
+    "unit": (lambda: rs.units.parse("5 cm", "angle"), "expected one number with a unit of angle"),
+    "no unit": (lambda: rs.units.parse("5", "length"), "expected one number with a unit of length"),
+}
+
+
+@pytest.mark.parametrize("case", VALUES)
+def test_a_value_that_cannot_be_is_an_input_error(case):
+    call, part = VALUES[case]
+    with pytest.raises(rs.InputError) as error:
+        call()
+    assert part in str(error.value)
+
+
+def test_the_kinds_of_errors_are_those_that_the_tree_draws():
+    with pytest.raises(rs.UnitError):
+        rs.units.parse("5", "length")
+    with pytest.raises(rs.FrameError):
+        lift().pose("nowhere")
+    for kind in (rs.UnitError, rs.FrameError, rs.GoalError, rs.FileError):
+        assert issubclass(kind, rs.InputError)
+    assert issubclass(rs.InputError, rs.RobSimError) and issubclass(rs.InputError, ValueError)
+    assert issubclass(rs.Interrupted, rs.RobSimError)
+    assert not issubclass(rs.Interrupted, ValueError)
+    assert issubclass(rs.RankWarning, UserWarning)
+
+
+# ---- files of runs ----
+
+
+def test_a_run_is_not_saved_where_it_cannot_be(tmp_path):
+    run, file = simulate(), tmp_path / "file"
+    file.write_text("mine")
+    for path in (file / "run.nc", tmp_path, tmp_path / ("x" * 300), "/proc/no/run.nc", "", "a\0b"):
+        with pytest.raises(rs.FileError, match="cannot write"):
+            rs.save_run(run, path)
+    with pytest.raises(rs.FileError, match="cannot write None"):
+        rs.save_run(run, None)
+    assert file.read_text() == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_run_is_saved_over_another_whole_or_not_at_all(tmp_path):
+    path = rs.save_run(simulate(), tmp_path / "run.nc")
+    before = path.read_bytes()
+    unsavable = simulate().assign_attrs(mine=object())
+    with pytest.raises(rs.FileError, match="cannot write"):
+        rs.save_run(unsavable, path)
+    assert path.read_bytes() == before
+    assert [each.name for each in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_what_is_no_run_is_not_opened(tmp_path):
+    whole = rs.save_run(simulate(), tmp_path / "run.nc").read_bytes()
+    bad = tmp_path / "bad.nc"
+    for content in (b"", b"not a run", whole[:100], whole[: len(whole) // 2], whole[:-1]):
+        bad.write_bytes(content)
+        with pytest.raises(rs.FileError, match=r"bad\.nc is not a NetCDF-4 file"):
+            rs.open_run(bad)
+    simulate().drop_attrs().to_netcdf(bad, engine="h5netcdf")
+    with pytest.raises(rs.FileError, match="is not a run that RobSim saved"):
+        rs.open_run(bad)
+    for path in (tmp_path / "missing.nc", tmp_path):
+        with pytest.raises(rs.FileError, match="no file"):
+            rs.open_run(path)
+    for path in ("x" * 300, None):
+        with pytest.raises(rs.FileError, match="cannot read"):
+            rs.open_run(path)
+
+
+# ---- too much ----
+
+
+def test_more_than_the_memory_allows_is_refused_with_the_estimate_before_anything_runs():
+    told = []
+    starts = np.tile(START.q, (1000, 1))
+    words = (
+        r"1000 runs with 250001 recorded moments need about 1\d\d\.\d GB, more than 4 GB: record "
+        r"every n-th step \(record=n\) or the end only \(record='summary'\)"
+    )
+    with pytest.raises(rs.InputError, match=words):
+        simulate(starts, duration=10_000.0, progress=told.append)
+    assert told == []
+
+
+def test_the_same_number_of_runs_is_done_when_less_is_recorded():
+    starts = np.tile(turned(10).q, (1000, 1))
+    run = simulate(starts, duration=0.4, record="summary")
+    assert run.outcome.shape == (1000,) and (run.outcome == Outcome.TIME_LIMIT).all()
+    assert "time" not in run.dims
+
+
+# ---- features and laws of a user ----
+
+
+def feature(**methods):
+    return type("Mine", (Plain,), methods)()
+
+
+def law(command):
+    return type("Mine", (), {"command": command})()
+
+
+RETURNED = {
+    "s without a batch at the goal": (
+        {"features": feature(measure=lambda self, seen: seen.points[0].ravel())},
+        "Mine.measure at the goal must return finite numbers of shape (1, k)",
+    ),
+    "s not finite at the goal": (
+        {"features": feature(measure=lambda self, seen: np.full((1, 8), np.nan))},
+        "Mine.measure at the goal must return finite numbers of shape (1, k)",
+    ),
+    "s of no numbers": (
+        {"features": feature(measure=lambda self, seen: "far")},
+        "Mine or JointLaw: a method returned 'far' where numbers are needed",
+    ),
+    "L of a flat shape": (
+        {"features": feature(interaction=lambda self, seen: np.zeros((len(seen.points), 48)))},
+        "a method returned shape (1, 48) where (1, 8, 6) is needed",
+    ),
+    "L of another k": (
+        {"features": feature(interaction=lambda self, seen: np.zeros((1, 6, 6)))},
+        "a method returned shape (1, 6, 6) where (1, 8, 6) is needed",
+    ),
+    "L of nothing": (
+        {"features": feature(interaction=lambda self, seen: None)},
+        "a method returned shape () where (1, 8, 6) is needed",
+    ),
+    "a command for five joints": (
+        {"law": law(lambda self, state: np.zeros((1, 5)))},
+        "Points or Mine: a method returned shape (1, 5) where (1, 6) is needed",
+    ),
+    "a command without a batch": (
+        {"law": law(lambda self, state: np.zeros(6))},
+        "a method returned shape (6,) where (1, 6) is needed; see robsim.testing",
+    ),
+    "a command in words": (
+        {"law": law(lambda self, state: ["left"] * 6)},
+        "Points or Mine: a method returned ['left',",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", RETURNED)
+def test_a_users_feature_or_law_that_returns_what_cannot_be_is_named(case):
+    task, words = RETURNED[case]
+    with pytest.raises(rs.InputError) as error:
+        simulate(task=task)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_shape_that_changes_in_the_middle_of_a_run_is_told(threads):
+    def measure(self, seen):
+        s = Plain.measure(self, seen)
+        return s[:, :6] if 0.65 < seen.depth[0, 0] < 0.7 else s
+
+    with pytest.raises(rs.InputError, match=r"returned shape \(1, 6\) where \(1, 8\) is needed"):
+        simulate(np.stack([START.q, turned(0).q]), duration=5, threads=threads, chunk=1,
+                 task={"features": feature(measure=measure)})  # fmt: skip
+
+
+class Oops(Exception):
+    """Somebody's own."""
+
+
+@pytest.mark.parametrize("method", ["measure", "interaction", "command"])
+def test_an_exception_of_a_users_code_reaches_the_user_as_it_is(method):
+    mistake = Oops("in my own code")
+
+    def fail(self, given):
+        raise mistake
+
+    part = {"law": law(fail)} if method == "command" else {"features": feature(**{method: fail})}
+    with pytest.raises(Oops) as error:
+        simulate(task=part)
+    assert error.value is mistake
+
+
+def test_an_exception_in_one_thread_stops_the_others():
+    steps, calls = 200_000, {"good": 0}
+    near, far = GOAL.q, (GOAL @ rs.Pose.at(0, 0, -0.2)).q
+    both = threading.Barrier(2, timeout=60)
+    met = set()
+
+    def command(self, state):
+        bad = abs(state.error[0, 0]) > 0.01
+        if bad not in met:
+            met.add(bad)
+            both.wait()  # both chunks have begun
+        if bad:
+            raise Oops
+        calls["good"] += 1
+        return np.zeros((1, 6))
+
+    # a command of zero would end in ten periods, so noise keeps the error of the good run alive
+    task = {"law": law(command), "tolerance": 1e-12}
+    with pytest.raises(Oops):
+        simulate([near, far], duration=0.04 * steps, threads=2, chunk=1, task=task, record=1000)
+    assert calls["good"] < steps
+
+
+def test_a_users_progress_function_may_end_the_run_with_its_own_exception():
+    def progress(share):
+        raise Oops(share)
+
+    with pytest.raises(Oops):
+        simulate(progress=progress)
+
+
+def test_progress_goes_from_0_to_1():
+    shares = []
+    simulate(np.tile(START.q, (8, 1)), duration=2, threads=2, chunk=2, progress=shares.append)
+    assert shares == sorted(shares) and shares[0] >= 0 and shares[-1] == pytest.approx(1.0)
+
+
+# ---- too few marks ----
+
+
+def test_three_marks_on_a_line_are_a_warning_that_names_the_cause():
+    line = [[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]]
+    with pytest.warns(rs.RankWarning) as caught:
+        run = simulate(scene=flying(line), duration=2)
+    assert len(caught) == 1 and caught[0].filename == __file__
+    words = (
+        "the features of 'dots' fix only 5 of the 6 motions of camera 'eye' at the goal: its marks "
+        "lie on one line; use at least three marks that are not on one line"
+    )
+    assert words == str(caught[0].message)
+    assert np.isfinite(run.q).all()
+
+
+def test_two_marks_or_one_are_warned_of_and_three_on_a_triangle_are_not():
+    with pytest.warns(rs.RankWarning, match="fix only 4 of the 6 motions"):
+        simulate(scene=flying(SQUARE[:2]))
+    with pytest.warns(rs.RankWarning, match="fix only 2 of the 6 motions"):
+        simulate(scene=flying(SQUARE[:1]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulate(scene=flying(SQUARE[:3]))
+
+
+# ---- every outcome ----
+
+
+def blind(low, high):
+    """A feature that is not finite while the first mark is between two depths."""
+
+    def measure(self, seen):
+        Z = seen.depth[:, :1]
+        return np.where((low < Z) & (high > Z), np.nan, Plain.measure(self, seen))
+
+    return feature(measure=measure)
+
+
+def planar():
+    """A planar arm whose camera looks up; stretched, both joints move it sideways only."""
+    arm = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="arm")
+    eye = rs.Mounted("eye", rs.Camera(K), on="arm.link2")
+    reach = arm.fk([0.3, -0.6])[:3, 3]
+    return rs.Scene([arm], [rs.Object("dot", marks=reach[None] + (0, 0, 1))], [eye])
+
+
+@dataclass
+class Case:
+    """A small run; `end` is when it ends, None for somewhere between start and duration."""
+
+    outcome: Outcome
+    q0: object
+    end: float | None = None
+    scene: object = None
+    goal: object = GOAL
+    task: dict | None = None
+    duration: float = 20.0
+
+
+LOCAL = np.array([[-0.02, 0.05, 0], [0.06, 0.04, 0], [0.1, -0.07, 0], [-0.05, -0.03, 0]])
+HALT = law(lambda self, state: np.zeros(state.jacobian.shape[::2]))
+CASES = {
+    "converged": Case(Outcome.CONVERGED, START),
+    "converged at once": Case(Outcome.CONVERGED, GOAL, 0.0),
+    "local minimum": Case(
+        Outcome.LOCAL_MINIMUM,
+        rs.Pose.at(0, 0, -1),
+        scene=flying(LOCAL),
+        goal=rs.Pose.at(-0.11, -0.24, -0.97, rotvec=(-0.2, 0.2, 1.4)),
+        duration=60.0,
+    ),
+    "a law that does nothing": Case(Outcome.LOCAL_MINIMUM, START, 9 * 0.04, task={"law": HALT}),
+    "out of image": Case(
+        Outcome.OUT_OF_IMAGE, turned(50), scene=flying(size=(640, 480)), task={"gain": 45.0}
+    ),
+    "out of image at once": Case(Outcome.OUT_OF_IMAGE, ASIDE, 0.0, flying(size=(640, 480))),
+    "behind camera": Case(Outcome.BEHIND_CAMERA, turned(175), task={"interaction": "desired"}),
+    "behind camera at once": Case(Outcome.BEHIND_CAMERA, BEHIND, 0.0),
+    "joint limit": Case(Outcome.JOINT_LIMIT, [0.2], 0.04, lift(), [0.45], {"gain": 45.0}),
+    "singular": Case(Outcome.SINGULAR, [0.0, 0.0], 9 * 0.04, planar(), [0.3, -0.6]),
+    "singular mean": Case(Outcome.SINGULAR, turned(180), 9 * 0.04, task={"interaction": "mean"}),
+    "diverged": Case(Outcome.DIVERGED, turned(180)),
+    "not finite": Case(Outcome.NOT_FINITE, START, task={"features": blind(0.65, 0.7)}),
+    "command not finite": Case(
+        Outcome.NOT_FINITE,
+        START,
+        task={"law": law(lambda self, state: rs.JointLaw().command(state) * np.where(
+            np.abs(state.error).max(1) < 0.02, np.nan, 1.0)[:, None])},
+    ),
+    "time limit": Case(Outcome.TIME_LIMIT, START, 1.0, duration=1.0),
+}  # fmt: skip
+
+
+def run_of(case, q0=None, **settings):
+    q0 = case.q0 if q0 is None else q0
+    return simulate(q0, case.scene, case.goal, case.duration, case.task, **settings)
+
+
+def assert_ended(run, case):
+    """The outcome, its time, and NaN after it and nowhere before."""
+    assert outcome(run) == case.outcome
+    end = float(run.end_time)
+    if case.end is not None:
+        assert end == pytest.approx(case.end, abs=1e-12)
+    else:
+        assert 0 < end < case.duration
+    step = round(end / 0.04)
+    assert end == step * 0.04
+    assert np.isfinite(run.q.values[: step + 1]).all()
+    for name, variable in run.data_vars.items():
+        if "time" in variable.dims:
+            assert np.isnan(variable.values[step + 1 :]).all(), name
+    for name in ("s", "pixels", "qd", "error_norm"):
+        assert np.isfinite(run[name].values[:step]).all(), name
+    np.testing.assert_array_equal(run.q_end, run.q.values[step])
+    np.testing.assert_array_equal(run.pixels_end, run.pixels.values[step])
+    assert np.isfinite(run.path_length) and (run.path_length > 0) == (step > 0 and moved(run))
+
+
+def moved(run):
+    return not np.array_equal(run.q0, run.q_end)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_outcome_is_reached_alone_and_in_a_batch_and_nan_comes_after(name):
+    case = CASES[name]
+    alone = run_of(case)
+    assert_ended(alone, case)
+    nq = alone.sizes["coordinate"]
+    goal = np.asarray(case.goal.q if nq == 7 else case.goal)
+    batch = run_of(case, np.stack([alone.q0, goal, alone.q0, alone.q0]), chunk=2, threads=2)
+    for i in (0, 2, 3):
+        assert_ended(batch.isel(run=i), case)
+    assert outcome(batch.isel(run=1)) == Outcome.CONVERGED
+
+
+def test_all_outcomes_but_running_are_reached():
+    assert {case.outcome for case in CASES.values()} == set(Outcome) - {Outcome.RUNNING}
+
+
+@pytest.mark.parametrize("kept", [3, "summary"])
+def test_what_is_recorded_does_not_change_the_end(kept):
+    for case in (CASES["diverged"], CASES["behind camera at once"], CASES["joint limit"]):
+        whole, part = run_of(case), run_of(case, record=kept)
+        for name in ("outcome", "end_time", "path_length", "q_end", "pixels_end", "pixel_error"):
+            np.testing.assert_array_equal(part[name], whole[name])
+
+
+def test_every_outcome_has_a_sentence_for_the_user():
+    for each in Outcome:
+        words, message = each.name.lower().replace("_", " "), each.message
+        assert message.startswith(f"{words}: ") and len(message) > len(words) + 20
+
+
+# ---- the order where several outcomes hold at one instant ----
+
+
+class Jump:
+    """A law that moves one joint by `way` in the first period of 40 ms, and gives `then` later."""
+
+    def __init__(self, way, then=0.0, joint=0):
+        self.way, self.then, self.joint, self.calls = way, then, joint, 0
+
+    def command(self, state):
+        self.calls += 1
+        qd = np.zeros(state.jacobian.shape[::2])
+        qd[:, self.joint] = self.way / 0.04 if self.calls == 1 else self.then
+        return qd
+
+
+def unsteady():
+    """A feature that is not finite as soon as anything has moved."""
+
+    class Mine(Plain):
+        calls = 0
+
+        def measure(self, seen):
+            self.calls += 1
+            s = Plain.measure(self, seen) + 0.1 * (self.calls > 1)
+            return s if self.calls < 3 else s * np.nan
+
+    return Mine()
+
+
+@pytest.mark.parametrize(
+    ("way", "limit", "features", "expected"),
+    [
+        (0.1, 4.0, Plain(), Outcome.TIME_LIMIT),
+        (0.6, 4.0, Plain(), Outcome.OUT_OF_IMAGE),
+        (np.pi, 4.0, Plain(), Outcome.BEHIND_CAMERA),
+        (0.6, 0.5, Plain(), Outcome.JOINT_LIMIT),
+        (np.pi, 0.5, Plain(), Outcome.JOINT_LIMIT),
+        (0.1, 4.0, unsteady, Outcome.NOT_FINITE),
+        (0.6, 4.0, unsteady, Outcome.OUT_OF_IMAGE),
+        (np.pi, 4.0, unsteady, Outcome.BEHIND_CAMERA),
+        (0.6, 0.5, unsteady, Outcome.JOINT_LIMIT),
+    ],
+)
+def test_the_first_of_the_order_is_given_where_several_hold(way, limit, features, expected):
+    """JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, a feature that is not finite, TIME_LIMIT."""
+    features = features() if callable(features) else features
+    task = {"law": Jump(way), "features": features}
+    run = simulate([0.05], turret(limit), [0.0], 0.04, task)
+    assert outcome(run) == expected and float(run.end_time) == 0.04
+
+
+def test_behind_the_camera_comes_before_out_of_the_image_whichever_mark_is_which():
+    for marks in (((0, 0, 1), (1, 0, 0.5)), ((1, 0, 0.5), (0, 0, 1))):
+        scene = turret(marks=marks, size=(2000, 480))
+        run = simulate([-1.9], scene, [-0.3])
+        seen = scene.view([-1.9], points="dots").visibility
+        assert set(seen.tolist()) == {rs.Visibility.BEHIND_CAMERA, rs.Visibility.OUT_OF_IMAGE}
+        assert outcome(run) == Outcome.BEHIND_CAMERA and float(run.end_time) == 0.0
+
+
+def test_a_state_that_overflows_is_not_finite_before_it_is_a_joint_limit():
+    """A command of 1e308 m/s is a number; held for ten seconds it leads nowhere."""
+    run = simulate([0.2], lift(), [0.4], dt=10.0, duration=20, task={"law": Jump(0.04e308)})
+    assert outcome(run) == Outcome.NOT_FINITE and float(run.end_time) == 10.0
+
+
+def test_convergence_comes_before_divergence_a_bad_command_and_the_time_limit():
+    class Far(Plain):
+        """One error of 1 between 0.7 and 50 m, and none elsewhere."""
+
+        def measure(self, seen):
+            Z = seen.depth[:, :1]
+            return np.where((Z > 0.7) & (Z < 50), 1.0, 0.0)
+
+        def interaction(self, seen):
+            return np.tile([[0.0, 0, 1, 0, 0, 0]], (len(seen.depth), 1, 1))
+
+    back = Jump(-100.0, then=NAN, joint=2)
+    with pytest.warns(rs.RankWarning):
+        run = simulate(START, task={"features": Far(), "law": back}, duration=0.04)
+    assert outcome(run) == Outcome.CONVERGED and float(run.end_time) == 0.04
+
+
+def test_divergence_comes_before_a_bad_command_and_the_time_limit():
+    run = simulate(START, task={"law": Jump(-100.0, then=NAN, joint=2)}, duration=0.04)
+    assert outcome(run) == Outcome.DIVERGED and float(run.end_time) == 0.04
+
+
+def test_a_stall_comes_before_the_time_limit():
+    run = simulate(START, task={"law": HALT}, duration=9 * 0.04)
+    assert outcome(run) == Outcome.LOCAL_MINIMUM
+    run = simulate(START, task={"law": HALT}, duration=8 * 0.04)
+    assert outcome(run) == Outcome.TIME_LIMIT
+
+
+# ---- Ctrl-C ----
+
+ENDLESS = {"dt": 0.04, "duration": 400_000.0, "noise": 0.5, "record": 100}
+TASKS = {"built in": {"tolerance": 1e-12}, "a user's": {"tolerance": 1e-12, "law": Law()}}
+
+
+def interrupted(q0=START, task="built in", progress=None, **settings):
+    """The error of a run that Ctrl-C stops once something has been done."""
+
+    def stop(share):
+        if share > 0:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(rs.Interrupted) as error:
+        simulate(q0, task=TASKS[task], **{**ENDLESS, **settings}, progress=progress or stop)
+    return error.value
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_keeps_what_was_simulated_so_far(task, threads, tmp_path):
+    starts = np.stack([START.q, GOAL.q, turned(20).q])
+    error = interrupted(starts, task, threads=threads, chunk=2)
+    assert str(error) == "stopped by the user; what was simulated so far is in .run"
+    run = error.run
+    assert (run.outcome == Outcome.RUNNING).all() and np.isnan(run.end_time).all()
+    steps = run.sizes["time"]
+    for i in range(3):
+        done = np.isfinite(run.q.values[i]).all(axis=1)
+        count = int(done.sum())
+        assert done[:count].all() and count < steps
+        for name in ("q", "qd", "s", "pixels", "camera_pose", "error_norm"):
+            assert np.isfinite(run[name].values[i, :count]).all(), name
+            assert np.isnan(run[name].values[i, count:]).all(), name
+    assert np.isfinite(run.q.values[:2, 0]).all()
+    back = rs.open_run(rs.save_run(run, tmp_path / "run.nc"))
+    np.testing.assert_array_equal(back.q, run.q)
+
+
+def test_what_is_kept_is_the_beginning_of_the_whole_run():
+    run = interrupted().run
+    count = int(np.isfinite(run.q.values[:, 0]).sum())
+    assert count > 10
+    whole = simulate(task=TASKS["built in"], **{**ENDLESS, "duration": 40.0})
+    assert outcome(whole) == Outcome.TIME_LIMIT
+    np.testing.assert_array_equal(run.q.values[:11], whole.q.values[:11])
+
+
+def test_runs_that_were_over_before_ctrl_c_keep_their_end():
+    error = interrupted(np.stack([BEHIND.q, START.q]), threads=1)
+    assert error.run.outcome.values.tolist() == [Outcome.BEHIND_CAMERA, Outcome.RUNNING]
+    assert error.run.end_time.values[0] == 0.0 and np.isnan(error.run.end_time.values[1])
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there are no timers of signals here")
+def test_ctrl_c_reaches_a_run_without_a_progress_function():
+    def stop(number, frame):
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, stop)
+    simulate()  # what is imported and compiled is there before the clock runs
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    try:
+        error = interrupted(progress=lambda share: None)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert outcome(error.run) == Outcome.RUNNING
+
+
+# ---- known gaps ----
+
+
+GAPS = {
+    "gain in a text": lambda: rs.IBVS(gain="2"),
+    "dt in a text": lambda: simulate(dt="0.04"),
+    "a number beyond floats": lambda: simulate(seed=10**400),
+    "q0 ragged": lambda: simulate([[0] * 7, [0]]),
+    "q0 of two batches": lambda: two_arms().coordinates({"a": [[0], [0]], "b": [[0], [0], [0]]}),
+    "a scene of a number": lambda: rs.Scene(3),
+    "an object of numbers": lambda: rs.Object("a", [3]),
+    "links of a number": lambda: rs.Robot("a", 3),
+    "limits of three": lambda: rs.Joint("revolute", limits=(1, 2, 3)),
+    "limits of words": lambda: rs.Joint("revolute", limits=("a", "b")),
+    "poses of two batches": lambda: rs.Pose(np.tile(np.eye(4), (2, 1, 1))) @ np.tile(
+        np.eye(4), (3, 1, 1)),
+}  # fmt: skip
+
+
+@pytest.mark.xfail(strict=True, reason="these reach NumPy or Python unchecked")
+@pytest.mark.parametrize("case", GAPS)
+def test_what_is_not_refused_clearly_yet(case):
+    with pytest.raises(rs.InputError):
+        GAPS[case]()
+
+
+@pytest.mark.xfail(strict=True, reason="a 4 x 4 array is kept as it is", raises=Exception)
+def test_a_matrix_is_taken_where_a_pose_is():
+    there = np.array(rs.Pose.at(0, 0, 1))
+    assert rs.Joint("revolute", place=there).place == rs.Pose(there)
+    assert rs.Block(1, 1, 1, pose=there).vertices.shape == (8, 3)
