@@ -6,6 +6,7 @@ import os
 import platform
 import tempfile
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ import numba
 import numpy as np
 import xarray as xr
 
-import robsim
 from robsim import describe
 from robsim.arrays import Array
 from robsim.camera import Camera
@@ -30,6 +30,7 @@ from robsim.servo.inverse import product
 if TYPE_CHECKING:
     from robsim.simulate import Loop
 
+VERSION = version("robsim")  # of the package that was installed
 BLOCK = 65536  # moments that are turned into poses and velocities at a time
 UNITS = {
     "camera_pose": "m",
@@ -178,7 +179,7 @@ def _provenance(loop: Loop, scene: Scene, task: IBVS, single: bool) -> dict[str,
         text, settings["no_scenario"] = "", str(reason)
     return {
         "title": "RobSim run",
-        "robsim": robsim.__version__,
+        "robsim": VERSION,
         "kernel_hash": KERNEL_HASH,
         "numpy": np.__version__,
         "numba": numba.__version__,

@@ -48,7 +48,7 @@ def simulate(
     record: Record = "all",
     run: int = 0,
     threads: int | None = None,
-    chunk: int = 1024,
+    chunk: int = 256,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Close the loop from q0 and return what happened, as an xarray.Dataset.

@@ -271,6 +271,8 @@ def test_help_and_version(robsim):
     for arguments in (["--help"], ["-h"], ["run", "--help"]):
         done = robsim(*arguments)
         assert done.status == 0 and "Usage: " in done.out
+    nothing = robsim()
+    assert "Usage: " in nothing.out + nothing.err
     assert rs.__version__ in robsim("--version").out
 
 
@@ -289,7 +291,8 @@ BAD = {
     "an angle for a length": ('["40 cm"]', '["40 deg"]', "task.goal.q[0]", "'40 deg'", "cm"),
     "a length for a time": ('"40 ms"', '"40 cm"', "run.dt", "'40 cm'", "ms"),
     "unknown key": ("gain = 2", "gian = 2", "task", "'gian'", "did you mean 'gain'?"),
-    "unknown robot": ("[[objects]]", '[[robots]]\nmodel = "puma"\n[[objects]]', "puma560"),
+    "unknown robot": (
+        "[[objects]]", '[[robots]]\nmodel = "puma"\n[[objects]]', "'puma'", "mean 'puma560'?"),
     "unknown frame": ('"lift.deck"', '"lift.dek"', "cameras.eye.on", "'lift.dek'", "'lift.deck'"),
     "unknown camera": ('camera = "eye"', 'camera = "ey"', "task.camera", "'ey'", "'eye'"),
     "unknown target": ('target = "dots"', 'target = "dot"', "task.target", "'dot'", "'dots'"),
@@ -333,7 +336,7 @@ def test_files_that_cannot_be_read_are_told(robsim):
         robsim(command, "huge.toml").told("huge.toml: larger than 4 MB")
         robsim(command, "binary.toml").told("binary.toml: not text", "UTF-8")
         robsim(command, "folder.toml").told("folder.toml: this is a folder")
-        robsim(command, "x" * 300).told("File name too long")
+        robsim(command, "x" * 300).told("xxxxx")
         robsim(command, "lift.toml/x").told("lift.toml/x: no such file")
         robsim(command, "").told("this is a folder")
     assert files() == before
@@ -365,7 +368,6 @@ def test_unknown_commands_options_and_names_are_told(robsim):
         (["run"], "Missing argument 'FILE'"),
         (["run", "lift.toml", "--foce"], "No such option"),
         (["run", "lift.toml", "-o"], "requires an argument"),
-        ([], "Usage"),
     ):
         done = robsim(*arguments)
         assert done.status == 2 and part in done.err + done.out
@@ -510,7 +512,7 @@ def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here
     err = seen.decode()
     assert child.returncode == 130
     assert "stopped; what was simulated so far is in endless-run" in err
-    assert "Traceback" not in err and out == "Without end\n"
+    assert "Traceback" not in err and out.startswith("Without end\n") and "outcome" not in out
     assert files("endless-run") == ["run.nc", "scenario.toml"]
     run = rs.open_run("endless-run/run.nc")
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.RUNNING and np.isnan(run.end_time)

@@ -476,7 +476,7 @@ def test_what_is_no_run_is_not_opened(tmp_path):
         with pytest.raises(rs.FileError, match="no file"):
             rs.open_run(path)
     for path in ("x" * 300, None):
-        with pytest.raises(rs.FileError, match="cannot read"):
+        with pytest.raises(rs.FileError, match=r"cannot read|no file"):
             rs.open_run(path)
 
 
@@ -603,13 +603,13 @@ def test_an_exception_in_one_thread_stops_the_others():
         if bad:
             raise Oops
         calls["good"] += 1
-        return np.zeros((1, 6))
+        return 1e-6 * rs.JointLaw().command(state)
 
-    # a command of zero would end in ten periods, so noise keeps the error of the good run alive
-    task = {"law": law(command), "tolerance": 1e-12}
+    task = {"law": law(command), "tolerance": 1e-12}  # which noise does not let the good one reach
+    settings = {"duration": 0.04 * steps, "record": 1000, "noise": 0.5}
     with pytest.raises(Oops):
-        simulate([near, far], duration=0.04 * steps, threads=2, chunk=1, task=task, record=1000)
-    assert calls["good"] < steps
+        simulate([near, far], threads=2, chunk=1, task=task, **settings)
+    assert met == {False, True} and 1 <= calls["good"] < steps // 2
 
 
 def test_a_users_progress_function_may_end_the_run_with_its_own_exception():
@@ -879,11 +879,20 @@ def test_a_stall_comes_before_the_time_limit():
 
 # ---- Ctrl-C ----
 
+
+@pytest.fixture(autouse=True)
+def listening():
+    """Ctrl-C is heard even where the shell that started us had it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 ENDLESS = {"dt": 0.04, "duration": 400_000.0, "noise": 0.5, "record": 100}
 TASKS = {"built in": {"tolerance": 1e-12}, "a user's": {"tolerance": 1e-12, "law": Law()}}
 
 
-def interrupted(q0=START, task="built in", progress=None, **settings):
+def interrupted(q0=START, task="built in", **settings):
     """The error of a run that Ctrl-C stops once something has been done."""
 
     def stop(share):
@@ -891,7 +900,7 @@ def interrupted(q0=START, task="built in", progress=None, **settings):
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(rs.Interrupted) as error:
-        simulate(q0, task=TASKS[task], **{**ENDLESS, **settings}, progress=progress or stop)
+        simulate(q0, task=TASKS[task], **{**ENDLESS, **settings}, progress=stop)
     return error.value
 
 
@@ -911,7 +920,7 @@ def test_ctrl_c_keeps_what_was_simulated_so_far(task, threads, tmp_path):
         for name in ("q", "qd", "s", "pixels", "camera_pose", "error_norm"):
             assert np.isfinite(run[name].values[i, :count]).all(), name
             assert np.isnan(run[name].values[i, count:]).all(), name
-    assert np.isfinite(run.q.values[:2, 0]).all()
+    assert np.isfinite(run.q.values[:, 0]).any()
     back = rs.open_run(rs.save_run(run, tmp_path / "run.nc"))
     np.testing.assert_array_equal(back.q, run.q)
 
@@ -940,11 +949,12 @@ def test_ctrl_c_reaches_a_run_without_a_progress_function():
     simulate()  # what is imported and compiled is there before the clock runs
     signal.setitimer(signal.ITIMER_REAL, 0.5)
     try:
-        error = interrupted(progress=lambda share: None)
+        with pytest.raises(rs.Interrupted) as error:
+            simulate(task=TASKS["built in"], **ENDLESS)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
-    assert outcome(error.run) == Outcome.RUNNING
+    assert outcome(error.value.run) == Outcome.RUNNING
 
 
 # ---- known gaps ----

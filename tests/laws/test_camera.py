@@ -13,6 +13,7 @@ from robsim.camera import (
     intrinsics_from_chapter,
 )
 from robsim.errors import InputError
+from robsim.kernels import camera as kernels
 from robsim.pose import Pose
 from robsim.primitives import CameraBody
 
@@ -141,6 +142,20 @@ def test_distortion_is_brown_s_model(lens):
         y * f + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
     ]
     close(Camera(np.eye(3), distortion=lens).project([[x, y, 1]], HERE), [bent], 1e-15)
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_the_derivative_of_the_lens_is_met_by_differences_of_second_order(lens):
+    k = tuple(np.pad(lens, (0, 8 - len(lens))))
+    x, y, steps = 0.7, -0.4, np.array([4e-2, 2e-2, 1e-2])
+    xx, xy, yy = kernels.distort_jacobian(x, y, k)
+    for (dx, dy), column in (((1, 0), (xx, xy)), ((0, 1), (xy, yy))):
+        ahead, behind = (
+            np.array([kernels.distort(x + s * h * dx, y + s * h * dy, k) for h in steps])
+            for s in (1, -1)
+        )
+        errors = np.abs((ahead - behind) / (2 * steps[:, None]) - column).max(axis=1)
+        assert (np.diff(np.log(errors)) / np.diff(np.log(steps)) >= 1.8).all()
 
 
 @pytest.mark.parametrize("lens", LENSES)

@@ -377,6 +377,16 @@ def test_only_the_base_has_no_parent():
         robot_of(rs.Link("a"))
 
 
+@pytest.mark.parametrize(
+    "base",
+    [rs.Link("base", joint=rs.Joint("prismatic")), rs.Link("base", "other")],
+    ids=["moves", "hangs"],
+)
+def test_the_base_neither_moves_nor_hangs_from_anything(base):
+    with pytest.raises(rs.InputError, match="it hangs from nothing and does not move"):
+        rs.Robot("odd", [base, rs.Link("a", "base", rs.Joint("revolute"))])
+
+
 def test_a_robot_has_links():
     for nothing in ([], ["base"]):
         with pytest.raises(rs.InputError, match="robot 'odd' needs at least one Link"):

@@ -117,6 +117,8 @@ def test_the_constants_agree_with_the_spellings(unit):
         "٣ cm",
         "1+1 cm",
         "1" * 2000 + " cm",
+        " " * 998 + "!",  # and at once: no spelling takes long to refuse
+        "1" + " " * 900 + "cm!",
         0.2286,
         True,
         None,

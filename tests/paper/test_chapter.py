@@ -328,8 +328,8 @@ def workplace(rhino):
 def guided(workplace):
     """The run from one start to home, by a law."""
 
-    def run(law):
-        return rs.simulate(workplace, rs.IBVS(law=law), FROM, duration=40)
+    def run(law, start=FROM):
+        return rs.simulate(workplace, rs.IBVS(law=law), start, duration=40)
 
     return run
 
@@ -342,9 +342,11 @@ def test_erratum_7_the_two_laws_take_different_paths_on_an_arm_of_five_joints(gu
 
 
 def test_erratum_7_the_camera_law_can_raise_the_error_and_the_joint_law_does_not(guided):
-    joint, camera = (guided(law).lyapunov.dropna("time").values for law in ("joint", "camera"))
+    """No joint velocity realises the twist that the camera law asks for."""
+    start = np.radians([-13, -63, 69, 12, -121])
+    joint, camera = (guided(law, start).lyapunov.dropna("time") for law in ("joint", "camera"))
     assert (np.diff(joint) < 0).all()
-    assert camera.max() > 1.1 * camera[0]
+    assert camera.max() > 1.5 * camera[0]
 
 
 def test_erratum_7_the_camera_law_depends_on_the_unit_of_length(guided):
@@ -354,49 +356,40 @@ def test_erratum_7_the_camera_law_depends_on_the_unit_of_length(guided):
     np.testing.assert_array_equal(metre.q, guided("camera").q)  # a metre unless told
 
 
-def by_hand(unit, steps, dt=0.04, gain=1.0):
+def camera_by_hand(q, unit):
+    """Pose of the camera and its Jacobian in its own axes, lengths in `unit` metres."""
+    T, axes = np.eye(4), []
+    for angle, (d, a, alpha, _) in zip(q, DH_CM_DEG.values(), strict=True):
+        axes.append((T[:3, 2], T[:3, 3]))
+        T = T @ dh(angle, d * 0.01 / unit, a * 0.01 / unit, np.radians(alpha))
+    T[:3, 3] += T[:3, :3] @ HAND_EYE.position / unit
+    J = np.array([[*np.cross(z, T[:3, 3] - o), *z] for z, o in axes]).T
+    return T, np.kron(np.eye(2), T[:3, :3].T) @ J
+
+
+def path_by_hand(law, unit, steps, dt=0.04, gain=1.0):
     """Eqs. (3), (4), (8), (14) and (19) in plain NumPy, every length in `unit` metres."""
-
-    def camera_and_jacobian(q):
-        T, axes = np.eye(4), []
-        for angle, (d, a, alpha, _) in zip(q, DH_CM_DEG.values(), strict=True):
-            axes.append((T[:3, 2], T[:3, 3]))
-            T = T @ dh(angle, d * 0.01 / unit, a * 0.01 / unit, np.radians(alpha))
-        T = T @ np.block([[np.eye(3), HAND_EYE.position[:, None] / unit], [0, 0, 0, 1]])
-        J = np.array([[*np.cross(z, T[:3, 3] - o), *z] for z, o in axes]).T
-        turned = np.kron(np.eye(2), T[:3, :3].T)  # into camera axes
-        return T, turned @ J
-
-    marks = (CUBE @ CUBE_TOP) / unit
+    marks, path = (CUBE @ CUBE_TOP) / unit, [FROM]
     home = np.radians([row[3] for row in DH_CM_DEG.values()])
-    _, s_goal = image(camera_and_jacobian(home)[0], marks)
-    path = [FROM]
+    _, s_goal = image(camera_by_hand(home, unit)[0], marks)
     for _ in range(steps):
-        T, J = camera_and_jacobian(path[-1])
+        T, J = camera_by_hand(path[-1], unit)
         X, s = image(T, marks)
-        V = -gain * np.linalg.pinv(interaction(X)) @ (s - s_goal)
-        path.append(path[-1] + dt * np.linalg.pinv(J) @ V)
+        L, e = interaction(X), s - s_goal
+        pinv = np.linalg.pinv
+        rate = pinv(L @ J) @ e if law == "joint" else pinv(J) @ (pinv(L) @ e)
+        path.append(path[-1] - dt * gain * rate)
     return np.array(path)
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.01, 0.1])
 def test_erratum_7_the_length_is_the_unit_in_which_all_is_computed_by_hand(guided, unit):
     """`CameraLaw(0.01)` is the chapter, which computes in centimetres."""
-    close(guided(rs.CameraLaw(unit)).q[:101], by_hand(unit, 100), 1e-9)
+    by_hand = path_by_hand("camera", unit, 100)
+    close(guided(rs.CameraLaw(unit)).q[:101], by_hand, 1e-9)
 
 
-def test_erratum_7_the_joint_law_needs_no_length(guided):
-    """(L J)^+ maps features to joints: the unit cancels in L J."""
-    run = guided("joint")
-    for unit in (1.0, 0.01):
-        scale = np.array([unit] * 3 + [1.0] * 3)
-        e, V = run.error.values[0], run.camera_velocity.values[0]
-        T = rs.Pose(run.camera_pose.values[0])
-        X, _ = image(T, CUBE @ CUBE_TOP)
-        J = rs.robots.rhino_xr4().jacobian(FROM)
-        lever = T.position - rs.robots.rhino_xr4().fk(FROM)[:3, 3]
-        J = np.vstack([J[:3] + np.cross(J[3:].T, lever).T, J[3:]])
-        J = np.kron(np.eye(2), T.rotation.T) @ J
-        reach = (interaction(X) * scale) @ (J / scale[:, None])
-        close(run.qd.values[0], -np.linalg.pinv(reach) @ e, 1e-11)
-        close(V, J @ run.qd.values[0], 1e-13)
+@pytest.mark.parametrize("unit", [1.0, 0.01])
+def test_erratum_7_the_joint_law_is_the_same_in_every_unit(guided, unit):
+    """L J maps joints to features: the unit of length cancels."""
+    close(guided("joint").q[:101], path_by_hand("joint", unit, 100), 1e-9)

@@ -1,0 +1,167 @@
+"""What users may rely on: names, the order of arguments, docstrings, and what is in the package."""
+
+import ast
+import importlib
+import importlib.metadata
+import inspect
+from pathlib import Path
+
+import click
+import pytest
+
+import robsim as rs
+from robsim import cli, plot
+
+PACKAGE = Path(rs.__file__).parent
+CLASSIC = [
+    *("init_block", "init_circ", "init_cam", "move_block", "move_circ", "move_cam"),
+    *("plot_block", "plot_circ", "plot_cam", "point_view"),
+]
+SIGNATURES = {
+    "Pose.at": "x y z rpy rotvec frames",
+    "Pose": "matrix frames",
+    "Block": "length width height color pose",
+    "Wheel": "radius width n color pose",
+    "CameraBody": "length width height color pose",
+    "Camera": "K size body distortion",
+    "Camera.from_chapter": "f px py alpha u0 v0 size body",
+    "Camera.project": "self points T_w_c",
+    "Robot.from_dh": "rows convention joints home limits name",
+    "Robot.fk": "self q link",
+    "Robot.frames": "self q",
+    "Robot.jacobian": "self q link",
+    "Scene": "robots objects cameras display",
+    "Scene.view": "self q camera points",
+    "IBVS": "goal camera target features",
+    "simulate": "scene task q0 dt duration seed",
+    "load_scenario": "path",
+    "save_run": "run path",
+    "open_run": "path",
+    "plot.scene": "scene",
+    "plot.image": "run",
+    "plot.velocity": "run",
+    "plot.run": "run scene",
+    "robots.names": "",
+    "robots.load": "name",
+    "units.parse": "text dimension",
+}
+MEMBERS = {
+    "Pose": "matrix position rotation quaternion rotvec inv exp",
+    "Block": "vertices edges faces at",
+    "Robot": "nq nv limits fk frames jacobian",
+    "Outcome": "CONVERGED LOCAL_MINIMUM OUT_OF_IMAGE BEHIND_CAMERA JOINT_LIMIT SINGULAR DIVERGED "
+    "NOT_FINITE TIME_LIMIT message",
+    "Camera": "project visibility normalise from_chapter",
+}
+
+
+def exported():
+    """The names that `__init__` hands on, with the names they have where they come from."""
+    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "robsim":
+            yield from ((alias.name, alias.asname) for alias in node.names)
+
+
+NAMES = sorted({name for _, name in exported() if name})
+CLASSES = [name for name in NAMES if inspect.isclass(getattr(rs, name))]
+
+
+def value(path):
+    found = rs
+    for name in path.split("."):
+        found = getattr(found, name)
+    return found
+
+
+def test_every_name_is_handed_on_as_it_is():
+    for name, public in exported():
+        assert public == name and not name.startswith("_")
+    assert len(NAMES) > 30 and set(NAMES) <= set(dir(rs))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_public_name_has_a_docstring(name):
+    found = getattr(rs, name)
+    text = inspect.getdoc(found)
+    assert text and text.strip().split("\n")[0].rstrip().endswith((".", ":", ")"))
+    assert not text.startswith(f"{name}(")  # what a dataclass writes when there is none
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_every_public_member_of_a_class_has_a_docstring(name):
+    for member, found in vars(getattr(rs, name)).items():
+        described = isinstance(found, property | classmethod) or inspect.isfunction(found)
+        described |= type(found).__name__ == "cached_property"
+        if described and not member.startswith("_"):
+            assert inspect.getdoc(getattr(found, "__func__", found)), f"{name}.{member}"
+
+
+@pytest.mark.parametrize("path", SIGNATURES)
+def test_a_name_that_users_rely_on_is_there_with_its_arguments_in_order(path):
+    given = list(inspect.signature(inspect.unwrap(value(path))).parameters)
+    wanted = SIGNATURES[path].split()
+    assert [name for name in given if name in wanted] == wanted
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_a_member_that_users_rely_on_is_there(name):
+    assert all(hasattr(getattr(rs, name), member) for member in MEMBERS[name].split())
+
+
+def test_the_defaults_of_a_run_are_those_of_the_documentation():
+    given = inspect.signature(rs.simulate).parameters
+    defaults = {name: given[name].default for name in ("q0", "dt", "duration", "seed", "noise")}
+    assert defaults == {"q0": None, "dt": 0.04, "duration": 10.0, "seed": 0, "noise": 0.0}
+
+
+def test_robots_of_the_library_are_functions_by_name():
+    for name in rs.robots.names():
+        assert getattr(rs.robots, name)().name == name and name in dir(rs.robots)
+    with pytest.raises(
+        AttributeError, match="no robot 'rhino' in the library; robots: free_camera"
+    ):
+        _ = rs.robots.rhino
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="module 'robsim' has no attribute 'simulat'"):
+        _ = rs.simulat
+    assert not hasattr(rs, "_private")
+
+
+def test_classic_gives_exactly_the_ten_names_of_the_chapter():
+    space = {}
+    exec("from robsim.classic import *", space)
+    assert sorted(set(space) - {"__builtins__"}) == sorted(CLASSIC)
+    for name in CLASSIC:
+        assert inspect.getdoc(space[name])
+
+
+def test_plot_gives_its_functions():
+    assert rs.plot is plot
+    assert {"scene", "image", "velocity", "run"} <= set(dir(plot))
+
+
+def test_the_command_line_has_its_commands_with_a_sentence_each():
+    assert isinstance(cli.cli, click.Group)
+    assert {"demo", "run", "check", "robots", "examples"} <= set(cli.cli.commands)
+    for command in cli.cli.commands.values():
+        assert command.help and command.help.split("\n")[0].endswith(".")
+
+
+def test_the_version_is_that_of_the_package():
+    assert importlib.metadata.version("robsim") == rs.__version__
+
+
+def test_types_robots_and_examples_are_packaged():
+    assert (PACKAGE / "py.typed").is_file()
+    assert rs.robots.names() and all(rs.robots.file(name).is_file() for name in rs.robots.names())
+    examples = importlib.import_module("robsim.examples")
+    assert examples.names() and all(examples.path(name).is_file() for name in examples.names())
+
+
+def test_robsim_is_the_command_and_the_module():
+    scripts = importlib.metadata.entry_points(group="console_scripts", name="robsim")
+    assert [script.value for script in scripts] == ["robsim.cli:main"]
+    assert (PACKAGE / "__main__.py").is_file()

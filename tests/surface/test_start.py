@@ -1,0 +1,85 @@
+"""A quick start: what `import robsim` loads, and what the kernels may import."""
+
+import ast
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import robsim
+
+LATE = ("matplotlib", "viser", "xarray", "pandas", "pydantic", "scipy", "click", "h5netcdf", "h5py")
+KERNELS = sorted((Path(robsim.__file__).parent / "kernels").glob("*.py"))
+MACHINERY = {
+    "hashlib",
+    "os",
+    "sys",
+    "collections.abc",
+    "pathlib",
+    "typing",
+    "llvmlite",
+}  # of jit.py
+
+
+@cache
+def loaded_by(code):
+    """The top-level modules that a fresh Python has loaded after some code."""
+    code += "\nimport json, sys; print(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
+    assert done.stderr == ""
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+@pytest.mark.parametrize(
+    ("code", "allowed"),
+    [
+        ("import robsim", ()),
+        ("import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()", ()),
+        ("import robsim.testing, robsim.examples", ()),
+        ("import robsim as rs; rs.load_scenario", ("pydantic",)),
+        ("import robsim as rs; rs.open_run", ("xarray", "pandas")),
+        ("import robsim.cli", ("click",)),
+        ("import robsim.classic", ()),
+    ],
+)
+def test_what_is_heavy_is_loaded_only_by_what_needs_it(code, allowed):
+    loaded = loaded_by(code)
+    assert "robsim" in loaded
+    assert set(LATE) & loaded - loaded_by("import numba") <= set(allowed)  # it looks for SciPy
+
+
+def imports(path):
+    """The modules that a file imports, wherever the statement stands."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path.name}: a relative import"
+            yield node.module
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
+def test_kernels_import_math_numpy_numba_and_kernels_only(path):
+    allowed = {"math", "numpy", "numba", "robsim.kernels"} | (
+        MACHINERY if path.stem == "jit" else {"typing"}
+    )
+    others = {
+        name
+        for name in imports(path)
+        if name not in allowed and not name.startswith("robsim.kernels.")
+    }
+    assert not others
+
+
+def test_kernels_work_without_the_rest_of_us():
+    """Only the package itself, which is imported first, brings what is not a kernel."""
+    code = "import sys, types; from pathlib import Path; import importlib.util as u\n"
+    code += f"root = types.ModuleType('robsim'); root.__path__ = [{str(KERNELS[0].parents[1])!r}]\n"
+    code += "sys.modules['robsim'] = root\n"
+    code += "".join(f"import robsim.kernels.{path.stem}\n" for path in KERNELS[1:])
+    code += "ours = [m for m in sys.modules if m.startswith('robsim.')]\n"
+    code += "assert all(m.startswith('robsim.kernels') for m in ours), ours"
+    assert not set(LATE) & loaded_by(code) - loaded_by("import numba")
