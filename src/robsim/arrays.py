@@ -17,10 +17,12 @@ def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
 
     InputError names `what` if it is not numeric, not finite, or of another shape.
     """
-    wanted = "(..., " + ", ".join(map(str, shape)) + ")"
+    wanted = "(..., " + ", ".join(map(str, shape)) + ")" if shape else "() or (...)"
     try:
+        if np.asarray(value).dtype.kind in "USM":
+            raise TypeError("texts and dates are no numbers, even where NumPy reads them so")
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what}: expected numbers of shape {wanted}, got {value!r:.80}") from None
     tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
     if tail is None or any(

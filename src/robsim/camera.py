@@ -20,6 +20,7 @@ from robsim.errors import InputError
 from robsim.kernels import camera as kernels
 from robsim.pose import Pose, as_pose
 from robsim.primitives import CameraBody
+from robsim.value import Value
 
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
 
@@ -41,7 +42,7 @@ def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
 
     The rows change places, and Ki is written for the chapter's camera axes.
     """
-    return numbers(Ki, "Ki", (3, 3))[[1, 0, 2]] @ T_CHAPTER_CAMERA.rotation
+    return numbers(Ki, "Ki", (3, 3))[..., [1, 0, 2], :] @ T_CHAPTER_CAMERA.rotation
 
 
 def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, v0: float) -> Array:
@@ -59,8 +60,8 @@ def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, 
     return np.array([[-f / (px * np.cos(a)), 0, u0], [f * np.tan(a) / py, f / py, v0], [0, 0, 1]])
 
 
-@dataclass(frozen=True)
-class Camera:
+@dataclass(frozen=True, eq=False)
+class Camera(Value):
     """A perspective camera with skew and radial-tangential distortion.
 
     K is [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels; `size` is (width, height) in pixels,
@@ -82,6 +83,8 @@ class Camera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "K", frozen(_checked_intrinsics(self.K)))
         object.__setattr__(self, "size", _checked_size(self.size))
+        if not isinstance(self.body, CameraBody | None):
+            raise InputError(f"body: expected a CameraBody, got {self.body!r:.80}")
         lens = numbers(self.distortion, "distortion", ("n",))
         if lens.shape not in ((0,), (4,), (5,), (8,)):
             raise InputError(
@@ -89,7 +92,7 @@ class Camera:
                 f"got {lens.size}"
             )
         if (np.abs(lens) > 1e6).any():
-            raise InputError(f"distortion: no lens has coefficients beyond 1e6, got {lens.tolist()}")
+            raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")
         object.__setattr__(self, "distortion", tuple(lens.tolist()))
 
     @classmethod
@@ -138,13 +141,15 @@ class Camera:
     def normalise(self, pixels: ArrayLike) -> Array:
         """(..., N, 2) points at unit depth that project to these pixels: undistorted.
 
+        NaN for a pixel that the lens cannot reach.
+
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).normalise([[400, 240]])
         array([[0.1, 0. ]])
         """
         first = numbers(pixels, "pixels", ("N", 2))
         last = runs_last(first, 2)
         x = np.empty_like(last)
-        kernels.normalise(last, self.K, self.lens, x)
+        kernels.normalise(last, self.K, self.lens, self.reach, x)
         return runs_first(x, first.shape[:-2])
 
     @cached_property
@@ -185,17 +190,6 @@ class Camera:
         pixels = np.empty((X.shape[0], 2, X.shape[2]))
         kernels.project(X, self.K, self.lens, pixels)
         return X, pixels, lead
-
-    def __eq__(self, other: object) -> bool:
-        return (
-            isinstance(other, Camera)
-            and np.array_equal(self.K, other.K)
-            and (self.size, self.distortion, self.body)
-            == (other.size, other.distortion, other.body)
-        )
-
-    def __hash__(self) -> int:
-        return hash((self.K.tobytes(), self.size, self.distortion, self.body))
 
 
 def _checked_intrinsics(given: Any) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, overload
 
 import numpy as np
@@ -58,12 +59,13 @@ class Pose:
         array([0., 0., 1.])
         """
         if rotvec is not None:
-            rotation = cls.exp([0.0, 0.0, 0.0, *numbers(rotvec, "rotvec", (3,))]).matrix[:3, :3]
+            turn = _three(rotvec, "rotvec")
+            rotation = cls.exp([0.0, 0.0, 0.0, *turn]).matrix[:3, :3]
         else:
-            r, p, y_ = numbers(rpy, "rpy", (3,))
+            r, p, y_ = _three(rpy, "rpy")
             rotation = axis_rotation("z", y_) @ axis_rotation("y", p) @ axis_rotation("x", r)
         T = np.eye(4)
-        T[:3, :3], T[:3, 3] = rotation, numbers((x, y, z), "position", (3,))
+        T[:3, :3], T[:3, 3] = rotation, _three((x, y, z), "position")
         return _make(T, frames)
 
     @classmethod
@@ -144,24 +146,44 @@ class Pose:
         """T_a_b @ T_b_c is a Pose; T_a_b @ points (..., N, 3) or (3,) are points in a."""
         if hasattr(other, "at") and not isinstance(other, Pose):
             return other.at(self)  # a primitive, a robot, an object
-        if isinstance(other, Pose) or _is_pose_like(other):
+        if isinstance(other, Pose) or is_pose_like(other):
             right = as_pose(other)
-            return _make(self.matrix @ right.matrix, _join(self.frames, right.frames))
+            frames = _join(self.frames, right.frames)
+            try:
+                return _make(self.matrix @ right.matrix, frames)
+            except ValueError:
+                lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
+                raise InputError(f"cannot join batches of poses of shapes {lead}") from None
         points = numbers(other, "points", (3,))
         if points.ndim == 1:
             return (self.rotation @ points) + self.position
         return points @ np.swapaxes(self.rotation, -1, -2) + self.position[..., None, :]
 
+    def __rmatmul__(self, other: Any) -> Pose:
+        """A 4 x 4 array @ pose."""
+        return as_pose(other) @ self
+
     def __getitem__(self, index: Any) -> Pose:
         """One or some poses of a batch."""
-        if self.matrix.ndim == 2:
+        lead = self.matrix.shape[:-2]
+        if not lead:
             raise InputError("this is a single pose, not a batch: it has nothing to index")
-        return _make(np.array(self.matrix[index]), self.frames)
+        try:
+            chosen = np.arange(math.prod(lead)).reshape(lead)[index]
+        except IndexError as error:
+            raise InputError(f"a batch of poses of shape {lead}: {error}") from None
+        return _make(self.matrix.reshape(-1, 4, 4)[chosen], self.frames)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _make, (np.array(self.matrix), self.frames)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.array(self.matrix, dtype=dtype)
 
     def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError("a Pose is a value: make a new one")
+
+    def __delattr__(self, name: str) -> None:
         raise AttributeError("a Pose is a value: make a new one")
 
     def __eq__(self, other: object) -> bool:
@@ -172,7 +194,7 @@ class Pose:
         )
 
     def __hash__(self) -> int:
-        return hash((self.matrix.tobytes(), self.frames))
+        return hash(((self.matrix + 0.0).tobytes(), self.frames))  # -0.0 equals 0.0
 
     def __repr__(self) -> str:
         name = f" {self.frames[0]}<-{self.frames[1]}" if self.frames else ""
@@ -180,6 +202,13 @@ class Pose:
             return f"<Pose{name} batch {self.matrix.shape[:-2]}>"
         p, w = np.round(self.position, 4) + 0.0, np.round(self.rotvec, 4) + 0.0
         return f"<Pose{name} position {p.tolist()} rotvec {w.tolist()}>"
+
+
+def _three(value: Any, what: str) -> Array:
+    array = numbers(value, what, (3,))
+    if array.ndim != 1:
+        raise InputError(f"{what}: expected three numbers, got shape {array.shape}")
+    return array
 
 
 def axis_rotation(axis: str, angle: float) -> Array:
@@ -194,6 +223,17 @@ def axis_rotation(axis: str, angle: float) -> Array:
 def as_pose(value: Any) -> Pose:
     """A Pose from a Pose, a (..., 4, 4) array, a SciPy RigidTransform or a spatialmath SE3."""
     return value if isinstance(value, Pose) else Pose(value)
+
+
+def one_pose(value: Any, what: str) -> Pose:
+    """A single pose, or an InputError that names `what`."""
+    try:
+        pose = as_pose(value)
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from None
+    if pose.matrix.ndim != 2:
+        raise InputError(f"{what}: expected one pose, got a batch {pose.matrix.shape[:-2]}")
+    return pose
 
 
 def as_matrix(value: Any) -> Any:
@@ -212,9 +252,15 @@ def homogeneous(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
     return out.reshape(*lead, 4, 4)
 
 
-def _is_pose_like(value: Any) -> bool:
+def is_pose_like(value: Any) -> bool:
+    """Whether this is meant as a pose: a Pose, a (..., 4, 4) array, or another's pose class."""
     matrix = as_matrix(value)
-    return matrix is not value or np.shape(matrix)[-2:] == (4, 4)
+    if matrix is not value:
+        return True
+    try:
+        return bool(np.shape(matrix)[-2:] == (4, 4))
+    except ValueError:  # lists of unequal lengths
+        return False
 
 
 def _join(left: tuple[str, str] | None, right: tuple[str, str] | None) -> tuple[str, str] | None:
@@ -230,7 +276,7 @@ def _join(left: tuple[str, str] | None, right: tuple[str, str] | None) -> tuple[
 
 def _check_rigid(T: Array) -> None:
     R = T[..., :3, :3]
-    off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max()
+    off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
     if off > ROTATION_TOLERANCE:
         raise InputError(
             f"not a rotation: R'R differs from the identity by {off:.2g} "
@@ -238,7 +284,7 @@ def _check_rigid(T: Array) -> None:
         )
     if (np.linalg.det(R) < 0).any():
         raise InputError("not a rotation but a reflection: det R = -1")
-    if np.abs(T[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max() > 0:
+    if np.abs(T[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max(initial=0.0) > 0:
         raise InputError("the last row of a pose must be 0 0 0 1")
 
 
@@ -250,7 +296,9 @@ def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
 
 
 def _set(pose: Pose, T: Array, frames: tuple[str, str] | None) -> None:
-    if frames is not None and (len(frames) != 2 or not all(isinstance(f, str) for f in frames)):
+    if frames is not None and (
+        isinstance(frames, str) or len(frames) != 2 or not all(isinstance(f, str) for f in frames)
+    ):
         raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
     object.__setattr__(pose, "matrix", frozen(T))
     object.__setattr__(pose, "frames", tuple(frames) if frames else None)

@@ -14,7 +14,7 @@ import numpy as np
 
 from robsim.arrays import Array, frozen, positive
 from robsim.errors import InputError
-from robsim.pose import IDENTITY, Pose, as_pose
+from robsim.pose import IDENTITY, Pose, one_pose
 
 Face = tuple[int, ...]
 
@@ -26,6 +26,7 @@ class Primitive:
     pose: Pose = field(default=IDENTITY, kw_only=True)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "pose", one_pose(self.pose, f"{type(self).__name__} pose"))
         for size in fields(self):
             if size.type == "float":
                 value = positive(getattr(self, size.name), f"{type(self).__name__} {size.name}")
@@ -37,9 +38,7 @@ class Primitive:
         >>> float(Block(2, 2, 2).at(Pose.at(1, 0, 0)).vertices[:, 0].max())
         2.0
         """
-        moved = as_pose(pose)
-        if moved.matrix.ndim != 2:
-            raise InputError("a primitive is moved by one pose, not by a batch")
+        moved = one_pose(pose, "pose to move a primitive by")
         return replace(self, pose=moved @ self.pose)
 
     @cached_property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike
 
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.errors import FrameError, InputError, suggest
-from robsim.pose import IDENTITY, Pose, as_pose, axis_rotation, homogeneous
+from robsim.pose import IDENTITY, Pose, as_pose, axis_rotation, homogeneous, is_pose_like, one_pose
 from robsim.primitives import Primitive
 from robsim.tree import COORDINATE_UNITS, COORDINATES, FIXED, VELOCITIES, Frame, Joint, Tree
+from robsim.value import Value
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
@@ -30,6 +31,14 @@ def checked_name(name: object, what: str) -> str:
     return name
 
 
+def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
+    """One or several primitives as a tuple, or an InputError that names their owner."""
+    shapes = (given,) if isinstance(given, Primitive) else given
+    if not isinstance(shapes, Iterable) or not all(isinstance(s, Primitive) for s in shapes):
+        raise InputError(f"{owner}: shapes are Block, Wheel or CameraBody, got {given!r:.80}")
+    return tuple(shapes)
+
+
 @dataclass(frozen=True)
 class Link:
     """A rigid part: its frame hangs from the link `parent` by `joint`; `shapes` draw it."""
@@ -41,11 +50,13 @@ class Link:
 
     def __post_init__(self) -> None:
         checked_name(self.name, "link")
-        object.__setattr__(self, "shapes", tuple(self.shapes))
+        if not isinstance(self.joint, Joint):
+            raise InputError(f"link '{self.name}': expected a Joint, got {self.joint!r:.80}")
+        object.__setattr__(self, "shapes", checked_shapes(self.shapes, f"link '{self.name}'"))
 
 
-@dataclass(frozen=True)
-class Robot:
+@dataclass(frozen=True, eq=False)
+class Robot(Value):
     """A tree of links. The first link is the base; it stands at `base` on the frame `on`.
 
     Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
@@ -61,10 +72,13 @@ class Robot:
 
     def __post_init__(self) -> None:
         checked_name(self.name, "robot")
-        object.__setattr__(self, "links", tuple(self.links))
-        object.__setattr__(self, "base", as_pose(self.base))
-        if not self.links or any(not isinstance(link, Link) for link in self.links):
-            raise InputError(f"robot '{self.name}' needs at least one Link, got {self.links!r:.80}")
+        object.__setattr__(self, "base", one_pose(self.base, f"base of '{self.name}'"))
+        given = (self.links,) if isinstance(self.links, Link) else self.links
+        if not isinstance(given, Sequence) or not all(isinstance(link, Link) for link in given):
+            raise InputError(f"robot '{self.name}' needs a list of Link, got {given!r:.80}")
+        if not given:
+            raise InputError(f"robot '{self.name}' needs at least one Link, its base")
+        object.__setattr__(self, "links", tuple(given))
         base = self.links[0]
         if base.joint.kind != "fixed" or base.parent is not None:
             raise InputError(
@@ -74,6 +88,7 @@ class Robot:
         for link in self.links[1:]:
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
+        _ = self.tree  # an unknown parent is an error now, not later
         home = self.rest if self.home is None else self.home
         object.__setattr__(self, "home", frozen(self.coordinates(home, f"{self.name}.home")))
 
@@ -174,7 +189,7 @@ class Robot:
 
     def at(self, pose: Any, on: str | None = None) -> Robot:
         """A copy whose base is moved by `pose`, or stands on another frame of the scene."""
-        moved = as_pose(pose)
+        moved = one_pose(pose, f"base of '{self.name}'")
         return replace(self, base=moved @ self.base if on is None else moved, on=on or self.on)
 
     def named(self, name: str) -> Robot:
@@ -186,7 +201,7 @@ class Robot:
 
         InputError: wrong length, not finite, quaternion without length 1, outside the limits.
         """
-        if self.nq == 7 and self.nv == 6 and (isinstance(q, Pose) or np.shape(q)[-2:] == (4, 4)):
+        if self.nq == 7 and self.nv == 6 and is_pose_like(q):
             q = as_pose(q).q
         values = numbers(q, what, (self.nq,))
         start = 0

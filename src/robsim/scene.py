@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from robsim.arrays import Array, frozen, numbers, runs_last
 from robsim.camera import Camera
 from robsim.errors import InputError, suggest
-from robsim.pose import IDENTITY, Pose, as_pose, homogeneous
-from robsim.primitives import Primitive
-from robsim.robot import Robot, checked_name
+from robsim.pose import IDENTITY, Pose, homogeneous, one_pose
+from robsim.robot import Robot, checked_name, checked_shapes
 from robsim.tree import FIXED, Frame, Joint, Tree
+from robsim.value import Value
 
 T = TypeVar("T", Robot, "Object", "Mounted")
 
 
-@dataclass(frozen=True)
-class Object:
+@dataclass(frozen=True, eq=False)
+class Object(Value):
     """A thing in the scene: shapes to draw and `marks` (N, 3) to look at, in its own axes.
 
     It stands at `pose` on the frame `on`: "world", another object, or a link such as
@@ -41,7 +41,7 @@ class Object:
 
     def __post_init__(self) -> None:
         checked_name(self.name, "object")
-        shapes = (self.shapes,) if isinstance(self.shapes, Primitive) else tuple(self.shapes)
+        shapes = checked_shapes(self.shapes, f"object '{self.name}'")
         marks = self.marks
         if marks is None:
             marks = np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
@@ -50,7 +50,7 @@ class Object:
             raise InputError(f"marks of '{self.name}': expected shape (N, 3), got {marks.shape}")
         object.__setattr__(self, "shapes", shapes)
         object.__setattr__(self, "marks", frozen(marks))
-        object.__setattr__(self, "pose", as_pose(self.pose))
+        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Mounted:
         checked_name(self.name, "camera")
         if not isinstance(self.camera, Camera):
             raise InputError(f"camera '{self.name}' needs a Camera, got {self.camera!r:.80}")
-        object.__setattr__(self, "pose", as_pose(self.pose))
+        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))
 
 
 class View(NamedTuple):
@@ -99,11 +99,11 @@ class Scene:
     def __post_init__(self) -> None:
         for kind, part in (("robots", Robot), ("objects", Object), ("cameras", Mounted)):
             given = getattr(self, kind)
-            parts = (given,) if isinstance(given, part) else tuple(given)
-            if not all(isinstance(p, part) for p in parts):
+            parts = (given,) if isinstance(given, part) else given
+            if not isinstance(parts, Iterable) or not all(isinstance(p, part) for p in parts):
                 raise InputError(f"{kind} must be a list of {part.__name__}, got {given!r:.80}")
-            object.__setattr__(self, kind, parts)
-        object.__setattr__(self, "display", as_pose(self.display))
+            object.__setattr__(self, kind, tuple(parts))
+        object.__setattr__(self, "display", one_pose(self.display, "display"))
         names = ["world", *(part.name for part in self._parts)]
         twice = sorted({n for n in names if names.count(n) > 1})
         if twice:
@@ -165,12 +165,13 @@ class Scene:
 
     def replacing(self, *parts: Robot | Object | Mounted) -> Scene:
         """A copy in which these parts replace those of the same name: a belief, for example."""
-        known = {part.name: part for part in self._parts}
         for part in parts:
-            if part.name not in known or type(known[part.name]) is not type(part):
+            known = [p.name for p in self._parts if type(p) is type(part)]
+            if part.name not in known:
+                kind = {Robot: "robot", Object: "object"}.get(type(part), "camera")
                 raise InputError(
-                    f"the scene has no {type(part).__name__.lower()} '{part.name}' to replace; "
-                    f"{suggest(part.name, known, 'it has')}"
+                    f"the scene has no {kind} '{part.name}' to replace; "
+                    f"{suggest(part.name, known, kind + 's')}"
                 )
         new = {p.name: p for p in parts}
         kinds = ("robots", "objects", "cameras")
@@ -185,8 +186,13 @@ class Scene:
             for name in q:
                 self.robot(name)
             parts = [r.coordinates(q.get(r.name, r.home), what, limits) for r in self.robots]
-            lead = np.broadcast_shapes(*(p.shape[:-1] for p in parts))
-            return np.concatenate([np.broadcast_to(p, (*lead, p.shape[-1])) for p in parts], -1)
+            sizes = [p.shape[:-1] for p in parts]
+            try:
+                lead = np.broadcast_shapes(*sizes)
+            except ValueError:
+                raise InputError(f"{what}: batches of unequal shapes {sizes}") from None
+            wide = [np.broadcast_to(p, (*lead, p.shape[-1])) for p in parts]
+            return np.concatenate([np.empty((*lead, 0)), *wide], -1)
         if len(self.robots) == 1:
             return self.robots[0].coordinates(q, what, limits)
         values = numbers(q, what, (self.nq,))

@@ -167,7 +167,7 @@ class _Chunk:
     @classmethod
     def start(cls, loop: Loop, rows: NDArray[np.int64]) -> _Chunk:
         numbers = (rows + loop.first_run).astype(np.uint64)
-        still, one = np.empty(rows.size, dtype=np.int64), np.empty((4, rows.size))
+        still, one = np.empty(rows.size, dtype=np.int64), np.empty((3, rows.size))
         watch = Watch(one[0], one[1], still, np.empty((3, rows.size)), one[2])
         noise = Noise(loop.noise, np.uint64(loop.seed), numbers)
         return cls(rows, runs_last(loop.q0[rows], 1), noise, watch)

@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.arrays import Array, frozen
+from robsim.arrays import Array, frozen, numbers
 from robsim.errors import FrameError, InputError, suggest
 from robsim.kernels import tree as kernels
-from robsim.pose import IDENTITY, Pose
+from robsim.pose import IDENTITY, Pose, one_pose
 
 Kind = Literal["fixed", "revolute", "prismatic", "floating"]
 _CODE = {
@@ -55,7 +55,11 @@ class Joint:
             raise InputError(
                 f"no joint kind {self.kind!r}; {suggest(self.kind, COORDINATES, 'kinds')}"
             )
+        for part in ("place", "tail"):
+            object.__setattr__(self, part, one_pose(getattr(self, part), f"joint {part}"))
         if self.limits is not None:
+            if numbers(self.limits, "joint limits", (2,)).ndim != 1:
+                raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
             if COORDINATES[self.kind] != 1:
                 raise InputError(f"a {self.kind} joint has no limits, got {self.limits}")
             low, high = self.limits

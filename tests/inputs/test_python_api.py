@@ -283,7 +283,6 @@ GOALS = {
         rs.Computed(rs.Pose.at(3, 0, 1)),
         "the computed goal puts mark 0 of 'dots' out of the image of camera 'eye'",
     ),
-    "computed batch": (rs.Computed(np.tile(np.eye(4), (2, 1, 1))), "a goal is one pose, got a"),
 }
 
 
@@ -403,7 +402,7 @@ VALUES = {
     ),
     "frame of a pose": (lambda: lift().pose("lift.lin1"), "did you mean 'lift.link1'? frames:"),
     "points of a view": (lambda: lift().view(points=[1, 2]), "points: expected shape (..., N, 3)"),
-    "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace; it has:"),
+    "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace"),
     "truncation": (lambda: rs.Truncated(2), "rcond must be below 1, got 2"),
     "damping": (lambda: rs.Damped(0), "damping must be a positive number, got 0"),
     "length of a law": (

@@ -230,7 +230,7 @@ def test_a_wheel_has_at_least_three_points(n):
 
 
 def test_a_batch_of_poses_moves_nothing():
-    with pytest.raises(InputError, match="moved by one pose, not by a batch"):
+    with pytest.raises(InputError, match="expected one pose, got a batch"):
         BLOCK.at(Pose.exp(np.zeros((2, 6))))
 
 

@@ -68,7 +68,7 @@ def test_projection_and_its_inverse_agree_with_opencv(spec):
         camera.project(X, K, lens, pixels)
         close(pixels[:, :, 0], view["pixels"], 1e-9)
         x = np.empty_like(pixels)
-        camera.normalise(pixels, K, lens, x)
+        camera.normalise(pixels, K, lens, np.inf, x)
         close(x, X[:, :2] / X[:, 2:], 1e-13)
 
 

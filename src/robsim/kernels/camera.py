@@ -111,8 +111,11 @@ def project(X, K, lens, pixels):
 
 
 @kernel
-def normalise(pixels, K, lens, x):
-    """x[n, 2, b] = normalised image points of pixels: `project` undone but for depth."""
+def normalise(pixels, K, lens, reach, x):
+    """x[n, 2, b] = normalised image points of pixels: `project` undone but for depth.
+
+    NaN where a distorted pixel has no point within the radius `reach`.
+    """
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
     distorted = _bends(lens)
     for n in range(pixels.shape[0]):
@@ -121,6 +124,8 @@ def normalise(pixels, K, lens, x):
             x_ = (pixels[n, 0, b] - K[0, 2] - K[0, 1] * y) / K[0, 0]
             if distorted:
                 x_, y = undistort(x_, y, k)
+                if not x_ * x_ + y * y <= reach * reach:
+                    x_, y = np.nan, np.nan
             x[n, 0, b], x[n, 1, b] = x_, y
 
 

@@ -65,7 +65,7 @@ def measure(pixels, noise, step, out):
 @part
 def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
     """What the controller measures and commands at an instant."""
-    camera.normalise(pixels, eye.K, eye.lens, x)
+    camera.normalise(pixels, eye.K, eye.lens, eye.reach, x)
     features.choose_depth(
         scheme.depth, scheme.metres, scheme.depth_scale, scheme.Z_goal, seen.depth, Z
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.camera import Camera
-from robsim.errors import InputError, suggest
+from robsim.errors import FrameError, InputError, suggest
 from robsim.pose import IDENTITY, Pose
 from robsim.primitives import Block, CameraBody, Primitive, Wheel
 from robsim.robot import Link, Robot, dh_constants
@@ -73,11 +73,14 @@ def robot(table: schema.RobotTable) -> Robot:
         with under("home"):
             home = configuration(table.home, units, labels)
     base = pose(table)
-    with under("home"):
-        made = Robot(table.name, tuple(links), home, base=base, on=table.on)
-    with under("links"):
-        _ = made.tree  # names, parents and loops are checked here
-    return made
+    try:
+        return Robot(table.name, tuple(links), home, base=base, on=table.on)
+    except FrameError:  # names, parents and loops
+        with under("links"):
+            raise
+    except InputError:
+        with under("home"):
+            raise
 
 
 def configuration(given: Sequence[Any], units: Sequence[str], labels: Sequence[str]) -> Array:

@@ -11,7 +11,7 @@ from robsim.arrays import Array, runs_last
 from robsim.camera import Visibility
 from robsim.errors import GoalError, InputError
 from robsim.kernels import camera as kernels
-from robsim.pose import Pose, as_pose
+from robsim.pose import Pose, one_pose
 from robsim.servo.sight import Sight
 
 
@@ -36,7 +36,7 @@ class Computed:
     T_c_o: Pose
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "T_c_o", as_pose(self.T_c_o))
+        object.__setattr__(self, "T_c_o", one_pose(self.T_c_o, "goal T_c_o"))
 
 
 def as_goal(value: Any) -> Shown | Computed:
@@ -70,8 +70,6 @@ def view_of(goal: Shown | Computed, truth: Sight, belief: Sight) -> GoalView:
 
 
 def _computed(goal: Computed, belief: Sight) -> GoalView:
-    if goal.T_c_o.matrix.ndim != 2:
-        raise GoalError(f"a goal is one pose, got a batch of shape {goal.T_c_o.matrix.shape}")
     camera = belief.eye.camera
     X = runs_last(np.asarray(goal.T_c_o @ belief.target.marks)[None], 2)
     pixels = np.empty((X.shape[0], 2, 1))

@@ -1,0 +1,27 @@
+"""Values that hold arrays: equal when all their fields are, and usable as keys."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+
+class Value:
+    """For frozen dataclasses with `eq=False`, whose own comparison fails on arrays."""
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def _key(self) -> tuple[Any, ...]:
+        return tuple(_hashable(getattr(self, f.name)) for f in fields(self))  # type: ignore[arg-type]
+
+
+def _hashable(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.shape, (value + 0.0).tobytes()  # -0.0 equals 0.0, and so do their bytes then
+    return value
