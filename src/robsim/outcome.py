@@ -10,9 +10,10 @@ from robsim.kernels import endings
 class Outcome(IntEnum):
     """The reason for which a run ended; `message` says what it means and what to try.
 
-    Where several hold at one instant, the order is: NOT_FINITE, JOINT_LIMIT, BEHIND_CAMERA,
-    OUT_OF_IMAGE, CONVERGED, DIVERGED, SINGULAR, LOCAL_MINIMUM, TIME_LIMIT. RUNNING is the state
-    of a run that was interrupted.
+    Where several hold at one instant, the order is: NOT_FINITE of the state, JOINT_LIMIT,
+    BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the
+    command, SINGULAR, LOCAL_MINIMUM, TIME_LIMIT. RUNNING is the state of a run that was
+    interrupted.
 
     >>> Outcome.CONVERGED.message
     'converged: every feature error is below the tolerance'
