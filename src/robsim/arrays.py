@@ -19,8 +19,8 @@ def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
     """
     wanted = "(..., " + ", ".join(map(str, shape)) + ")" if shape else "() or (...)"
     try:
-        if np.asarray(value).dtype.kind in "USM":
-            raise TypeError("texts and dates are no numbers, even where NumPy reads them so")
+        if np.asarray(value).dtype.kind not in "iufO":
+            raise TypeError("texts, truth values and dates are no numbers, although NumPy says so")
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what}: expected numbers of shape {wanted}, got {value!r:.80}") from None

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.arrays import Array, frozen, numbers, positive, runs_first, runs_last
 from robsim.errors import InputError
 from robsim.kernels import camera as kernels
-from robsim.pose import Pose, as_pose
+from robsim.pose import Pose, as_pose, common_lead
 from robsim.primitives import CameraBody
 from robsim.value import Value
 
@@ -184,7 +184,7 @@ class Camera(Value):
     def _look(self, points: ArrayLike, T_w_c: Any) -> tuple[Array, Array, tuple[int, ...]]:
         """Run-last points in camera axes and pixels, and the leading shape."""
         p, T = numbers(points, "points", ("N", 3)), as_pose(T_w_c).matrix
-        lead = np.broadcast_shapes(p.shape[:-2], T.shape[:-2])
+        lead = common_lead(p.shape[:-2], T.shape[:-2], "points and camera poses")
         inv = Pose(T).inv()
         X = runs_last(np.broadcast_to(inv @ p, (*lead, p.shape[-2], 3)), 2)
         pixels = np.empty((X.shape[0], 2, X.shape[2]))

@@ -91,7 +91,7 @@ class Pose:
         p, c = numbers(position, "position", (3,)), numbers(quaternion, "quaternion", (4,))
         if not np.allclose(np.linalg.norm(c, axis=-1), 1.0, rtol=0, atol=ROTATION_TOLERANCE):
             raise InputError(f"quaternion (x, y, z, w) must have length 1, got {c.tolist()}")
-        lead = np.broadcast_shapes(p.shape[:-1], c.shape[:-1])
+        lead = common_lead(p.shape[:-1], c.shape[:-1], "position and quaternion")
         q = np.concatenate([np.broadcast_to(p, (*lead, 3)), np.broadcast_to(c, (*lead, 4))], -1)
         columns = runs_last(q, 1)
         T = np.zeros((3, 4, columns.shape[-1]))
@@ -211,6 +211,14 @@ def _three(value: Any, what: str) -> Array:
     return array
 
 
+def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:
+    """The leading shape of two batches together, or an InputError that names them."""
+    try:
+        return np.broadcast_shapes(a, b)
+    except ValueError:
+        raise InputError(f"{what}: batches of unequal shapes {a} and {b}") from None
+
+
 def axis_rotation(axis: str, angle: float) -> Array:
     """3 x 3 rotation about the x, y or z axis."""
     c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
@@ -296,9 +304,8 @@ def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
 
 
 def _set(pose: Pose, T: Array, frames: tuple[str, str] | None) -> None:
-    if frames is not None and (
-        isinstance(frames, str) or len(frames) != 2 or not all(isinstance(f, str) for f in frames)
-    ):
+    named = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
+    if frames is not None and not named:
         raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
     object.__setattr__(pose, "matrix", frozen(T))
     object.__setattr__(pose, "frames", tuple(frames) if frames else None)

@@ -17,7 +17,7 @@ import xarray as xr
 from robsim import describe
 from robsim.arrays import Array
 from robsim.camera import Camera
-from robsim.errors import FileError
+from robsim.errors import FileError, InputError
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
@@ -231,6 +231,8 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
     FileError: it cannot be written there.
     """
+    if not isinstance(run, xr.Dataset):
+        raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
     try:
         target = Path(path)
         if not target.name:

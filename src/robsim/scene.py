@@ -166,6 +166,8 @@ class Scene:
     def replacing(self, *parts: Robot | Object | Mounted) -> Scene:
         """A copy in which these parts replace those of the same name: a belief, for example."""
         for part in parts:
+            if not isinstance(part, Robot | Object | Mounted):
+                raise InputError(f"expected a Robot, Object or Mounted, got {part!r:.80}")
             known = [p.name for p in self._parts if type(p) is type(part)]
             if part.name not in known:
                 kind = {Robot: "robot", Object: "object"}.get(type(part), "camera")

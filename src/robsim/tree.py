@@ -51,7 +51,7 @@ class Joint:
     limits: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in COORDINATES:
+        if not isinstance(self.kind, str) or self.kind not in COORDINATES:
             raise InputError(
                 f"no joint kind {self.kind!r}; {suggest(self.kind, COORDINATES, 'kinds')}"
             )

@@ -318,18 +318,18 @@ FROM = np.radians([-6, -61, 61, 33, -118])
 
 
 @pytest.fixture(scope="module")
-def workplace(rhino):
+def workbench(rhino):
     """A camera beside the gripper, looking at the four top vertices of a cube of 5 cm."""
     eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="rhino_xr4.tool", pose=HAND_EYE)
     return rs.Scene([rhino], [rs.Object("cube", marks=CUBE_TOP, pose=CUBE)], [eye])
 
 
 @pytest.fixture(scope="module")
-def guided(workplace):
+def guided(workbench):
     """The run from one start to home, by a law."""
 
     def run(law, start=FROM):
-        return rs.simulate(workplace, rs.IBVS(law=law), start, duration=40)
+        return rs.simulate(workbench, rs.IBVS(law=law), start, duration=40)
 
     return run
 

@@ -47,8 +47,8 @@ _CACHED = _writable(CACHE)  # without a place to write, kernels compile anew in 
 
 
 def is_cold() -> bool:
-    """Whether the kernels of this version have never been compiled on this machine."""
-    return not (_CACHED and any(CACHE.rglob("*.nbc")))
+    """Whether the loop of this version has never been compiled on this machine."""
+    return not (_CACHED and any(CACHE.rglob("solve.least_squares*.nbc")))
 
 
 def kernel(function: Callable[..., Any], inline: str = "never") -> Callable[..., Any]:

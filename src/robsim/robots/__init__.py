@@ -43,12 +43,16 @@ def about(name: str) -> str:
     return line
 
 
-@cache
 def load(name: str) -> Robot:
     """A robot of the library. InputError: there is none of that name."""
+    return _read(file(name))
+
+
+@cache
+def _read(path: Path) -> Robot:
     from robsim.scenario.robot_file import read_robot
 
-    return read_robot(file(name))
+    return read_robot(path)
 
 
 def __getattr__(name: str) -> Callable[[], Robot]:

@@ -25,6 +25,8 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     >>> replay(run).identical(run)
     True
     """
+    if not isinstance(getattr(run, "attrs", None), dict):
+        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
     text = run.attrs.get("scenario", "")
     if not text:
         reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")

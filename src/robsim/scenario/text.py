@@ -30,7 +30,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
             data = file.read(LARGEST_FILE + 1)
     except (OSError, TypeError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise FileError(f"{shown(path)}: cannot be read: {reason}") from None
+        raise FileError(f"{shown(str(path))}: cannot be read: {reason}") from None
     if len(data) > LARGEST_FILE:
         raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
     try:
