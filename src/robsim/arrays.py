@@ -17,13 +17,14 @@ def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
 
     InputError names `what` if it is not numeric, not finite, or of another shape.
     """
-    wanted = "(..., " + ", ".join(map(str, shape)) + ")" if shape else "() or (...)"
+    wanted = "(..., " + ", ".join(map(str, shape)) + ")"
     try:
         if np.asarray(value).dtype.kind not in "iufO":
             raise TypeError("texts, truth values and dates are no numbers, although NumPy says so")
-        array = np.array(value, dtype=np.float64)
+        array = np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what}: expected numbers of shape {wanted}, got {value!r:.80}") from None
+        kind = f"numbers of shape {wanted}" if shape else "a number"
+        raise InputError(f"{what}: expected {kind}, got {value!r:.80}") from None
     tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
     if tail is None or any(
         isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
@@ -31,7 +32,8 @@ def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
         raise InputError(f"{what}: expected shape {wanted}, got {array.shape}")
     if not np.isfinite(array).all():
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise InputError(f"{what}: {array[where]} at index {where}; every number must be finite")
+        place = f" at index {where}" if where else ""
+        raise InputError(f"{what}: {array[where]}{place}; every number must be finite")
     return array
 
 
@@ -61,6 +63,13 @@ _RUN_LAST = [tuple(np.roll(range(n), -1).tolist()) for n in range(5)]
 def first_view(array: NDArray[T]) -> NDArray[T]:
     """(a, b, run) -> a view (run, a, b)."""
     return array.transpose(_RUN_FIRST[array.ndim])
+
+
+def shown_view(array: NDArray[T]) -> NDArray[T]:
+    """(a, b, run) -> a read-only view (run, a, b): the user sees it, the loop goes on with it."""
+    view = first_view(array)
+    view.flags.writeable = False
+    return view
 
 
 def last_view(array: NDArray[T]) -> NDArray[T]:

@@ -141,17 +141,22 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
         with _warnings_as_lines(), _progress() as progress:
             result = scenario.run(progress)
     except Interrupted as stop:
+        click.echo("stopping: saving what was simulated so far", err=True)
         _save(stop.run, scenario, folder)
         click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
         sys.exit(STOPPED)
-    except RobSimError:
+    except (RobSimError, KeyboardInterrupt):
         with suppress(OSError):
             folder.rmdir()  # if it is empty: nothing was simulated
         raise
     _save(result, scenario, folder)
-    if figures:
-        _draw(result, scenario, folder)
     _report(result, folder)
+    if figures:
+        try:
+            _draw(result, scenario, folder)
+        except KeyboardInterrupt:
+            click.echo("stopped while drawing; the run is complete", err=True)
+            sys.exit(STOPPED)
 
 
 @contextmanager
@@ -184,21 +189,24 @@ def _warnings_as_lines() -> Iterator[None]:
 
 
 def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
-    from robsim.results import save_run
+    from robsim.results import save_run, undisturbed
 
-    save_run(result, folder / "run.nc")
-    _write(folder / "scenario.toml", scenario.text)
-    for name in FIGURES:
-        with _writing(folder / name) as path:
-            path.unlink(missing_ok=True)  # of the run that was here before
+    with undisturbed():
+        save_run(result, folder / "run.nc")
+        _write(folder / "scenario.toml", scenario.text)
+        for name in FIGURES:
+            with _writing(folder / name) as path:
+                path.unlink(missing_ok=True)  # of the run that was here before
 
 
 def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
-    """The three figures; of a batch, the image alone."""
+    """The three figures; of a batch, the image alone; of a summary, none."""
     from robsim import plot
 
+    if "time" not in result.dims:
+        return  # of a summary there is nothing to draw
     figures = {"image": plot.image(result)}
-    if "run" not in result.dims and "time" in result.dims:
+    if "run" not in result.dims:
         figures |= {
             "scene": plot.scene(scenario.scene, run=result),
             "velocity": plot.velocity(result),

@@ -54,5 +54,8 @@ _MESSAGES = {
     ),
     Outcome.DIVERGED: "the error or the depth grew a hundredfold; try a lower gain or another L",
     Outcome.NOT_FINITE: "a number is not finite: a feature, a law or a state overflowed",
-    Outcome.TIME_LIMIT: "the time was over before the error was small; try a longer duration",
+    Outcome.TIME_LIMIT: (
+        "the time was over before the error was small; try a longer duration, or a larger "
+        "tolerance where there is noise"
+    ),
 }

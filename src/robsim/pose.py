@@ -92,6 +92,7 @@ class Pose:
         if not np.allclose(np.linalg.norm(c, axis=-1), 1.0, rtol=0, atol=ROTATION_TOLERANCE):
             raise InputError(f"quaternion (x, y, z, w) must have length 1, got {c.tolist()}")
         lead = common_lead(p.shape[:-1], c.shape[:-1], "position and quaternion")
+        c = c / np.linalg.norm(c, axis=-1, keepdims=True)
         q = np.concatenate([np.broadcast_to(p, (*lead, 3)), np.broadcast_to(c, (*lead, 4))], -1)
         columns = runs_last(q, 1)
         T = np.zeros((3, 4, columns.shape[-1]))
@@ -145,7 +146,7 @@ class Pose:
     def __matmul__(self, other: Any) -> Any:
         """T_a_b @ T_b_c is a Pose; T_a_b @ points (..., N, 3) or (3,) are points in a."""
         if hasattr(other, "at") and not isinstance(other, Pose):
-            return other.at(self)  # a primitive, a robot, an object
+            return other.at(self)  # a primitive, a robot
         if isinstance(other, Pose) or is_pose_like(other):
             right = as_pose(other)
             frames = _join(self.frames, right.frames)
@@ -157,6 +158,7 @@ class Pose:
         points = numbers(other, "points", (3,))
         if points.ndim == 1:
             return (self.rotation @ points) + self.position
+        common_lead(self.matrix.shape[:-2], points.shape[:-2], "poses and points")
         return points @ np.swapaxes(self.rotation, -1, -2) + self.position[..., None, :]
 
     def __rmatmul__(self, other: Any) -> Pose:

@@ -17,6 +17,7 @@ from robsim.errors import InputError
 from robsim.pose import IDENTITY, Pose, one_pose
 
 Face = tuple[int, ...]
+MOST_POINTS = 4096  # of a circle
 
 
 @dataclass(frozen=True)
@@ -118,8 +119,11 @@ class Wheel(Primitive):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.n, int | np.integer) or self.n < 3:
-            raise InputError(f"Wheel n must be a whole number of at least 3, got {self.n!r}")
+        if not isinstance(self.n, int | np.integer) or not 3 <= self.n <= MOST_POINTS:
+            raise InputError(
+                f"Wheel n must be a whole number of at least 3, got {self.n!r}; "
+                f"and at most {MOST_POINTS}"
+            )
 
     @property
     def faces(self) -> tuple[Face, ...]:

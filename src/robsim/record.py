@@ -54,9 +54,15 @@ class Recorder:
             values = now.q, now.qd, now.command.s, now.look.pixels
             kernels.store(rows, step // self.every, *values, self.series)
 
-    def end(self, step: int, rows: NDArray[np.int64], now: Now, length: Array) -> None:
-        """Keep how those of the runs ended that did."""
-        over = now.outcome > 0
+    def end(
+        self,
+        step: int,
+        rows: NDArray[np.int64],
+        now: Now,
+        length: Array,
+        over: NDArray[np.bool_],
+    ) -> None:
+        """Keep how those of the runs ended that are over."""
         values = now.q, now.qd, now.command.s, now.look.pixels
         ended = (np.ascontiguousarray(value[..., over]) for value in values)
         kernels.store(rows[over], 0, *ended, self.last)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import platform
+import signal
 import tempfile
+import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,6 +31,7 @@ from robsim.servo import IBVS, Computed
 from robsim.servo.inverse import product
 
 if TYPE_CHECKING:
+    from robsim.record import Recorder
     from robsim.simulate import Loop
 
 VERSION = version("robsim")  # of the package that was installed
@@ -68,7 +72,7 @@ DESCRIPTIONS = {
 def dataset(loop: Loop, scene: Scene, task: IBVS, single: bool) -> xr.Dataset:
     """The record of a finished (or stopped) simulation as a Dataset."""
     recorder, controller = loop.recorder, loop.controller
-    series = recorder.last if recorder.every is None else recorder.series
+    series = recorder.last if recorder.every is None else _simulated(recorder)
     tall = ["run", "time"]
     goal = controller.goal.pixels[..., 0]
     with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
@@ -80,14 +84,38 @@ def dataset(loop: Loop, scene: Scene, task: IBVS, single: bool) -> xr.Dataset:
             "s_goal": (["feature"], controller.s_goal),
             **_ends(loop, goal),
         }
-    result = xr.Dataset(
-        variables, _coordinates(loop, scene), _provenance(loop, scene, task, single)
-    )
+    moments = series.q.shape[1]
+    coordinates = _coordinates(loop, scene, moments)
+    result = xr.Dataset(variables, coordinates, _provenance(loop, scene, task, single))
     if recorder.every is None:
         result = result.isel(time=0, drop=True)
     if single:
         result = result.isel(run=0)
     return _annotated(result, task.features.unit, scene)
+
+
+def _simulated(recorder: Recorder) -> Track:
+    """The recorded moments; after an interruption those until then, not all that were planned."""
+    if (recorder.outcome != Outcome.RUNNING).all():
+        return recorder.series
+    kept = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
+    return Track(*(part[:, :kept] for part in recorder.series))
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Ctrl-C waits until what is inside is complete."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[Any] = []
+    before = signal.signal(signal.SIGINT, lambda *given: came.append(given))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came and callable(before):
+        before(*came[0])
 
 
 def _motion(scene: Scene, camera: str, series: Track, tall: list[str]) -> dict[str, Any]:
@@ -150,9 +178,8 @@ def _blocks(count: int) -> Iterator[slice]:
     return (slice(i, i + BLOCK) for i in range(0, count, BLOCK))
 
 
-def _coordinates(loop: Loop, scene: Scene) -> dict[str, Any]:
+def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
     every = loop.recorder.every or 1
-    moments = max(loop.recorder.moments, 1)
     return {
         "run": ("run", loop.first_run + np.arange(len(loop.q0))),
         "time": ("time", np.arange(moments) * every * loop.dt),
@@ -187,7 +214,7 @@ def _provenance(loop: Loop, scene: Scene, task: IBVS, single: bool) -> dict[str,
         **settings,
         "seed": str(loop.seed),  # may exceed what a file's integers hold
         "goal": "computed" if isinstance(task.goal, Computed) else "shown",
-        "belief": "the truth" if task.belief is None else "differs from the truth",
+        "belief": "the truth" if task.belief in (None, scene) else "differs from the truth",
         "law": repr(task.law),
         "inverse": repr(task.inverse),
         "interaction": task.interaction,

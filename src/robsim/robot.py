@@ -13,7 +13,17 @@ from numpy.typing import ArrayLike
 
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.errors import FrameError, InputError, suggest
-from robsim.pose import IDENTITY, Pose, as_pose, axis_rotation, homogeneous, is_pose_like, one_pose
+from robsim.kernels import tree as kernels
+from robsim.pose import (
+    IDENTITY,
+    Pose,
+    as_pose,
+    axis_rotation,
+    common_lead,
+    homogeneous,
+    is_pose_like,
+    one_pose,
+)
 from robsim.primitives import Primitive
 from robsim.tree import COORDINATE_UNITS, COORDINATES, FIXED, VELOCITIES, Frame, Joint, Tree
 from robsim.value import Value
@@ -90,7 +100,10 @@ class Robot(Value):
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
         home = self.rest if self.home is None else self.home
-        object.__setattr__(self, "home", frozen(self.coordinates(home, f"{self.name}.home")))
+        home = self.coordinates(home, f"{self.name}.home")
+        if home.ndim != 1:
+            raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
+        object.__setattr__(self, "home", frozen(home))
 
     @classmethod
     def from_dh(
@@ -122,7 +135,9 @@ class Robot(Value):
         kinds = _joint_kinds("R" * n if joints is None else joints, n)
         spans: list[Any] = [None] * n
         if limits is not None:
-            spans = numbers(limits, "limits", (n, 2)).tolist()
+            spans = [None if np.isinf(span).all() else span for span in _spans(limits, n)]
+        if links is not None and (isinstance(links, str) or not isinstance(links, Sequence)):
+            raise InputError(f"links: expected a list of {n} names, got {links!r:.80}")
         names = ["base", *(links or [f"link{i + 1}" for i in range(n)])]
         drawn = [tuple(s) for s in (shapes or [()] * (n + 1))]
         if len(names) != n + 1 or len(drawn) != n + 1:
@@ -137,7 +152,9 @@ class Robot(Value):
     @cached_property
     def tree(self) -> Tree:
         """The robot alone, its base link in the world's place."""
-        return Tree(Frame(k.name, k.parent or "world", k.joint) for k in self.links)
+        base, *others = self.links
+        frames = [Frame(base.name, "world", FIXED)]  # where it stands is the scene's business
+        return Tree([*frames, *(Frame(k.name, k.parent or "world", k.joint) for k in others)])
 
     @property
     def nq(self) -> int:
@@ -208,9 +225,12 @@ class Robot(Value):
         for link in self.links:
             size = COORDINATES[link.joint.kind]
             if size == 7:
-                length = np.linalg.norm(values[..., start + 3 : start + 7], axis=-1)
+                quaternion = values[..., start + 3 : start + 7]
+                length = np.linalg.norm(quaternion, axis=-1, keepdims=True)
                 if (np.abs(length - 1) > 1e-6).any():
                     raise InputError(f"{what}: the quaternion of '{link.name}' must have length 1")
+                if (np.abs(length - 1) > 1e-12).any():  # as typed; what is exact stays as it is
+                    quaternion /= length
             start += size
         if limits:
             self._check_limits(values, what)
@@ -243,6 +263,23 @@ class Robot(Value):
         M = self.tree.bodies(runs_last(values, 1))
         return runs_first(self.tree.jacobian(M, self._link(link)), values.shape[:-1])
 
+    def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
+        """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.
+
+        A floating joint moves by T exp(V dt); limits are not looked at.
+
+        >>> Robot.from_dh([[0, 0, 1, 0]]).integrate([0.1], [2.0], 0.5)
+        array([1.1])
+        """
+        start, rate = self.coordinates(q, limits=False), numbers(v, "v", (self.nv,))
+        lead = common_lead(start.shape[:-1], rate.shape[:-1], "q and v")
+        moved = runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
+        rates = runs_last(np.broadcast_to(rate, (*lead, self.nv)), 1)
+        joints = self.tree.joints
+        seconds = float(numbers(dt, "dt", ()))
+        kernels.integrate(joints.kind, joints.iq, joints.iv, rates, seconds, moved)
+        return runs_first(moved, lead)
+
     def _link(self, name: str | None) -> str:
         names = [link.name for link in self.links]
         if name is not None and name not in names:
@@ -264,11 +301,20 @@ class Robot(Value):
         if outside.any():
             where = tuple(int(i) for i in np.argwhere(outside)[0])
             name, (lo, hi) = self.coordinate_names[where[-1]], self.limits[where[-1]]
+            unit = self.coordinate_units[where[-1]]
             row = f" of row {where[:-1]}" if q.ndim > 1 else ""
             raise InputError(
-                f"{what}{row}: joint '{name}' of '{self.name}' is {q[where]:.6g}, "
-                f"outside its limits [{lo:.6g}, {hi:.6g}]"
+                f"{what}{row}: joint '{name}' of '{self.name}' is {q[where]:.6g} {unit}, "
+                f"outside its limits [{lo:.6g}, {hi:.6g}] {unit}"
             )
+
+
+def _spans(limits: ArrayLike, n: int) -> list[list[float]]:
+    """(n, 2) limits; a joint without has (-inf, inf)."""
+    given = np.asarray(limits)
+    free = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
+    spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))
+    return np.where(free, given, spans).tolist()  # type: ignore[no-any-return]
 
 
 def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:

@@ -250,6 +250,9 @@ def _fixed(pose: Pose) -> Joint:
 
 def _pick(parts: Sequence[T], name: str | None, kind: str) -> T:
     names = [p.name for p in parts]
+    if name is None and not parts:
+        lack = " with marks" if kind == "object" else ""
+        raise InputError(f"the scene has no {kind}{lack}")
     if name is None and len(parts) == 1:
         return parts[0]
     if name is None:

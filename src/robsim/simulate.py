@@ -66,7 +66,7 @@ def simulate(
     After its end a run is NaN. InputError before anything runs; Interrupted after Ctrl-C.
 
     """
-    from robsim.results import dataset
+    from robsim.results import dataset, undisturbed
 
     _check_kinds(scene, task, progress)
     controller = task.bind(scene)
@@ -75,7 +75,7 @@ def simulate(
         raise InputError(f"q0: expected shape ({scene.nq},) or (B, {scene.nq}), got {starts.shape}")
     dt, duration = positive(dt, "dt (seconds)"), positive(duration, "duration (seconds)")
     chunk = _whole(chunk, "chunk", 1)
-    threads = _whole((os.cpu_count() or 1) if threads is None else threads, "threads", 1, 1025)
+    threads = _whole((_processors()) if threads is None else threads, "threads", 1, 1025)
     loop = Loop(
         controller,
         np.ascontiguousarray(starts.reshape(-1, scene.nq)),
@@ -87,7 +87,8 @@ def simulate(
         record,
     )
     finished = _work(loop, threads, chunk, progress)
-    result = dataset(loop, scene, task, single=starts.ndim == 1)
+    with undisturbed():
+        result = dataset(loop, scene, task, single=starts.ndim == 1)
     if not finished:
         raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
     return result
@@ -125,14 +126,13 @@ class Loop:
         step, chunk = 0, _Chunk.start(self, rows)
         go_on = _stride if self._pays() and self.controller.compiled else _step
         joints = self.scene.tree.joints
-        while not self.stopped:
+        while not self.stopped or step:  # a chunk that has begun is left at a recorded instant
             step, now = go_on(self, chunk, step)
-            if now.outcome.any():
+            over, qd = (now.outcome > 0) | self.stopped, now.qd
+            if over.any():
                 _tell_singular(self.controller, now)
-                self.recorder.end(step, chunk.rows, now, chunk.watch.length)
-                chunk, qd = chunk.without(now.outcome > 0), _keep(now.qd, now.outcome == 0)
-            else:
-                qd = now.qd
+                self.recorder.end(step, chunk.rows, now, chunk.watch.length, over)
+                chunk, qd = chunk.without(over), _keep(now.qd, ~over)
             if not chunk.rows.size:
                 break
             tree.integrate(joints.kind, joints.iq, joints.iv, qd, self.dt, chunk.q)
@@ -306,7 +306,16 @@ def _check_kinds(scene: object, task: object, progress: object) -> None:
         raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
 
 
+def _processors() -> int:
+    """Those that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def _whole_periods(dt: float, duration: float) -> int:
+    if dt > duration:
+        raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
     steps = duration / dt - 1e-9  # infinite if dt is tiny
     if steps > LONGEST:
         raise InputError(

@@ -108,7 +108,13 @@ def _call(
 ) -> tuple[Array, list[str]]:
     """What a method returns, and what is wrong with it."""
     who = f"{type(owner).__name__}.{method}"
-    value = np.asarray(getattr(owner, method)(given))
+    if not callable(getattr(owner, method, None)):
+        return np.empty(0), [f"{who} is missing"]
+    returned = getattr(owner, method)(given)
+    try:
+        value = np.asarray(returned)
+    except ValueError:
+        return np.empty(0), [f"{who} returned rows of unequal lengths"]
     fits = value.ndim == len(shape) and all(
         wanted in (None, size) for wanted, size in zip(shape, value.shape, strict=True)
     )

@@ -38,6 +38,8 @@ def parse(
 
     UnitError: no unit, a unit of another dimension, a number that is not finite, a wrong count.
     """
+    if dimension not in _UNITS:
+        raise UnitError(f"no dimension {dimension!r}; dimensions: {', '.join(_UNITS)}")
     units = _UNITS[dimension]
     example = "1, 2, 3 " if count else "1.5 "
     expected = f"expected {'a vector' if count else 'one number'} with a unit of {dimension}"

@@ -17,11 +17,22 @@ class Value:
     def __hash__(self) -> int:
         return hash(self._key())
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for array in state.values():
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False  # copies are values too
+        self.__dict__.update(state)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+
     def _key(self) -> tuple[Any, ...]:
         return tuple(_hashable(getattr(self, f.name)) for f in fields(self))  # type: ignore[arg-type]
 
 
 def _hashable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return tuple((key, _hashable(part)) for key, part in sorted(value.items()))
     if isinstance(value, np.ndarray):
         return value.shape, (value + 0.0).tobytes()  # -0.0 equals 0.0, and so do their bytes then
     return value

@@ -515,11 +515,10 @@ def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here
     assert "Traceback" not in err and out.startswith("Without end\n") and "outcome" not in out
     assert files("endless-run") == ["run.nc", "scenario.toml"]
     run = rs.open_run("endless-run/run.nc")
-    assert rs.Outcome(int(run.outcome)) == rs.Outcome.RUNNING and np.isnan(run.end_time)
+    assert rs.Outcome(int(run.outcome)) == rs.Outcome.RUNNING and float(run.end_time) > 0
     done = np.isfinite(run.q.values).all(axis=1)
     count = int(done.sum())
-    assert 1 < count < run.sizes["time"] and done[:count].all()
-    assert np.isnan(run.s.values[count:]).all()
+    assert 1 < count == run.sizes["time"]  # cut to what was simulated
     assert rs.load_scenario("endless-run/scenario.toml").to_toml()
 
 

@@ -217,8 +217,8 @@ def test_a_floating_robot_among_others_takes_a_pose():
     [
         ([0, 0, 0], "q: expected shape (..., 4), got (3,)"),
         ([0, 0, 0, np.nan], "q: nan at index (3,); every number must be finite"),
-        ([0, 0, 0, 4], "q: joint 'link2' of 'right' is 4, outside its limits [-3, 3]"),
-        ({"left": [0, -4]}, "q: joint 'link2' of 'left' is -4, outside its limits [-3, 3]"),
+        ([0, 0, 0, 4], "q: joint 'link2' of 'right' is 4 rad, outside its limits [-3, 3] rad"),
+        ({"left": [0, -4]}, "q: joint 'link2' of 'left' is -4 rad, outside its limits [-3, 3] rad"),
         ({"left": [0]}, "q: expected shape (..., 2), got (1,)"),
     ],
 )

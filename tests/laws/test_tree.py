@@ -433,11 +433,11 @@ def test_coordinates_are_checked(ask, q, words):
 @pytest.mark.parametrize(
     ("q", "words"),
     [
-        ([2.5, 0.0], "q: joint 'elbow' of 'arm' is 2.5, outside its limits [-1, 2]"),
-        ([0.0, -0.1], "q: joint 'slide' of 'arm' is -0.1, outside its limits [0, 0.5]"),
+        ([2.5, 0.0], "q: joint 'elbow' of 'arm' is 2.5 rad, outside its limits [-1, 2] rad"),
+        ([0.0, -0.1], "q: joint 'slide' of 'arm' is -0.1 m, outside its limits [0, 0.5] m"),
         (
             [[0, 0], [0, 0], [0, 7]],
-            "q of row (2,): joint 'slide' of 'arm' is 7, outside its limits [0, 0.5]",
+            "q of row (2,): joint 'slide' of 'arm' is 7 m, outside its limits [0, 0.5] m",
         ),
     ],
 )
@@ -462,7 +462,7 @@ def test_without_limits_there_are_none():
 
 
 def test_home_is_checked_too_and_read_only():
-    with pytest.raises(rs.InputError, match=r"arm.home: joint 'link1' of 'arm' is 3, outside"):
+    with pytest.raises(rs.InputError, match=r"arm.home: joint 'link1' of 'arm' is 3 rad, outside"):
         rs.Robot.from_dh([[0, 0, 1, 0]], limits=[[-1, 2]], home=[3], name="arm")
     with pytest.raises(ValueError, match="read-only"):
         ARM.home[0] = 1.0

@@ -428,7 +428,7 @@ def test_plotting_the_wrong_kind_of_shape_is_an_error_and_makes_no_figure(plot, 
         (np.eye(3), [0, 0], r"t: expected shape \(3,\) or \(3, 1\), got \(2,\)"),
         (np.eye(3), [[0, 0, 0]], r"t: expected shape \(3,\) or \(3, 1\), got \(1, 3\)"),
         (np.eye(3), [0, np.nan, 0], "t: nan at index"),
-        ("R", [0, 0, 0], "R: expected numbers"),
+        ("R", [0, 0, 0], "R: expected"),
     ],
 )
 @pytest.mark.parametrize("shape, move, _plot", SHAPES)

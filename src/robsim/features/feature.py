@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
+from robsim.arrays import Array, shown_view
 from robsim.camera import Camera
 from robsim.kernels import camera as kernels
 
@@ -29,17 +29,17 @@ class Observation:
     @property
     def pixels(self) -> Array:
         """(B, N, 2) measured pixels (column, row)."""
-        return first_view(self.pixels_last)
+        return shown_view(self.pixels_last)
 
     @property
     def points(self) -> Array:
         """(B, N, 2) normalised image points (x, y): undistorted, at unit depth."""
-        return first_view(self.points_last)
+        return shown_view(self.points_last)
 
     @property
     def depth(self) -> Array:
         """(B, N) depths in metres, as the controller believes them."""
-        return first_view(self.depth_last)
+        return shown_view(self.depth_last)
 
     @classmethod
     def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:

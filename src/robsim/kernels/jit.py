@@ -26,11 +26,11 @@ def _hash_of_sources() -> str:
 
 def _user_cache() -> Path:
     """`ROBSIM_CACHE_DIR`, or the usual place for a user's cache files."""
-    if "ROBSIM_CACHE_DIR" in os.environ:
+    if os.environ.get("ROBSIM_CACHE_DIR"):
         return Path(os.environ["ROBSIM_CACHE_DIR"])
     fallback = "AppData/Local" if sys.platform == "win32" else ".cache"
     root = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
-    return Path(root or Path("~").expanduser() / fallback) / "robsim"
+    return Path(root or os.path.expanduser(f"~/{fallback}")) / "robsim"
 
 
 def _writable(folder: Path) -> bool:
@@ -41,6 +41,7 @@ def _writable(folder: Path) -> bool:
     return os.access(folder, os.W_OK)
 
 
+_PYTHON = f"py{sys.version_info.major}{sys.version_info.minor}"  # in the names of Numba's files
 KERNEL_HASH = _hash_of_sources()
 CACHE = _user_cache() / KERNEL_HASH
 _CACHED = _writable(CACHE)  # without a place to write, kernels compile anew in each process
@@ -48,7 +49,7 @@ _CACHED = _writable(CACHE)  # without a place to write, kernels compile anew in 
 
 def is_cold() -> bool:
     """Whether the loop of this version has never been compiled on this machine."""
-    return not (_CACHED and any(CACHE.rglob("solve.least_squares*.nbc")))
+    return not (_CACHED and any(CACHE.rglob(f"solve.least_squares*.{_PYTHON}.*.nbc")))
 
 
 def kernel(function: Callable[..., Any], inline: str = "never") -> Callable[..., Any]:

@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, runs_last
+from robsim.arrays import Array, frozen, numbers, runs_last
 from robsim.camera import Visibility
 from robsim.errors import GoalError, InputError
 from robsim.kernels import camera as kernels
 from robsim.pose import Pose, one_pose
 from robsim.servo.sight import Sight
+from robsim.value import Value
 
 
-@dataclass(frozen=True)
-class Shown:
+def _kept(q: Any) -> Any:
+    """A copy that nobody changes; what it is worth is checked against the scene."""
+    if isinstance(q, Mapping):
+        return {name: _kept(value) for name, value in q.items()}
+    if isinstance(q, np.ndarray | list | tuple):
+        try:
+            return frozen(numbers(q, "goal q", ("nq",)))
+        except InputError as error:
+            raise GoalError(str(error)) from None
+    return q
+
+
+@dataclass(frozen=True, eq=False)
+class Shown(Value):
     """The features that the true camera measures when the robot stands at `q`.
 
     What is shown can be reached, and wrong intrinsics leave no final error. `q` is as in
@@ -24,6 +38,9 @@ class Shown:
     """
 
     q: Any = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "q", _kept(self.q))
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ import numpy as np
 
 from robsim.arrays import positive
 from robsim.errors import InputError, RankWarning, suggest
-from robsim.features import Feature, Points
+from robsim.features import FEATURES, Feature, Points
 from robsim.scene import Scene
 from robsim.servo.controller import Controller, Depth, Interaction
 from robsim.servo.goal import as_goal, view_of
-from robsim.servo.inverse import as_inverse
+from robsim.servo.inverse import as_inverse, rank
 from robsim.servo.law import as_law
 from robsim.servo.sight import Sight, sight
 
@@ -25,7 +25,8 @@ class IBVS:
 
     goal          q at which the goal is shown (None: home), or `Computed(T_c_o)`
     camera        name of the camera, target: name of the object with the marks; None: the only one
-    features      `Points()`, `PixelPoints()`, or any object with measure and interaction
+    features      "points", "pixels", `Points()`, `PixelPoints()`, or any object with measure and
+                  interaction
     interaction   L "current", "desired" or "mean" of the two
     depth         Z in L: "true", "goal" (its value there) or metres; times depth_scale
     law           "joint", "camera", `CameraLaw(length)`, or any object with command
@@ -41,7 +42,7 @@ class IBVS:
     goal: Any = None
     camera: str | None = None
     target: str | None = None
-    features: Feature = field(default_factory=Points)
+    features: Any = field(default_factory=Points)
     interaction: Interaction = "current"
     depth: Depth = "true"
     depth_scale: float = 1.0
@@ -54,6 +55,8 @@ class IBVS:
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "goal", as_goal(self.goal))
+        if isinstance(self.features, str):
+            put(self, "features", _named(self.features))
         put(self, "law", as_law(self.law))
         put(self, "inverse", as_inverse(self.inverse))
         put(self, "gain", positive(self.gain, "gain (per second)"))
@@ -77,7 +80,7 @@ class IBVS:
         """
         truth = sight(scene, self.camera, self.target)
         belief = truth
-        if self.belief is not None:
+        if self.belief is not None and self.belief != scene:
             belief = _believed(self.belief, truth)
         if len(belief.target.marks) != len(truth.target.marks):
             raise InputError(
@@ -99,6 +102,13 @@ class IBVS:
         )
         _warn_of_rank(controller)
         return controller
+
+
+def _named(features: str) -> Any:
+    if features not in FEATURES:
+        raise InputError(f"no features {features!r}; {suggest(features, FEATURES, 'features')}")
+    chosen: Any = FEATURES[features]()
+    return chosen
 
 
 def _checked_depth(depth: Any) -> Depth:
@@ -130,7 +140,9 @@ def _joints(scene: Scene) -> list[str]:
 
 def _warn_of_rank(controller: Controller) -> None:
     full, found = min(6, controller.belief.columns.size), controller.full_rank
-    if found < full and controller.goal.q is not None:
+    if controller.goal.q is None:  # computed: there is no Jacobian at the goal
+        found = int(rank(controller.L_goal)[0])
+    if found < full:
         marks = np.unique(controller.truth.target.marks, axis=0)
         cause = "its marks lie on one line; " if _collinear(marks) else ""
         warnings.warn(

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from robsim.arrays import Array, first_view, positive
+from robsim.arrays import Array, first_view, positive, shown_view
 from robsim.errors import InputError, suggest
 from robsim.kernels import laws as kernels
 from robsim.servo.inverse import Inverse
@@ -37,17 +37,17 @@ class State:
     @property
     def error(self) -> Array:
         """(B, k)."""
-        return first_view(self.error_last)
+        return shown_view(self.error_last)
 
     @property
     def interaction(self) -> Array:
         """L (B, k, 6)."""
-        return first_view(self.interaction_last)
+        return shown_view(self.interaction_last)
 
     @property
     def jacobian(self) -> Array:
         """J (B, 6, n): twist (v, omega) of the camera in its own axes."""
-        return first_view(self.jacobian_last)
+        return shown_view(self.jacobian_last)
 
 
 @runtime_checkable
