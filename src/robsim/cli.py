@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robsim import __version__, examples, robots
-from robsim.errors import FileError, Interrupted, RankWarning, RobSimError
+from robsim.errors import FileError, InputError, Interrupted, RankWarning, RobSimError
 from robsim.kernels.jit import is_cold
 from robsim.outcome import Outcome
 
@@ -71,6 +71,7 @@ def check(file: Path, changes: tuple[str, ...]) -> None:
     scenario = _load(file, changes)
     with _warnings_as_lines():
         scenario.check()
+    _check_colors(scenario)
     scene = scenario.scene
     click.echo(f"{file}: all is well")
     click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
@@ -134,6 +135,8 @@ def _load(file: Path, changes: tuple[str, ...]) -> Scenario:
 
 def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
     """Run, write, draw and say how it went. What was simulated before Ctrl-C is kept."""
+    if figures:
+        _check_colors(scenario)
     click.echo(scenario.title or "simulating")
     if is_cold():
         click.echo("compiling the kernels, once on this machine: this takes a few seconds")
@@ -157,6 +160,22 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
         except KeyboardInterrupt:
             click.echo("stopped while drawing; the run is complete", err=True)
             sys.exit(STOPPED)
+
+
+def _check_colors(scenario: Scenario) -> None:
+    """Only Matplotlib knows which colours there are; ask before the simulation, not after it."""
+    from robsim.plot.palette import color
+
+    scene = scenario.scene
+    parts = [(f"robots.{r.name}.links.{k.name}", k.shapes) for r in scene.robots for k in r.links]
+    parts += [(f"objects.{thing.name}", thing.shapes) for thing in scene.objects]
+    parts += [(f"cameras.{c.name}", (c.camera.body,)) for c in scene.cameras if c.camera.body]
+    for owner, shapes in parts:
+        for shape in shapes:
+            try:
+                color(shape.color)
+            except InputError as error:
+                raise FileError(f"{scenario.source}: {owner}: {error}") from None
 
 
 @contextmanager

@@ -49,8 +49,8 @@ _MESSAGES = {
     Outcome.BEHIND_CAMERA: "a mark came behind the camera; try L mean or a nearer start",
     Outcome.JOINT_LIMIT: "a joint left its limits; try another start or goal",
     Outcome.SINGULAR: (
-        "the law commands no motion because L J lost rank here; try a damped inverse or other "
-        "features"
+        "the law commands no motion because L J lost rank here (singular values below rcond count "
+        "as zero); try a damped inverse, a smaller rcond, or other features"
     ),
     Outcome.DIVERGED: "the error or the depth grew a hundredfold; try a lower gain or another L",
     Outcome.NOT_FINITE: "a number is not finite: a feature, a law or a state overflowed",

@@ -24,7 +24,7 @@ from robsim.record import LONGEST, Record, Recorder
 from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
 from robsim.servo.controller import Controller
-from robsim.servo.inverse import rank
+from robsim.servo.inverse import RCOND, rank
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -251,7 +251,8 @@ def _tell_singular(controller: Controller, now: Now) -> None:
     """A stall where L J has lost rank is a singularity, not a local minimum."""
     stalled = np.flatnonzero(now.outcome == Outcome.LOCAL_MINIMUM)
     if stalled.size:
-        lost = rank(_keep(now.command.reach, stalled)) < controller.full_rank
+        rcond = controller.inverse.numbers[1] or RCOND
+        lost = rank(_keep(now.command.reach, stalled), rcond) < controller.full_rank
         now.outcome[stalled[lost]] = Outcome.SINGULAR
 
 

@@ -982,3 +982,77 @@ WRONG = {
 def test_it_is_an_input_error_and_no_other(case):
     with pytest.raises(rs.InputError):
         WRONG[case]()
+
+
+# ---- views, copies and what is left of them ----
+
+
+def test_a_law_cannot_write_into_the_loop():
+    class Vandal:
+        def command(self, state):
+            state.error[:] = 0.0
+            return np.zeros((len(state.error), 6))
+
+    with pytest.raises(ValueError, match="read-only"):
+        simulate(task={"law": Vandal()})
+
+
+def test_a_goal_is_a_copy():
+    q = GOAL.q
+    task, same = rs.IBVS(goal=q), rs.IBVS(goal=GOAL.q)
+    q[:] = 0.0
+    assert task == same
+    with pytest.raises(ValueError, match="read-only"):
+        task.goal.q[0] = 1.0
+
+
+def test_collinear_marks_are_told_for_a_computed_goal_too():
+    scene = flying(marks=[[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]])
+    goal = rs.Computed(GOAL.inv())
+    with pytest.warns(rs.RankWarning, match="its marks lie on one line"):
+        rs.IBVS(goal=goal).bind(scene)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (lambda: rs.Robot.from_dh([[0, 0, 1, 0]], home=[[0.0], [1.0]]), "home: expected shape"),
+        (lambda: rs.Robot.from_dh([[0, 0, 1, 0]], links=5), "links: expected a list of 1 names"),
+        (lambda: rs.units.parse("5 kg", "mass"), "no dimension 'mass'"),
+        (lambda: rs.plot.scene(5), "expected a Scene, got 5"),
+        (lambda: rs.Scenario.from_text(5), "expected TOML text, got 5"),
+        (lambda: rs.Scenario.from_text("schema = 1", set=5), "5: expected key=value"),
+        (lambda: rs.replay(simulate([START.q], duration=0.2).isel(run=[])), "it has no rows"),
+        (lambda: simulate(dt=2.0, duration=1.0), "dt 2 s is longer than the duration 1 s"),
+        (lambda: rs.Wheel(1, 1, 5000), "at most 4096"),
+    ],
+)
+def test_it_is_refused_in_words(wrong, words):
+    with pytest.raises(rs.InputError, match=words):
+        wrong()
+
+
+def test_a_quaternion_as_typed_is_made_exact():
+    q = [0, 0, -1, 0.57735, 0.57735, 0.57735, 0]
+    T = flying().pose("eye", q).matrix[:3, :3]
+    np.testing.assert_allclose(T.T @ T, np.eye(3), atol=1e-14)
+
+
+def test_limits_of_some_joints_only():
+    arm = rs.Robot.from_dh([[0, 0, 1, 0]] * 2, limits=[[-np.inf, np.inf], [-1, 1]])
+    np.testing.assert_array_equal(arm.limits, [[-np.inf, np.inf], [-1, 1]])
+
+
+def test_ctrl_c_while_the_result_is_made_loses_nothing(monkeypatch):
+    from robsim import results
+
+    def disturbed(*given, **named):
+        signal.raise_signal(signal.SIGINT)
+        made.append(original(*given, **named))
+        return made[0]
+
+    made, original = [], results.dataset
+    monkeypatch.setattr(results, "dataset", disturbed)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(duration=0.2)
+    assert np.isfinite(made[0].q).all()

@@ -125,3 +125,36 @@ def test_beyond_the_reach_of_the_lens_there_is_no_point():
 def test_poses_of_a_scene_without_robots():
     scene = rs.Scene(objects=rs.Object("cup", marks=[[0, 0, 0]], pose=POSE.matrix))
     np.testing.assert_array_equal(scene.pose("cup").matrix, POSE.matrix)
+
+
+def test_copies_are_read_only_like_the_original():
+    for again in (copy.deepcopy, lambda v: pickle.loads(pickle.dumps(v))):
+        rhino, cube, eye = (again(value) for value in values()[1:4])
+        for array in (rhino.home, cube.marks, eye.K):
+            assert not array.flags.writeable
+
+
+def test_integrating_a_robot_is_exact():
+    """A revolute joint adds; a floating one moves by T exp(V dt), whatever the steps."""
+    arm = rs.robots.puma560()
+    np.testing.assert_allclose(arm.integrate(arm.home, np.arange(6.0), 0.1) - arm.home,
+                               0.1 * np.arange(6.0), atol=1e-15)  # fmt: skip
+    fly, V = rs.robots.free_camera(), np.array([0.1, -0.2, 0.3, 0.5, 0.4, -0.6])
+    once = fly.integrate(POSE, V, 1.0)
+    expected = rs.Pose(POSE.matrix) @ rs.Pose.exp(V)
+    np.testing.assert_allclose(fly.fk(once), expected.matrix, atol=1e-14)
+    q = np.array(POSE.q)
+    for _ in range(10):
+        q = fly.integrate(q, V, 0.1)
+    np.testing.assert_allclose(fly.fk(q), expected.matrix, atol=1e-14)
+    batch = fly.integrate(POSE, np.stack([V, 0 * V]), 1.0)
+    np.testing.assert_array_equal(batch[0], once)
+
+
+def test_the_base_frame_is_where_the_robot_stands():
+    place = rs.Pose.at(0, 0, 1, rpy=(0.3, 0, 0))
+    base = rs.Link("base", joint=rs.Joint(place=place))
+    arm = rs.Robot("arm", [base, rs.Link("a", "base", rs.Joint("prismatic"))])
+    np.testing.assert_array_equal(arm.fk([0.5], "base"), np.eye(4))
+    np.testing.assert_allclose(arm.fk([0.5])[:3, 3], [0, 0, 0.5])
+    np.testing.assert_array_equal(rs.Scene([arm]).pose("arm.base").matrix, place.matrix)

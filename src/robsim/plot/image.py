@@ -17,6 +17,7 @@ from robsim.plot.canvas import new_figure, style
 if TYPE_CHECKING:
     import xarray as xr
 
+WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: figure, image, and what is above and below it
 MOST_RUNS = 50  # of a batch, so that lines can be told apart
 MOST_NUMBERS = 12  # of marks that are numbered
 _MARKERS: dict[str, dict[str, Any]] = {
@@ -44,8 +45,12 @@ def image(run: xr.Dataset) -> Figure:
     'column (px)'
     """
     with style():
-        figure = new_figure(5.2, 4.6)
-        draw(figure.add_subplot(), run)
+        figure = new_figure(WIDTH, WIDTH)
+        axes = figure.add_subplot()
+        draw(axes, run)
+        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+        tall = np.clip((bottom - top) / (right - left), 0.3, 2.0)
+        figure.set_size_inches(WIDTH, IMAGE * float(tall) + AROUND)
     return figure
 
 

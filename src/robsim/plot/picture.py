@@ -11,11 +11,11 @@ from robsim.arrays import Array
 from robsim.errors import InputError
 from robsim.plot import history, wireframe
 from robsim.plot.wireframe import Wire
+from robsim.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scene import Scene
 
 FRUSTUM = 0.12  # depth of a camera without a body, as a share of the scene
 STILL = 1e-6  # metres
@@ -39,11 +39,18 @@ class Picture:
         return points if len(points) else np.zeros((1, 3))
 
 
+def checked_scene(scene: object) -> None:
+    """InputError if this is no Scene."""
+    if not isinstance(scene, Scene):
+        raise InputError(f"expected a Scene, got {scene!r:.80}")
+
+
 def picture_of(scene: Scene, q: Any, run: xr.Dataset | None) -> Picture:
     """The scene at q (nq,), home by default, or from start to end of one run.
 
     InputError: q and run, or several of either; a run of another scene.
     """
+    checked_scene(scene)
     states = _states(scene, q, run)
     marks, ways = wireframe.marks(scene, states[-1]), _ways(scene, states)
     depth = FRUSTUM * _size([marks, *ways.values()])

@@ -13,6 +13,7 @@ from robsim.scenario.text import Raw
 
 Changes = Mapping[str, Any] | Iterable[str]
 _DEEPEST = 16
+_EMPTY = ("shapes", "marks", "distortion", "sources")  # lists that may be made empty
 
 
 def overridden(raw: Raw, changes: Changes, source: str) -> Raw:
@@ -45,6 +46,8 @@ def _pairs(changes: Changes) -> Iterable[tuple[str, Any]]:
         return [(key, value_of(text)) for key, text in changes.items()]
     if isinstance(changes, str):
         changes = [changes]
+    if not isinstance(changes, Iterable):
+        raise InputError(f"{shown(changes)}: expected key=value, or several of them")
     return [_pair(change) for change in changes]
 
 
@@ -61,6 +64,8 @@ def _nested(path: Any, value: Any) -> Raw:
     if not _can_be_set(keys):
         example = "task.gain or cameras.NAME.size"
         raise InputError(f"{shown(path)} cannot be set; expected a path such as {example}")
+    if value in ({}, []) and keys[-1] not in _EMPTY:
+        raise InputError(f"{path}: {shown(value)} changes nothing; name the value to change")
     tables: Any = value
     for i in range(len(keys) - 1, -1, -1):
         if i > 0 and keys[i - 1] in NAMED:

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+NEEDED = ("dt", "duration", "seed", "noise", "record", "single")
+
+
 def replay(run: xr.Dataset) -> xr.Dataset:
     """The same run, or batch, or selection of consecutive runs, once more: the same bits.
 
@@ -31,6 +34,9 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     if not text:
         reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
         raise InputError(f"this run cannot be repeated from its own text: {reason}")
+    lacking = [name for name in NEEDED if name not in run.attrs]
+    if lacking or _wanted(run, "q0").size == 0:
+        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
     scenario = Scenario.from_text(text, "scenario of the run")
     again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **_settings(run))
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}

@@ -60,6 +60,8 @@ class Scenario:
 
         FileError: whatever is wrong, with the key and what would be valid.
         """
+        if not isinstance(text, str):
+            raise FileError(f"{source}: expected TOML text, got {shown(text)}")
         raw = parse(text, source)
         changed = overridden(raw, set, source)
         made = _read(changed, source)

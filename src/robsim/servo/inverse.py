@@ -11,12 +11,14 @@ from robsim.arrays import Array, positive
 from robsim.errors import InputError, suggest
 from robsim.kernels import solve as kernels
 
+RCOND = 1e-6
+
 
 @dataclass(frozen=True)
 class Truncated:
     """A^+ with singular values below rcond times the largest taken as zero."""
 
-    rcond: float = 1e-6
+    rcond: float = RCOND
     name: ClassVar[str] = "truncated"
 
     def __post_init__(self) -> None:
@@ -58,7 +60,7 @@ def as_inverse(value: Any) -> Inverse:
     return INVERSES[value]()
 
 
-def rank(A: Array, rcond: float = Truncated.rcond) -> Any:
+def rank(A: Array, rcond: float = RCOND) -> Any:
     """Rank (B,) of A (m, n, B): how many singular values exceed rcond times the largest."""
     x, found = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
     kernels.least_squares(A, np.zeros((A.shape[0], A.shape[2])), 0.0, rcond, x, found)
