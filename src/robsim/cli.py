@@ -138,7 +138,7 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
     if figures:
         _check_colors(scenario)
     click.echo(scenario.title or "simulating")
-    if is_cold():
+    if _must_compile(scenario):
         click.echo("compiling the kernels, once on this machine: this takes a few seconds")
     try:
         with _warnings_as_lines(), _progress() as progress:
@@ -176,6 +176,13 @@ def _check_colors(scenario: Scenario) -> None:
                 color(shape.color)
             except InputError as error:
                 raise FileError(f"{scenario.source}: {owner}: {error}") from None
+
+
+def _must_compile(scenario: Scenario) -> bool:
+    from robsim.simulate import pays
+
+    steps = scenario.settings.duration / scenario.settings.dt
+    return is_cold("solve.least_squares") or (pays(1, steps) and is_cold("loop.stride"))
 
 
 @contextmanager

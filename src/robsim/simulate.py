@@ -94,6 +94,11 @@ def simulate(
     return result
 
 
+def pays(runs: int, steps: float) -> bool:
+    """Whether there is enough to do for the compiled loop; it gives the same bits."""
+    return runs * steps >= WORTH_COMPILING
+
+
 @dataclass
 class Loop:
     """What all chunks share: constants, the record, and whether to stop."""
@@ -124,7 +129,7 @@ class Loop:
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
         step, chunk = 0, _Chunk.start(self, rows)
-        go_on = _stride if self._pays() and self.controller.compiled else _step
+        go_on = _stride if pays(len(self.q0), self.steps) and self.controller.compiled else _step
         joints = self.scene.tree.joints
         while not self.stopped or step:  # a chunk that has begun is left at a recorded instant
             step, now = go_on(self, chunk, step)
@@ -139,10 +144,6 @@ class Loop:
             step += 1
             done(step / (self.steps + 1))
         done(1.0)
-
-    def _pays(self) -> bool:
-        """Whether there is enough to do for the compiled loop; it gives the same bits."""
-        return len(self.q0) * self.steps >= WORTH_COMPILING
 
 
 class Now(NamedTuple):

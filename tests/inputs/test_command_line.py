@@ -562,7 +562,7 @@ def test_a_reader_that_goes_away_is_no_traceback(here):
 def test_a_cold_start_is_told(robsim, monkeypatch):
     words = "compiling the kernels, once on this machine: this takes a few seconds"
     for cold in (True, False):
-        monkeypatch.setattr(cli, "is_cold", [cold].pop)
+        monkeypatch.setattr(cli, "is_cold", lambda name, cold=cold: cold)
         done = robsim("run", "lift.toml", "--no-figures")
         assert (words in done.out.splitlines()) == cold
 

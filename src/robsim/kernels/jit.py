@@ -47,9 +47,9 @@ CACHE = _user_cache() / KERNEL_HASH
 _CACHED = _writable(CACHE)  # without a place to write, kernels compile anew in each process
 
 
-def is_cold() -> bool:
-    """Whether the loop of this version has never been compiled on this machine."""
-    return not (_CACHED and any(CACHE.rglob(f"solve.least_squares*.{_PYTHON}.*.nbc")))
+def is_cold(name: str) -> bool:
+    """Whether a kernel such as "loop.stride" has never been compiled by this Python."""
+    return not (_CACHED and any(CACHE.rglob(f"{name}-*.{_PYTHON}.*.nbc")))
 
 
 def kernel(function: Callable[..., Any], inline: str = "never") -> Callable[..., Any]:
