@@ -122,6 +122,9 @@ class Camera(Value):
         """Pixels (..., N, 2) = (column, row) of points (N, 3) or (..., N, 3); NaN behind.
 
         `T_w_c` (..., 4, 4) is the pose of the camera. See `visibility` for the flags.
+
+        >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).project([[0.1, 0, 2]], Pose.at())
+        array([[360., 240.]])
         """
         _, pixels, lead = self._look(points, T_w_c)
         return runs_first(pixels, lead)

@@ -132,7 +132,11 @@ class Pose:
         return np.concatenate([self.position, self.quaternion], axis=-1)
 
     def inv(self) -> Pose:
-        """T_b_a from T_a_b."""
+        """T_b_a from T_a_b.
+
+        >>> Pose.at(1, 2, 3).inv().position
+        array([-1., -2., -3.])
+        """
         R = np.swapaxes(self.rotation, -1, -2)
         T = np.zeros_like(self.matrix)
         T[..., :3, :3], T[..., 3, 3] = R, 1.0

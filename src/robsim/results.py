@@ -257,6 +257,11 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """Write a run as NetCDF-4; the file appears only once it is complete.
 
     FileError: it cannot be written there.
+
+    >>> from robsim import examples, load_scenario
+    >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
+    >>> open_run(save_run(run, "run.nc")).identical(run)
+    True
     """
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
@@ -276,7 +281,13 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
 
 def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a run that `save_run` wrote. FileError: missing, or not a run."""
+    """Read a run that `save_run` wrote. FileError: missing, or not a run.
+
+    >>> open_run("nothing.nc")
+    Traceback (most recent call last):
+    ...
+    robsim.errors.FileError: no file nothing.nc
+    """
     try:
         exists = Path(path).is_file()
     except (OSError, TypeError, ValueError) as error:

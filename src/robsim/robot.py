@@ -51,7 +51,11 @@ def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part: its frame hangs from the link `parent` by `joint`; `shapes` draw it."""
+    """A rigid part: its frame hangs from the link `parent` by `joint`; `shapes` draw it.
+
+    >>> Link("body", "base", Joint("floating")).joint.kind
+    'floating'
+    """
 
     name: str
     parent: str | None = None
@@ -205,7 +209,11 @@ class Robot(Value):
         return self.links[-1].name
 
     def at(self, pose: Any, on: str | None = None) -> Robot:
-        """A copy whose base is moved by `pose`, or stands on another frame of the scene."""
+        """A copy whose base is moved by `pose`, or stands on another frame of the scene.
+
+        >>> Robot.from_dh([[0, 0, 1, 0]]).at(Pose.at(0, 0, 1)).base.position
+        array([0., 0., 1.])
+        """
         moved = one_pose(pose, f"base of '{self.name}'")
         return replace(self, base=moved @ self.base if on is None else moved, on=on or self.on)
 
@@ -247,7 +255,11 @@ class Robot(Value):
         return homogeneous(self.tree.frame(M, self._link(link)), values.shape[:-1])
 
     def frames(self, q: Any) -> Array:
-        """Poses (..., links, 4, 4) of all links, the base first, in the base link's frame."""
+        """Poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
+
+        >>> Robot.from_dh([[0, 0, 1, 0]] * 2).frames([0.0, 0.0])[:, 0, 3]
+        array([0., 1., 2.])
+        """
         values = self.coordinates(q, limits=False)
         M = self.tree.bodies(runs_last(values, 1))
         poses = [self.tree.frame(M, link.name) for link in self.links]

@@ -55,7 +55,11 @@ class Object(Value):
 
 @dataclass(frozen=True)
 class Mounted:
-    """A camera in the scene, its axes at `pose` (the hand-eye pose) on the frame `on`."""
+    """A camera in the scene, its axes at `pose` (the hand-eye pose) on the frame `on`.
+
+    >>> Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.tool").on
+    'arm.tool'
+    """
 
     name: str
     camera: Camera
@@ -164,7 +168,13 @@ class Scene:
         return _pick(self.cameras, name, "camera")
 
     def replacing(self, *parts: Robot | Object | Mounted) -> Scene:
-        """A copy in which these parts replace those of the same name: a belief, for example."""
+        """A copy in which these parts replace those of the same name: a belief, for example.
+
+        >>> scene = Scene(objects=Object("cup", marks=[[0, 0, 0]]))
+        >>> moved = Object("cup", marks=[[0, 0, 0]], pose=Pose.at(1, 0, 0))
+        >>> scene.replacing(moved).pose("cup").position
+        array([1., 0., 0.])
+        """
         for part in parts:
             if not isinstance(part, Robot | Object | Mounted):
                 raise InputError(f"expected a Robot, Object or Mounted, got {part!r:.80}")
@@ -211,7 +221,12 @@ class Scene:
         return Pose(homogeneous(T, values.shape[:-1]), ("world", frame))
 
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
-        """What a camera sees of points: an object's marks (by name) or world points (N, 3)."""
+        """What a camera sees of points: an object's marks (by name) or world points (N, 3).
+
+        >>> eye = Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
+        >>> Scene(cameras=eye).view(points=[[0, 0, 2]]).depth
+        array([2.])
+        """
         eye = self.camera(camera)
         T_w_c = Pose(self.pose(eye.name, q).matrix)
         if points is None or isinstance(points, str):

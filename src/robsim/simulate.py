@@ -65,6 +65,11 @@ def simulate(
 
     After its end a run is NaN. InputError before anything runs; Interrupted after Ctrl-C.
 
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    >>> run = simulate(scenario.scene, scenario.task, scenario.q0, duration=25)
+    >>> rs.Outcome(int(run.outcome)).name, round(float(run.error_norm[149]), 4)
+    ('CONVERGED', 0.023)
     """
     from robsim.results import dataset, undisturbed
 

@@ -43,6 +43,9 @@ class Joint:
     """place . motion(q) . tail: a constant pose, a motion about or along z, a constant pose.
 
     `limits` is (lowest, highest) in radians or metres, None for none.
+
+    >>> Joint("prismatic", limits=(0.0, 0.5)).limits
+    (0.0, 0.5)
     """
 
     kind: Kind = "fixed"

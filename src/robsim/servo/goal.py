@@ -35,6 +35,9 @@ class Shown(Value):
 
     What is shown can be reached, and wrong intrinsics leave no final error. `q` is as in
     `simulate`: an array, or {robot: q}; None is home.
+
+    >>> Shown([0.1, 0.2]).q
+    array([0.1, 0.2])
     """
 
     q: Any = None
@@ -48,6 +51,9 @@ class Computed:
     """The features that the controller expects with the target at `T_c_o` in camera axes.
 
     They come from the believed camera and target; nobody promises that they can be reached.
+
+    >>> Computed(Pose.at(0, 0, 0.5)).T_c_o.position
+    array([0. , 0. , 0.5])
     """
 
     T_c_o: Pose

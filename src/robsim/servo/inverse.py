@@ -16,7 +16,11 @@ RCOND = 1e-6
 
 @dataclass(frozen=True)
 class Truncated:
-    """A^+ with singular values below rcond times the largest taken as zero."""
+    """A^+ with singular values below rcond times the largest taken as zero.
+
+    >>> as_inverse("truncated")
+    Truncated(rcond=1e-06)
+    """
 
     rcond: float = RCOND
     name: ClassVar[str] = "truncated"
@@ -33,7 +37,11 @@ class Truncated:
 
 @dataclass(frozen=True)
 class Damped:
-    """(A'A + damping^2 I)^-1 A': shorter commands near a singularity, and never exact."""
+    """(A'A + damping^2 I)^-1 A': shorter commands near a singularity, and never exact.
+
+    >>> as_inverse("damped").damping
+    0.01
+    """
 
     damping: float = 0.01
     name: ClassVar[str] = "damped"

@@ -60,7 +60,11 @@ class Law(Protocol):
 
 @dataclass(frozen=True)
 class JointLaw:
-    """qdot = -gain (L J)^+ e: the least-squares descent of the error in the joints."""
+    """qdot = -gain (L J)^+ e: the least-squares descent of the error in the joints.
+
+    >>> as_law("joint")
+    JointLaw()
+    """
 
     name: ClassVar[str] = "joint"
 
@@ -77,6 +81,9 @@ class CameraLaw:
 
     Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
     |omega|^2. `length` (metres) is that unit; the chapter's is a centimetre.
+
+    >>> CameraLaw(length=0.01).length
+    0.01
     """
 
     length: float = 1.0
