@@ -1,4 +1,4 @@
-"""The compiled loop and the one for anybody's features and laws: the same bits, for every scheme."""
+"""The compiled loop and the one for anybody's features and laws give the same bits."""
 
 from importlib import import_module
 from itertools import product
