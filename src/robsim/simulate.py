@@ -17,6 +17,7 @@ from robsim.errors import InputError, Interrupted
 from robsim.kernels import endings, tree
 from robsim.kernels import loop as kernels
 from robsim.kernels.endings import Watch
+from robsim.kernels.jit import is_cold
 from robsim.kernels.loop import Command, Noise
 from robsim.kernels.sight import Look
 from robsim.outcome import Outcome
@@ -100,8 +101,9 @@ def simulate(
 
 
 def pays(runs: int, steps: float) -> bool:
-    """Whether there is enough to do for the compiled loop; it gives the same bits."""
-    return runs * steps >= WORTH_COMPILING
+    """Whether to take the compiled loop, which gives the same bits: it is there, or worth it."""
+    there = getattr(kernels.stride, "signatures", ()) or not is_cold("loop.stride")
+    return bool(there) or runs * steps >= WORTH_COMPILING
 
 
 @dataclass
