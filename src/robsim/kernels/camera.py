@@ -6,13 +6,13 @@ Camera axes: x to the right (columns), y down (rows), z along the optical axis. 
 
 import numpy as np
 
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 
 NEAR = 1e-9  # metres; a point with less depth is behind the camera
 IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
 
 
-@kernel
+@part
 def into_camera(T_w_c, T_w_o, points, X):
     """X[n, 3, b] = points (n, 3) of the object, in camera axes: R_c' (R_o p + t_o - t_c)."""
     d = np.empty((3, X.shape[2]))
@@ -95,7 +95,7 @@ def _bends(lens):
     return total != 0.0
 
 
-@kernel
+@part
 def project(X, K, lens, pixels):
     """pixels[n, 2, b] = (column, row) of points X[n, 3, b]; NaN behind the camera."""
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
@@ -129,7 +129,7 @@ def normalise(pixels, K, lens, reach, x):
             x[n, 0, b], x[n, 1, b] = x_, y
 
 
-@kernel
+@part
 def visibility(X, pixels, border, reach, status):
     """status[n, b]: in the image, out of it, or behind the camera.
 

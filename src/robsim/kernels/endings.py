@@ -52,7 +52,7 @@ def _norm(x, out):
         out[b] = math.sqrt(out[b])
 
 
-@kernel
+@part
 def _beyond(q, limits, out):
     """out[b] = whether a coordinate is outside its limits."""
     out[:] = False
@@ -61,7 +61,7 @@ def _beyond(q, limits, out):
             out[b] |= (q[i, b] < limits[i, 0]) | (q[i, b] > limits[i, 1])
 
 
-@kernel
+@part
 def _worst(status, out):
     out[:] = camera.IN_IMAGE
     for n in range(status.shape[0]):
@@ -82,7 +82,7 @@ def begin(error, depth, T, tolerance, watch):
             watch.before[r, b] = T[r, 3, b]
 
 
-@kernel
+@part
 def _stands_still(reach, qd, gain, tolerance, still):
     """Count the periods in which the command moves features by next to nothing in 1/gain."""
     change, largest = np.zeros((reach.shape[0], still.size)), np.empty(still.size)
@@ -95,7 +95,7 @@ def _stands_still(reach, qd, gain, tolerance, still):
         still[b] = still[b] + 1 if largest[b] < STALL * tolerance * gain else 0
 
 
-@kernel
+@part
 def _path(before, T, length):
     """length[b] += the way from before[3, b] to the origin of T[3, 4, b], which replaces it."""
     for b in range(length.size):

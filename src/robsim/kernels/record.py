@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 
 
 class Track(NamedTuple):
@@ -14,7 +14,7 @@ class Track(NamedTuple):
     pixels: Any
 
 
-@kernel
+@part
 def _store(values, rows, moment, out):
     """out[rows[b], moment, i] = values[i, b]."""
     for b in range(rows.size):

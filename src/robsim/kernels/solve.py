@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 
 
 @kernel
@@ -25,7 +25,7 @@ def product(A, B, out):
                     out[i, j, b] += A[i, k, b] * B[k, j, b]
 
 
-@kernel
+@part
 def _upright(A, damping, Q):
     """Q = A or A', whichever has at least as many rows as columns, over damping * identity."""
     wide = A.shape[0] < A.shape[1]
@@ -40,7 +40,7 @@ def _upright(A, damping, Q):
                 Q[p + j, j, b] = damping
 
 
-@kernel
+@part
 def _gram_schmidt(Q, R):
     """Q <- orthonormal columns, R[i, j, b] upper triangular with Q_before = Q R."""
     rows, n, runs = Q.shape
@@ -63,7 +63,7 @@ def _gram_schmidt(Q, R):
                     Q[i, k, b] -= Q[i, j, b] * R[j, k, b]
 
 
-@kernel
+@part
 def _invert_triangle(R, inverse):
     """Inverse = R^-1 for upper triangular R, column by column."""
     n, runs = R.shape[1], R.shape[2]
@@ -79,7 +79,7 @@ def _invert_triangle(R, inverse):
                 inverse[i, j, b] *= inverse[i, i, b]
 
 
-@kernel
+@part
 def _condition_bound(R, inverse, bound):
     """bound[b] = ||R||_F ||R^-1||_F >= the condition number."""
     norm = np.zeros((2, R.shape[2]))
@@ -92,7 +92,7 @@ def _condition_bound(R, inverse, bound):
         bound[b] = math.sqrt(norm[0, b]) * math.sqrt(norm[1, b])
 
 
-@kernel
+@part
 def _solve_tall(Q, inverse, y, x):
     """X = R^-1 Q' y; y is projected step by step, which is what makes Gram-Schmidt stable."""
     rest, z = np.zeros((Q.shape[0], y.shape[1])), np.zeros(x.shape)
@@ -113,7 +113,7 @@ def _solve_tall(Q, inverse, y, x):
                 x[i, b] += inverse[i, j, b] * z[j, b]
 
 
-@kernel
+@part
 def _solve_wide(Q, inverse, y, x):
     """X = Q R^-T y."""
     z = np.zeros(y.shape)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.kernels import se3
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 
 REVOLUTE, PRISMATIC, FLOATING = 1, 2, 3
 
@@ -51,7 +51,7 @@ def turn(angle, T):
             T[r, 1, b] = c[b] * y - s[b] * x
 
 
-@kernel
+@part
 def slide(distance, T):
     """T <- T Tz(distance), in place."""
     for r in range(3):
