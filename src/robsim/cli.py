@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from robsim.scenario import Scenario
 
-OK, BAD_INPUT, STOPPED = 0, 2, 130  # exit status; 130 is the shell's number for Ctrl-C
+BAD_INPUT, STOPPED = 2, 130  # exit status; 130 is the shell's number for Ctrl-C
 FIGURES = ("image.png", "scene.png", "velocity.png")
 FILES = ("run.nc", "scenario.toml", *FIGURES)  # of one run
 
