@@ -84,14 +84,24 @@ def dataset(loop: Loop, scene: Scene, task: IBVS, single: bool) -> xr.Dataset:
             "s_goal": (["feature"], controller.s_goal),
             **_ends(loop, goal),
         }
-    moments = series.q.shape[1]
-    coordinates = _coordinates(loop, scene, moments)
-    result = xr.Dataset(variables, coordinates, _provenance(loop, scene, task, single))
+    attributes = _attributes(task.features.unit, scene)
+    absent = {dim for dim, gone in (("run", single), ("time", recorder.every is None)) if gone}
+    coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
-        result = result.isel(time=0, drop=True)
-    if single:
-        result = result.isel(run=0)
-    return _annotated(result, task.features.unit, scene)
+        del coordinates["time"]
+    return xr.Dataset(
+        {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
+        {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
+        _provenance(loop, scene, task, single),
+    )
+
+
+def _without(absent: set[str], dims: list[str], data: Any) -> tuple[list[str], Any]:
+    """A variable in which some dimensions, of size one, are left out."""
+    if absent.isdisjoint(dims):
+        return dims, data
+    first = tuple(0 if dim in absent else slice(None) for dim in dims)
+    return [dim for dim in dims if dim not in absent], data[first]
 
 
 def _simulated(recorder: Recorder) -> Track:
@@ -147,10 +157,10 @@ def _ends(loop: Loop, goal: Array) -> dict[str, Any]:
     recorder = loop.recorder
     away = recorder.last.pixels.reshape(-1, *goal.shape) - goal
     return {
-        "outcome": ("run", recorder.outcome),
-        "end_time": ("run", recorder.end_step * loop.dt),
-        "path_length": ("run", recorder.path_length),
-        "pixel_error": ("run", np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1)),
+        "outcome": (["run"], recorder.outcome),
+        "end_time": (["run"], recorder.end_step * loop.dt),
+        "path_length": (["run"], recorder.path_length),
+        "pixel_error": (["run"], np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1)),
         "q0": (["run", "coordinate"], loop.q0),
         "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
         "pixels_end": (["run", "mark", "axis"], recorder.last.pixels.reshape(-1, *goal.shape)),
@@ -180,14 +190,15 @@ def _blocks(count: int) -> Iterator[slice]:
 
 def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
     every = loop.recorder.every or 1
+    seconds = {"units": "s", "long_name": "time"}
     return {
-        "run": ("run", loop.first_run + np.arange(len(loop.q0))),
-        "time": ("time", np.arange(moments) * every * loop.dt),
-        "coordinate": ("coordinate", list(scene.coordinate_names)),
-        "coordinate_unit": ("coordinate", list(scene.coordinate_units)),
-        "velocity": ("velocity", list(scene.velocity_names)),
-        "twist": ("twist", ["vx", "vy", "vz", "wx", "wy", "wz"]),
-        "axis": ("axis", ["column", "row"]),
+        "run": (["run"], loop.first_run + np.arange(len(loop.q0))),
+        "time": (["time"], np.arange(moments) * every * loop.dt, seconds),
+        "coordinate": (["coordinate"], list(scene.coordinate_names)),
+        "coordinate_unit": (["coordinate"], list(scene.coordinate_units)),
+        "velocity": (["velocity"], list(scene.velocity_names)),
+        "twist": (["twist"], ["vx", "vy", "vz", "wx", "wy", "wz"]),
+        "axis": (["axis"], ["column", "row"]),
     }
 
 
@@ -231,26 +242,25 @@ def _image(camera: Camera) -> dict[str, Any]:
     return {**size, "image_centre": np.array([camera.K[0, 2], camera.K[1, 2]])}
 
 
-def _annotated(result: xr.Dataset, unit: str, scene: Scene) -> xr.Dataset:
+def _attributes(unit: str, scene: Scene) -> dict[str, dict[str, Any]]:
+    """Unit and long name of each variable; `unit` is that of the features."""
     joints = sorted(set(scene.coordinate_units))
     unit_q = joints[0] if len(joints) == 1 else "see coordinate_unit"
-    rates = f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"
     units = {
         **UNITS,
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
-        "qd": rates,
+        "qd": f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s",
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
         "lyapunov": unit if unit == "1" else f"{unit}^2",
     }
-    for name, variable in result.data_vars.items():
-        variable.attrs = {"units": units[str(name)], "long_name": DESCRIPTIONS[str(name)]}
-    result["outcome"].attrs |= {
+    named: dict[str, dict[str, Any]] = {
+        name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
+    }
+    named["outcome"] |= {
         "flag_values": np.array([int(o) for o in Outcome], dtype=np.int8),
         "flag_meanings": " ".join(o.name for o in Outcome),
     }
-    if "time" in result.coords:
-        result["time"].attrs = {"units": "s", "long_name": "time"}
-    return result
+    return named
 
 
 def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
