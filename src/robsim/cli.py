@@ -152,8 +152,10 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
         with suppress(OSError):
             folder.rmdir()  # if it is empty: nothing was simulated
         raise
-    _save(result, scenario, folder)
+    stopped = _save(result, scenario, folder)
     _report(result, folder)
+    if stopped:
+        sys.exit(STOPPED)
     if figures:
         try:
             _draw(result, scenario, folder)
@@ -214,15 +216,17 @@ def _warnings_as_lines() -> Iterator[None]:
                 click.echo(f"warning: {warning.message}", err=True)
 
 
-def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
+def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
+    """Write run and scenario whole; tells whether Ctrl-C came meanwhile."""
     from robsim.results import save_run, undisturbed
 
-    with undisturbed():
+    with undisturbed() as stops:
         save_run(result, folder / "run.nc")
         _write(folder / "scenario.toml", scenario.text)
         for name in FIGURES:
             with _writing(folder / name) as path:
                 path.unlink(missing_ok=True)  # of the run that was here before
+    return bool(stops)
 
 
 def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:

@@ -113,19 +113,17 @@ def _simulated(recorder: Recorder) -> Track:
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
-    """Ctrl-C waits until what is inside is complete."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+def undisturbed() -> Iterator[list[Any]]:
+    """Ctrl-C does not disturb what is inside; it is put into the list, for the caller to obey."""
     came: list[Any] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield came
+        return
     before = signal.signal(signal.SIGINT, lambda *given: came.append(given))
     try:
-        yield
+        yield came
     finally:
         signal.signal(signal.SIGINT, before)
-    if came and callable(before):
-        before(*came[0])
 
 
 def _motion(scene: Scene, camera: str, series: Track, tall: list[str]) -> dict[str, Any]:

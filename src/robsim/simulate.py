@@ -93,9 +93,9 @@ def simulate(
         record,
     )
     finished = _work(loop, threads, chunk, progress)
-    with undisturbed():
+    with undisturbed() as stops:
         result = dataset(loop, scene, task, single=starts.ndim == 1)
-    if not finished:
+    if stops or not finished:
         raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
     return result
 
