@@ -37,7 +37,7 @@ def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
     return array
 
 
-def frozen(array: Array) -> Array:
+def frozen(array: NDArray[T]) -> NDArray[T]:
     """The same array, read-only."""
     array.flags.writeable = False
     return array
@@ -67,9 +67,7 @@ def first_view(array: NDArray[T]) -> NDArray[T]:
 
 def shown_view(array: NDArray[T]) -> NDArray[T]:
     """(a, b, run) -> a read-only view (run, a, b): the user sees it, the loop goes on with it."""
-    view = first_view(array)
-    view.flags.writeable = False
-    return view
+    return frozen(first_view(array))
 
 
 def last_view(array: NDArray[T]) -> NDArray[T]:

@@ -42,6 +42,9 @@ def _output(command: Any) -> Any:
     )(command)
 
 
+_set = click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help="Change a value.")
+
+
 @cli.command()
 @_output
 def demo(output: Path | None, force: bool, no_figures: bool) -> None:
@@ -53,7 +56,7 @@ def demo(output: Path | None, force: bool, no_figures: bool) -> None:
 @cli.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @_output
-@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help="Change a value.")
+@_set
 def run(
     file: Path, output: Path | None, force: bool, no_figures: bool, changes: tuple[str, ...]
 ) -> None:
@@ -65,7 +68,7 @@ def run(
 
 @cli.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help="Change a value.")
+@_set
 def check(file: Path, changes: tuple[str, ...]) -> None:
     """Read FILE and try its goal and start without simulating."""
     scenario = _load(file, changes)

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 from robsim.camera import Camera
-from robsim.features import PixelPoints, Points
+from robsim.features import FEATURES
 from robsim.pose import Pose
 from robsim.primitives import Block, CameraBody, Primitive, Wheel
 from robsim.robot import Link, Robot
 from robsim.scene import Mounted, Object, Scene
-from robsim.servo import IBVS, CameraLaw, Computed, Damped, JointLaw, Shown, Truncated
+from robsim.servo import IBVS, Computed, Damped, Shown, Truncated
+from robsim.servo.law import LAWS
 
 Table = dict[str, Any]
-SHAPES: dict[type[Primitive], str] = {Block: "block", Wheel: "wheel", CameraBody: "camera"}
-FEATURES: dict[type[Any], str] = {Points: "points", PixelPoints: "pixels"}
+SHAPES: dict[str, type[Primitive]] = {"block": Block, "wheel": Wheel, "camera": CameraBody}
 
 
 class NoDescription(Exception):
@@ -169,14 +169,15 @@ def scenario(
     return tomli_w.dumps({**table, "run": run(settings)})
 
 
-def _builtin(known: Mapping[type[Any], str], value: Any) -> str:
-    if type(value) not in known:
-        raise NoDescription(f"{type(value).__name__} is Python code")
-    return known[type(value)]
+def _builtin(known: Mapping[str, type[Any]], value: Any) -> str:
+    for name, kind in known.items():
+        if type(value) is kind:
+            return name
+    raise NoDescription(f"{type(value).__name__} is Python code")
 
 
 def _law(value: Any) -> Table:
-    name = _builtin({JointLaw: "joint", CameraLaw: "camera"}, value)
+    name = _builtin(LAWS, value)
     return {"law": name, **({"length": length(value.length)} if name == "camera" else {})}
 
 

@@ -40,19 +40,13 @@ class Recorder:
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, int, int, int]):
         self.every = every(record)
-        self.moments = 0 if self.every is None else steps // self.every + 1
-        _check_memory(runs, self.moments, sum(widths))
-        self.series = _empty(runs, self.moments, widths)
+        moments = 0 if self.every is None else steps // self.every + 1
+        _check_memory(runs, moments, sum(widths))
+        self.series = _empty(runs, moments, widths)
         self.last = _empty(runs, 1, widths)
         self.outcome = np.zeros(runs, dtype=np.int8)
         self.end_step = np.full(runs, np.nan)
         self.path_length = np.full(runs, np.nan)
-
-    def moment(self, step: int, rows: NDArray[np.int64], now: Now) -> None:
-        """Keep a step if it was asked for."""
-        if self.every is not None and step % self.every == 0:
-            values = now.q, now.qd, now.command.s, now.look.pixels
-            kernels.store(rows, step // self.every, *values, self.series)
 
     def end(
         self,

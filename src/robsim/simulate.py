@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from robsim.arrays import Array, numbers, positive, runs_last
 from robsim.errors import InputError, Interrupted
-from robsim.kernels import endings, tree
 from robsim.kernels import loop as kernels
+from robsim.kernels import tree
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
 from robsim.kernels.loop import Command, Noise
@@ -81,7 +81,7 @@ def simulate(
         raise InputError(f"q0: expected shape ({scene.nq},) or (B, {scene.nq}), got {starts.shape}")
     dt, duration = positive(dt, "dt (seconds)"), positive(duration, "duration (seconds)")
     chunk = _whole(chunk, "chunk", 1)
-    threads = _whole((_processors()) if threads is None else threads, "threads", 1, 1025)
+    threads = _whole(_processors() if threads is None else threads, "threads", 1, 1025)
     loop = Loop(
         controller,
         np.ascontiguousarray(starts.reshape(-1, scene.nq)),
@@ -127,6 +127,8 @@ class Loop:
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         self.limits = np.ascontiguousarray(scene.limits + slack)
+        scheme = controller.compiled
+        self.scheme = scheme if scheme and pays(len(self.q0), self.steps) else None
 
     @property
     def scene(self) -> Scene:
@@ -136,7 +138,7 @@ class Loop:
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
         step, chunk = 0, _Chunk.start(self, rows)
-        go_on = _stride if pays(len(self.q0), self.steps) and self.controller.compiled else _step
+        go_on = _stride if self.scheme else _step
         joints = self.scene.tree.joints
         while not self.stopped or step:  # a chunk that has begun is left at a recorded instant
             step, now = go_on(self, chunk, step)
@@ -174,10 +176,12 @@ class _Chunk:
 
     @classmethod
     def start(cls, loop: Loop, rows: NDArray[np.int64]) -> _Chunk:
-        numbers = (rows + loop.first_run).astype(np.uint64)
-        still, one = np.empty(rows.size, dtype=np.int64), np.empty((3, rows.size))
-        watch = Watch(one[0], one[1], still, np.empty((3, rows.size)), one[2])
-        noise = Noise(loop.noise, np.uint64(loop.seed), numbers)
+        """The chunk at its start; `endings.begin` fills the watch."""
+        runs = rows.size
+        still, before = np.empty(runs, dtype=np.int64), np.empty((3, runs))
+        watch = Watch(np.empty(runs), np.empty(runs), still, before, np.empty(runs))
+        number = (rows + loop.first_run).astype(np.uint64)
+        noise = Noise(loop.noise, np.uint64(loop.seed), number)
         return cls(rows, runs_last(loop.q0[rows], 1), noise, watch)
 
     def without(self, over: NDArray[np.bool_]) -> _Chunk:
@@ -204,7 +208,7 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.limits,
         controller.truth.constants,
         controller.truth.moves,
-        controller.compiled,
+        loop.scheme,
         chunk.noise,
         chunk.watch,
         chunk.rows,
@@ -227,28 +231,25 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     kernels.measure(look.pixels, chunk.noise, step, pixels)
     command = controller.control(chunk.q, look, pixels)
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
-    tree.spread(controller.belief.columns, command.qd, qd)
-    T = look.T_w_c if controller.truth.constants.moves else look.T_w_o
-    if step == 0:
-        endings.begin(command.error, look.depth, T, controller.tolerance, chunk.watch)
-    endings.judge(
-        chunk.q,
+    kernels.settle(
+        step,
+        loop.steps,
         loop.limits,
-        look.visibility,
-        look.depth,
-        T,
-        command.error,
-        command.qd,
-        command.reach,
+        controller.truth.constants,
+        controller.belief.columns,
         controller.gain,
         controller.tolerance,
-        step == loop.steps,
         chunk.watch,
+        chunk.rows,
+        loop.recorder.every or 0,
+        loop.recorder.series,
+        chunk.q,
+        look,
+        command,
+        qd,
         outcome,
     )
-    now = Now(chunk.q, qd, look, command, outcome)
-    loop.recorder.moment(step, chunk.rows, now)
-    return step, now
+    return step, Now(chunk.q, qd, look, command, outcome)
 
 
 def _keep(array: Any, going: NDArray[Any]) -> Any:

@@ -113,8 +113,7 @@ class Tree:
             iv.append(m)
             place.append(start)
         self.body, self.axis = _integers(body), _integers(axis)
-        self.angular = angular.astype(np.bool_)
-        self.angular.flags.writeable = False
+        self.angular = frozen(angular.astype(np.bool_))
         places = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
         self.joints = kernels.Joints(
             _integers(parent), _integers(kind), _integers(iq), _integers(iv), places
@@ -163,9 +162,7 @@ class Tree:
 
 
 def _integers(values: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    array = np.array(values, dtype=np.int64)
-    array.flags.writeable = False
-    return array
+    return frozen(np.array(values, dtype=np.int64))
 
 
 def _first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:

@@ -103,6 +103,53 @@ def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
         )
 
 
+@part
+def settle(
+    step,
+    steps,
+    limits,
+    eye,
+    columns,
+    gain,
+    tolerance,
+    watch,
+    rows,
+    every,
+    track,
+    q,
+    seen,
+    command,
+    qd,
+    outcome,
+):
+    """The rest of an instant once the command is known; returns how many runs have ended.
+
+    Fills qd (of all joints) and outcome, and keeps every so many steps in `track`.
+    """
+    tree.spread(columns, command.qd, qd)
+    T = seen.T_w_c if eye.moves else seen.T_w_o
+    if step == 0:
+        endings.begin(command.error, seen.depth, T, tolerance, watch)
+    ended = endings.judge(
+        q,
+        limits,
+        seen.visibility,
+        seen.depth,
+        T,
+        command.error,
+        command.qd,
+        command.reach,
+        gain,
+        tolerance,
+        step == steps,
+        watch,
+        outcome,
+    )
+    if every > 0 and step % every == 0:
+        record.store(rows, step // every, q, qd, command.s, seen.pixels, track)
+    return ended
+
+
 @kernel
 def stride(
     step,
@@ -138,27 +185,24 @@ def stride(
         sight.look(joints, eye, q, seen)
         measure(seen.pixels, noise, step, pixels)
         control(scheme, eye, moves, seen, pixels, x, Z, L, J, command)
-        tree.spread(moves.columns, command.qd, qd)
-        T = seen.T_w_c if eye.moves else seen.T_w_o
-        if step == 0:
-            endings.begin(command.error, seen.depth, T, scheme.tolerance, watch)
-        ended = endings.judge(
-            q,
+        ended = settle(
+            step,
+            steps,
             limits,
-            seen.visibility,
-            seen.depth,
-            T,
-            command.error,
-            command.qd,
-            command.reach,
+            eye,
+            moves.columns,
             scheme.gain,
             scheme.tolerance,
-            step == steps,
             watch,
+            rows,
+            every,
+            track,
+            q,
+            seen,
+            command,
+            qd,
             outcome,
         )
-        if every > 0 and step % every == 0:
-            record.store(rows, step // every, q, qd, command.s, seen.pixels, track)
         if ended > 0 or step >= until:
             return step
         tree.integrate(joints.kind, joints.iq, joints.iv, qd, dt, q)

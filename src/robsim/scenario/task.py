@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from robsim import describe
 from robsim.arrays import Array
 from robsim.errors import InputError
 from robsim.pose import Pose
-from robsim.record import Record
+from robsim.record import LONGEST, Record
 from robsim.scenario import schema
 from robsim.scenario.build import configuration, pose
 from robsim.scenario.problems import Problems, under
@@ -17,9 +16,16 @@ from robsim.scene import Scene
 from robsim.servo import IBVS, CameraLaw, Computed, Damped, Truncated
 from robsim.tree import COORDINATE_UNITS
 
-FEATURES = {name: kind for kind, name in describe.FEATURES.items()}
-MOST_PERIODS = 10_000_000
-_AS_THEY_ARE = ("camera", "target", "interaction", "depth", "depth_scale", "gain", "tolerance")
+_AS_THEY_ARE = (
+    "camera",
+    "target",
+    "features",
+    "interaction",
+    "depth",
+    "depth_scale",
+    "gain",
+    "tolerance",
+)
 
 
 @dataclass(frozen=True)
@@ -40,8 +46,6 @@ class Settings:
 def task(table: schema.TaskTable, scene: Scene, belief: Scene | None, problems: Problems) -> IBVS:
     """The task; FileError with all that is wrong."""
     given = {key: getattr(table, key) for key in _AS_THEY_ARE if getattr(table, key) is not None}
-    if table.features is not None:
-        given["features"] = FEATURES[table.features]()
     with problems.at("task", "camera"):
         scene.camera(table.camera)
     with problems.at("task", "target"):
@@ -74,10 +78,10 @@ def settings(table: schema.RunTable) -> Settings:
     """dt, duration, seed, noise, record."""
     given = {key: value for key, value in table if value is not None}
     made = Settings(**given)
-    if made.duration / made.dt > MOST_PERIODS:
+    if made.duration / made.dt > LONGEST:
         raise InputError(
             f"duration {made.duration:g} s in periods of {made.dt:g} s are more than "
-            f"{MOST_PERIODS} steps"
+            f"{LONGEST} steps"
         )
     return made
 

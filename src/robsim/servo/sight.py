@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array
+from robsim.arrays import Array, frozen
 from robsim.errors import InputError
 from robsim.kernels import sight as kernels
 from robsim.kernels import tree
@@ -34,9 +33,7 @@ class Sight:
     @cached_property
     def columns(self) -> NDArray[np.int64]:
         """The velocities that move the camera relative to the target."""
-        columns = np.flatnonzero(self.sign)
-        columns.flags.writeable = False
-        return columns
+        return frozen(np.flatnonzero(self.sign))
 
     def look(self, q: Array) -> Look:
         """What is where, for coordinates q (nq, B)."""
@@ -84,16 +81,9 @@ class Sight:
     @cached_property
     def moves(self) -> tree.Moves:
         """The `columns` for the kernels; read-only, like all that they are compiled for."""
-        every, chosen = self.scene.tree, self.columns
-        return tree.Moves(
-            chosen, *map(_chosen, (every.body, every.angular, every.axis, self.sign), [chosen] * 4)
-        )
-
-
-def _chosen(array: Any, columns: Any) -> Any:
-    some = array[columns]
-    some.flags.writeable = False
-    return some
+        joints, chosen = self.scene.tree, self.columns
+        every = joints.body, joints.angular, joints.axis, self.sign
+        return tree.Moves(chosen, *(frozen(array[chosen]) for array in every))
 
 
 def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:
