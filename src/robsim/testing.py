@@ -8,41 +8,55 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array
+from robsim.arrays import Array, numbers, runs_last
 from robsim.camera import Camera
 from robsim.features.feature import Feature, Observation
 from robsim.kernels import camera as kernels
-from robsim.pose import Pose
+from robsim.pose import Pose, homogeneous
 from robsim.servo.inverse import Truncated, product
 from robsim.servo.law import Law, State
 
 RUNS, MARKS = 5, 4
+CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])
+OTHER_CAMERA = Camera([[700, 3, 330], [0, 690, 250], [0, 0, 1]], distortion=(-0.1, 0.02, 0, 0))
+BETWEEN = Pose.at(0.25, 0.02, -0.03, rpy=(0.02, -0.15, 0.05))  # the second camera in the first
 STEPS = (1e-2, 5e-3, 2.5e-3)  # of camera motion, metres and radians
 
 
-def check_feature(feature: Feature, marks: int = MARKS, seed: int = 0) -> list[str]:
+def check_feature(
+    feature: Feature, marks: Any = MARKS, seed: int = 0, runs: int = RUNS
+) -> list[str]:
     """Whether measure and interaction fit together, and rows do not depend on the batch.
 
     L is compared with central differences of s along each of the six camera motions; their
     error must shrink with the square of the step, which a wrong sign or factor cannot do.
+    `marks` are (N, 3) in axes of the target, or how many, scattered; `runs` views are random.
     """
-    camera = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])
-    X = _marks_in_camera(marks, seed)
-    seen = _observe(camera, X)
+    views = _Views.random(marks, seed, runs)
+    if hasattr(feature, "towards"):
+        goal = _Views.random(views.marks, seed + 1, 1, rotation=0.3)
+        feature = feature.towards(goal.observed(feature))
+    seen = views.observed(feature)
     problems = _attributes(feature)
-    s, said = _call(feature, "measure", seen, (RUNS, None))
-    if not said:
-        L, said = _call(feature, "interaction", seen, (RUNS, s.shape[1], 6))
+    s, said = _call(feature, "measure", seen, (runs, None))
     if said:
         return [*problems, *said]
-    problems += _compare_with_differences(feature, camera, X, L)
-    problems += _batch(lambda rows: feature.measure(_observe(camera, X[..., rows])), s, "measure")
     problems += _batch(
-        lambda rows: feature.interaction(_observe(camera, X[..., rows])), L, "interaction"
+        lambda rows: feature.measure(views.some(rows).observed(feature)), s, "measure"
+    )
+    if not hasattr(feature, "interaction"):
+        return problems
+    L, said = _call(feature, "interaction", seen, (runs, s.shape[1], 6))
+    if said:
+        return [*problems, *said]
+    problems += _compare_with_differences(feature, views, L)
+    problems += _batch(
+        lambda rows: feature.interaction(views.some(rows).observed(feature)), L, "interaction"
     )
     return problems
 
@@ -77,19 +91,53 @@ def check_law(law: Law, joints: int = 6, features: int = 8, seed: int = 0) -> li
     return problems
 
 
-def _marks_in_camera(marks: int, seed: int) -> Array:
-    """(N, 3, RUNS) points between one and two metres in front of the camera."""
-    rng = np.random.default_rng(seed)
-    X = rng.uniform(-0.4, 0.4, size=(marks, 3, RUNS))
-    X[:, 2] += 1.5
-    return X
+@dataclass(frozen=True)
+class _Views:
+    """Random views of some marks: one camera, and a second one beside it."""
 
+    marks: Array  # (N, 3)
+    T_c_o: Array  # (3, 4, B)
 
-def _observe(camera: Camera, X: Array) -> Observation:
-    X = np.ascontiguousarray(X)
-    pixels = np.empty((X.shape[0], 2, X.shape[2]))
-    kernels.project(X, camera.K, camera.lens, pixels)
-    return Observation.of(pixels, np.ascontiguousarray(X[:, 2]), camera)
+    @classmethod
+    def random(cls, marks: Any, seed: int, runs: int, rotation: float = 0.6) -> _Views:
+        """The target one to two metres in front of the camera, turned by up to `rotation`."""
+        rng = np.random.default_rng(seed)
+        if isinstance(marks, int):
+            marks = rng.uniform(-0.3, 0.3, size=(marks, 3))
+        turn = rng.uniform(-rotation, rotation, (runs, 3))
+        T = np.array(Pose.exp(np.concatenate([np.zeros((runs, 3)), turn], axis=1)).matrix)
+        T[:, :3, 3] = rng.uniform([-0.2, -0.2, 1.2], [0.2, 0.2, 1.8], (runs, 3))
+        return cls(numbers(marks, "marks", ("N", 3)), runs_last(T[:, :3], 2))
+
+    def some(self, rows: Any) -> _Views:
+        """Those of some runs."""
+        return _Views(self.marks, np.ascontiguousarray(self.T_c_o[..., rows]))
+
+    def moved(self, twist: Array) -> _Views:
+        """After the camera moved by exp(twist)."""
+        T = Pose.exp(twist).inv().matrix @ homogeneous(self.T_c_o)
+        return _Views(self.marks, runs_last(T[:, :3], 2))
+
+    def observed(self, feature: Feature) -> Observation:
+        """What the feature is shown."""
+        seen = self._by(CAMERA)
+        if getattr(feature, "cameras", 1) == 2:
+            T = BETWEEN.inv().matrix @ homogeneous(self.T_c_o)
+            seen.other = _Views(self.marks, runs_last(T[:, :3], 2))._by(OTHER_CAMERA)
+            constant = np.broadcast_to(BETWEEN.matrix[:3, :, None], self.T_c_o.shape)
+            seen.between_last = np.ascontiguousarray(constant)
+        return seen
+
+    def _by(self, camera: Camera) -> Observation:
+        here = np.zeros(self.T_c_o.shape)
+        here[:3, :3] = np.eye(3)[..., None]
+        X = np.empty((len(self.marks), 3, self.T_c_o.shape[2]))
+        kernels.into_camera(here, self.T_c_o, self.marks, X)
+        pixels = np.empty((X.shape[0], 2, X.shape[2]))
+        kernels.project(X, camera.K, camera.lens, pixels)
+        seen = Observation.of(pixels, np.ascontiguousarray(X[:, 2]), camera)
+        seen.model, seen.guess_last = self.marks, self.T_c_o
+        return seen
 
 
 def _attributes(feature: Feature) -> list[str]:
@@ -120,22 +168,24 @@ def _call(
     )
     if not fits:
         wanted = tuple("k" if n is None else n for n in shape)
-        return value, [f"{who} returned shape {value.shape}; for {RUNS} runs it must be {wanted}"]
+        return value, [
+            f"{who} returned shape {value.shape}; for {shape[0]} runs it must be {wanted}"
+        ]
     if not np.issubdtype(value.dtype, np.number) or not np.isfinite(value).all():
         return value, [f"{who} returned numbers that are not finite"]
     return value.astype(np.float64), []
 
 
-def _compare_with_differences(feature: Feature, camera: Camera, X: Array, L: Array) -> list[str]:
+def _compare_with_differences(feature: Feature, views: _Views, L: Array) -> list[str]:
     name = type(feature).__name__
-    errors = np.array([np.abs(_differences(feature, camera, X, h) - L).max((0, 1)) for h in STEPS])
+    errors = np.array([np.abs(_differences(feature, views, h) - L).max((0, 1)) for h in STEPS])
     scale = 1.0 + np.abs(L).max()
     motions = ("vx", "vy", "vz", "wx", "wy", "wz")
     problems = []
     for i, motion in enumerate(motions):
         small = errors[-1, i] < 1e-9 * scale
         if not (small or errors[-1, i] < 0.3 * errors[0, i]):
-            minus = np.abs(_differences(feature, camera, X, STEPS[-1]) + L).max((0, 1))[i]
+            minus = np.abs(_differences(feature, views, STEPS[-1]) + L).max((0, 1))[i]
             hint = "; the sign is flipped" if minus < 1e-3 * scale else ""
             problems.append(
                 f"{name}.interaction, column {motion}: differs from central differences of measure "
@@ -144,29 +194,22 @@ def _compare_with_differences(feature: Feature, camera: Camera, X: Array, L: Arr
     return problems
 
 
-def _differences(feature: Feature, camera: Camera, X: Array, step: float) -> Array:
-    """(RUNS, k, 6) central differences of s along the six camera motions."""
+def _differences(feature: Feature, views: _Views, step: float) -> Array:
+    """(B, k, 6) central differences of s along the six camera motions."""
     columns = []
     for axis in range(6):
         V = np.zeros(6)
         V[axis] = step
-        ahead = feature.measure(_observe(camera, _moved(X, V)))
-        behind = feature.measure(_observe(camera, _moved(X, -V)))
+        ahead = feature.measure(views.moved(V).observed(feature))
+        behind = feature.measure(views.moved(-V).observed(feature))
         columns.append((np.asarray(ahead) - np.asarray(behind)) / (2 * step))
     return np.stack(columns, axis=-1)
-
-
-def _moved(X: Array, twist: Array) -> Array:
-    """Points in the axes of a camera that moved by exp(twist)."""
-    T = Pose.exp(twist).inv()
-    moved: Array = np.einsum("rc,ncb->nrb", T.rotation, X) + T.position[:, None]
-    return moved
 
 
 def _batch(call: Callable[[Any], Any], all_rows: Array, method: str, name: str = "") -> list[str]:
     """Whether each row alone gives the same bits as in the batch."""
     who = f"{name}.{method}" if name else method
-    for b in range(RUNS):
+    for b in range(len(all_rows)):
         alone = np.asarray(call(slice(b, b + 1)), dtype=np.float64)
         if not np.array_equal(alone[0], all_rows[b]):
             return [

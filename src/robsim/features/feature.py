@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.arrays import Array, shown_view
 from robsim.camera import Camera
 from robsim.kernels import camera as kernels
+from robsim.kernels.pose import fit_pose
+from robsim.pose import homogeneous
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
@@ -25,6 +29,10 @@ class Observation:
     depth_last: Array  # (N, B) metres, as the controller believes it
     K: Array  # (3, 3) intrinsics as the controller believes them
     lens: Array  # (8,) distortion likewise
+    model: Array | None = None  # (N, 3) marks in axes of the target, as believed
+    guess_last: Array | None = None  # (3, 4, B) where the estimate of the pose starts
+    other: Observation | None = None  # the same marks, as the second camera of a pair sees them
+    between_last: Array | None = None  # (3, 4, B) pose of the second camera in this one
 
     @property
     def pixels(self) -> Array:
@@ -41,12 +49,36 @@ class Observation:
         """(B, N) depths in metres, as the controller believes them."""
         return shown_view(self.depth_last)
 
+    @property
+    def pose(self) -> Array:
+        """T_c_o (B, 4, 4): the target in camera axes, estimated from the image and the model."""
+        return homogeneous(self.pose_last)
+
+    @cached_property
+    def pose_last(self) -> Array:
+        """T_c_o (3, 4, B)."""
+        assert self.model is not None and self.guess_last is not None
+        T = np.empty(self.guess_last.shape)
+        fit_pose(self.model, self.points_last, self.guess_last, T)
+        return T
+
     @classmethod
     def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:
         """What a camera makes of pixels (N, 2, B) at depths (N, B) in metres."""
         points = np.empty_like(pixels)
         kernels.normalise(pixels, camera.K, camera.lens, camera.reach, points)
         return cls(pixels, points, depth, camera.K, camera.lens)
+
+    def some(self, marks: NDArray[np.int64]) -> Observation:
+        """What is known of some of the marks."""
+        return replace(
+            self,
+            pixels_last=self.pixels_last[marks],
+            points_last=self.points_last[marks],
+            depth_last=self.depth_last[marks],
+            model=None if self.model is None else self.model[marks],
+            other=None if self.other is None else self.other.some(marks),
+        )
 
 
 @runtime_checkable
@@ -55,6 +87,13 @@ class Feature(Protocol):
 
     `unit` is that of s, `tolerance` the largest |e| that counts as arrived. To give the same bits
     in any batch, compute element by element over the runs (see `robsim.testing.check_feature`).
+
+    A feature may also have
+    `interaction(seen)`, L (B, k, 6) with sdot = L V_c, V_c = (v, omega) in camera axes; without it
+    L is found by moving the camera a little, numerically;
+    `towards(goal)`, which gives the feature that is measured relative to what is seen at the goal;
+    `least_marks`, how many marks it needs; `measures_depth`, true if s itself depends on depth;
+    `uses_pose`, true if it reads `seen.pose`; `cameras`, 2 if it reads `seen.other`.
     """
 
     @property
@@ -67,6 +106,3 @@ class Feature(Protocol):
 
     def measure(self, seen: Observation) -> Array:
         """Features s (B, k)."""
-
-    def interaction(self, seen: Observation) -> Array:
-        """Interaction matrix L (B, k, 6) with sdot = L V_c, V_c = (v, omega) in camera axes."""

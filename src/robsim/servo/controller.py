@@ -69,7 +69,7 @@ class Controller:
     def L_goal(self) -> Array:
         """(k, 6, 1)."""
         seen = self._at_goal
-        return self._run_last(self.feature.interaction(seen), seen, (self.s_goal.size, 6))
+        return self._run_last(interaction(self.feature, seen), seen, (self.s_goal.size, 6))
 
     @cached_property
     def k(self) -> int:
@@ -97,7 +97,7 @@ class Controller:
 
     def _interaction(self, seen: Observation) -> Array:
         """L (k, 6, B): now, at the goal, or the mean of both."""
-        L = self._run_last(self.feature.interaction(seen), seen, (self.k, 6))
+        L = self._run_last(interaction(self.feature, seen), seen, (self.k, 6))
         if self.interaction != "current":
             L = L.copy()  # it may be the user's own array
             kernels.choose_interaction(self._which, self.L_goal, L)
