@@ -105,8 +105,25 @@ def _path(before, T, length):
 
 
 @part
-def judge(q, limits, visibility, depth, T, error, qd, reach, gain, tolerance, over, watch, outcome):
+def judge(
+    q,
+    limits,
+    visibility,
+    depth,
+    T,
+    error,
+    qd,
+    reach,
+    gain,
+    tolerance,
+    over,
+    hold,
+    watch,
+    outcome,
+):
     """outcome[b] after one instant, and how many runs have ended; `over`: this is the last one.
+
+    With `hold`, a run that has converged or stalled goes on until then.
 
     The way to the origin of T is added to the length of the path. A run stands still while its
     command would move every feature by less than a hundredth of the tolerance in the time
@@ -136,13 +153,13 @@ def judge(q, limits, visibility, depth, T, error, qd, reach, gain, tolerance, ov
             outcome[b] = OUT_OF_IMAGE
         elif not math.isfinite(size[b]):
             outcome[b] = NOT_FINITE
-        elif size[b] < tolerance:
+        elif size[b] < tolerance and (over or not hold):
             outcome[b] = CONVERGED
         elif away[b] > watch.norm[b] or far[b] > watch.farthest[b]:
             outcome[b] = DIVERGED
         elif not math.isfinite(speed[b]):
             outcome[b] = NOT_FINITE
-        elif watch.still[b] >= STALL_PERIODS:
+        elif watch.still[b] >= STALL_PERIODS and (over or not hold):
             outcome[b] = LOCAL_MINIMUM
         elif over:
             outcome[b] = TIME_LIMIT

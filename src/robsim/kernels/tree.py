@@ -142,9 +142,11 @@ def camera_jacobian(M, T_w_c, body, angular, axis, sign, J):
 
 
 @kernel
-def spread(columns, some, qd):
-    """qd[columns[j], b] = some[j, b], and zero for the other velocities."""
-    qd[:] = 0.0
+def spread(columns, some, drift, qd):
+    """qd[columns[j], b] = some[j, b], and drift[i] for the other velocities."""
+    for i in range(qd.shape[0]):
+        for b in range(qd.shape[1]):
+            qd[i, b] = drift[i]
     for j in range(columns.size):
         for b in range(qd.shape[1]):
             qd[columns[j], b] = some[j, b]

@@ -1,0 +1,328 @@
+"""What a task regulates, bound to a scene: s, its goal, and how the joints move it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.arrays import Array, frozen, last_view, runs_last
+from robsim.errors import GoalError, InputError
+from robsim.features import Feature, Observation
+from robsim.features.numeric import interaction
+from robsim.kernels import features as kernels
+from robsim.kernels import tree
+from robsim.kernels.sight import Look
+from robsim.servo.depths import Depths
+from robsim.servo.goal import GoalView
+from robsim.servo.instant import Instant
+from robsim.servo.inverse import product
+from robsim.servo.sight import Key, Sight, relative
+
+Interaction = Literal["current", "desired", "mean"]
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A part in a scene: its feature, measured by one camera or a pair."""
+
+    feature: Feature
+    sights: tuple[Sight, ...]  # as believed
+    marks: NDArray[np.int64] | None
+    components: NDArray[np.int64] | None
+    weight: float
+
+    @property
+    def name(self) -> str:
+        """Of the feature's class."""
+        return type(self.feature).__name__
+
+    def towards(self, goal: Observation) -> Bound:
+        """The same, measured relative to what is seen at the goal, where the feature can."""
+        towards = getattr(self.feature, "towards", None)
+        return self if towards is None else replace(self, feature=towards(goal))
+
+    def observation(self, seen: dict[Key, Observation], looks: dict[Key, Look]) -> Observation:
+        """What the feature is shown, where things stand as believed."""
+        first, *others = (sight.key for sight in self.sights)
+        one = seen[first]
+        for second in others:  # at most one
+            between = relative(looks[first].T_w_c, looks[second].T_w_c)
+            one = replace(one, other=seen[second], between_last=between)
+        return one if self.marks is None else one.some(self.marks)
+
+    def measure(self, seen: Observation) -> Array:
+        """S (k, B) of the chosen components."""
+        s = self._numbers(self.feature.measure(seen))
+        if s.ndim != 2 or len(s) != seen.pixels_last.shape[-1]:
+            raise self._misfit(s, (seen.pixels_last.shape[-1], "k"))
+        return self._chosen(last_view(s))
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (k, 6, B) of the chosen components, for the first camera's twist."""
+        L = self._numbers(interaction(self.feature, seen))
+        if L.ndim != 3 or (len(L), L.shape[2]) != (seen.pixels_last.shape[-1], 6):
+            raise self._misfit(L, (seen.pixels_last.shape[-1], "k", 6))
+        return self._chosen(last_view(L))
+
+    def _chosen(self, array: Array) -> Array:
+        if self.components is not None:
+            if self.components.max() >= len(array):
+                raise InputError(
+                    f"{self.name} has {len(array)} components, numbered from 0; "
+                    f"there is no {self.components.max()}"
+                )
+            array = array[self.components]
+        return np.ascontiguousarray(array)
+
+    def _numbers(self, value: Any) -> Array:
+        try:
+            return np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"{self.name}: a method returned {value!r:.80} where numbers are needed; "
+                "see robsim.testing"
+            ) from None
+
+    def _misfit(self, array: Array, wanted: tuple[Any, ...]) -> InputError:
+        shape = ", ".join(map(str, wanted))
+        return InputError(
+            f"{self.name}: a method returned shape {array.shape} where ({shape}) is needed; "
+            "see robsim.testing"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """One instant of what is regulated, the run last."""
+
+    s: Array  # (k, B)
+    L: Array  # (k, 6, B) for the twist of the first camera, where all cameras move as one
+    J: Array  # (6, n, B) of the first camera against its target
+    reach: Array  # (k, n, B) L J
+    twists: dict[Key, Array]  # J of every sight
+    looks: dict[Key, Look]  # what is where, as believed
+    each: list[Array]  # L (k, 6, B) of every part, for the twist of its own camera
+
+
+@dataclass(frozen=True, eq=False)
+class Regulated:
+    """All parts of a task with their goal, and the velocities that are commanded."""
+
+    parts: tuple[Bound, ...]
+    sights: tuple[Sight, ...]  # as believed, each once; the first is the reference
+    exact: bool  # whether the belief is the truth
+    columns: NDArray[np.int64]
+    depths: Depths
+    which: Interaction | Array  # or one constant L (k, 6)
+    goals: dict[Key, GoalView]
+    q_goal: Array | None  # (nq, 1) where it was shown
+    given: Array | None  # (k,) features at the goal, where they are given as numbers
+
+    def measured(self, now: Instant) -> Measured:
+        """What the controller makes of an instant."""
+        looks = now.looks if self.exact else {s.key: s.look(now.q) for s in self.sights}
+        seen = {}
+        for sight in self.sights:
+            key, look = sight.key, looks[sight.key]
+            T_c_o = relative(look.T_w_c, look.T_w_o)
+            seen[key] = _observed(sight, now.pixels[key], T_c_o)
+            seen[key].depth_last = self.depths.of(seen[key], now, key, self.goals[key].depth)
+        return self._measured(seen, looks)
+
+    def _measured(self, seen: dict[Key, Observation], looks: dict[Key, Look]) -> Measured:
+        views = [part.observation(seen, looks) for part in self.parts]
+        s = _stacked([part.measure(view) for part, view in zip(self.parts, views, strict=True)])
+        J = {t.key: t.jacobian(looks[t.key], self._moves[t.key]) for t in self.sights}
+        each = [self._interaction(i, view) for i, view in enumerate(views)]
+        first = J[self.sights[0].key]
+        L = _stacked([_to_first(L, A) for L, A in zip(each, self._adjoints, strict=True)])
+        if isinstance(self.which, np.ndarray):
+            L = np.ascontiguousarray(np.broadcast_to(self.which[..., None], L.shape))
+        return Measured(s, L, first, self._reach(L, each, J), J, looks, each)
+
+    def _reach(self, L: Array, each: list[Array], J: dict[Key, Array]) -> Array:
+        """L J (k, n, B): sdot = L (J_c - J_o) qdot, camera by camera where they move apart."""
+        if self.as_one:
+            return product(L, J[self.sights[0].key])
+        rows = zip(each, self.parts, strict=True)
+        return _stacked([product(L_part, J[part.sights[0].key]) for L_part, part in rows])
+
+    def drift(self, now: Instant, measured: Measured) -> Array:
+        """(k, B) sdot by what moves on its own, as far as the controller knows of it."""
+        scene = self.sights[0].scene
+        columns = frozen(np.flatnonzero(scene.prescribed))
+        J = {s.key: s.jacobian(measured.looks[s.key], s.moves(columns)) for s in self.sights}
+        reach = self._reach(measured.L, measured.each, J)
+        rates = np.empty((columns.size, 1, now.runs))
+        rates[:] = scene.drift(now.time)[columns, None, None]
+        return product(reach, rates)[:, 0]
+
+    def _interaction(self, i: int, view: Observation) -> Array:
+        """L (k, 6, B) of one part: now, at the goal, or the mean of both."""
+        L = self.parts[i].interaction(view)
+        if isinstance(self.which, str) and self.which != "current":
+            L = L.copy()  # it may be the user's own array
+            kernels.choose_interaction(self.code, self._L_goals[i], L)
+        return L
+
+    @property
+    def code(self) -> int:
+        """Which interaction matrix, for the kernels."""
+        return get_args(Interaction).index(self.which)
+
+    @cached_property
+    def as_one(self) -> bool:
+        """Whether all cameras move as one against all targets: one twist moves everything."""
+        return all(sight.moves_with(self.sights[0]) for sight in self.sights)
+
+    @cached_property
+    def s_goal(self) -> Array:
+        """(k, 1)."""
+        s = self.at_goal.s
+        if self.given is not None:
+            if self.given.shape != (len(s),):
+                names = ", ".join(part.name for part in self.parts)
+                raise GoalError(
+                    f"goal s: expected {len(s)} numbers for {names}, got {self.given.size}"
+                )
+            return np.ascontiguousarray(self.given[:, None])
+        if not s.size or not np.isfinite(s).all():
+            names = ", ".join(part.name for part in self.parts)
+            raise GoalError(f"{names}: at the goal s must be finite numbers, got {s[:, 0]!r:.80}")
+        return s
+
+    @property
+    def k(self) -> int:
+        """How many features."""
+        return len(self.at_goal.s)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """(k,)."""
+        return tuple(
+            part.feature.unit for part, view in self._goal_views for _ in part.measure(view)
+        )
+
+    @property
+    def goal_pixels(self) -> Array:
+        """(N, 2) of all sights."""
+        pixels = np.concatenate([self.goals[sight.key].pixels for sight in self.sights])[..., 0]
+        return pixels if self.given is None else np.full(pixels.shape, np.nan)
+
+    @property
+    def motions(self) -> int:
+        """How many motions of a camera against a target are different from one another."""
+        apart: list[Sight] = []
+        for sight in self.sights:
+            if not any(sight.moves_with(other) for other in apart):
+                apart.append(sight)
+        return len(apart)
+
+    @property
+    def L_goal(self) -> Array:
+        """(k, 6, 1) of the only part."""
+        return self._L_goals[0]
+
+    @cached_property
+    def at_goal(self) -> Measured:
+        """What is measured there, one run; J of the joints where the goal was shown."""
+        return self._measured(self._goal_seen, self._goal_looks)
+
+    @cached_property
+    def tolerances(self) -> Array:
+        """(k,): the feature's own for each component."""
+        counts = [len(part.measure(view)) for part, view in self._goal_views]
+        each = [np.full(n, p.feature.tolerance) for n, p in zip(counts, self.parts, strict=True)]
+        return np.concatenate(each)
+
+    @cached_property
+    def weights(self) -> Array:
+        """(k, 1)."""
+        counts = [len(part.measure(view)) for part, view in self._goal_views]
+        each = [np.full(n, p.weight) for n, p in zip(counts, self.parts, strict=True)]
+        return np.concatenate(each)[:, None]
+
+    @cached_property
+    def _L_goals(self) -> list[Array]:
+        return [part.interaction(view) for part, view in self._goal_views]
+
+    @cached_property
+    def _goal_views(self) -> list[tuple[Bound, Observation]]:
+        views = [part.observation(self._goal_seen, self._goal_looks) for part in self.parts]
+        return list(zip(self.parts, views, strict=True))
+
+    @cached_property
+    def _goal_seen(self) -> dict[Key, Observation]:
+        return goal_seen(self.sights, self.goals, self.depths)
+
+    @cached_property
+    def _goal_looks(self) -> dict[Key, Look]:
+        return goal_looks(self.sights, self.q_goal)
+
+    @cached_property
+    def _moves(self) -> dict[Key, tree.Moves]:
+        return {sight.key: sight.moves(self.columns) for sight in self.sights}
+
+    @cached_property
+    def _adjoints(self) -> list[Array | None]:
+        """Of each part (6, 6): its camera's twist from that of the first; None where it is it."""
+        first = self.sights[0].key
+        looks = self._goal_looks
+        return [
+            None
+            if part.sights[0].key == first
+            else adjoint(relative(looks[part.sights[0].key].T_w_c, looks[first].T_w_c))
+            for part in self.parts
+        ]
+
+
+def goal_looks(sights: Sequence[Sight], q_goal: Array | None) -> dict[Key, Look]:
+    """What is where, as believed, where the goal was shown; at home where it was computed."""
+    return {
+        sight.key: sight.look(runs_last(sight.scene.home, 1) if q_goal is None else q_goal)
+        for sight in sights
+    }
+
+
+def goal_seen(
+    sights: Sequence[Sight], goals: dict[Key, GoalView], depths: Depths
+) -> dict[Key, Observation]:
+    """What every camera observes at the goal, one run."""
+    seen = {}
+    for sight in sights:
+        goal = goals[sight.key]
+        seen[sight.key] = _observed(sight, goal.pixels, goal.T_c_o)
+        seen[sight.key].depth_last = depths.at_goal(goal.depth)
+    return seen
+
+
+def adjoint(T_a_b: Array) -> Array:
+    """A (6, 6) with V_a = A V_b for one body's twist, from T_a_b (3, 4, 1).
+
+    v_a = R v_b + p x (R omega_b), omega_a = R omega_b.
+    """
+    R, (x, y, z) = T_a_b[:, :3, 0], T_a_b[:, 3, 0]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.block([[R, cross @ R], [np.zeros((3, 3)), R]])
+
+
+def _to_first(L: Array, A: Array | None) -> Array:
+    if A is None:
+        return L
+    return product(L, np.ascontiguousarray(np.broadcast_to(A[..., None], (6, 6, L.shape[2]))))
+
+
+def _observed(sight: Sight, pixels: Array, T_c_o: Array) -> Observation:
+    """What the controller makes of an image, with its own intrinsics; the depth is to be set."""
+    seen = Observation.of(pixels, np.empty(0), sight.eye.camera)
+    seen.model, seen.guess_last = sight.target.marks, T_c_o
+    return seen
+
+
+def _stacked(arrays: Sequence[Array]) -> Array:
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
