@@ -7,7 +7,7 @@ import platform
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
@@ -19,7 +19,6 @@ import xarray as xr
 
 from robsim import describe
 from robsim.arrays import Array
-from robsim.camera import Camera
 from robsim.errors import FileError, InputError
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
@@ -27,8 +26,9 @@ from robsim.kernels.record import Track
 from robsim.outcome import Outcome
 from robsim.pose import homogeneous
 from robsim.scene import Scene
-from robsim.servo import IBVS, Computed
+from robsim.servo import Computed, Given, ServoTask, Task
 from robsim.servo.inverse import product
+from robsim.servo.sight import Sight
 
 if TYPE_CHECKING:
     from robsim.record import Recorder
@@ -69,22 +69,22 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: IBVS, single: bool) -> xr.Dataset:
+def dataset(loop: Loop, scene: Scene, task: Task, single: bool) -> xr.Dataset:
     """The record of a finished (or stopped) simulation as a Dataset."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
     tall = ["run", "time"]
-    goal = controller.goal.pixels[..., 0]
+    goal, s_goal = controller.goal_pixels, controller.s_goal[:, 0]
     with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
         variables = {
-            **_motion(scene, controller.truth.eye.name, series, tall),
-            **_features(series, controller.s_goal, tall),
+            **_motion(scene, controller.sights[0].eye.name, series, tall),
+            **_features(series, s_goal, tall),
             "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
             "pixels_goal": (["mark", "axis"], goal),
-            "s_goal": (["feature"], controller.s_goal),
+            "s_goal": (["feature"], s_goal),
             **_ends(loop, goal),
         }
-    attributes = _attributes(task.features.unit, scene)
+    attributes = _attributes(controller.units, scene)
     absent = {dim for dim, gone in (("run", single), ("time", recorder.every is None)) if gone}
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
@@ -189,6 +189,7 @@ def _blocks(count: int) -> Iterator[slice]:
 def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
     every = loop.recorder.every or 1
     seconds = {"units": "s", "long_name": "time"}
+    keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
     return {
         "run": (["run"], loop.first_run + np.arange(len(loop.q0))),
         "time": (["time"], np.arange(moments) * every * loop.dt, seconds),
@@ -197,16 +198,20 @@ def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
         "velocity": (["velocity"], list(scene.velocity_names)),
         "twist": (["twist"], ["vx", "vy", "vz", "wx", "wy", "wz"]),
         "axis": (["axis"], ["column", "row"]),
+        "feature_unit": (["feature"], list(loop.controller.units)),
+        "mark_camera": (["mark"], [camera for camera, _ in keys]),
+        "mark_target": (["mark"], [target for _, target in keys]),
     }
 
 
-def _provenance(loop: Loop, scene: Scene, task: IBVS, single: bool) -> dict[str, Any]:
+def _provenance(loop: Loop, scene: Scene, task: Task, single: bool) -> dict[str, Any]:
     """Who computed this, from what."""
     settings: dict[str, Any] = {
         "dt": loop.dt,
         "duration": loop.steps * loop.dt,
         "seed": loop.seed,
         "noise": loop.noise,
+        "hold": loop.hold,
         "record": loop.record,
     }
     try:
@@ -222,26 +227,43 @@ def _provenance(loop: Loop, scene: Scene, task: IBVS, single: bool) -> dict[str,
         "machine": platform.machine(),
         **settings,
         "seed": str(loop.seed),  # may exceed what a file's integers hold
-        "goal": "computed" if isinstance(task.goal, Computed) else "shown",
-        "belief": "the truth" if task.belief in (None, scene) else "differs from the truth",
-        "law": repr(task.law),
-        "inverse": repr(task.inverse),
-        "interaction": task.interaction,
+        "hold": int(loop.hold),
+        "task": type(task).__name__,
+        **(_scheme(task, scene) if isinstance(task, ServoTask) else {}),
         "tolerance": loop.controller.tolerance,
-        **_image(loop.controller.truth.eye.camera),
+        **_images(loop.controller.sights),
         "single": int(single),
         "scenario": text,
     }
 
 
-def _image(camera: Camera) -> dict[str, Any]:
-    """Size and centre of the image in pixels, for its figure."""
-    size = {"image_size": np.array(camera.size)} if camera.size else {}
-    return {**size, "image_centre": np.array([camera.K[0, 2], camera.K[1, 2]])}
+def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
+    kinds = {Computed: "computed", Given: "given"}
+    by_name = isinstance(task.interaction, str)
+    return {
+        "goal": kinds.get(type(task.goal), "shown"),
+        "belief": "the truth" if task.belief in (None, scene) else "differs from the truth",
+        "law": repr(task.law),
+        "inverse": repr(task.inverse),
+        "interaction": task.interaction if by_name else type(task.interaction).__name__,
+    }
 
 
-def _attributes(unit: str, scene: Scene) -> dict[str, dict[str, Any]]:
-    """Unit and long name of each variable; `unit` is that of the features."""
+def _images(sights: Sequence[Sight]) -> dict[str, Any]:
+    """Size and centre of the images in pixels, for their figures; the first without its name."""
+    cameras = {sight.eye.name: sight.eye.camera for sight in sights}
+    told: dict[str, Any] = {}
+    for i, (name, camera) in enumerate(cameras.items()):
+        suffix = f"_{name}" if i else ""
+        if camera.size:
+            told[f"image_size{suffix}"] = np.array(camera.size)
+        told[f"image_centre{suffix}"] = np.array([camera.K[0, 2], camera.K[1, 2]])
+    return told
+
+
+def _attributes(features: Sequence[str], scene: Scene) -> dict[str, dict[str, Any]]:
+    """Unit and long name of each variable; `features` are the units of s."""
+    unit = features[0] if len(set(features)) == 1 else "see feature_unit"
     joints = sorted(set(scene.coordinate_units))
     unit_q = joints[0] if len(joints) == 1 else "see coordinate_unit"
     units = {
@@ -249,7 +271,7 @@ def _attributes(unit: str, scene: Scene) -> dict[str, dict[str, Any]]:
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
         "qd": f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s",
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
-        "lyapunov": unit if unit == "1" else f"{unit}^2",
+        "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
     }
     named: dict[str, dict[str, Any]] = {
         name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()

@@ -19,7 +19,7 @@ from robsim.servo.broyden import Broyden, broyden_update
 from robsim.servo.feed_forward import Estimated, FeedForward, Known
 from robsim.servo.gain import Adaptive
 from robsim.servo.instant import Command, Instant, recall, remember
-from robsim.servo.inverse import RCOND, Inverse, product, rank
+from robsim.servo.inverse import RCOND, Inverse, rank
 from robsim.servo.law import CameraLaw, JointLaw, Law, State
 from robsim.servo.regulated import Measured, Regulated
 from robsim.servo.shaping import Shaping

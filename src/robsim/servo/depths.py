@@ -1,4 +1,4 @@
-"""Which depth of the marks the controller puts into L: true, that at the goal, constant, filtered."""
+"""Which depth of the marks goes into L: true, at the goal, constant, or filtered."""
 
 from __future__ import annotations
 

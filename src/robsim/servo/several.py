@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, last_view, positive, shown_view
+from robsim.arrays import Array, frozen, positive, shown_view
 from robsim.errors import InputError
 from robsim.scene import Scene
 from robsim.servo.controller import Controller, Decision, Servo
@@ -65,7 +65,10 @@ class Priorities(Shaped):
         columns = self.columns(scene) if columns is None else columns
         parts = [task.bind(scene, columns) for task in self.tasks]
         return Ordered(
-            **_common(parts), columns=columns, parts=tuple(parts), shaping=self.shaping(scene, columns)
+            **_common(parts),
+            columns=columns,
+            parts=tuple(parts),
+            shaping=self.shaping(scene, columns),
         )
 
 
@@ -374,5 +377,3 @@ def _tasks(given: Any, least: int) -> tuple[Task, ...]:
 
 def _union(columns: Any) -> Columns:
     return frozen(np.unique(np.concatenate(list(columns))))
-
-

@@ -122,8 +122,5 @@ def joined(looks: Sequence[Look]) -> Look:
     """All marks of several looks one after the other; poses are those of the first."""
     if len(looks) == 1:
         return looks[0]
-    parts = (
-        np.concatenate([getattr(look, name) for look in looks]) for name in Look._fields[-4:]
-    )
+    parts = (np.concatenate([getattr(look, name) for look in looks]) for name in Look._fields[-4:])
     return Look(*looks[0][:3], *parts)
-

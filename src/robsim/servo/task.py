@@ -207,9 +207,7 @@ class ServoTask(Shaped):
             each.append(tuple(made.setdefault(s.key, s) for s in found))
         return each
 
-    def _regulated(
-        self, scene: Scene, columns: Columns
-    ) -> tuple[Regulated, tuple[Sight, ...]]:
+    def _regulated(self, scene: Scene, columns: Columns) -> tuple[Regulated, tuple[Sight, ...]]:
         """What is regulated, and the true sights."""
         truth = self._sights(scene)
         belief, exact = truth, self.belief is None or self.belief == scene
@@ -267,8 +265,8 @@ class ServoTask(Shaped):
                     f"got {self.interaction.shape}"
                 )
         if isinstance(self.goal, Given) and (
-            self.depth == "goal" or isinstance(self.interaction, str)
-            and self.interaction != "current"
+            self.depth == "goal"
+            or (isinstance(self.interaction, str) and self.interaction != "current")
         ):
             raise InputError(
                 "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
@@ -279,7 +277,13 @@ class ServoTask(Shaped):
 def _names(given: Any) -> tuple[str, ...] | None:
     if given is None:
         return None
-    names = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, list | tuple) else ()
+    names = (
+        (given,)
+        if isinstance(given, str)
+        else tuple(given)
+        if isinstance(given, list | tuple)
+        else ()
+    )
     if not names or not all(isinstance(name, str) for name in names):
         raise InputError(f"joints: expected names of robots or velocities, got {given!r:.80}")
     return names
@@ -296,7 +300,9 @@ def _velocities(scene: Scene, name: str) -> Sequence[int]:
     else:
         if name not in names:
             exists = [*(robot.name for robot in scene.robots), *names]
-            raise InputError(f"joints: no robot or velocity {name!r}; {suggest(name, exists, 'names')}")
+            raise InputError(
+                f"joints: no robot or velocity {name!r}; {suggest(name, exists, 'names')}"
+            )
         found = [names.index(name)]
     if scene.prescribed[list(found)].any():
         raise InputError(f"joints: '{name}' moves on its own; a task cannot command it as well")
@@ -342,11 +348,15 @@ def _bound(part: Part, sights: tuple[Sight, ...], marks: int, depths: Depths) ->
             f"'{target.name}' has {marks} marks, numbered from 0; there is no {chosen.max()}"
         )
     used = target.marks if chosen is None else target.marks[chosen]
-    least = max(getattr(feature, "least_marks", 1), 3 if getattr(feature, "uses_pose", False) else 1)
+    least = max(
+        getattr(feature, "least_marks", 1), 3 if getattr(feature, "uses_pose", False) else 1
+    )
     if len(used) < least:
         raise InputError(f"{name} needs at least {least} marks, and sees {len(used)}")
     if getattr(feature, "uses_pose", False) and collinear(used):
-        raise InputError(f"{name} needs marks that are not on one line: a pose follows from no line")
+        raise InputError(
+            f"{name} needs marks that are not on one line: a pose follows from no line"
+        )
     if getattr(feature, "measures_depth", False) and not depths.measured:
         raise InputError(
             f"{name} is made of the depth of the marks, and depth={depths.which!r} gives none: "
@@ -367,7 +377,11 @@ def _believed(
     if there != here:
         raise InputError(f"the belief has the joints {there}, the scene {here}")
     try:
-        made = {s.key: Sight(belief, belief.camera(s.key[0]), belief.object(s.key[1])) for found in truth for s in found}
+        made = {
+            s.key: Sight(belief, belief.camera(s.key[0]), belief.object(s.key[1]))
+            for found in truth
+            for s in found
+        }
     except InputError as error:
         raise InputError(f"belief: {error}") from None
     for found in truth:
@@ -406,4 +420,3 @@ def _warn_of_rank(controller: Servo) -> None:
 def collinear(marks: Any) -> bool:
     """Whether marks (N, 3) lie on one line."""
     return int(np.linalg.matrix_rank(marks - marks[:1], tol=1e-9)) < 2
-
