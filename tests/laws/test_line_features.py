@@ -225,7 +225,7 @@ def test_across_half_a_turn_the_error_is_the_short_way_round(feature, here, ther
 def test_only_angles_are_turned_towards_the_goal(feature):
     X = scattered(5, runs=3, marks=4)
     size = 4 if feature.name == "segments" else 2
-    near = feature.towards(seen(5 * scattered(6, marks=4) + [0, 0, 1]))
+    near = feature.towards(in_image((7.0, 8.0), (7.5, 9.0), (8.0, -8.0), (9.0, -9.0)))
     s, free = (f.measure(seen(X)).reshape(3, -1, size) for f in (near, feature))
     np.testing.assert_array_equal(s[..., :-1], free[..., :-1])
     np.testing.assert_array_equal(near.interaction(seen(X)), feature.interaction(seen(X)))
@@ -234,6 +234,7 @@ def test_only_angles_are_turned_towards_the_goal(feature):
 @BOTH
 def test_a_feature_towards_a_goal_is_a_value(feature):
     here, there, elsewhere = (feature.towards(seen(scattered(i))) for i in (1, 1, 2))
+    np.testing.assert_array_equal(here.goal, here.measure(seen(scattered(1))).T)
     assert here == there == pickle.loads(pickle.dumps(here))
     assert here not in (elsewhere, feature)
 

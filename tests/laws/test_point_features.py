@@ -153,6 +153,7 @@ def test_theta_is_the_one_within_half_a_turn_of_the_goal(theta, goal):
     s, s_goal = polar.measure(at_angle(theta))[0], polar.measure(at_angle(goal))[0]
     assert abs(s[1] - s_goal[1]) <= np.pi + 1e-15  # but for rounding
     close(np.exp(1j * s[1]), np.exp(1j * theta), 1e-15)
+    np.testing.assert_array_equal(s_goal, Polar().measure(at_angle(goal))[0])
 
 
 def test_across_half_a_turn_the_error_is_the_short_way_round():
