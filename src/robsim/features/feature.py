@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, shown_view
+from robsim.arrays import Array, frozen, shown_view
 from robsim.camera import Camera
 from robsim.kernels import camera as kernels
 from robsim.kernels.pose import fit_pose
@@ -76,7 +76,7 @@ class Observation:
             pixels_last=self.pixels_last[marks],
             points_last=self.points_last[marks],
             depth_last=self.depth_last[marks],
-            model=None if self.model is None else self.model[marks],
+            model=None if self.model is None else frozen(self.model[marks]),
             other=None if self.other is None else self.other.some(marks),
         )
 

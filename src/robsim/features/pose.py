@@ -13,7 +13,7 @@ from robsim.errors import GoalError, InputError, suggest
 from robsim.features.feature import Observation
 from robsim.kernels import pose_features as kernels
 from robsim.kernels import se3
-from robsim.kernels.stereo import points_3d_interaction
+from robsim.kernels.point_features import points_3d_interaction
 from robsim.pose import IDENTITY, Pose, one_pose
 
 Form = Literal["goal", "camera"]
@@ -132,5 +132,5 @@ class Translation(_PoseFeature):
         if self.form == "goal":
             kernels.camera_origin_interaction(self._from_goal(seen), L)
         else:
-            points_3d_interaction(np.ascontiguousarray(seen.pose_last[None, :, 3]), L)
+            points_3d_interaction(np.ascontiguousarray(seen.pose_last[:, 3]), L)
         return first_view(L)

@@ -10,6 +10,7 @@ import numpy as np
 from robsim.arrays import Array, first_view
 from robsim.features.feature import Observation
 from robsim.kernels import stereo as kernels
+from robsim.kernels.point_features import points_3d_interaction
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class StereoPoints:
         """L (B, 3N, 6)."""
         X = _triangulated(seen)
         L = np.empty((3 * X.shape[0], 6, X.shape[-1]))
-        kernels.points_3d_interaction(X, L)
+        points_3d_interaction(X.reshape(-1, X.shape[-1]), L)
         return first_view(L)
 
 

@@ -40,16 +40,3 @@ def triangulate(x, other, between, X):
             X[n, 0, b] = l * d0 + (0.5 * t0 + m * e0)
             X[n, 1, b] = l * d1 + (0.5 * t1 + m * e1)
             X[n, 2, b] = l * d2 + (0.5 * t2 + m * e2)
-
-
-@kernel
-def points_3d_interaction(X, L):
-    """L[3n, 6, b] of points X[n, 3, b] in camera axes: [-I, [X]x], as Xdot = -v - omega x X."""
-    L[:] = 0.0
-    for n in range(X.shape[0]):
-        i, j, k = 3 * n, 3 * n + 1, 3 * n + 2
-        for b in range(X.shape[2]):
-            L[i, 0, b], L[j, 1, b], L[k, 2, b] = -1.0, -1.0, -1.0
-            L[i, 4, b], L[i, 5, b] = -X[n, 2, b], X[n, 1, b]
-            L[j, 3, b], L[j, 5, b] = X[n, 2, b], -X[n, 0, b]
-            L[k, 3, b], L[k, 4, b] = -X[n, 1, b], X[n, 0, b]
