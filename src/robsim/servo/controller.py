@@ -11,6 +11,7 @@ import numpy as np
 from robsim.arrays import Array, last_view
 from robsim.errors import InputError
 from robsim.features import Feature, Observation, PixelPoints, Points
+from robsim.features.numeric import interaction
 from robsim.kernels import features as kernels
 from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
 from robsim.kernels.sight import Look
