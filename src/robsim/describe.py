@@ -18,6 +18,7 @@ from robsim.robot import Link, Robot
 from robsim.scene import Mounted, Object, Scene
 from robsim.servo import IBVS, Computed, Damped, Shown, Truncated
 from robsim.servo.law import LAWS
+from robsim.tree import COORDINATE_UNITS
 
 Table = dict[str, Any]
 SHAPES: dict[str, type[Primitive]] = {"block": Block, "wheel": Wheel, "camera": CameraBody}
@@ -63,8 +64,7 @@ def link(value: Link) -> Table:
     table: Table = {"name": value.name, "parent": value.parent, "joint": joint.kind}
     table |= {"place": pose(joint.place), "tail": pose(joint.tail)}
     if joint.limits:
-        unit = "rad" if joint.kind == "revolute" else "m"
-        table["limits"] = [f"{float(x)!r} {unit}" for x in joint.limits]
+        table["limits"] = coordinates(joint.limits, 2 * COORDINATE_UNITS[joint.kind])
     table["shapes"] = [shape(s) for s in value.shapes]
     return {k: v for k, v in table.items() if v not in (None, {}, [])}
 

@@ -603,6 +603,61 @@ def test_what_is_wrong_in_a_robot_is_told_with_its_link(old, new, parts):
     assert all(part in message for part in parts), message
 
 
+CART = """
+schema = 1
+objects = [{ name = "dots", marks = ["3, 0, 0 m", "3, 1, 0 m", "3, 0, 1 m"] }]
+cameras = [{ name = "eye", on = "cart.body", focal = 800, size = [640, 480] }]
+task = { kind = "ibvs" }
+start = { q = ["1 m", "20 cm", "30 deg"] }
+[[robots]]
+name = "cart"
+home = ["0 m", "0 m", "0 deg"]
+[[robots.links]]
+name = "base"
+[[robots.links]]
+name = "body"
+joint = "planar"
+place = { position = "0, 0, 1 m" }
+"""
+NAMES_IN_PLANE = "body.x, body.y, body.theta"
+
+
+@pytest.mark.parametrize("kind", ["planar", "unicycle"])
+def test_a_start_in_the_plane_is_two_lengths_and_an_angle(kind):
+    scenario = read(CART, "planar", kind)
+    np.testing.assert_allclose(scenario.q0, [1, 0.2, np.pi / 6], rtol=0, atol=1e-16)
+    assert scenario.scene.robots[0].links[1].joint.kind == kind
+
+
+@pytest.mark.parametrize(
+    "old,new,parts",
+    [
+        ('"1 m", "20 cm"', '"1 m"', ["start.q: 2 coordinates, expected 3", NAMES_IN_PLANE]),
+        ('"0 m", "0 m"', '"0 m"', ["cart.home: 2 coordinates, expected 3", NAMES_IN_PLANE]),
+        ('"30 deg"', '"30 cm"', ["start.q[2]", "30 cm", "angle"]),
+        (
+            'q = ["1 m", "20 cm", "30 deg"]',
+            'position = "1, 0, 0 m"',
+            ["start: ", "only joint floats", NAMES_IN_PLANE],
+        ),
+        ('joint = "planar"', 'joint = "planer"', ["body.joint", "'planar'", "'planer'"]),
+        (
+            'joint = "planar"',
+            'joint = "planar"\nlimits = ["0 m", "1 m"]',
+            ["body.limits", "planar"],
+        ),
+        (
+            'place = { position = "0, 0, 1 m" }',
+            'dh = { theta = "0 deg", d = "0 m", a = "0 m", alpha = "0 deg" }',
+            ["links.body", "a planar joint has place and tail, not dh"],
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_joint_in_the_plane_is_told(old, new, parts):
+    message = refusal(CART, old, new)
+    assert all(part in message for part in parts), message
+
+
 def test_five_problems_are_told_and_the_others_counted():
     many = "\n".join(f"key{i} = {i}" for i in range(7))
     lines = refusal(RHINO, "gain = 1.5", many).splitlines()
@@ -755,6 +810,8 @@ TEXTS = [
     "0, 0, 0 deg",
     "revolute",
     "floating",
+    "planar",
+    "unicycle",
     "",
 ]
 VALUES = st.one_of(

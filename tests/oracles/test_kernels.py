@@ -63,6 +63,18 @@ def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
         close(q[3:, 0] * np.sign(q[3:, 0] @ expected[3:]), expected[3:], 1e-14)
 
 
+def test_a_held_velocity_in_the_plane_is_an_arc_to_the_last_digits():
+    """Turns of 0, and of 1e-300 to 20 rad; a unicycle where nothing moves sideways."""
+    first = np.array([0, 0])
+    for case in stored("arcs_mpmath.json")["cases"]:
+        v = np.array(case["v"])[:, None]
+        kinds = [(tree.PLANAR, v)] + ([(tree.UNICYCLE, v[::2].copy())] if v[1] == 0 else [])
+        for kind, held in kinds:
+            q = np.array(case["q"])[:, None]
+            tree.integrate(np.array([0, kind]), first, first, held, case["dt"], q)
+            close(q[:, 0], case["q_next"], 2e-15 + 1e-16 * abs(case["q_next"][2]))
+
+
 @pytest.mark.parametrize("spec", stored("opencv_project.json")["cameras"], ids=lambda c: c["name"])
 def test_projection_and_its_inverse_agree_with_opencv(spec):
     K, lens = np.array(spec["K"]), np.zeros(8)

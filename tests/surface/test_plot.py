@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 import robsim as rs
 from robsim import plot
@@ -236,6 +236,14 @@ def test_links_keep_their_colours_and_an_all_black_robot_gets_one_for_each():
     drawn = plot.scene(rs.Scene(RHINO)).axes[0].collections
     colors = [to_hex(a.get_color()[0]) for a in drawn if isinstance(a, Line3DCollection)]
     assert colors == [palette.color(c) for c in "krbgmc"]
+
+
+def test_faces_of_unequal_size_are_drawn_apart():
+    """Matplotlib would pad them with uninitialised memory: a warning now and then."""
+    wheel = rs.Object("wheel", rs.Wheel(0.1, 0.05, n=12))
+    drawn = plot.scene(rs.Scene(objects=wheel)).axes[0].collections
+    filled = [part for part in drawn if isinstance(part, Poly3DCollection)]
+    assert len(filled) == 2  # the tread, and the two discs
 
 
 def test_a_robot_without_shapes_is_a_stick_figure():

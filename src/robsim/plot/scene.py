@@ -90,10 +90,11 @@ def legend_width(picture: Picture) -> float:
 
 
 def _draw_solid(axes: Any, wire: Wire) -> None:
-    if wire.faces:
-        look = {"facecolors": wire.color, "alpha": 0.07, "linewidths": 0}
-        # limits are set by _frame; Matplotlib's own would take in what pads faces of unequal size
-        axes.add_collection3d(Poly3DCollection(list(wire.faces), **look), autolim=False)
+    look = {"facecolors": wire.color, "alpha": 0.07, "linewidths": 0}
+    for size in sorted({len(face) for face in wire.faces}):
+        # apart, because Matplotlib pads faces of unequal size with whatever is in the memory
+        faces = [face for face in wire.faces if len(face) == size]
+        axes.add_collection3d(Poly3DCollection(faces, **look), autolim=False)
     look = {"colors": wire.color, "linewidths": 1.2}
     axes.add_collection3d(Line3DCollection(wire.segments, **look, label=wire.label), autolim=False)
 

@@ -14,6 +14,7 @@ from robsim.pose import IDENTITY
 from robsim.primitives import Primitive
 from robsim.robot import Link, Robot
 from robsim.scene import Mounted, Scene
+from robsim.tree import COORDINATES
 
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
@@ -68,7 +69,7 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in link.shapes:
             yield _shape(label, own if plain else shape.color, shape, T)
-        if not shapes and link.parent and link.joint.kind != "floating":
+        if not shapes and link.parent and COORDINATES[link.joint.kind] <= 1:  # an arm, no flight
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
 

@@ -13,12 +13,12 @@ from robsim.camera import Camera
 from robsim.errors import FrameError, InputError, suggest
 from robsim.pose import IDENTITY, Pose
 from robsim.primitives import Block, CameraBody, Primitive, Wheel
-from robsim.robot import Link, Robot, dh_constants
+from robsim.robot import Link, Robot, dh_constants, labels
 from robsim.scenario import schema
 from robsim.scenario.problems import Problems, under
 from robsim.scenario.quantity import coordinate
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import COORDINATE_UNITS, COORDINATES, Joint
+from robsim.tree import COORDINATE_NAMES, COORDINATE_UNITS, COORDINATES, Joint
 
 MOST_LINKS_IN_ALL = 1024
 T = TypeVar("T", bound=schema.PartTable)
@@ -67,11 +67,10 @@ def robot(table: schema.RobotTable) -> Robot:
         with under("links", part.name):
             links.append(_link(part, table.convention, links))
     units = [unit for k in links for unit in COORDINATE_UNITS[k.joint.kind]]
-    labels = [k.name for k in links for _ in range(COORDINATES[k.joint.kind])]
     home = None
     if table.home is not None:
         with under("home"):
-            home = configuration(table.home, units, labels)
+            home = configuration(table.home, units, labels(links, COORDINATE_NAMES))
     base = pose(table)
     try:
         return Robot(table.name, tuple(links), home, base=base, on=table.on)
@@ -83,11 +82,11 @@ def robot(table: schema.RobotTable) -> Robot:
             raise
 
 
-def configuration(given: Sequence[Any], units: Sequence[str], labels: Sequence[str]) -> Array:
+def configuration(given: Sequence[Any], units: Sequence[str], names: Sequence[str]) -> Array:
     """Coordinates, each in the unit of its joint."""
     if len(given) != len(units):
-        names = ", ".join(labels) or "none"
-        raise InputError(f"{len(given)} coordinates, expected {len(units)}: {names}")
+        expected = ", ".join(names) or "none"
+        raise InputError(f"{len(given)} coordinates, expected {len(units)}: {expected}")
     values = np.empty(len(units))
     for i, (value, unit) in enumerate(zip(given, units, strict=True)):
         with under(i):
@@ -158,8 +157,8 @@ def _constants(table: schema.LinkTable, convention: str) -> tuple[Pose, Pose]:
             return place, pose(table.tail)
     if {"place", "tail"} & table.model_fields_set:
         raise InputError("dh and place or tail: give one of the two only")
-    if table.joint == "floating":
-        raise InputError("a floating joint has place and tail, not dh")
+    if COORDINATES[table.joint] > 1:
+        raise InputError(f"a {table.joint} joint has place and tail, not dh")
     row = np.array([table.dh.theta, table.dh.d, table.dh.a, table.dh.alpha])
     return dh_constants(row, convention, table.joint)
 

@@ -30,6 +30,7 @@ from robsim.scenario.quantity import (
     Size,
     Text,
 )
+from robsim.tree import Kind
 
 SCHEMA = 1
 MOST_PARTS, MOST_LINKS, MOST_SHAPES, MOST_MARKS = 64, 256, 256, 10_000
@@ -107,7 +108,7 @@ class LinkTable(Table):
 
     name: Name
     parent: Name | None = None
-    joint: Literal["fixed", "revolute", "prismatic", "floating"] = "fixed"
+    joint: Kind = "fixed"
     dh: DHTable | None = None
     place: PoseKeys = PoseKeys()
     tail: PoseKeys = PoseKeys()
