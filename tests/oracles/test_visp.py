@@ -6,7 +6,7 @@ so the features are measured here, not only their interaction matrices compared.
 
 Where ViSP's L is not the derivative of its own s, by central differences: the entry vx of x_n of
 a dense region (vpFeatureMomentGravityCenterNormalized, off by 1e-3 to 2e-2; 50 digits), replaced
-below, and the invariant c5 (vpFeatureMomentCInvariant, off by up to 15 times its entries), not used.
+below, and the invariant c5 (vpFeatureMomentCInvariant, off by up to 15 times its size), not used.
 """
 
 import json
@@ -14,25 +14,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from robsim.arrays import runs_last
 from robsim.features.depth import LogDepth
 from robsim.features.ellipse import Ellipse
+from robsim.features.feature import Observation
 from robsim.features.lines import Lines, VanishingPoint
 from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoments
+from robsim.features.points import Points
 from robsim.features.points_3d import Points3D
 from robsim.features.polar import Polar
 from robsim.features.pose import ThetaU, Translation
 from robsim.features.segments import Segments
 from robsim.features.sphere import Sphere
-from robsim.servo.gain import Adaptive
-from robsim.servo.redundancy import large_projection, null_space
-
-from robsim.arrays import runs_last
-from robsim.features.feature import Observation
-from robsim.features.points import Points
 from robsim.kernels.features import choose_interaction
 from robsim.kernels.pose import fit_pose
+from robsim.servo.gain import Adaptive
 from robsim.servo.inverse import Truncated, product
 from robsim.servo.law import JointLaw, State
+from robsim.servo.redundancy import large_projection, null_space
 
 STORED = json.loads((Path(__file__).parent / "visp.json").read_text())
 
