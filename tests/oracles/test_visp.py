@@ -6,7 +6,7 @@ so the features are measured here, not only their interaction matrices compared.
 
 Where ViSP's L is not the derivative of its own s, by central differences: the entry vx of x_n of
 a dense region (vpFeatureMomentGravityCenterNormalized, off by 1e-3 to 2e-2; 50 digits), replaced
-below, and the invariant c5 (vpFeatureMomentCInvariant, off by up to 15 times its entries), not used.
+below, and the invariant c5 (vpFeatureMomentCInvariant, off by up to 15 times its size), not used.
 """
 
 import json
