@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.arrays import Array, first_view, positive
+from robsim.kernels.laws import realise
 from robsim.kernels.solve import least_squares
 from robsim.servo.inverse import RCOND
 from robsim.servo.law import State
@@ -22,8 +23,8 @@ class PartitionedLaw:
     With s = (x1, y1, ..., angle, area): omega_z = roll (angle - angle*), since a roll turns the
     image the other way, v_z = advance ln(sigma*/sigma) with sigma the square root of the area, and
     V_xy = L_xy^+ (-gain e - L_z V_z), then qdot = J^+ V (Corke and Hutchinson 2001, "A new
-    partitioned approach to image-based visual servo control", eqs. 4 to 8). `roll` is per second,
-    `advance` in metres per second.
+    partitioned approach to image-based visual servo control"). `roll` is per second, `advance` in
+    metres per second, `length` as in `CameraLaw`.
 
     >>> PartitionedLaw(roll=2.0).roll
     2.0
@@ -31,12 +32,14 @@ class PartitionedLaw:
 
     roll: float = 1.0
     advance: float = 1.0
+    length: float = 1.0
     name: ClassVar[str] = "partitioned"
     in_camera: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         positive(self.roll, "roll (per second)")
         positive(self.advance, "advance (metres per second)")
+        positive(self.length, "length (metres)")
 
     def command(self, state: State) -> Array:
         """Joint velocities (B, n)."""
@@ -50,7 +53,9 @@ class PartitionedLaw:
         for axis in ALONG:
             wanted = wanted - L[:, axis] * V[axis]
         V[ACROSS] = _solved(np.ascontiguousarray(L[:, ACROSS]), wanted)
-        return first_view(_solved(state.jacobian_last, V))
+        qd = np.empty(state.jacobian_last.shape[1:])
+        realise(state.jacobian_last, V, self.length, 0.0, RCOND, qd)
+        return first_view(qd)
 
 
 def _solved(A: Array, y: Array) -> Array:

@@ -63,7 +63,11 @@ class Placing(ServoTask):
             raise InputError(f"marks: expected three of them, a, b and c, got {self.marks!r:.80}")
         put(self, "marks", part.marks)
         put(self, "features", [part])
-        for name, unit in (("rotation", "per second"), ("translation", "per second"), ("length", "metres")):
+        for name, unit in (
+            ("rotation", "per second"),
+            ("translation", "per second"),
+            ("length", "metres"),
+        ):
             put(self, name, positive(getattr(self, name), f"{name} ({unit})"))
         put(self, "gain", min(self.rotation, self.translation))
         super().__post_init__()

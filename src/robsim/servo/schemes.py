@@ -91,10 +91,10 @@ class Partitioned(ServoTask):
 
     Roll follows the angle of the line through two marks (`segment`), the way along the axis the
     area of the polygon of all marks, and the other four components the points. All else is as in
-    `IBVS`; the law is `PartitionedLaw(roll, advance)`.
+    `IBVS`; the law is `PartitionedLaw(roll, advance, length)`.
 
     >>> Partitioned(roll=0.5).law
-    PartitionedLaw(roll=0.5, advance=1.0)
+    PartitionedLaw(roll=0.5, advance=1.0, length=1.0)
     """
 
     kind: ClassVar[str] = "partitioned"
@@ -104,6 +104,7 @@ class Partitioned(ServoTask):
     segment: tuple[int, int] = (0, 1)
     roll: float = 1.0
     advance: float = 1.0
+    length: float = 1.0
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -113,9 +114,10 @@ class Partitioned(ServoTask):
         put(self, "segment", pair.marks)
         put(self, "roll", positive(self.roll, "roll (per second)"))
         put(self, "advance", positive(self.advance, "advance (metres per second)"))
+        put(self, "length", positive(self.length, "length (metres)"))
         area = Part("region_moments", components=(0,))
         put(self, "features", [Part("points"), pair, area])
-        put(self, "law", PartitionedLaw(self.roll, self.advance))
+        put(self, "law", PartitionedLaw(self.roll, self.advance, self.length))
         super().__post_init__()
 
 
