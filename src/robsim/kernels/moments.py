@@ -166,8 +166,8 @@ def region_rates(ABC, centre, mu, R):
     """R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of a region in the plane ABC[3, b].
 
     The interaction matrices of the area, the centre of gravity and the centred moments in Chaumette
-    (2004), Image moments: a general and useful set of features for visual servoing, IEEE T-RO 20(4)
-    (n_ij there, too, is mu_ij / a). Rows up to some order need mu up to the next one.
+    (2004), Image moments: a general and useful set of features for visual servoing, IEEE T-RO 20,
+    with n_ij = mu_ij / a. Rows up to some order need mu up to the next one.
     """
     for k in range(R.shape[0]):
         i, j = powers(k)
