@@ -14,11 +14,11 @@ from robsim.arrays import Array, last_view
 from robsim.errors import InputError
 from robsim.features import PixelPoints, Points
 from robsim.kernels import features as kernels
-from robsim.kernels.loop import CAMERA, JOINT, Scheme
+from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
 from robsim.servo.broyden import Broyden, broyden_update
 from robsim.servo.feed_forward import Estimated, FeedForward, Known
 from robsim.servo.gain import Adaptive
-from robsim.servo.instant import Command, Instant, recall, remember
+from robsim.servo.instant import Instant, recall, remember
 from robsim.servo.inverse import RCOND, Inverse, rank
 from robsim.servo.law import CameraLaw, JointLaw, Law, State
 from robsim.servo.regulated import Measured, Regulated
@@ -246,7 +246,7 @@ def rank_at_goal(regulated: Regulated) -> int:
     """Rank of L J at the goal where it was shown; else the most that its shape allows."""
     goal = regulated.at_goal
     if regulated.q_goal is None:
-        return min(*goal.reach.shape[:2], 6 * regulated.motions)
+        return int(min(*goal.reach.shape[:2], 6 * regulated.motions))
     return int(rank(goal.reach)[0])
 
 

@@ -60,7 +60,7 @@ FeedForward = Known | Estimated | None
 
 def as_feed_forward(given: Any) -> FeedForward:
     """A feed-forward from its name, itself, or None for none."""
-    named = {"known": Known(), "estimated": Estimated()}
+    named: dict[str, Known | Estimated] = {"known": Known(), "estimated": Estimated()}
     if given is None or isinstance(given, Known | Estimated):
         return given
     if not isinstance(given, str) or given not in named:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from robsim.arrays import Array, first_view, last_view
-from robsim.kernels.loop import Command as Command
 from robsim.kernels.sight import Look
 from robsim.servo.sight import Key
 
@@ -32,7 +31,7 @@ class Instant:
     @property
     def runs(self) -> int:
         """How many."""
-        return self.q.shape[1]
+        return int(self.q.shape[1])
 
     def inside(self, name: str) -> Instant:
         """The same with a memory of its own, for one of several tasks."""

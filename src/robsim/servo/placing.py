@@ -112,8 +112,8 @@ class PlacingLaw:
         """T and Omega (3, B) at the origin of the world, from a, b, c (3, 3, B) in its axes."""
         edges, wanted = _edges(now), _edges(goal)
         if self.task.variant == "completed":
-            turns = sum(np.cross(a, b, axis=0) for a, b in zip(edges, wanted, strict=True))
-            omega = 0.5 * self.task.rotation * turns
+            turns = [np.cross(a, b, axis=0) for a, b in zip(edges, wanted, strict=True)]
+            omega = 0.5 * self.task.rotation * (turns[0] + turns[1] + turns[2])
         else:
             omega = self.task.rotation * np.cross(edges[2], wanted[2], axis=0)
         lever = np.cross(omega, now[0], axis=0)
@@ -123,10 +123,9 @@ class PlacingLaw:
 
 def _world(T_w_c: Array, s: Array) -> Array:
     """Points (3, 3, B), the point first, from camera axes s (9, B) into those of the world."""
-    X = s.reshape(3, 3, -1)
-    moved = [sum(T_w_c[:, c] * X[:, c, None] for c in range(3)) + T_w_c[:, 3]]
-    points: Array = moved[0]
-    return points
+    X = s.reshape(3, 3, 1, -1)
+    points: Array = T_w_c[:, 0] * X[:, 0] + T_w_c[:, 1] * X[:, 1] + T_w_c[:, 2] * X[:, 2]
+    return points + T_w_c[:, 3]
 
 
 def _edges(points: Array) -> tuple[Array, Array, Array]:

@@ -59,7 +59,8 @@ class PBVS(ServoTask):
     form: str = "goal"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "features", [Translation(self.form), "theta_u"])
+        form: Any = self.form
+        object.__setattr__(self, "features", [Translation(form), "theta_u"])
         super().__post_init__()
 
 
@@ -79,9 +80,8 @@ class Hybrid(ServoTask):
     mark: int = 0
 
     def __post_init__(self) -> None:
-        one = {"marks": (self.mark,)}
-        parts = [Part("points", **one), Part("log_depth", **one), Part("theta_u")]
-        object.__setattr__(self, "features", parts)
+        one = [Part(name, marks=(self.mark,)) for name in ("points", "log_depth")]
+        object.__setattr__(self, "features", [*one, Part("theta_u")])
         super().__post_init__()
 
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from robsim.arrays import Array, frozen, positive, shown_view
 from robsim.errors import InputError
+from robsim.kernels.loop import Command
 from robsim.scene import Scene
 from robsim.servo.controller import Controller, Decision, Servo
-from robsim.servo.instant import Command, Instant, recall, remember
+from robsim.servo.instant import Instant
 from robsim.servo.law import JointLaw
 from robsim.servo.redundancy import priorities
 from robsim.servo.shaping import Shaping
@@ -292,18 +293,17 @@ class Switched(Several):
     def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
         """(B,): which runs are with the second."""
         seen = [self._comparison(now, part, d) for part, d in zip(self.parts, each, strict=True)]
-        second = np.asarray(self.when.holds(*seen))
-        if second.shape != (now.runs,):
+        holds = np.asarray(self.when.holds(*seen))
+        if holds.shape != (now.runs,):
             raise InputError(
-                f"{type(self.when).__name__}.holds returned shape {second.shape} where "
+                f"{type(self.when).__name__}.holds returned shape {holds.shape} where "
                 f"({now.runs},) is needed"
             )
-        second = second.astype(np.bool_)
+        thrown: NDArray[np.bool_] = holds.astype(np.bool_)
         if self.latch:
-            if "second" in now.memory:
-                second = second | (recall(now.memory, "second") > 0)
-            remember(now.memory, "second", second.astype(np.float64))
-        return second
+            thrown = thrown | now.memory.get("thrown", False)
+            now.memory["thrown"] = thrown
+        return thrown
 
     def _comparison(self, now: Instant, part: Controller, one: Decision) -> Comparison:
         pixels = np.concatenate([now.pixels[sight.key] for sight in part.sights])

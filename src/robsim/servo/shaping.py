@@ -82,7 +82,8 @@ class Shaping:
         assert self.smooth_start is not None
         if "first" not in now.memory:
             remember(now.memory, "first", qd)
-        return qd - np.exp(-self.smooth_start * now.time) * recall(now.memory, "first")
+        late: Array = qd - np.exp(-self.smooth_start * now.time) * recall(now.memory, "first")
+        return late
 
     def _q(self, q: Array) -> Array:
         """(n, B); zero for velocities without a coordinate of their own."""

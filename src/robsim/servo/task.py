@@ -17,7 +17,7 @@ from robsim.scene import Scene
 from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Controller, Servo, rank_at_goal, rcond_of
 from robsim.servo.depths import Depth, Depths, as_depth
-from robsim.servo.feed_forward import FeedForward, as_feed_forward
+from robsim.servo.feed_forward import as_feed_forward
 from robsim.servo.gain import Adaptive, as_gain
 from robsim.servo.goal import Given, as_goal, configuration, view_of
 from robsim.servo.inverse import as_inverse
@@ -83,7 +83,8 @@ class Shaped(Value):
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:
         """For the commanded velocities of a scene."""
         names = [scene.velocity_names[i] for i in columns]
-        for part in (self.limit, self.secondary):
+        parts: tuple[Any, ...] = (self.limit, self.secondary)
+        for part in parts:
             if hasattr(part, "check"):
                 part.check(names)
         return Shaping(
@@ -128,7 +129,7 @@ class ServoTask(Shaped):
     tolerance: float | None = None
     belief: Scene | None = None
     _: KW_ONLY
-    feed_forward: FeedForward | str = None
+    feed_forward: Any = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -227,7 +228,7 @@ class ServoTask(Shaped):
         if given is None:
             seen, looks = goal_seen(sights, goals, depths), goal_looks(sights, q_goal)
             bound = [part.towards(part.observation(seen, looks)) for part in bound]
-        which = "current" if isinstance(self.interaction, Broyden) else self.interaction
+        which: Any = "current" if isinstance(self.interaction, Broyden) else self.interaction
         regulated = Regulated(
             tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given
         )
@@ -318,8 +319,8 @@ def _as_interaction(given: Any) -> Interaction | Broyden | Array:
             return Broyden()
         if given not in kinds:
             raise InputError(
-                f"no interaction matrix {given!r}; {suggest(given, [*kinds, 'broyden'], 'choices')}, "
-                "or a constant (k, 6)"
+                f"no interaction matrix {given!r}; "
+                f"{suggest(given, [*kinds, 'broyden'], 'choices')}, or a constant (k, 6)"
             )
         return given  # type: ignore[return-value]
     L = numbers(given, "interaction", ("k", 6))
