@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from robsim.arrays import Array, frozen, numbers, positive
 from robsim.errors import InputError, RankWarning, suggest
 from robsim.features import Points
+from robsim.kernels.tree import UNICYCLE
 from robsim.scene import Scene
 from robsim.servo.broyden import Broyden
-from robsim.servo.controller import Controller, Servo, rank_at_goal, rcond_of
+from robsim.servo.controller import Controller, Servo, pace, rank_at_goal, rcond_of
 from robsim.servo.depths import Depth, Depths, as_depth
 from robsim.servo.feed_forward import as_feed_forward
 from robsim.servo.gain import Adaptive, as_gain
@@ -177,7 +178,7 @@ class ServoTask(Shaped):
             regulated.units,
             own if self.tolerance is None else np.full(own.shape, self.tolerance),
             regulated.goal_pixels,
-            self.gain if isinstance(self.gain, float) else self.gain.least,
+            pace(regulated, self.gain, self.inverse),
             rank_at_goal(regulated),
             rcond_of(self.inverse),
             regulated,
@@ -190,7 +191,20 @@ class ServoTask(Shaped):
         )
         if not shared and self.secondary is None:
             _warn_of_rank(controller)
+            self.warn_of_wheels(controller)
         return controller
+
+    def warn_of_wheels(self, controller: Servo) -> None:
+        """RankWarning if a unicycle alone is asked for more than two numbers."""
+        tree, columns = controller.scene.tree, controller.columns
+        rolls = (tree.joints.kind[tree.body[columns]] == UNICYCLE).all()
+        if rolls and controller.k > columns.size:
+            warnings.warn(
+                "a unicycle cannot move sideways, and no smooth law drives it to a pose (Brockett "
+                "1983): use Docking, or no more features than it has velocities",
+                RankWarning,
+                stacklevel=4,
+            )
 
     def bound_law(self, regulated: Regulated) -> Any:
         """The law, which may need to know the scene."""
