@@ -32,6 +32,7 @@ from robsim.tree import (
     FIXED,
     VELOCITIES,
     VELOCITY_NAMES,
+    VELOCITY_UNITS,
     Frame,
     Joint,
     Tree,
@@ -214,6 +215,11 @@ class Robot(Value):
     def velocity_names(self) -> tuple[str, ...]:
         """One name for each velocity."""
         return labels(self.links, VELOCITY_NAMES)
+
+    @property
+    def velocity_units(self) -> tuple[str, ...]:
+        """ "rad/s" or "m/s" of each velocity."""
+        return tuple(unit for k in self.links for unit in VELOCITY_UNITS[k.joint.kind])
 
     @property
     def tip(self) -> str:

@@ -162,6 +162,11 @@ class Scene:
         """Those of the robot; with its name in front where there are several."""
         return self._labels("velocity_names")
 
+    @property
+    def velocity_units(self) -> tuple[str, ...]:
+        """ "rad/s" or "m/s" of each velocity."""
+        return tuple(unit for robot in self.robots for unit in robot.velocity_units)
+
     @cached_property
     def prescribed(self) -> NDArray[np.bool_]:
         """(nv,): which velocities no task commands, because their robot moves on its own."""

@@ -59,6 +59,9 @@ VELOCITY_NAMES: dict[str, tuple[str, ...]] = {
 }
 COORDINATES = {kind: len(units) for kind, units in COORDINATE_UNITS.items()}
 VELOCITIES = {kind: len(rows) for kind, rows in _VELOCITIES.items()}
+VELOCITY_UNITS = {
+    kind: ["rad/s" if turns else "m/s" for turns, _ in rows] for kind, rows in _VELOCITIES.items()
+}
 
 
 @dataclass(frozen=True)

@@ -453,7 +453,7 @@ WRONG = [
         ["robots.rhino_xr4.home", "1 coordinates, expected 5"],
     ),
     # choices and names
-    ('kind = "ibvs"', 'kind = "pbvs"', ["task.kind", "'ibvs'", "'pbvs'"]),
+    ('kind = "ibvs"', 'kind = "ivbs"', ["task.kind", "'ivbs'", "mean 'ibvs'", "together"]),
     ('kind = "ibvs"', "", ["task.kind", "missing"]),
     ('kind = "ibvs"', 'kind = "ibvs"\nfeatures = "ponts"', ["task.features", "'points'", "ponts"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ninteraction = "x"', ["task.interaction", "'desired'", "'x'"]),
@@ -522,7 +522,7 @@ WRONG = [
     (
         'kind = "ibvs"',
         'kind = "ibvs"\ngoal = { q = [], computed = {} }',
-        ["task.goal", "computed and a q"],
+        ["task.goal", "computed and q: give one"],
     ),
     ("[start]", '[start]\nposition = "0, 0, 1 m"', ["start", "q and a pose"]),
     # limits

@@ -9,21 +9,24 @@ from typing import Any
 
 from robsim.errors import InputError, suggest
 from robsim.scenario.problems import shown, under
+from robsim.scenario.tables import KINDS
 from robsim.scenario.text import Raw
 
-NAMED = ("robots", "objects", "cameras", "links")
+NAMED = ("robots", "objects", "cameras", "motions", "links")
 _INTRINSICS = ({"K"}, {"focal", "center", "skew"})
 _RIVALS = (
     ({"rpy"}, {"rotvec"}, {"rotation"}),
     ({"dh"}, {"place", "tail"}),
-    ({"q"}, {"computed"}, {"position", "rpy", "rotvec", "rotation"}),
+    ({"q"}, {"computed"}, {"s"}, {"position", "rpy", "rotvec", "rotation"}),
     _INTRINSICS,
 )
-# what goes when a key takes another value
+# a key, its one value beside which a companion makes sense, and that companion
 _COMPANIONS = (
-    ("law", "joint", "length"),
-    ("inverse", "damped", "rcond"),
-    ("inverse", "truncated", "damping"),
+    ("law", "camera", "length"),
+    ("inverse", "truncated", "rcond"),
+    ("inverse", "damped", "damping"),
+    ("feed_forward", "estimated", "lag"),
+    ("interaction", "broyden", "broyden_start"),
 )
 
 
@@ -31,8 +34,8 @@ def merge(base: Raw, over: Raw, partial: bool = False) -> Raw:
     """`over` over `base`; both stay as they are.
 
     A key replaces other spellings of the same (`rpy` a `rotation`, `dh` a `place`) and what makes
-    no sense beside it (`law = "joint"` a `length`). With `partial`, `base` is itself only a list
-    of changes, to which new names may be added.
+    no sense beside it (`law = "joint"` a `length`, another `kind` what that kind lacks). With
+    `partial`, `base` is itself only a list of changes, to which new names may be added.
 
     >>> merge({"task": {"gain": 1, "law": "joint"}}, {"task": {"gain": 2}})
     {'task': {'gain': 2, 'law': 'joint'}}
@@ -52,9 +55,18 @@ def merge(base: Raw, over: Raw, partial: bool = False) -> Raw:
 
 
 def name_of(table: Any) -> str | None:
-    """The name of a table; a library robot without one has that of its model."""
-    name = table.get("name", table.get("model")) if isinstance(table, dict) else None
+    """The name of a table; a library robot without one has that of its model.
+
+    A motion has that of its robot.
+    """
+    given = table if isinstance(table, dict) else {}
+    name = next((given[key] for key in ("name", "model", "robot") if key in given), None)
     return name if isinstance(name, str) else None
+
+
+def name_key(kind: str) -> str:
+    """The key under which things of this kind have their name."""
+    return "robot" if kind == "motions" else "name"
 
 
 def _merge_named(old: list[Any], new: list[Any], kind: str, partial: bool) -> list[Any]:
@@ -83,7 +95,11 @@ def _merge_named(old: list[Any], new: list[Any], kind: str, partial: bool) -> li
 def _without_rivals(base: Raw, over: Raw) -> Raw:
     """A copy of `base` without other spellings of what `over` says."""
     merged = _spelled_out(base) if _INTRINSICS[1] & over.keys() else dict(base)
-    gone = {companion for key, value, companion in _COMPANIONS if over.get(key) == value}
+    gone = {
+        companion for key, value, companion in _COMPANIONS if key in over and over[key] != value
+    }
+    if over.get("kind") in KINDS and base.get("kind") in KINDS:
+        gone |= KINDS[base["kind"]] - KINDS[over["kind"]]
     for group in _RIVALS:
         for spelling in group:
             if spelling & over.keys():
