@@ -141,7 +141,11 @@ def any_scene():
 
 
 def any_task(rng, scene, depth=2, kinds=6):
-    beliefs = [None, scene, scene.replacing(rs.Mounted("eye", LENS, "free_camera.body", NEAR.T_c_o))]
+    beliefs = [
+        None,
+        scene,
+        scene.replacing(rs.Mounted("eye", LENS, "free_camera.body", NEAR.T_c_o)),
+    ]
     shared = pick(rng, *beliefs)
 
     def servo(**ordered):

@@ -65,12 +65,9 @@ class Priorities(Shaped):
         """The controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
         parts = [task.bind(scene, columns) for task in self.tasks]
-        return Ordered(
-            **_common(parts),
-            columns=columns,
-            parts=tuple(parts),
-            shaping=self.shaping(scene, columns),
-        )
+        common = _common(parts) | {"rcond": self.rcond}
+        shaping = self.shaping(scene, columns)
+        return Ordered(**common, columns=columns, parts=tuple(parts), shaping=shaping)
 
 
 @runtime_checkable
