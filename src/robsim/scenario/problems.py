@@ -36,6 +36,8 @@ def under(*keys: str | int) -> Iterator[None]:
         yield
     except Misplaced as error:
         raise Misplaced(joined(*keys, error.path), error.text) from None
+    except FileError:  # which says all that is wrong, and where
+        raise
     except InputError as error:
         raise Misplaced(joined(*keys), str(error)) from None
 
