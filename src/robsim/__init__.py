@@ -60,6 +60,7 @@ from robsim.servo import CameraLaw as CameraLaw
 from robsim.servo import Computed as Computed
 from robsim.servo import Damped as Damped
 from robsim.servo import DepthFilter as DepthFilter
+from robsim.servo import Docking as Docking
 from robsim.servo import ErrorBelow as ErrorBelow
 from robsim.servo import Estimated as Estimated
 from robsim.servo import Given as Given
@@ -70,6 +71,7 @@ from robsim.servo import NearBorder as NearBorder
 from robsim.servo import Part as Part
 from robsim.servo import Partitioned as Partitioned
 from robsim.servo import PartitionedLaw as PartitionedLaw
+from robsim.servo import Placing as Placing
 from robsim.servo import Posture as Posture
 from robsim.servo import Priorities as Priorities
 from robsim.servo import Shown as Shown

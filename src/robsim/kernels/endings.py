@@ -83,8 +83,8 @@ def begin(error, depth, T, tolerance, watch):
 
 
 @part
-def _stands_still(reach, qd, gain, tolerance, still):
-    """Count the periods in which the command moves features by next to nothing in 1/gain."""
+def _stands_still(reach, qd, pace, tolerance, still):
+    """Count the periods in which the command moves features by next to nothing in 1/pace."""
     change, largest = np.zeros((reach.shape[0], still.size)), np.empty(still.size)
     for i in range(reach.shape[0]):
         for j in range(reach.shape[1]):
@@ -92,7 +92,7 @@ def _stands_still(reach, qd, gain, tolerance, still):
                 change[i, b] += reach[i, j, b] * qd[j, b]
     _largest(change, largest)
     for b in range(still.size):
-        still[b] = still[b] + 1 if largest[b] < STALL * tolerance * gain else 0
+        still[b] = still[b] + 1 if largest[b] < STALL * tolerance * pace else 0
 
 
 @part
@@ -114,7 +114,7 @@ def judge(
     error,
     qd,
     reach,
-    gain,
+    pace,
     tolerance,
     over,
     hold,
@@ -127,7 +127,7 @@ def judge(
 
     The way to the origin of T is added to the length of the path. A run stands still while its
     command would move every feature by less than a hundredth of the tolerance in the time
-    1/gain, and the error is not below the tolerance.
+    1/pace, and the error is not below the tolerance.
     """
     size, away, far = np.empty(outcome.size), np.empty(outcome.size), np.empty(outcome.size)
     state, speed = np.empty(outcome.size), np.empty(outcome.size)
@@ -139,7 +139,7 @@ def judge(
     _largest(qd, speed)
     _beyond(q, limits, beyond)
     _worst(visibility, where)
-    _stands_still(reach, qd, gain, tolerance, watch.still)
+    _stands_still(reach, qd, pace, tolerance, watch.still)
     _path(watch.before, T, watch.length)
     ended = 0
     for b in range(outcome.size):

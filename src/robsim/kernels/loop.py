@@ -28,6 +28,7 @@ class Scheme(NamedTuple):
     law: int  # JOINT, CAMERA
     length: float
     gain: float
+    pace: float
     transposed: bool
     damping: float
     rcond: float
@@ -114,7 +115,7 @@ def settle(
     hold,
     drift,
     columns,
-    gain,
+    pace,
     tolerance,
     watch,
     rows,
@@ -144,7 +145,7 @@ def settle(
         command.error,
         command.qd,
         command.reach,
-        gain,
+        pace,
         tolerance,
         step == steps,
         hold,
@@ -200,7 +201,7 @@ def stride(
             hold,
             drift,
             moves.columns,
-            scheme.gain,
+            scheme.pace,
             scheme.tolerance,
             watch,
             rows,

@@ -2,6 +2,7 @@
 
 from robsim.servo.broyden import Broyden as Broyden
 from robsim.servo.depth import DepthFilter as DepthFilter
+from robsim.servo.docking import Docking as Docking
 from robsim.servo.feed_forward import Estimated as Estimated
 from robsim.servo.gain import Adaptive as Adaptive
 from robsim.servo.goal import Computed as Computed
@@ -17,6 +18,7 @@ from robsim.servo.law import State as State
 from robsim.servo.limit import SpeedLimit as SpeedLimit
 from robsim.servo.part import Part as Part
 from robsim.servo.partitioned import PartitionedLaw as PartitionedLaw
+from robsim.servo.placing import Placing as Placing
 from robsim.servo.redundancy import AvoidLimits as AvoidLimits
 from robsim.servo.redundancy import Posture as Posture
 from robsim.servo.schemes import IBVS as IBVS

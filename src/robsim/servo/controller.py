@@ -19,7 +19,7 @@ from robsim.servo.broyden import Broyden, broyden_update
 from robsim.servo.feed_forward import Estimated, FeedForward, Known
 from robsim.servo.gain import Adaptive
 from robsim.servo.instant import Instant, recall, remember
-from robsim.servo.inverse import RCOND, Inverse, rank
+from robsim.servo.inverse import RCOND, Inverse, Transposed, rank
 from robsim.servo.law import CameraLaw, JointLaw, Law, State
 from robsim.servo.regulated import Measured, Regulated
 from robsim.servo.shaping import Shaping
@@ -44,7 +44,7 @@ class Controller(ABC):
     units: tuple[str, ...]  # (k,)
     tolerances: Array  # (k,)
     goal_pixels: Array  # (N, 2) of all sights, NaN where no image is known
-    pace: float  # the smallest gain, per second
+    pace: float  # the slowest rate at which the error is to decay, per second
     full_rank: int  # of L J where nothing is singular
     rcond: float
 
@@ -237,9 +237,19 @@ class Servo(Controller):
             law,
             self.law.length if isinstance(self.law, CameraLaw) else 1.0,
             self.gain,
+            self.pace,
             *self.inverse.numbers,
             self.tolerance,
         )
+
+
+def pace(regulated: Regulated, gain: float | Adaptive, inverse: Inverse) -> float:
+    """The smallest gain; with the transpose, times the smallest sigma^2 of L J at the goal."""
+    least = gain if isinstance(gain, float) else gain.least
+    if not isinstance(inverse, Transposed):
+        return least
+    sigma = np.linalg.svd(regulated.at_goal.reach[..., 0], compute_uv=False)
+    return least * float(sigma[sigma > RCOND * sigma[0]].min() ** 2)
 
 
 def rank_at_goal(regulated: Regulated) -> int:

@@ -13,6 +13,7 @@ from robsim.features import Translation
 from robsim.kernels import se3
 from robsim.kernels.tree import UNICYCLE
 from robsim.pose import Pose
+from robsim.servo.controller import Servo
 from robsim.servo.law import State
 from robsim.servo.regulated import Regulated
 from robsim.servo.task import ServoTask
@@ -44,6 +45,9 @@ class Docking(ServoTask):
         object.__setattr__(self, "turn", positive(self.turn, "turn (per second)"))
         object.__setattr__(self, "h", positive(self.h, "h"))
         super().__post_init__()
+
+    def warn_of_wheels(self, controller: Servo) -> None:
+        """It is not smooth, and so it can."""
 
     def bound_law(self, regulated: Regulated) -> DockingLaw:
         """The law; InputError unless one unicycle carries the camera."""

@@ -124,8 +124,9 @@ class PlacingLaw:
 def _world(T_w_c: Array, s: Array) -> Array:
     """Points (3, 3, B), the point first, from camera axes s (9, B) into those of the world."""
     X = s.reshape(3, 3, 1, -1)
-    points: Array = T_w_c[:, 0] * X[:, 0] + T_w_c[:, 1] * X[:, 1] + T_w_c[:, 2] * X[:, 2]
-    return points + T_w_c[:, 3]
+    turned = T_w_c[:, 0] * X[:, 0] + T_w_c[:, 1] * X[:, 1] + T_w_c[:, 2] * X[:, 2]
+    points: Array = turned + T_w_c[:, 3]
+    return points
 
 
 def _edges(points: Array) -> tuple[Array, Array, Array]:

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, last_view, runs_last
+from robsim.arrays import Array, frozen, last_view, positive, runs_last
 from robsim.errors import GoalError, InputError
 from robsim.features import Feature, Observation
 from robsim.features.numeric import interaction
@@ -35,6 +35,7 @@ class Bound:
     marks: NDArray[np.int64] | None
     components: NDArray[np.int64] | None
     weight: float
+    k: int | None = None  # how many numbers its feature gives, once that is known
 
     @property
     def name(self) -> str:
@@ -46,6 +47,11 @@ class Bound:
         towards = getattr(self.feature, "towards", None)
         return self if towards is None else replace(self, feature=towards(goal))
 
+    def counted(self, goal: Observation) -> Bound:
+        """The same, with the size that s has at the goal and must keep."""
+        whole = replace(self, components=None)
+        return replace(self, k=len(whole.measure(goal)))
+
     def observation(self, seen: dict[Key, Observation], looks: dict[Key, Look]) -> Observation:
         """What the feature is shown, where things stand as believed."""
         first, *others = (sight.key for sight in self.sights)
@@ -55,45 +61,46 @@ class Bound:
             one = replace(one, other=seen[second], between_last=between)
         return one if self.marks is None else one.some(self.marks)
 
+    @property
+    def size(self) -> int:
+        """How many numbers are chosen."""
+        return len(self.components) if self.components is not None else self.k or 0
+
     def measure(self, seen: Observation) -> Array:
         """S (k, B) of the chosen components."""
-        s = self._numbers(self.feature.measure(seen))
-        if s.ndim != 2 or len(s) != seen.pixels_last.shape[-1]:
-            raise self._misfit(s, (seen.pixels_last.shape[-1], "k"))
-        return self._chosen(last_view(s))
+        return self._checked(self.feature.measure(seen), seen)
 
     def interaction(self, seen: Observation) -> Array:
         """L (k, 6, B) of the chosen components, for the first camera's twist."""
-        L = self._numbers(interaction(self.feature, seen))
-        if L.ndim != 3 or (len(L), L.shape[2]) != (seen.pixels_last.shape[-1], 6):
-            raise self._misfit(L, (seen.pixels_last.shape[-1], "k", 6))
-        return self._chosen(last_view(L))
+        return self._checked(interaction(self.feature, seen), seen, 6)
 
-    def _chosen(self, array: Array) -> Array:
-        if self.components is not None:
-            if self.components.max() >= len(array):
-                raise InputError(
-                    f"{self.name} has {len(array)} components, numbered from 0; "
-                    f"there is no {self.components.max()}"
-                )
-            array = array[self.components]
-        return np.ascontiguousarray(array)
-
-    def _numbers(self, value: Any) -> Array:
+    def _checked(self, value: Any, seen: Observation, *tail: int) -> Array:
+        """The chosen components of what a method returned, the run last; shapes must be right."""
         try:
-            return np.asarray(value, dtype=np.float64)
+            array = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError):
             raise InputError(
                 f"{self.name}: a method returned {value!r:.80} where numbers are needed; "
                 "see robsim.testing"
             ) from None
+        k = self.k if self.k is not None else array.shape[1] if array.ndim > 1 else "k"
+        wanted = (seen.pixels_last.shape[-1], k, *tail)
+        if array.shape != wanted or not array.size:
+            raise InputError(
+                f"{self.name}: a method returned shape {array.shape} where "
+                f"({', '.join(map(str, wanted))}) is needed; see robsim.testing"
+            )
+        return np.ascontiguousarray(self._chosen(last_view(array)))
 
-    def _misfit(self, array: Array, wanted: tuple[Any, ...]) -> InputError:
-        shape = ", ".join(map(str, wanted))
-        return InputError(
-            f"{self.name}: a method returned shape {array.shape} where ({shape}) is needed; "
-            "see robsim.testing"
-        )
+    def _chosen(self, array: Array) -> Array:
+        if self.components is None:
+            return array
+        if self.components.max() >= len(array):
+            raise InputError(
+                f"{self.name} has {len(array)} components, numbered from 0; "
+                f"there is no {self.components.max()}"
+            )
+        return array[self.components]
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,20 +200,18 @@ class Regulated:
             return np.ascontiguousarray(self.given[:, None])
         if not s.size or not np.isfinite(s).all():
             names = ", ".join(part.name for part in self.parts)
-            raise GoalError(f"{names}: at the goal s must be finite numbers, got {s[:, 0]!r:.80}")
+            raise GoalError(f"{names}: s at the goal must be finite, got {s[:, 0]!r:.80}")
         return s
 
     @property
     def k(self) -> int:
         """How many features."""
-        return len(self.at_goal.s)
+        return sum(part.size for part in self.parts)
 
     @property
     def units(self) -> tuple[str, ...]:
         """(k,)."""
-        return tuple(
-            part.feature.unit for part, view in self._goal_views for _ in part.measure(view)
-        )
+        return tuple(part.feature.unit for part in self.parts for _ in range(part.size))
 
     @property
     def goal_pixels(self) -> Array:
@@ -236,16 +241,13 @@ class Regulated:
     @cached_property
     def tolerances(self) -> Array:
         """(k,): the feature's own for each component."""
-        counts = [len(part.measure(view)) for part, view in self._goal_views]
-        each = [np.full(n, p.feature.tolerance) for n, p in zip(counts, self.parts, strict=True)]
+        each = [np.full(p.size, positive(p.feature.tolerance, "tolerance")) for p in self.parts]
         return np.concatenate(each)
 
     @cached_property
     def weights(self) -> Array:
         """(k, 1)."""
-        counts = [len(part.measure(view)) for part, view in self._goal_views]
-        each = [np.full(n, p.weight) for n, p in zip(counts, self.parts, strict=True)]
-        return np.concatenate(each)[:, None]
+        return np.concatenate([np.full(p.size, p.weight) for p in self.parts])[:, None]
 
     @cached_property
     def _L_goals(self) -> list[Array]:

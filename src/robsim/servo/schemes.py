@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar
 
+import numpy as np
+
 from robsim.arrays import positive
 from robsim.errors import InputError
 from robsim.features import Translation
 from robsim.servo.part import Part
 from robsim.servo.partitioned import PartitionedLaw
+from robsim.servo.regulated import Regulated
 from robsim.servo.task import ServoTask
 
 
@@ -119,6 +122,16 @@ class Partitioned(ServoTask):
         put(self, "features", [Part("points"), pair, area])
         put(self, "law", PartitionedLaw(self.roll, self.advance, self.length))
         super().__post_init__()
+
+    def bound_law(self, regulated: Regulated) -> PartitionedLaw:
+        """The law; InputError if no joint moves the camera along its optical axis."""
+        if np.abs(regulated.at_goal.J[2]).max() < 1e-9:
+            raise InputError(
+                "the partitioned scheme moves the camera along its optical axis, and no commanded "
+                f"joint moves '{regulated.sights[0].eye.name}' so"
+            )
+        law: PartitionedLaw = self.law
+        return law
 
 
 SCHEMES: dict[str, type[ServoTask]] = {

@@ -13,14 +13,15 @@ from numpy.typing import NDArray
 from robsim.arrays import Array, frozen, numbers, positive
 from robsim.errors import InputError, RankWarning, suggest
 from robsim.features import Points
+from robsim.kernels.tree import UNICYCLE
 from robsim.scene import Scene
 from robsim.servo.broyden import Broyden
-from robsim.servo.controller import Controller, Servo, rank_at_goal, rcond_of
+from robsim.servo.controller import Controller, Servo, pace, rank_at_goal, rcond_of
 from robsim.servo.depths import Depth, Depths, as_depth
 from robsim.servo.feed_forward import as_feed_forward
 from robsim.servo.gain import Adaptive, as_gain
 from robsim.servo.goal import Given, as_goal, configuration, view_of
-from robsim.servo.inverse import as_inverse
+from robsim.servo.inverse import as_inverse, rank
 from robsim.servo.law import as_law
 from robsim.servo.limit import SpeedLimit
 from robsim.servo.part import Part, as_cameras, as_parts
@@ -177,7 +178,7 @@ class ServoTask(Shaped):
             regulated.units,
             own if self.tolerance is None else np.full(own.shape, self.tolerance),
             regulated.goal_pixels,
-            self.gain if isinstance(self.gain, float) else self.gain.least,
+            pace(regulated, self.gain, self.inverse),
             rank_at_goal(regulated),
             rcond_of(self.inverse),
             regulated,
@@ -190,7 +191,20 @@ class ServoTask(Shaped):
         )
         if not shared and self.secondary is None:
             _warn_of_rank(controller)
+            self.warn_of_wheels(controller)
         return controller
+
+    def warn_of_wheels(self, controller: Servo) -> None:
+        """RankWarning if a unicycle alone is asked for more than two numbers."""
+        tree, columns = controller.scene.tree, controller.columns
+        rolls = (tree.joints.kind[tree.body[columns]] == UNICYCLE).all()
+        if rolls and controller.k > columns.size:
+            warnings.warn(
+                "a unicycle cannot move sideways, and no smooth law drives it to a pose (Brockett "
+                "1983): use Docking, or no more features than it has velocities",
+                RankWarning,
+                stacklevel=4,
+            )
 
     def bound_law(self, regulated: Regulated) -> Any:
         """The law, which may need to know the scene."""
@@ -225,9 +239,11 @@ class ServoTask(Shaped):
             _bound(part, found, len(found[0].target.marks), depths)
             for part, found in zip(self.parts, belief, strict=True)
         ]
+        seen, looks = goal_seen(sights, goals, depths), goal_looks(sights, q_goal)
+        views = [part.observation(seen, looks) for part in bound]
         if given is None:
-            seen, looks = goal_seen(sights, goals, depths), goal_looks(sights, q_goal)
-            bound = [part.towards(part.observation(seen, looks)) for part in bound]
+            bound = [part.towards(view) for part, view in zip(bound, views, strict=True)]
+        bound = [part.counted(view) for part, view in zip(bound, views, strict=True)]
         which: Any = "current" if isinstance(self.interaction, Broyden) else self.interaction
         regulated = Regulated(
             tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given
@@ -323,6 +339,10 @@ def _as_interaction(given: Any) -> Interaction | Broyden | Array:
                 f"{suggest(given, [*kinds, 'broyden'], 'choices')}, or a constant (k, 6)"
             )
         return given  # type: ignore[return-value]
+    if not np.ndim(given) or np.asarray(given).dtype.kind not in "iuf":
+        raise InputError(
+            f"no interaction matrix {given!r:.80}; {suggest(given, [*kinds, 'broyden'], 'choices')}"
+        )
     L = numbers(given, "interaction", ("k", 6))
     if L.ndim != 2:
         raise InputError(f"interaction: expected one matrix of shape (k, 6), got {L.shape}")
@@ -405,14 +425,16 @@ def _joints(scene: Scene) -> list[str]:
 def _warn_of_rank(controller: Servo) -> None:
     regulated, first = controller.regulated, controller.sights[0]
     full = min(6 * regulated.motions, controller.columns.size)
-    if controller.full_rank < full:
+    found = controller.full_rank
+    if regulated.q_goal is None and regulated.given is None and regulated.as_one:
+        found = min(found, int(rank(regulated.at_goal.L)[0]))  # there is no Jacobian at the goal
+    if found < full:
         marks = np.unique(first.target.marks, axis=0)
         cause = "its marks lie on one line; " if collinear(marks) else ""
         warnings.warn(
-            f"the features of '{first.target.name}' fix only {controller.full_rank} of the {full} "
+            f"the features of '{first.target.name}' fix only {found} of the {full} "
             f"motions of camera '{first.eye.name}' at the goal: {cause}"
-            "use at least three marks that are not on one line, more features, fewer joints, or a "
-            "secondary motion",
+            "use at least three marks that are not on one line",
             RankWarning,
             stacklevel=4,
         )
