@@ -259,7 +259,7 @@ def holding():
     arm, head = rs.robots.rhino_xr4(), rs.robots.pan_tilt().at(rs.Pose.at(0, 0.5, 0))
     T = rs.Pose(arm.fk(arm.home))
     part = rs.Object("part", marks=MARKS / 5, on=f"rhino_xr4.{arm.tip}")
-    centre = T.position + [0, 0, 0]
+    centre = T.position
     eyes = [
         rs.Mounted(name, LENS, pose=looking(centre + offset, centre))
         for name, offset in (("left", [0.2, 0.1, 0.5]), ("right", [-0.2, 0.1, 0.5]))

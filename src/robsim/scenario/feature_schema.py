@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, Tag
 
+from robsim.scenario.problems import shown
 from robsim.scenario.quantity import Extent, Positive, Reference, forms
 from robsim.scenario.schema import MOST_MARKS, Table
 
@@ -80,6 +81,9 @@ FeatureTable = Annotated[
 
 def _feature(given: Any) -> Any:
     """A name stands for the feature with nothing said about it."""
+    if not isinstance(given, str | dict):
+        example = 'a name such as "points", or a table as in { kind = "points", marks = [0, 1] }'
+        raise ValueError(f"expected {example}, got {shown(given)}")
     return {"kind": given} if isinstance(given, str) else given
 
 

@@ -8,7 +8,7 @@ from robsim.errors import InputError
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import pose
 from robsim.scenario.feature import features
-from robsim.scenario.problems import under
+from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import either
 from robsim.scenario.run import start
 from robsim.scenario.schema import PoseKeys, Table
@@ -102,6 +102,10 @@ def _limit(table: schema.LimitTable) -> SpeedLimit:
     given = said(table)
     if isinstance(table.joint, list):
         given["joint"] = _each(table.joint, "joint", "turn rate", "speed")
+        for i, (speed, text) in enumerate(zip(given["joint"], table.joint, strict=True)):
+            if not speed > 0:
+                with under("joint", i):
+                    raise InputError(f"must be greater than 0, got {shown(text)}")
     return SpeedLimit(**given)
 
 

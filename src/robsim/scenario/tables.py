@@ -51,9 +51,11 @@ def named(raw: Any, location: Location) -> Iterator[str | int]:
 def _place(raw: Any, entry: Any) -> tuple[Location, Any]:
     """A location without the tags that pydantic puts between its steps, and what is there."""
     steps: list[str | int] = []
-    loc = (*entry["loc"], "kind") if entry["type"].startswith("union_tag") else entry["loc"]
+    no_kind = entry["type"].startswith("union_tag")
+    loc = (*entry["loc"], "kind") if no_kind else entry["loc"]
+    lacking = no_kind or entry["type"] == "missing"
     for i, step in enumerate(loc):
-        missing = i == len(loc) - 1 and isinstance(raw, dict)
+        missing = lacking and i == len(loc) - 1 and isinstance(raw, dict)
         if missing or _inside(raw, step) is not None:
             steps.append(step)
             raw = _inside(raw, step)
@@ -83,8 +85,7 @@ def _text(model: type[Table], entry: Any, location: Location, value: Any) -> str
         return f"{_MISSING}; kinds: {', '.join(map(repr, dict.fromkeys(kinds)))}"
     if kind == "union_tag_invalid":
         kinds = entry["ctx"]["expected_tags"].replace("'", "").split(", ")
-        tag = entry["ctx"]["tag"]
-        return f"no kind {shown(tag)}; {suggest(tag[:64], kinds, 'kinds')}"
+        return f"no kind {shown(value)}; {suggest(entry['ctx']['tag'][:64], kinds, 'kinds')}"
     return _MISSING if kind == "missing" else f"{_reworded(entry['msg'])}, {given}"
 
 

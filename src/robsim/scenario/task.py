@@ -27,6 +27,7 @@ from robsim.servo.task import Columns
 
 KINDS: dict[str, Any] = {**SCHEMES, Placing.kind: Placing, Docking.kind: Docking}
 Path = tuple[str | int, ...]
+MOST_STEPS = 64  # of the path to a task within tasks
 
 
 @dataclass(frozen=True)
@@ -52,28 +53,32 @@ class TaskReader:
 
     def _task(self, table: schema.TaskTable, path: Path) -> Task | None:
         """None if something is wrong."""
-        if isinstance(table, schema.SwitchTable):
-            return self._switch(table, path)
-        if isinstance(table, schema.ServoTable):
-            return self._servo(table, path)
-        tasks = [self._task(t, (*path, "tasks", i)) for i, t in enumerate(table.tasks)]
+        with self.problems.at(*path):
+            if len(path) > MOST_STEPS:
+                raise InputError("tasks within tasks are nested too deeply")
+            if isinstance(table, schema.SwitchTable):
+                return self._switch(table, path)
+            if isinstance(table, schema.PrioritiesTable | schema.TogetherTable):
+                return self._several(table, path)
+        return self._servo(table, path) if isinstance(table, schema.ServoTable) else None
+
+    def _several(
+        self, table: schema.PrioritiesTable | schema.TogetherTable, path: Path
+    ) -> Task | None:
+        tasks = [self._task(each, (*path, "tasks", i)) for i, each in enumerate(table.tasks)]
         if None in tasks:
             return None
-        with self.problems.at(*path):
-            if isinstance(table, schema.PrioritiesTable):
-                return Priorities(tasks, **option.shaped(table))
-            return Together(tasks)
-        return None
+        if isinstance(table, schema.PrioritiesTable):
+            return Priorities(tasks, **option.shaped(table))
+        return Together(tasks)
 
     def _switch(self, table: schema.SwitchTable, path: Path) -> Task | None:
         first, second = (self._task(getattr(table, k), (*path, k)) for k in ("first", "second"))
         if first is None or second is None:
             return None
         when: Any = NearBorder if isinstance(table.when, schema.NearBorderTable) else ErrorBelow
-        with self.problems.at(*path):
-            condition = when(**option.said(table.when, "kind"))
-            return Switch(first, second, condition, **option.said(table, *_SWITCH))
-        return None
+        condition = when(**option.said(table.when, "kind"))
+        return Switch(first, second, condition, **option.said(table, *_SWITCH))
 
     def _servo(self, table: schema.ServoTable, path: Path) -> Task | None:
         belief = self.belief
