@@ -32,7 +32,7 @@ from robsim.servo import (
 from robsim.servo.feed_forward import Known
 from robsim.servo.inverse import INVERSES
 from robsim.servo.law import LAWS
-from robsim.servo.task import Shaped
+from robsim.servo.shaped import Shaped
 
 Units = Callable[[], list[str]]  # of what is commanded; asked only if something depends on it
 SECONDARY: dict[str, type[Any]] = {"avoid_limits": AvoidLimits, "posture": Posture}

@@ -23,7 +23,7 @@ from robsim.servo import (
 )
 from robsim.servo.docking import Docking
 from robsim.servo.placing import Placing
-from robsim.servo.task import Columns
+from robsim.servo.shaped import Columns
 
 KINDS: dict[str, Any] = {**SCHEMES, Placing.kind: Placing, Docking.kind: Docking}
 Path = tuple[str | int, ...]
