@@ -233,20 +233,30 @@ def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
 
 
 def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
-    """The three figures; of a batch, the image alone; of a summary, none."""
+    """The figures, an image for each camera; of a batch, images alone; of a summary, none."""
     from robsim import plot
 
     if "time" not in result.dims:
         return  # of a summary there is nothing to draw
     figures = {"image": plot.image(result)}
+    for camera in dict.fromkeys(result.mark_camera.values.tolist()):
+        if camera != result.mark_camera.values[0]:
+            figures[f"image_{camera}"] = plot.image(result, camera)
     if "run" not in result.dims:
         figures |= {
             "scene": plot.scene(scenario.scene, run=result),
-            "velocity": plot.velocity(result),
+            "velocity": plot.velocity(result, scenario.scene, _moving_frame(result, scenario)),
         }
     for name, figure in figures.items():
         with _writing(folder / f"{name}.png") as path:
             figure.savefig(path, dpi=200)
+
+
+def _moving_frame(result: xr.Dataset, scenario: Scenario) -> str | None:
+    """Whose velocity is shown: None for the camera; where that stands, what carries the target."""
+    scene, target = scenario.scene, str(result.mark_target.values[0])
+    stands = not scene.tree.carries(str(result.mark_camera.values[0])).any()
+    return scene.object(target).on if stands else None
 
 
 def _report(result: xr.Dataset, folder: Path) -> None:

@@ -179,6 +179,7 @@ def drives(robot, wall=3.0):
     return rs.Scene(robot, rs.Object("wall", marks=marks), eye)
 
 
+@pytest.mark.filterwarnings("ignore:a unicycle cannot move sideways")
 @pytest.mark.parametrize(
     ("name", "start"), [("holonomic_base", [-0.8, 0.3, 0.2]), ("unicycle", [-0.8, 0.0, 0.0])]
 )
@@ -188,6 +189,7 @@ def test_a_base_drives_to_where_the_goal_was_shown(name, start):
     close(run.q_end, [0, 0, 0], 1e-3)
 
 
+@pytest.mark.filterwarnings("ignore:a unicycle cannot move sideways")
 @pytest.mark.parametrize("name", ["holonomic_base", "unicycle"])
 def test_both_loops_move_it_by_the_same_bits(name, monkeypatch):
     robot = rs.robots.load(name)
