@@ -958,6 +958,7 @@ WRONG_TASKS = [
     ('kind = "ibvs"\njoints = []', ["task.joints", "at least 1 item"]),
     ('kind = "ibvs"\nsecondary = {}', ["task.secondary.kind", "missing", "'posture'"]),
     (POSTURE % '["1 deg"]', ["task.secondary.q", "1 coordinates, expected 5", "upper_arm"]),
+    (POSTURE % '["1 deg"]' + '\njoints = "wirst"', ["task.secondary.q", "mean 'wrist'"]),
     (POSTURE % f'[{ANGLES}, "1 cm"]', ["task.secondary.q[4]", "1 cm", "unit of angle"]),
     (POSTURE % f"[{ANGLES}, 1]", ["task.secondary.q[4]", "1:", '"90 deg" or "5 cm"']),
     (
