@@ -6,26 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from robsim.describe.task import CONDITIONS, TASKS
 from robsim.errors import InputError
 from robsim.scenario import option
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
 from robsim.scene import Scene
-from robsim.servo import (
-    SCHEMES,
-    ErrorBelow,
-    NearBorder,
-    Priorities,
-    Switch,
-    Task,
-    Together,
-)
-from robsim.servo.docking import Docking
-from robsim.servo.placing import Placing
+from robsim.servo import Priorities, Switch, Task, Together
 from robsim.servo.task import Columns
 
-KINDS: dict[str, Any] = {**SCHEMES, Placing.kind: Placing, Docking.kind: Docking}
 Path = tuple[str | int, ...]
 Commanded = Callable[[], Columns]
 MOST_STEPS = 64  # of the path to a task within tasks
@@ -77,8 +67,7 @@ class TaskReader:
         first, second = (self._task(getattr(table, k), (*path, k)) for k in ("first", "second"))
         if first is None or second is None:
             return None
-        when: Any = NearBorder if isinstance(table.when, schema.NearBorderTable) else ErrorBelow
-        condition = when(**option.said(table.when, "kind"))
+        condition = CONDITIONS[table.when.kind](**option.said(table.when, "kind"))
         return Switch(first, second, condition, **option.said(table, *_SWITCH))
 
     def _servo(self, table: schema.ServoTable, path: Path) -> Task | None:
@@ -93,7 +82,7 @@ class TaskReader:
         if given is None or len(self.problems.found) > before:
             return None
         with self.problems.at(*path):
-            made: Task = KINDS[_kind(table)](belief=belief, **given)
+            made: Task = TASKS[table.kind](belief=belief, **given)
             return made
         return None
 
@@ -116,11 +105,6 @@ class TaskReader:
 
 
 _SWITCH = ("kind", "first", "second", "when")
-
-
-def _kind(table: Any) -> str:
-    kind: str = table.kind
-    return kind
 
 
 def _all_say(parts: Sequence[Any], key: str) -> bool:
