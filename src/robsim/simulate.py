@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -131,8 +132,11 @@ class Loop:
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         self.limits = np.ascontiguousarray(scene.limits + slack)
-        steady = not any(callable(motion.rates) for motion in scene.motions)
-        scheme = controller.compiled if steady else None
+        self.steady = not any(callable(motion.rates) for motion in scene.motions)
+        self.still = scene.drift(0.0)
+        ends = np.cumsum([0, *(len(sight.target.marks) for sight in controller.sights)])
+        self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]  # of pixels, by sight
+        scheme = controller.compiled if self.steady else None
         self.scheme = scheme if scheme and pays(len(self.q0), self.steps) else None
 
     @property
@@ -216,7 +220,7 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.scene.tree.joints,
         loop.limits,
         loop.hold,
-        loop.scene.drift(0.0),
+        loop.still,
         sight.constants,
         sight.moves(controller.columns),
         loop.scheme,
@@ -242,16 +246,9 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     look = joined(looks)
     pixels = np.empty_like(look.pixels)
     kernels.measure(look.pixels, chunk.noise, step, pixels)
-    shares = np.split(pixels, np.cumsum([len(each.depth) for each in looks])[:-1])
-    keys = [sight.key for sight in sights]
-    now = Instant(
-        step,
-        loop.dt,
-        chunk.q,
-        dict(zip(keys, looks, strict=True)),
-        dict(zip(keys, shares, strict=True)),
-        chunk.memory,
-    )
+    seen = {sight.key: each for sight, each in zip(sights, looks, strict=True)}
+    measured = {sight.key: pixels[rows] for sight, rows in zip(sights, loop.rows, strict=True)}
+    now = Instant(step, loop.dt, chunk.q, seen, measured, chunk.memory)
     command = controller.control(now)
     T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
@@ -260,7 +257,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.steps,
         loop.limits,
         loop.hold,
-        loop.scene.drift(step * loop.dt),
+        loop.still if loop.steady else loop.scene.drift(step * loop.dt),
         controller.columns,
         controller.pace,
         controller.tolerance,

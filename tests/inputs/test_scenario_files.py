@@ -587,7 +587,7 @@ def test_a_change_takes_what_makes_no_sense_beside_it_away():
         ("run.dt.x=2", ["run.dt", "expected"]),
         (".=2", ["'.'", "cannot be set"]),
         ("task.gain", ["'task.gain'", "key=value"]),
-        ("task.kind=[1]", ["task.kind", "got [1]"]),
+        ("task.kind=[1]", ["task.kind", "no kind [1]"]),
         ("a." * 5000 + "a=1", ["cannot be set"]),
     ],
 )

@@ -36,7 +36,7 @@ from robsim.servo import (
 from robsim.servo.feed_forward import Known
 from robsim.servo.inverse import INVERSES
 from robsim.servo.law import LAWS
-from robsim.servo.task import Shaped
+from robsim.servo.shaped import Shaped
 
 Units = Callable[[], list[str]]  # of what is commanded; asked only if something depends on it
 SECONDARY: dict[str, type[Any]] = {"avoid_limits": AvoidLimits, "posture": Posture}
@@ -76,7 +76,8 @@ def depth(value: Any) -> str | Table:
 
 def gain(value: float | Adaptive) -> float | Table:
     """A number, or how it depends on the error."""
-    if isinstance(ours(value, Adaptive, float), Adaptive):
+    ours(value, Adaptive, float)
+    if isinstance(value, Adaptive):
         return {key: getattr(value, key) for key in ("at_zero", "at_infinity", "slope")}
     return value
 

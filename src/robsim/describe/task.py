@@ -53,9 +53,9 @@ def belief_of(value: Any) -> Scene | None:
 
 def _same(a: Scene | None, b: Scene | None) -> bool:
     """To the last bit: -0.0 is not 0.0."""
-    return a is b or (
-        a == b and a is not None and b is not None and repr(scene(a)) == repr(scene(b))
-    )
+    if a is None or b is None or a is b:
+        return a is b
+    return a == b and repr(scene(a)) == repr(scene(b))
 
 
 def _beliefs(value: Any) -> list[Scene | None]:

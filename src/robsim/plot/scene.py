@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 DRAWING = 4.6  # inches, the width of the drawing beside its legend
 FILLED = 0.73  # share of the axes that the box takes; the rest is for its labels
+PLACE = (-0.07, -0.3, 1.0, 1.6)  # of the axes: labels are on the right; they may be as high as wide
 FLATTEST = 0.5  # the shortest side of the drawn box, as a share of its longest
 ON_TOP = 1000  # of solids, which Matplotlib sorts by their distance
 _BEFORE: dict[str, Any] = {"color": palette.GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8}
@@ -50,8 +51,9 @@ def scene(scene: Scene, q: Any = None, run: xr.Dataset | None = None) -> Figure:
     """The scene in 3-D, in metres: at q (nq,), home by default, or from start to end of one `run`.
 
     Every solid is drawn by its edges in its own colour (a robot all in black, the default, gets a
-    colour per link); marks are asterisks. Of a run the start is dashed, the end solid, and the
-    paths of cameras and objects are lines. Everything is seen from the frame of `scene.display`.
+    colour per link; one of any other single colour is one entry of the legend); marks are
+    asterisks. Of a run the start is dashed, the end solid, and the paths of cameras and objects are
+    lines. Everything is seen from the frame of `scene.display`.
 
     >>> from robsim import Robot, Scene
     >>> figure = scene(Scene(Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]])), q=[0.5, 1.0])
@@ -68,7 +70,9 @@ def scene(scene: Scene, q: Any = None, run: xr.Dataset | None = None) -> Figure:
 def draw(figure: Figure, place: SubplotSpec, picture: Picture) -> None:
     """Draw the picture into 3-D axes, with its legend on the right."""
     share = DRAWING / (DRAWING + legend_width(picture))
-    axes: Any = figure.add_subfigure(place).add_axes((0, 0, share, 1), projection="3d")
+    left, bottom, width, height = PLACE
+    rectangle = (left * share, bottom, width * share, height)
+    axes: Any = figure.add_subfigure(place).add_axes(rectangle, projection="3d")
     for wire in picture.solid:
         _draw_solid(axes, wire)
     for wire in picture.before:
@@ -81,7 +85,7 @@ def draw(figure: Figure, place: SubplotSpec, picture: Picture) -> None:
     _frame(axes, picture.points)
     handles = _handles(picture)
     if handles:
-        axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.04, 0.5), frameon=False)
+        axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.1, 0.5), frameon=False)
 
 
 def legend_width(picture: Picture) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,9 +49,16 @@ def marks(scene: Scene, q: Array) -> Array:
     return np.concatenate([np.empty((0, 3)), *placed])
 
 
-def mark_colors(scene: Scene) -> list[str]:
-    """The colour of each of `marks`: that of its number on its object, as in the image."""
-    return [palette.nth(i) for thing in scene.objects for i in range(len(thing.marks))]
+def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
+    """The colour of each of `marks`: that of its number, as in the image.
+
+    `first` is the number of the first mark of an object, 0 where it is left out.
+    """
+    return [
+        palette.nth(first.get(thing.name, 0) + i)
+        for thing in scene.objects
+        for i in range(len(thing.marks))
+    ]
 
 
 def displayed(scene: Scene, frame: str, q: Array) -> Array:
@@ -64,8 +71,9 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
     """Link by link its shapes; of a robot that has none, lines from frame to frame."""
     shapes = [shape for link in robot.links for shape in link.shapes]
     plain = all(shape.color == "k" for shape in shapes)
+    whole = not plain and len({shape.color for shape in shapes}) == 1  # one entry in the legend
     for i, link in enumerate(robot.links):
-        label, own = _label(scene, robot, link), palette.nth(i - 1)
+        label, own = robot.name if whole else _label(scene, robot, link), palette.nth(i - 1)
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in link.shapes:
             yield _shape(label, own if plain else shape.color, shape, T)

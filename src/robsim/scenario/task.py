@@ -14,7 +14,7 @@ from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
 from robsim.scene import Scene
 from robsim.servo import Priorities, Switch, Task, Together
-from robsim.servo.task import Columns
+from robsim.servo.shaped import Columns
 
 Path = tuple[str | int, ...]
 Commanded = Callable[[], Columns]

@@ -34,6 +34,15 @@ class Decision(NamedTuple):
     basis: Any
 
 
+class Assessment(NamedTuple):
+    """What a servo task makes of an instant before its law is asked."""
+
+    measured: Measured
+    error: Array  # (k, B)
+    reach: Array  # (k, n, B) as modelled or learnt
+    state: State
+
+
 @dataclass(frozen=True, eq=False)
 class Controller(ABC):
     """Everything of a servo loop that does not change while it runs."""
@@ -53,14 +62,14 @@ class Controller(ABC):
         """What to do now."""
 
     @abstractmethod
-    def note(self, now: Instant, decision: Decision, qd: Array) -> None:
+    def note(self, now: Instant, basis: Any, qd: Array) -> None:
         """Remember that the velocities qd (n, B) were commanded in the end."""
 
     def control(self, now: Instant) -> Command:
         """The command at an instant; error and reach in units of one tolerance for all."""
         decision = self.decide(now)
         command = decision.command
-        self.note(now, decision, command.qd)
+        self.note(now, decision.basis, command.qd)
         if self._scale is None:
             return command
         error, reach = command.error * self._scale, command.reach * self._scale[:, None]
@@ -104,40 +113,39 @@ class Servo(Controller):
     broyden: Broyden | None
     shaping: Shaping
 
-    def decide(self, now: Instant) -> Decision:
-        """State, law, shaping."""
+    def assess(self, now: Instant) -> Assessment:
+        """Features, error, and what the law is to be told."""
         measured = self.regulated.measured(now)
         error = np.empty(measured.s.shape)
         kernels.difference(measured.s, self.s_goal, error)
         reach = measured.reach if self.broyden is None else self._learnt(now, measured)
-        state = self._state(now, measured, error, reach)
+        return Assessment(measured, error, reach, self._state(now, measured, error, reach))
+
+    def decide(self, now: Instant) -> Decision:
+        """Assessment, law, shaping."""
+        basis = self.assess(now)
+        measured, error, reach, state = basis
         qd = self._commanded(state)
         if not self.shaping.idle:
             qd = self.shaping.shaped(now, qd, reach, error, measured.J)
-        return Decision(Command(measured.s, error, qd, reach), measured.J, (state, measured))
+        return Decision(Command(measured.s, error, qd, reach), measured.J, basis)
 
-    def note(self, now: Instant, decision: Decision, qd: Array) -> None:
+    def note(self, now: Instant, basis: Assessment, qd: Array) -> None:
         """What depth filter, feed-forward and Broyden need at the next instant."""
-        state, measured = decision.basis
-        for key, J in measured.twists.items():
+        for key, J in basis.measured.twists.items():
             self.regulated.depths.note(now, key, J, qd)
         if isinstance(self.feed_forward, Estimated):
-            self.feed_forward.note(now, state.reach_last, qd)
+            self.feed_forward.note(now, basis.state.reach_last, qd)
         if self.broyden is not None:
-            remember(now.memory, "reach", decision.command.reach)
-            remember(now.memory, "s", measured.s)
+            remember(now.memory, "reach", basis.reach)
+            remember(now.memory, "s", basis.measured.s)
             remember(now.memory, "qd", qd)
-
-    def rate(self, decision: Decision) -> Array:
-        """-gain e (k, B): how the features are to move; with feed-forward, and weighted."""
-        state: State = decision.basis[0]
-        return -state.times_gain(state.error_last)
 
     def _state(self, now: Instant, measured: Measured, error: Array, reach: Array) -> State:
         """What the law is given: weighted, and with the motion of the target in the error."""
         gain = self._gain(error)
         L, weighted = measured.L, error
-        if (self._weights != 1.0).any():
+        if self._is_weighted:
             weighted, L = self._weights * error, self._weights[:, None] * L
             reach = self._weights[:, None] * reach
         drift = self._drift(now, measured, weighted)
@@ -206,6 +214,10 @@ class Servo(Controller):
     @cached_property
     def _weights(self) -> Array:
         return self.regulated.weights
+
+    @cached_property
+    def _is_weighted(self) -> bool:
+        return bool((self._weights != 1.0).any())
 
     @property
     def compiled(self) -> Scheme | None:

@@ -74,7 +74,7 @@ class State:
 
     def times_gain(self, unit: Array) -> Array:
         """Velocities (n, B) from those of gain 1."""
-        return unit * (self.gain if np.ndim(self.gain) == 0 else np.ravel(self.gain))
+        return unit * (self.gain if isinstance(self.gain, float) else np.ravel(self.gain))
 
 
 @runtime_checkable

@@ -14,8 +14,9 @@ from robsim.servo.inverse import RCOND
 from robsim.servo.law import State
 from robsim.servo.part import Part
 from robsim.servo.regulated import Regulated
+from robsim.servo.shaped import Columns
 from robsim.servo.sight import Sight
-from robsim.servo.task import Columns, ServoTask
+from robsim.servo.task import ServoTask
 
 Variant = Literal["corrected", "printed", "completed"]
 
@@ -138,4 +139,5 @@ def _edges(points: Array) -> tuple[Array, Array, Array]:
 
 
 def _unit(v: Array) -> Array:
-    return v / np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    unit: Array = v / np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    return unit

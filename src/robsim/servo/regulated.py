@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,9 @@ from robsim.kernels.sight import Look
 from robsim.servo.depths import Depths
 from robsim.servo.goal import GoalView
 from robsim.servo.instant import Instant
+from robsim.servo.interaction import Interaction
 from robsim.servo.inverse import product
 from robsim.servo.sight import Key, Sight, relative
-
-Interaction = Literal["current", "desired", "mean"]
 
 
 @dataclass(frozen=True, eq=False)

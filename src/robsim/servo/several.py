@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
@@ -13,13 +13,14 @@ from robsim.arrays import Array, frozen, positive, shown_view
 from robsim.errors import InputError
 from robsim.kernels.loop import Command
 from robsim.scene import Scene
-from robsim.servo.controller import Controller, Decision, Servo
+from robsim.servo.controller import Assessment, Controller, Decision, Servo
 from robsim.servo.instant import Instant
 from robsim.servo.law import JointLaw
 from robsim.servo.redundancy import priorities
+from robsim.servo.shaped import Columns, Shaped
 from robsim.servo.shaping import Shaping
 from robsim.servo.sight import Key, Sight
-from robsim.servo.task import Columns, ServoTask, Shaped, Task
+from robsim.servo.task import ServoTask, Task
 from robsim.value import Value
 
 
@@ -65,12 +66,9 @@ class Priorities(Shaped):
         """The controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
         parts = [task.bind(scene, columns) for task in self.tasks]
-        return Ordered(
-            **_common(parts),
-            columns=columns,
-            parts=tuple(parts),
-            shaping=self.shaping(scene, columns),
-        )
+        common = _common(parts) | {"rcond": self.rcond}
+        shaping = self.shaping(scene, columns)
+        return Ordered(**common, columns=columns, parts=tuple(parts), shaping=shaping)
 
 
 @runtime_checkable
@@ -240,55 +238,53 @@ SEVERAL: dict[str, type[Any]] = {each.kind: each for each in (Priorities, Switch
 
 
 @dataclass(frozen=True, eq=False)
-class Several(Controller):
-    """What controllers of several tasks have in common."""
-
-    parts: tuple[Controller, ...]
-
-    def note(self, now: Instant, decision: Decision, qd: Array) -> None:
-        """Each remembers what was commanded in the end."""
-        for i, (part, each) in enumerate(zip(self.parts, decision.basis, strict=True)):
-            part.note(now.inside(str(i)), each, qd)
-
-    def _decisions(self, now: Instant) -> list[Decision]:
-        return [part.decide(now.inside(str(i))) for i, part in enumerate(self.parts)]
-
-
-@dataclass(frozen=True, eq=False)
-class Ordered(Several):
+class Ordered(Controller):
     """In strict order."""
 
-    shaping: Shaping
     parts: tuple[Servo, ...]
+    shaping: Shaping
 
     def decide(self, now: Instant) -> Decision:
         """Each within what those before it leave free."""
-        each = self._decisions(now)
-        levels = [
-            (one.basis[0].reach_last, part.rate(one))
-            for part, one in zip(self.parts, each, strict=True)
-        ]
+        each = [part.assess(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        states = [one.state for one in each]
+        levels = [(s.reach_last, -s.times_gain(s.error_last)) for s in states]
         qd, _ = priorities(levels, self.rcond)
-        s, error, reach = _stack(each)
+        s, error, reach = (
+            np.concatenate(parts)
+            for parts in zip(*((a.measured.s, a.error, a.reach) for a in each), strict=True)
+        )
+        J = each[0].measured.J
         if not self.shaping.idle:
-            qd = self.shaping.shaped(now, qd, reach, error, each[0].J)
-        return Decision(Command(s, error, qd, reach), each[0].J, each)
+            qd = self.shaping.shaped(now, qd, reach, error, J)
+        return Decision(Command(s, error, qd, reach), J, each)
+
+    def note(self, now: Instant, basis: list[Assessment], qd: Array) -> None:
+        """Each remembers what was commanded in the end."""
+        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
+            part.note(now.inside(str(i)), one, qd)
 
 
 @dataclass(frozen=True, eq=False)
-class Switched(Several):
+class Switched(Controller):
     """One after the other."""
 
+    parts: tuple[Controller, ...]
     when: Condition
     latch: bool
 
     def decide(self, now: Instant) -> Decision:
         """The command of the one whose turn it is."""
-        each = self._decisions(now)
+        each = _decisions(self.parts, now)
         second = self._thrown(now, each)
-        s, error, reach = _stack(each)
+        s, error, reach = _stacked(each)
         qd = np.where(second, each[1].command.qd, each[0].command.qd)
         return Decision(Command(s, error, qd, reach), each[0].J, each)
+
+    def note(self, now: Instant, basis: list[Decision], qd: Array) -> None:
+        """Each remembers what was commanded in the end."""
+        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
+            part.note(now.inside(str(i)), one.basis, qd)
 
     def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
         """(B,): which runs are with the second."""
@@ -312,27 +308,32 @@ class Switched(Several):
 
 
 @dataclass(frozen=True, eq=False)
-class Beside(Several):
+class Beside(Controller):
     """Side by side."""
+
+    parts: tuple[Controller, ...]
 
     def decide(self, now: Instant) -> Decision:
         """Each commands its own joints."""
-        each = self._decisions(now)
-        runs, n = now.runs, self.columns.size
-        qd, reach = np.zeros((n, runs)), np.zeros((self.k, n, runs))
-        row = 0
+        each = _decisions(self.parts, now)
+        qd = np.zeros((self.columns.size, now.runs))
+        reach, row = np.zeros((self.k, *qd.shape)), 0
         for part, one in zip(self.parts, each, strict=True):
             mine = np.searchsorted(self.columns, part.columns)
             qd[mine] = one.command.qd
             reach[row : row + part.k, mine] = one.command.reach
             row += part.k
-        s, error, _ = _stack(each, reach=False)
+        s, error = (np.concatenate([getattr(d.command, n) for d in each]) for n in ("s", "error"))
         return Decision(Command(s, error, qd, reach), each[0].J, each)
 
-    def note(self, now: Instant, decision: Decision, qd: Array) -> None:
-        """Each remembers what it commanded."""
-        for i, (part, each) in enumerate(zip(self.parts, decision.basis, strict=True)):
-            part.note(now.inside(str(i)), each, each.command.qd)
+    def note(self, now: Instant, basis: list[Decision], qd: Array) -> None:
+        """Each remembers what it commanded itself."""
+        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
+            part.note(now.inside(str(i)), one.basis, one.command.qd)
+
+
+def _decisions(parts: Sequence[Controller], now: Instant) -> list[Decision]:
+    return [part.decide(now.inside(str(i))) for i, part in enumerate(parts)]
 
 
 def _common(parts: Sequence[Controller]) -> dict[str, Any]:
@@ -358,10 +359,10 @@ def _common(parts: Sequence[Controller]) -> dict[str, Any]:
     }
 
 
-def _stack(each: list[Decision], reach: bool = True) -> tuple[Array, Array, Array]:
-    commands = [one.command for one in each]
-    s, error = (np.concatenate([getattr(c, name) for c in commands]) for name in ("s", "error"))
-    return s, error, np.concatenate([c.reach for c in commands]) if reach else error
+def _stacked(each: list[Decision]) -> Iterator[Array]:
+    """S, error and reach of all."""
+    for name in ("s", "error", "reach"):
+        yield np.concatenate([getattr(one.command, name) for one in each])
 
 
 def _tasks(given: Any, least: int) -> tuple[Task, ...]:

@@ -1,0 +1,97 @@
+"""Whether a task makes sense in a scene: contradictions are refused, weaknesses are told."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.errors import InputError, RankWarning
+from robsim.kernels.tree import UNICYCLE
+from robsim.servo.broyden import Broyden
+from robsim.servo.controller import Servo
+from robsim.servo.goal import Given
+from robsim.servo.inverse import rank
+from robsim.servo.regulated import Regulated
+
+if TYPE_CHECKING:
+    from robsim.servo.task import ServoTask
+
+
+def check_sense(task: ServoTask, regulated: Regulated) -> None:
+    """InputError for what contradicts itself in this scene."""
+    law, k, n = type(task.law).__name__, regulated.k, regulated.columns.size
+    in_camera = bool(getattr(task.law, "in_camera", False))
+    if in_camera and not regulated.as_one:
+        raise InputError(
+            f"{law} commands the twist of one camera, and the cameras of this task do not move "
+            "as one against their targets: use law='joint'"
+        )
+    if isinstance(task.interaction, Broyden):
+        if in_camera:
+            raise InputError(
+                f"Broyden's rule learns how the joints move the features, and {law} asks how "
+                "the camera does: use law='joint'"
+            )
+        start = task.interaction.start
+        if start is not None and start.shape != (k, n):
+            raise InputError(
+                f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
+                f"velocities, got {start.shape}"
+            )
+    if isinstance(task.interaction, np.ndarray):
+        if not regulated.as_one:
+            raise InputError(
+                "a constant interaction matrix is for cameras that move as one; these do not"
+            )
+        if task.interaction.shape != (k, 6):
+            raise InputError(
+                f"interaction: expected shape ({k}, 6), a row for each of the {k} features, "
+                f"got {task.interaction.shape}"
+            )
+    if isinstance(task.goal, Given) and (
+        task.depth == "goal"
+        or (isinstance(task.interaction, str) and task.interaction != "current")
+    ):
+        raise InputError(
+            "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
+            "goal that is shown or computed"
+        )
+
+
+def warn_of_rank(controller: Servo) -> None:
+    """RankWarning if the features leave motions free that the joints can make."""
+    regulated, first = controller.regulated, controller.sights[0]
+    full = min(6 * regulated.motions, controller.columns.size)
+    found = controller.full_rank
+    if regulated.q_goal is None and regulated.given is None and regulated.as_one:
+        found = min(found, int(rank(regulated.at_goal.L)[0]))  # there is no Jacobian at the goal
+    if found < full:
+        marks = np.unique(first.target.marks, axis=0)
+        cause = "its marks lie on one line; " if collinear(marks) else ""
+        warnings.warn(
+            f"the features of '{first.target.name}' fix only {found} of the {full} "
+            f"motions of camera '{first.eye.name}' at the goal: {cause}"
+            "use at least three marks that are not on one line",
+            RankWarning,
+            stacklevel=4,
+        )
+
+
+def warn_of_wheels(controller: Servo) -> None:
+    """RankWarning if a unicycle alone is asked for more than two numbers."""
+    tree, columns = controller.scene.tree, controller.columns
+    rolls = (tree.joints.kind[tree.body[columns]] == UNICYCLE).all()
+    if rolls and controller.k > columns.size:
+        warnings.warn(
+            "a unicycle cannot move sideways, and no smooth law drives it to a pose (Brockett "
+            "1983): use Docking, or no more features than it has velocities",
+            RankWarning,
+            stacklevel=4,
+        )
+
+
+def collinear(marks: Any) -> bool:
+    """Whether marks (N, 3) lie on one line."""
+    return int(np.linalg.matrix_rank(marks - marks[:1], tol=1e-9)) < 2
