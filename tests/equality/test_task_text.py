@@ -223,9 +223,20 @@ class Mine:
         return 0.0 * q
 
 
+class Slow(rs.Adaptive):
+    """Somebody's own."""
+
+
+class Fast(rs.SpeedLimit):
+    """Somebody's own."""
+
+
 @pytest.mark.parametrize(
     "task,reason",
     [
+        (rs.IBVS(gain=Slow(3, 2, 1)), "Slow is Python code"),
+        (rs.IBVS(limit=Fast(1)), "Fast is Python code"),
+        (rs.IBVS(features=rs.Points(tolerance=float("nan"))), "the tolerance nan"),
         (rs.IBVS(features=Mine()), "Mine is Python code"),
         (rs.IBVS(features=["points", rs.Part(Mine())]), "Mine is Python code"),
         (rs.IBVS(secondary=Mine()), "Mine is Python code"),
@@ -240,6 +251,29 @@ class Mine:
 def test_what_a_file_cannot_hold_is_told(task, reason):
     with pytest.raises(rs.InputError, match=reason):
         Scenario(flying(), task).to_toml()
+
+
+def test_a_camera_of_somebody_has_no_text():
+    class Mirror(rs.Camera):
+        """Somebody's own."""
+
+    eye = rs.Mounted("eye", Mirror(LENS.K), on="free_camera.body")
+    with pytest.raises(rs.InputError, match="Mirror is Python code"):
+        Scenario(flying().replacing(eye), rs.IBVS()).to_toml()
+
+
+def test_beliefs_that_differ_in_the_sign_of_a_zero_are_told_apart():
+    scene = flying()
+    beliefs = [scene.replacing(rs.Object("dots", marks=[[z, 1, 1]])) for z in (0.0, -0.0)]
+    task = rs.Together([rs.PBVS(belief=belief) for belief in beliefs])
+    told = [each.belief.object().marks[0, 0] for each in again(scene, task).tasks]
+    assert np.signbit(told).tolist() == [False, True]
+
+
+def test_numbers_of_numpy_are_written_like_others():
+    large, mark = rs.Large(np.float32(0.25), np.int64(2)), np.int64(3)
+    task = rs.Hybrid(mark=mark, projection=large)
+    assert again(flying(), task) == task
 
 
 def test_a_motion_by_a_function_has_no_text():

@@ -587,6 +587,7 @@ def test_a_change_takes_what_makes_no_sense_beside_it_away():
         ("run.dt.x=2", ["run.dt", "expected"]),
         (".=2", ["'.'", "cannot be set"]),
         ("task.gain", ["'task.gain'", "key=value"]),
+        ("task.kind=[1]", ["task.kind", "no kind [1]"]),
         ("a." * 5000 + "a=1", ["cannot be set"]),
     ],
 )
@@ -958,6 +959,7 @@ WRONG_TASKS = [
     ('kind = "ibvs"\njoints = []', ["task.joints", "at least 1 item"]),
     ('kind = "ibvs"\nsecondary = {}', ["task.secondary.kind", "missing", "'posture'"]),
     (POSTURE % '["1 deg"]', ["task.secondary.q", "1 coordinates, expected 5", "upper_arm"]),
+    (POSTURE % '["1 deg"]' + '\njoints = "wirst"', ["task.secondary.q", "mean 'wrist'"]),
     (POSTURE % f'[{ANGLES}, "1 cm"]', ["task.secondary.q[4]", "1 cm", "unit of angle"]),
     (POSTURE % f"[{ANGLES}, 1]", ["task.secondary.q[4]", "1:", '"90 deg" or "5 cm"']),
     (

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robsim.describe.values import NoDescription, Table, builtin, length
+import numpy as np
+
+from robsim.describe.values import NoDescription, Table, builtin, length, ours
 from robsim.features import FEATURES, DecoupledMoments, Sphere, Translation
 from robsim.servo import Part
 
@@ -19,7 +21,7 @@ def features(value: Any) -> Any:
 
 def part(value: Part) -> Table:
     """A feature, and what is not as it would be anyway."""
-    table = feature(value.feature)
+    table = feature(ours(value, Part).feature)
     if value.camera is not None:
         table["camera"] = camera(value.camera)
     if value.target is not None:
@@ -41,9 +43,15 @@ def feature(value: Any) -> Table:
     if isinstance(value, Translation):
         table["form"] = value.form
     if value.tolerance != type(value)().tolerance:
-        table["tolerance"] = float(value.tolerance)
+        table["tolerance"] = _tolerance(value.tolerance)
     _check_plain(value)
     return table
+
+
+def _tolerance(value: float) -> float:
+    if not 0.0 <= value < np.inf:
+        raise NoDescription(f"the tolerance {value!r:.40} is not a number from 0 on")
+    return float(value)
 
 
 def camera(value: str | Sequence[str]) -> str | list[str]:

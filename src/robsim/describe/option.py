@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from robsim.describe.values import (
     NoDescription,
     Table,
     builtin,
     coordinates,
     length,
+    ours,
     pose,
     quantity,
 )
@@ -26,6 +29,7 @@ from robsim.servo import (
     Given,
     Large,
     Posture,
+    Shown,
     SpeedLimit,
     Truncated,
 )
@@ -56,7 +60,7 @@ def inverse(value: Any) -> Table:
 
 def interaction(value: Any) -> Table:
     """interaction, broyden_start."""
-    if not isinstance(value, Broyden):
+    if not isinstance(ours(value, Broyden, np.ndarray), Broyden):
         return {"interaction": value if isinstance(value, str) else value.tolist()}
     start = {} if value.start is None else {"broyden_start": value.start.tolist()}
     return {"interaction": "broyden", **start}
@@ -64,7 +68,7 @@ def interaction(value: Any) -> Table:
 
 def depth(value: Any) -> str | Table:
     """A choice, a length, or a filter."""
-    if isinstance(value, DepthFilter):
+    if isinstance(ours(value, DepthFilter, float), DepthFilter):
         numbers = {"start_sigma": value.start_sigma, "noise": value.noise}
         return {"start": length(value.start), **numbers}
     return value if isinstance(value, str) else length(value)
@@ -72,6 +76,7 @@ def depth(value: Any) -> str | Table:
 
 def gain(value: float | Adaptive) -> float | Table:
     """A number, or how it depends on the error."""
+    ours(value, Adaptive, float)
     if isinstance(value, Adaptive):
         return {key: getattr(value, key) for key in ("at_zero", "at_infinity", "slope")}
     return value
@@ -79,14 +84,14 @@ def gain(value: float | Adaptive) -> float | Table:
 
 def feed_forward(value: Any) -> Table:
     """feed_forward, lag."""
-    if isinstance(value, Estimated):
+    if isinstance(ours(value, Estimated, Known, type(None)), Estimated):
         return {"feed_forward": "estimated", "lag": quantity(value.lag, "s")}
     return {"feed_forward": "known"} if isinstance(value, Known) else {}
 
 
 def goal(value: Any, truth: Scene) -> Table:
     """Where it is shown, in full; nothing for home."""
-    if isinstance(value, Computed):
+    if isinstance(ours(value, Computed, Given, Shown), Computed):
         return {"computed": {"position": length(*value.T_c_o.position), **pose(value.T_c_o)}}
     if isinstance(value, Given):
         return {"s": value.s.tolist()}
@@ -102,8 +107,7 @@ def shaping(value: Shaped, units: Units) -> Table:
         table["joints"] = list(value.joints)
     if value.secondary is not None:
         table["secondary"] = _secondary(value.secondary, units)
-    wide = value.projection
-    table["projection"] = {"low": wide.low, "high": wide.high} if _is_large(wide) else wide
+    table["projection"] = _projection(value.projection)
     if value.smooth_start is not None:
         table["smooth_start"] = value.smooth_start
     if value.limit is not None:
@@ -121,7 +125,7 @@ def _secondary(value: Any, units: Units) -> Table:
 
 def _limit(value: SpeedLimit, units: Units) -> Table:
     table: Table = {}
-    if isinstance(value.joint, tuple):
+    if isinstance(ours(value, SpeedLimit).joint, tuple):
         table["joint"] = _each(value.joint, units())
     elif value.joint is not None:
         one: Any = value.joint
@@ -139,5 +143,7 @@ def _each(numbers: Any, units: list[str]) -> list[str]:
     return coordinates(numbers, units)
 
 
-def _is_large(value: Any) -> bool:
-    return isinstance(value, Large)
+def _projection(value: str | Large) -> str | Table:
+    if isinstance(value, str):
+        return value
+    return {"low": float(ours(value, Large).low), "high": float(value.high)}

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from robsim.camera import Camera
-from robsim.describe.values import NoDescription, Table, builtin, coordinates, length, pose
+from robsim.describe.values import NoDescription, Table, builtin, coordinates, length, ours, pose
 from robsim.motion import Motion
 from robsim.primitives import Block, CameraBody, Primitive, Wheel
 from robsim.robot import Link, Robot
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import COORDINATE_UNITS
+from robsim.tree import COORDINATE_UNITS, Joint
 
 SHAPES: dict[str, type[Primitive]] = {"block": Block, "wheel": Wheel, "camera": CameraBody}
 
@@ -25,7 +25,7 @@ def shape(value: Primitive) -> Table:
 
 def link(value: Link) -> Table:
     """One link on its joint."""
-    joint = value.joint
+    joint = ours(ours(value, Link).joint, Joint)
     table: Table = {"name": value.name, "parent": value.parent, "joint": joint.kind}
     table |= {"place": pose(joint.place), "tail": pose(joint.tail)}
     if joint.limits:
@@ -37,7 +37,7 @@ def link(value: Link) -> Table:
 def robot(value: Robot) -> Table:
     """A robot link by link."""
     return {
-        "name": value.name,
+        "name": ours(value, Robot).name,
         "on": value.on,
         **pose(value.base),
         "home": coordinates(value.home, value.coordinate_units),
@@ -48,7 +48,7 @@ def robot(value: Robot) -> Table:
 def thing(value: Object) -> Table:
     """An object; marks always in full."""
     return {
-        "name": value.name,
+        "name": ours(value, Object).name,
         "on": value.on,
         **pose(value.pose),
         "shapes": [shape(s) for s in value.shapes],
@@ -58,7 +58,7 @@ def thing(value: Object) -> Table:
 
 def camera(value: Mounted) -> Table:
     """A camera and where it is mounted."""
-    lens: Camera = value.camera
+    lens = ours(ours(value, Mounted).camera, Camera)
     table: Table = {"name": value.name, "on": value.on, **pose(value.pose), "K": lens.K.tolist()}
     if lens.size:
         table["size"] = list(lens.size)
@@ -71,7 +71,7 @@ def camera(value: Mounted) -> Table:
 
 def motion(value: Motion, units: tuple[str, ...]) -> Table:
     """A robot that moves on its own; NoDescription if a function says how."""
-    if callable(value.rates):
+    if callable(ours(value, Motion).rates):
         raise NoDescription(f"the motion of '{value.robot}' is Python code")
     return {"robot": value.robot, "rates": coordinates(value.rates, units)}
 
@@ -79,7 +79,7 @@ def motion(value: Motion, units: tuple[str, ...]) -> Table:
 def scene(value: Scene) -> Table:
     """robots, objects, cameras, motions, display."""
     table: Table = {
-        "robots": [robot(r) for r in value.robots],
+        "robots": [robot(r) for r in ours(value, Scene).robots],
         "objects": [thing(o) for o in value.objects],
         "cameras": [camera(c) for c in value.cameras],
         "motions": [motion(m, value.robot(m.robot).velocity_units) for m in value.motions],

@@ -17,18 +17,18 @@ from robsim.servo import (
     PBVS,
     SCHEMES,
     SEVERAL,
+    Docking,
     ErrorBelow,
     Hybrid,
     NearBorder,
     Partitioned,
+    Placing,
     Priorities,
     ServoTask,
     Switch,
     Task,
     Together,
 )
-from robsim.servo.docking import Docking
-from robsim.servo.placing import Placing
 
 TASKS: dict[str, type[Any]] = {
     **SCHEMES,
@@ -47,8 +47,15 @@ def task(value: Task, truth: Scene) -> Table:
 def belief_of(value: Any) -> Scene | None:
     """What all servo tasks within a task believe; None if nothing, or not the same."""
     beliefs = _beliefs(value)
-    agreed = all(each == beliefs[0] for each in beliefs)
+    agreed = all(_same(each, beliefs[0]) for each in beliefs)
     return beliefs[0] if beliefs and agreed else None
+
+
+def _same(a: Scene | None, b: Scene | None) -> bool:
+    """To the last bit: -0.0 is not 0.0."""
+    if a is None or b is None or a is b:
+        return a is b
+    return a == b and repr(scene(a)) == repr(scene(b))
 
 
 def _beliefs(value: Any) -> list[Scene | None]:

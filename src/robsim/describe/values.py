@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from robsim.pose import Pose
 
 Table = dict[str, Any]
+V = TypeVar("V")
 
 
 class NoDescription(Exception):
@@ -47,6 +48,13 @@ def builtin(known: Mapping[str, type[Any]], value: Any) -> str:
         if type(value) is kind:
             return name
     raise NoDescription(f"{type(value).__name__} is Python code")
+
+
+def ours(value: V, *kinds: type[Any]) -> V:
+    """The value, if it is of one of these classes itself; NoDescription if it is somebody's own."""
+    if type(value) not in kinds and not isinstance(value, str):
+        raise NoDescription(f"{type(value).__name__} is Python code")
+    return value
 
 
 def _same(a: Any, b: Any) -> bool:

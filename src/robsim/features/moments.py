@@ -201,5 +201,6 @@ class DecoupledMoments:
             Z = float(goal.depth_last[:, 0].mean())
         else:
             A, B, C = region_plane(goal)[:, 0]
-            Z = 1.0 / float(A * x + B * y + C)
+            with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
+                Z = float(1.0 / (A * x + B * y + C))
         return _with(self, size_goal=size, Z_goal=Z, alpha_goal=alpha)

@@ -98,8 +98,9 @@ def _without_rivals(base: Raw, over: Raw) -> Raw:
     gone = {
         companion for key, value, companion in _COMPANIONS if key in over and over[key] != value
     }
-    if over.get("kind") in KINDS and base.get("kind") in KINDS:
-        gone |= KINDS[base["kind"]] - KINDS[over["kind"]]
+    old, new = (KINDS.get(str(table.get("kind"))) for table in (base, over))
+    if old and new:
+        gone |= old - new
     for group in _RIVALS:
         for spelling in group:
             if spelling & over.keys():

@@ -10,7 +10,7 @@ from robsim.scenario.problems import shown
 from robsim.scenario.quantity import Extent, Positive, Reference, forms
 from robsim.scenario.schema import MOST_MARKS, Table
 
-MOST_FEATURES, MOST_NUMBERS = 64, 10_000
+MOST_FEATURES, MOST_NUMBERS = 1000, 10_000
 
 Index = Annotated[int, Field(ge=0, lt=MOST_NUMBERS)]
 Indices = Annotated[list[Index], Field(min_length=1, max_length=MOST_MARKS)]

@@ -6,27 +6,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from robsim.describe.task import CONDITIONS, TASKS
 from robsim.errors import InputError
 from robsim.scenario import option
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
 from robsim.scene import Scene
-from robsim.servo import (
-    SCHEMES,
-    ErrorBelow,
-    NearBorder,
-    Priorities,
-    Switch,
-    Task,
-    Together,
-)
-from robsim.servo.docking import Docking
-from robsim.servo.placing import Placing
+from robsim.servo import Priorities, Switch, Task, Together
 from robsim.servo.shaped import Columns
 
-KINDS: dict[str, Any] = {**SCHEMES, Placing.kind: Placing, Docking.kind: Docking}
 Path = tuple[str | int, ...]
+Commanded = Callable[[], Columns]
 MOST_STEPS = 64  # of the path to a task within tasks
 
 
@@ -76,8 +67,7 @@ class TaskReader:
         first, second = (self._task(getattr(table, k), (*path, k)) for k in ("first", "second"))
         if first is None or second is None:
             return None
-        when: Any = NearBorder if isinstance(table.when, schema.NearBorderTable) else ErrorBelow
-        condition = when(**option.said(table.when, "kind"))
+        condition = CONDITIONS[table.when.kind](**option.said(table.when, "kind"))
         return Switch(first, second, condition, **option.said(table, *_SWITCH))
 
     def _servo(self, table: schema.ServoTable, path: Path) -> Task | None:
@@ -92,7 +82,7 @@ class TaskReader:
         if given is None or len(self.problems.found) > before:
             return None
         with self.problems.at(*path):
-            made: Task = KINDS[_kind(table)](belief=belief, **given)
+            made: Task = TASKS[table.kind](belief=belief, **given)
             return made
         return None
 
@@ -117,39 +107,38 @@ class TaskReader:
 _SWITCH = ("kind", "first", "second", "when")
 
 
-def _kind(table: Any) -> str:
-    kind: str = table.kind
-    return kind
-
-
 def _all_say(parts: Sequence[Any], key: str) -> bool:
     return all(getattr(part, key, None) is not None for part in parts)
 
 
 def _check_units(
-    table: schema.TaskTable, task: Any, scene: Scene, columns: Columns | None, path: Path
+    table: schema.TaskTable, task: Any, scene: Scene, shared: Commanded | None, path: Path
 ) -> None:
     """Postures and speed limits of joints have the units of what the task commands.
 
-    Which those are is known when the task is there; `columns` if several tasks share them.
+    Which velocities these are is known when the task is there; `shared` with other tasks or its
+    own.
     """
     if isinstance(table, schema.TogetherTable):
         for i, (inner, made) in enumerate(zip(table.tasks, task.tasks, strict=True)):
             _check_units(inner, made, scene, None, (*path, "tasks", i))
         return
-    try:
-        columns = task.columns(scene) if columns is None else columns
-    except InputError:
-        return  # which is told when the task is bound
+    columns: Commanded = shared or (lambda: task.columns(scene))
     if isinstance(table, schema.SwitchTable):
         for key in ("first", "second"):
             _check_units(getattr(table, key), getattr(task, key), scene, columns, (*path, key))
         return
-    rates = [scene.velocity_units[i] for i in columns]
-    names = [scene.velocity_names[i] for i in columns]
     if isinstance(table.secondary, schema.PostureTable):
         with under(*path, "secondary", "q"):
-            configuration(table.secondary.q, [r.removesuffix("/s") for r in rates], names)
+            units, names = _units(scene, columns())
+            configuration(table.secondary.q, [unit.removesuffix("/s") for unit in units], names)
     if table.limit is not None and isinstance(table.limit.joint, list):
         with under(*path, "limit", "joint"):
-            configuration(table.limit.joint, rates, names, "speeds")
+            configuration(table.limit.joint, *_units(scene, columns()), "speeds")
+
+
+def _units(scene: Scene, columns: Columns) -> tuple[list[str], list[str]]:
+    """Units and names of velocities."""
+    each = scene.velocity_units, scene.velocity_names
+    units, names = ([told[i] for i in columns] for told in each)
+    return units, names

@@ -30,7 +30,7 @@ from robsim.scenario.schema import (
     Table,
 )
 
-MOST_TASKS = 16
+MOST_TASKS = 64
 
 Three = Annotated[list[Index], Field(min_length=3, max_length=3)]
 Two = Annotated[list[Index], Field(min_length=2, max_length=2)]
@@ -142,6 +142,7 @@ class ShapedTable(Table):
 class ServoTable(ShapedTable):
     """robsim.servo.ServoTask; `belief` is that of this task alone, where several differ."""
 
+    kind: str
     goal: GoalTable = GoalTable()
     camera: Cameras | None = None
     target: Reference | None = None
