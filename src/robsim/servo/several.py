@@ -48,10 +48,10 @@ class Priorities(Shaped):
                     "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
                     f"got {task!r:.80}"
                 )
-            if task.secondary or task.smooth_start or task.limit:
+            if task.joints or task.secondary or task.smooth_start or task.limit:
                 raise InputError(
-                    "secondary, smooth_start and limit belong to Priorities(...) as a whole, "
-                    "not to one of its tasks"
+                    "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
+                    "whole, not to one of its tasks"
                 )
         object.__setattr__(self, "tasks", tasks)
         if positive(self.rcond, "rcond") >= 1:
@@ -65,6 +65,12 @@ class Priorities(Shaped):
         """The controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
         parts = [task.bind(scene, columns) for task in self.tasks]
+        for task, part in zip(self.tasks, parts, strict=True):
+            if type(part.law) is not JointLaw:
+                raise InputError(
+                    f"priorities are for laws of the joints, and {type(task).__name__} has one of "
+                    "its own"
+                )
         return Ordered(
             **_common(parts),
             columns=columns,
@@ -193,11 +199,11 @@ class Switch(Value):
         return _union([self.first.columns(scene), self.second.columns(scene)])
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
-        """The controller of both in a scene."""
-        columns = self.columns(scene) if columns is None else columns
-        parts = [task.bind(scene, columns) for task in (self.first, self.second)]
+        """The controller of both in a scene, each with its own joints."""
+        mine = self.columns(scene)
+        parts = [task.bind(scene, task.columns(scene)) for task in (self.first, self.second)]
         return Switched(
-            **_common(parts), columns=columns, parts=tuple(parts), when=self.when, latch=self.latch
+            **_common(parts), columns=mine, parts=tuple(parts), when=self.when, latch=self.latch
         )
 
 
@@ -246,12 +252,26 @@ class Several(Controller):
     parts: tuple[Controller, ...]
 
     def note(self, now: Instant, decision: Decision, qd: Array) -> None:
-        """Each remembers what was commanded in the end."""
+        """Each remembers what was commanded of its joints in the end."""
         for i, (part, each) in enumerate(zip(self.parts, decision.basis, strict=True)):
-            part.note(now.inside(str(i)), each, qd)
+            part.note(now.inside(str(i)), each, qd[self._own(part)])
 
     def _decisions(self, now: Instant) -> list[Decision]:
         return [part.decide(now.inside(str(i))) for i, part in enumerate(self.parts)]
+
+    def _own(self, part: Controller) -> Columns:
+        """Where the velocities of a part are among all that are commanded."""
+        return np.searchsorted(self.columns, part.columns)
+
+    def _widened(self, each: list[Decision]) -> list[Command]:
+        """The command of each part among all velocities: zero for the joints of others."""
+        wide = []
+        for part, (command, _, _) in zip(self.parts, each, strict=True):
+            (k, _, runs), n, own = command.reach.shape, self.columns.size, self._own(part)
+            qd, reach = np.zeros((n, runs)), np.zeros((k, n, runs))
+            qd[own], reach[:, own] = command.qd, command.reach
+            wide.append(command._replace(qd=qd, reach=reach))
+        return wide
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +289,7 @@ class Ordered(Several):
             for part, one in zip(self.parts, each, strict=True)
         ]
         qd, _ = priorities(levels, self.rcond)
-        s, error, reach = _stack(each)
+        s, error, reach = _stack([one.command for one in each])
         if not self.shaping.idle:
             qd = self.shaping.shaped(now, qd, reach, error, each[0].J)
         return Decision(Command(s, error, qd, reach), each[0].J, each)
@@ -286,8 +306,9 @@ class Switched(Several):
         """The command of the one whose turn it is."""
         each = self._decisions(now)
         second = self._thrown(now, each)
-        s, error, reach = _stack(each)
-        qd = np.where(second, each[1].command.qd, each[0].command.qd)
+        wide = self._widened(each)
+        s, error, reach = _stack(wide)
+        qd = np.where(second, wide[1].qd, wide[0].qd)
         return Decision(Command(s, error, qd, reach), each[0].J, each)
 
     def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
@@ -318,21 +339,13 @@ class Beside(Several):
     def decide(self, now: Instant) -> Decision:
         """Each commands its own joints."""
         each = self._decisions(now)
-        runs, n = now.runs, self.columns.size
-        qd, reach = np.zeros((n, runs)), np.zeros((self.k, n, runs))
-        row = 0
-        for part, one in zip(self.parts, each, strict=True):
-            mine = np.searchsorted(self.columns, part.columns)
-            qd[mine] = one.command.qd
-            reach[row : row + part.k, mine] = one.command.reach
-            row += part.k
-        s, error, _ = _stack(each, reach=False)
+        wide = self._widened(each)
+        s, error, reach = _stack(wide)
+        qd = np.zeros(wide[0].qd.shape)
+        for part, command in zip(self.parts, wide, strict=True):
+            own = self._own(part)
+            qd[own] = command.qd[own]
         return Decision(Command(s, error, qd, reach), each[0].J, each)
-
-    def note(self, now: Instant, decision: Decision, qd: Array) -> None:
-        """Each remembers what it commanded."""
-        for i, (part, each) in enumerate(zip(self.parts, decision.basis, strict=True)):
-            part.note(now.inside(str(i)), each, each.command.qd)
 
 
 def _common(parts: Sequence[Controller]) -> dict[str, Any]:
@@ -358,10 +371,12 @@ def _common(parts: Sequence[Controller]) -> dict[str, Any]:
     }
 
 
-def _stack(each: list[Decision], reach: bool = True) -> tuple[Array, Array, Array]:
-    commands = [one.command for one in each]
-    s, error = (np.concatenate([getattr(c, name) for c in commands]) for name in ("s", "error"))
-    return s, error, np.concatenate([c.reach for c in commands]) if reach else error
+def _stack(commands: list[Command]) -> tuple[Array, Array, Array]:
+    s, error, reach = (
+        np.concatenate([getattr(command, name) for command in commands])
+        for name in ("s", "error", "reach")
+    )
+    return s, error, reach
 
 
 def _tasks(given: Any, least: int) -> tuple[Task, ...]:
