@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.arrays import runs_last
+from robsim.servo.instant import Instant
 
 RATE = 0.1  # rad/s
 ASIDE = {"pan_tilt": [0.1, 0.05]}  # a start from which a lag is not taken for divergence
@@ -135,3 +137,39 @@ def test_a_table_turns_at_its_own_rate_whatever_the_task_does(arrange):
     run = rs.simulate(arrange("turntable"), rs.IBVS(), dt=0.01, duration=2, hold=True)
     turned = run.q.sel(coordinate="turntable.plate").values
     np.testing.assert_allclose(turned, 0.2 * run.time, atol=1e-12)
+
+
+@pytest.fixture
+def passing(arrange, around):
+    """A conveyor, a start beside the goal, and how a task follows what passes."""
+    scene = arrange("conveyor")
+    q0 = around(scene, 5)
+    q0[:, -1] = 0.0
+
+    def follow(**what):
+        task = rs.IBVS(feed_forward="known", gain=3.0, **what)
+        return scene, task, rs.simulate(scene, task, q0, duration=5, hold=True)
+
+    return follow
+
+
+def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
+    """Else it takes the motion of the target for parallax."""
+    scene, task, run = passing(depth=rs.DepthFilter(0.35))
+    plain = passing()[2]
+    assert (run.outcome >= rs.Outcome.CONVERGED).all()
+    np.testing.assert_allclose(run.error_norm[:, -1], plain.error_norm[:, -1], atol=1e-3)
+    memory, controller = {}, task.bind(scene)
+    sight = controller.sights[0]
+    for step in range(run.sizes["time"]):
+        q = runs_last(run.q.values[:, step], 1)
+        look = sight.look(q)
+        now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: look.pixels}, memory)
+        decision = controller.decide(now)
+        controller.note(now, decision, decision.command.qd)
+    np.testing.assert_allclose(1 / memory["marks camera plate"][..., 2], look.depth.T, rtol=0.03)
+
+
+def test_broyden_learns_what_the_joints_do_and_not_the_known_motion(passing):
+    run, plain = passing(interaction="broyden")[2], passing()[2]
+    assert (run.error_norm[:, -1] < 2e-3).all() and (plain.error_norm[:, -1] < 2e-3).all()

@@ -119,13 +119,17 @@ class Servo(Controller):
     def note(self, now: Instant, decision: Decision, qd: Array) -> None:
         """What depth filter, feed-forward and Broyden need at the next instant."""
         state, measured = decision.basis
-        for key, J in measured.twists.items():
-            self.regulated.depths.note(now, key, J, qd)
+        known = isinstance(self.feed_forward, Known)
+        if self.regulated.depths.filtered:
+            own = self.regulated.twists(now, measured) if known else {}
+            for key, J in measured.twists.items():
+                self.regulated.depths.note(now, key, J, qd, own.get(key))
         if isinstance(self.feed_forward, Estimated):
             self.feed_forward.note(now, state.reach_last, qd)
         if self.broyden is not None:
             remember(now.memory, "reach", decision.command.reach)
-            remember(now.memory, "s", measured.s)
+            drift = self.regulated.drift(now, measured) if known else 0.0
+            remember(now.memory, "s", measured.s + now.dt * drift)
             remember(now.memory, "qd", qd)
 
     def rate(self, decision: Decision) -> Array:
@@ -178,8 +182,8 @@ class Servo(Controller):
         """L J (k, n, B) by Broyden's rule."""
         assert self.broyden is not None
         if "reach" in now.memory:
-            A, before, qd = (recall(now.memory, name) for name in ("reach", "s", "qd"))
-            return broyden_update(A, measured.s - before, qd * now.dt)
+            A, without, qd = (recall(now.memory, name) for name in ("reach", "s", "qd"))
+            return broyden_update(A, measured.s - without, qd * now.dt)
         if self.broyden.start is None:
             return measured.reach
         wide = np.broadcast_to(self.broyden.start[..., None], measured.reach.shape)
