@@ -132,13 +132,17 @@ class Servo(Controller):
 
     def note(self, now: Instant, basis: Assessment, qd: Array) -> None:
         """What depth filter, feed-forward and Broyden need at the next instant."""
-        for key, J in basis.measured.twists.items():
-            self.regulated.depths.note(now, key, J, qd)
+        measured, known = basis.measured, isinstance(self.feed_forward, Known)
+        if self.regulated.depths.filtered:
+            own = self.regulated.twists(now, measured) if known else {}
+            for key, J in measured.twists.items():
+                self.regulated.depths.note(now, key, J, qd, own.get(key))
         if isinstance(self.feed_forward, Estimated):
             self.feed_forward.note(now, basis.state.reach_last, qd)
         if self.broyden is not None:
+            drift = self.regulated.drift(now, measured) if known else 0.0
             remember(now.memory, "reach", basis.reach)
-            remember(now.memory, "s", basis.measured.s)
+            remember(now.memory, "s", measured.s + now.dt * drift)  # what the joints do not cause
             remember(now.memory, "qd", qd)
 
     def _state(self, now: Instant, measured: Measured, error: Array, reach: Array) -> State:
@@ -186,8 +190,8 @@ class Servo(Controller):
         """L J (k, n, B) by Broyden's rule."""
         assert self.broyden is not None
         if "reach" in now.memory:
-            A, before, qd = (recall(now.memory, name) for name in ("reach", "s", "qd"))
-            return broyden_update(A, measured.s - before, qd * now.dt)
+            A, without, qd = (recall(now.memory, name) for name in ("reach", "s", "qd"))
+            return broyden_update(A, measured.s - without, qd * now.dt)
         if self.broyden.start is None:
             return measured.reach
         wide = np.broadcast_to(self.broyden.start[..., None], measured.reach.shape)

@@ -21,7 +21,8 @@ class DepthFilter:
 
     The motion of a mark under the believed twist of the camera is exact, and the filter allows it
     a drift of 1e-4 in the image and of 1 percent in depth per square root of a second. An
-    estimate stays between 0.01 m and 100 m, and as it was while the camera does not move. Matthies,
+    estimate stays between 0.01 m and 100 m, and as it was while the camera does not move. A target
+    that moves on its own is taken for parallax unless feed_forward="known" tells of it. Matthies,
     Kanade and Szeliski 1989, "Kalman filter-based algorithms for estimating depth from image
     sequences". Skew is neglected in the noise.
 

@@ -84,8 +84,10 @@ class Depths:
             remember(now.memory, each, array)
         return filter.depth(state)
 
-    def note(self, now: Instant, key: Key, J: Array, qd: Array) -> None:
-        """Remember the twist of a camera against its target that was commanded."""
-        if self.filtered:
-            twist = product(J, np.ascontiguousarray(qd[:, None]))[:, 0]
-            remember(now.memory, f"twist {key[0]} {key[1]}", twist)
+    def note(self, now: Instant, key: Key, J: Array, qd: Array, own: Array | None) -> None:
+        """Remember the twist of a camera against its target: J qd as commanded, and `own`
+        (6, 1, B), which is known of what moves on its own.
+        """
+        twist = product(J, np.ascontiguousarray(qd[:, None]))
+        twist = twist if own is None else twist + own
+        remember(now.memory, f"twist {key[0]} {key[1]}", twist[:, 0])

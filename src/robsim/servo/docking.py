@@ -18,6 +18,8 @@ from robsim.servo.law import State
 from robsim.servo.regulated import Regulated
 from robsim.servo.task import ServoTask
 
+HERE = 1e-9  # metres; nearer, the bearing of the goal is rounding: the unicycle turns on the spot
+
 
 @dataclass(frozen=True, eq=False)
 class Docking(ServoTask):
@@ -73,7 +75,8 @@ class DockingLaw:
     def command(self, state: State) -> Array:
         """(v, omega) (B, 2)."""
         x, y, heading = self.planar(state.error_last)
-        rho, theta = np.sqrt(x * x + y * y), np.arctan2(-y, -x)
+        rho = np.sqrt(x * x + y * y)
+        theta = np.where(rho > HERE, np.arctan2(-y, -x), 0.0)
         alpha = _wrapped(theta - heading)
         gain = state.times_gain(np.ones_like(rho))
         v = gain * np.cos(alpha) * rho

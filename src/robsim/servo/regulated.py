@@ -160,13 +160,16 @@ class Regulated:
 
     def drift(self, now: Instant, measured: Measured) -> Array:
         """(k, B) sdot by what moves on its own, as far as the controller knows of it."""
+        return self._reach(measured.L, measured.each, self.twists(now, measured))[:, 0]
+
+    def twists(self, now: Instant, measured: Measured) -> dict[Key, Array]:
+        """(6, 1, B) of every camera against its target, by what moves on its own."""
         scene = self.sights[0].scene
         columns = frozen(np.flatnonzero(scene.prescribed))
-        J = {s.key: s.jacobian(measured.looks[s.key], s.moves(columns)) for s in self.sights}
-        reach = self._reach(measured.L, measured.each, J)
         rates = np.empty((columns.size, 1, now.runs))
         rates[:] = scene.drift(now.time)[columns, None, None]
-        return product(reach, rates)[:, 0]
+        J = {s.key: s.jacobian(measured.looks[s.key], s.moves(columns)) for s in self.sights}
+        return {key: product(each, rates) for key, each in J.items()}
 
     def _interaction(self, i: int, view: Observation) -> Array:
         """L (k, 6, B) of one part: now, at the goal, or the mean of both."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
@@ -49,10 +49,10 @@ class Priorities(Shaped):
                     "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
                     f"got {task!r:.80}"
                 )
-            if task.secondary or task.smooth_start or task.limit:
+            if task.joints or task.secondary or task.smooth_start or task.limit:
                 raise InputError(
-                    "secondary, smooth_start and limit belong to Priorities(...) as a whole, "
-                    "not to one of its tasks"
+                    "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
+                    "whole, not to one of its tasks"
                 )
         object.__setattr__(self, "tasks", tasks)
         if positive(self.rcond, "rcond") >= 1:
@@ -66,6 +66,10 @@ class Priorities(Shaped):
         """The controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
         parts = [task.bind(scene, columns) for task in self.tasks]
+        for part in parts:
+            if type(part.law) is not JointLaw:
+                name = type(part.law).__name__
+                raise InputError(f"priorities are for the joint law, and a task brings {name}")
         common = _common(parts) | {"rcond": self.rcond}
         shaping = self.shaping(scene, columns)
         return Ordered(**common, columns=columns, parts=tuple(parts), shaping=shaping)
@@ -191,11 +195,11 @@ class Switch(Value):
         return _union([self.first.columns(scene), self.second.columns(scene)])
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
-        """The controller of both in a scene."""
-        columns = self.columns(scene) if columns is None else columns
-        parts = [task.bind(scene, columns) for task in (self.first, self.second)]
+        """The controller of both in a scene, each with its own joints."""
+        mine = self.columns(scene)
+        parts = [task.bind(scene, task.columns(scene)) for task in (self.first, self.second)]
         return Switched(
-            **_common(parts), columns=columns, parts=tuple(parts), when=self.when, latch=self.latch
+            **_common(parts), columns=mine, parts=tuple(parts), when=self.when, latch=self.latch
         )
 
 
@@ -266,25 +270,45 @@ class Ordered(Controller):
 
 
 @dataclass(frozen=True, eq=False)
-class Switched(Controller):
-    """One after the other."""
+class Several(Controller):
+    """Tasks with joints of their own, which they may share."""
 
     parts: tuple[Controller, ...]
+
+    def note(self, now: Instant, basis: list[Decision], qd: Array) -> None:
+        """Each remembers what was commanded of its joints in the end."""
+        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
+            part.note(now.inside(str(i)), one.basis, qd[self._own(part)])
+
+    def _own(self, part: Controller) -> Columns:
+        """Where the velocities of a part are among all that are commanded."""
+        return np.searchsorted(self.columns, part.columns)
+
+    def _all(self, now: Instant) -> tuple[list[Decision], Array, Array, Array]:
+        """What each decides; and s, error, and reach of all joints, stacked."""
+        each = [part.decide(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        reach, row = np.zeros((self.k, self.columns.size, now.runs)), 0
+        for part, one in zip(self.parts, each, strict=True):
+            reach[row : row + part.k, self._own(part)] = one.command.reach
+            row += part.k
+        s, error = (np.concatenate([getattr(d.command, n) for d in each]) for n in ("s", "error"))
+        return each, s, error, reach
+
+
+@dataclass(frozen=True, eq=False)
+class Switched(Several):
+    """One after the other."""
+
     when: Condition
     latch: bool
 
     def decide(self, now: Instant) -> Decision:
-        """The command of the one whose turn it is."""
-        each = _decisions(self.parts, now)
-        second = self._thrown(now, each)
-        s, error, reach = _stacked(each)
-        qd = np.where(second, each[1].command.qd, each[0].command.qd)
+        """The command of the one whose turn it is; joints that are the other's stand still."""
+        each, s, error, reach = self._all(now)
+        second, qd = self._thrown(now, each), np.zeros((self.columns.size, now.runs))
+        for part, one, turn in zip(self.parts, each, (~second, second), strict=True):
+            qd[self._own(part)] += np.where(turn, one.command.qd, 0.0)
         return Decision(Command(s, error, qd, reach), each[0].J, each)
-
-    def note(self, now: Instant, basis: list[Decision], qd: Array) -> None:
-        """Each remembers what was commanded in the end."""
-        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
-            part.note(now.inside(str(i)), one.basis, qd)
 
     def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
         """(B,): which runs are with the second."""
@@ -308,32 +332,16 @@ class Switched(Controller):
 
 
 @dataclass(frozen=True, eq=False)
-class Beside(Controller):
+class Beside(Several):
     """Side by side."""
-
-    parts: tuple[Controller, ...]
 
     def decide(self, now: Instant) -> Decision:
         """Each commands its own joints."""
-        each = _decisions(self.parts, now)
-        qd = np.zeros((self.columns.size, now.runs))
-        reach, row = np.zeros((self.k, *qd.shape)), 0
+        each, s, error, reach = self._all(now)
+        qd = np.empty((self.columns.size, now.runs))
         for part, one in zip(self.parts, each, strict=True):
-            mine = np.searchsorted(self.columns, part.columns)
-            qd[mine] = one.command.qd
-            reach[row : row + part.k, mine] = one.command.reach
-            row += part.k
-        s, error = (np.concatenate([getattr(d.command, n) for d in each]) for n in ("s", "error"))
+            qd[self._own(part)] = one.command.qd
         return Decision(Command(s, error, qd, reach), each[0].J, each)
-
-    def note(self, now: Instant, basis: list[Decision], qd: Array) -> None:
-        """Each remembers what it commanded itself."""
-        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
-            part.note(now.inside(str(i)), one.basis, one.command.qd)
-
-
-def _decisions(parts: Sequence[Controller], now: Instant) -> list[Decision]:
-    return [part.decide(now.inside(str(i))) for i, part in enumerate(parts)]
 
 
 def _common(parts: Sequence[Controller]) -> dict[str, Any]:
@@ -357,12 +365,6 @@ def _common(parts: Sequence[Controller]) -> dict[str, Any]:
         "full_rank": max(part.full_rank for part in parts),
         "rcond": min(part.rcond for part in parts),
     }
-
-
-def _stacked(each: list[Decision]) -> Iterator[Array]:
-    """S, error and reach of all."""
-    for name in ("s", "error", "reach"):
-        yield np.concatenate([getattr(one.command, name) for one in each])
 
 
 def _tasks(given: Any, least: int) -> tuple[Task, ...]:
