@@ -86,3 +86,32 @@ def test_broyden_explains_every_step_that_it_saw(arrange, around):
         if step:
             ds, dq = (run[name].values[:, step] - run[name].values[:, step - 1] for name in "sq")
             np.testing.assert_allclose(np.einsum("knb,bn->bk", reach, dq), ds, atol=1e-9)
+
+
+LEARNING = rs.IBVS(features="pixels", interaction="broyden")
+SEVERAL = {
+    "ordered": rs.Priorities([rs.IBVS(features=[rs.Part("pixels", marks=[0])]), LEARNING]),
+    "switched": rs.Switch(rs.IBVS(features="pixels", gain=2.0), LEARNING, rs.ErrorBelow(15.0)),
+    "latent": rs.Switch(LEARNING, rs.IBVS(features="pixels"), rs.ErrorBelow(15.0)),
+}
+
+
+@pytest.mark.parametrize("task", SEVERAL)
+def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange, around, task):
+    """What it learns explains the step that was made, not the one that it would have made."""
+    scene, memory = arrange("eye_in_hand"), {}
+    controller = SEVERAL[task].bind(scene)
+    sight, q = controller.sights[0], runs_last(around(scene, 3), 1)
+    before = None
+    for step in range(40):
+        look = sight.look(q)
+        now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: look.pixels}, memory)
+        decision = controller.decide(now)
+        learning = 0 if task == "latent" else 1
+        command = decision.basis[learning].command
+        if before is not None:
+            dq, ds = q - before[0], command.s - before[1]
+            np.testing.assert_allclose(np.einsum("knb,nb->kb", command.reach, dq), ds, atol=1e-8)
+        before = q.copy(), command.s
+        controller.note(now, decision, decision.command.qd)
+        q = q + 0.04 * decision.command.qd

@@ -113,6 +113,28 @@ def test_a_secondary_motion_shows_nowhere(arrange, around, decide, task, name):
     assert np.abs(times(one.reach, moved)).max() < 1e-10
 
 
+@quiet
+@pytest.mark.parametrize("features", ["theta_u", "translation", P("points", marks=[1])])
+@pytest.mark.parametrize("name", ["free", "eye_in_hand", "eye_to_hand", "holonomic"])
+def test_a_secondary_motion_has_all_that_the_features_leave(
+    arrange, around, decide, name, features
+):
+    """qd = -gain A^+ e + (I - A^+ A) wish with A = L J, not J: features fewer than the joints."""
+    scene, q = arrange(name), around(arrange(name), 4)
+    wish = np.array([0.1, -0.2, 0.15, 0.05, -0.1, 0.2, 0.1])[: scene.nv]
+
+    class Wish:
+        def velocity(self, q, limits):
+            return np.tile(wish[:, None], (1, q.shape[1]))
+
+    command = decide(scene, rs.IBVS(features=[features], secondary=Wish()), q).command
+    for b in range(4):
+        A = command.reach[..., b]
+        inverse = np.linalg.pinv(A, rcond=1e-6)
+        expected = -inverse @ command.error[:, b] + wish - inverse @ A @ wish
+        np.testing.assert_allclose(command.qd[:, b], expected, atol=1e-11)
+
+
 @pytest.mark.parametrize("name", FREE)
 def test_a_secondary_motion_leaves_the_image_alone_for_good(arrange, name):
     """Held for a second at 1 ms, the error is that of the period; halving it halves that."""

@@ -24,7 +24,9 @@ def test_an_adaptive_gain_is_that_of_the_norm_at_every_state(arrange, around, de
     qd = run.qd.values[:, columns].T
     ratio = (unit * qd).sum(0) / (unit * unit).sum(0)
     np.testing.assert_allclose(qd, ratio * unit, atol=1e-13)
-    np.testing.assert_allclose(ratio, GAIN.of(run.error_norm.values), rtol=1e-12)
+    high, low, slope = GAIN.at_zero, GAIN.at_infinity, GAIN.slope
+    formula = (high - low) * np.exp(-slope * run.error_norm.values / (high - low)) + low
+    np.testing.assert_allclose(ratio, formula, rtol=1e-11)
     assert (ratio > 0.4).all() and (ratio < 4.0).all() and (np.diff(ratio) > -1e-9).all()
 
 
