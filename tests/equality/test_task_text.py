@@ -116,7 +116,9 @@ def any_servo(rng, scene, belief, ordered=False):
     """A servo task; `ordered` as it may stand in priorities."""
     common = any_common(rng, scene, belief)
     gain = pick(rng, rng.uniform(0.1, 5), rs.Adaptive(4, 0.4, rng.uniform(1, 50)))
-    if not ordered:
+    if ordered:
+        del common["joints"]
+    else:
         common |= any_shaping(rng, scene.nv)
     laws = {"law": "joint" if ordered else pick(rng, "joint", "camera", rs.CameraLaw(0.01))}
     features = pick(rng, "points", any_feature(rng), any_part(rng), [any_part(rng), "lines"])
@@ -352,7 +354,7 @@ FLYING = {
     "hybrid": rs.Hybrid(NEAR, mark=3, **JUST_FLYING),
     "partitioned": rs.Partitioned(NEAR, segment=(1, 6), advance=0.3, **JUST_FLYING),
     "priorities": rs.Priorities(
-        [servo(features=[rs.Part("points", marks=[0])]), rs.PBVS(NEAR)],
+        [rs.IBVS(NEAR, features=[rs.Part("points", marks=[0])]), rs.PBVS(NEAR)],
         joints=["free_camera"],
         secondary=rs.Posture([0.0, 0, -1, 0, 0, 0]),
         smooth_start=1.0,

@@ -30,7 +30,7 @@ def instant(controller, run, step, memory):
     pixels = np.ascontiguousarray(run.s.values[:, step].T.reshape(look.pixels.shape))
     now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: pixels}, memory)
     decision = controller.decide(now)
-    controller.note(now, decision, decision.command.qd)
+    controller.note(now, decision.basis, decision.command.qd)
     return decision, look
 
 
@@ -108,10 +108,15 @@ def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange
         now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: look.pixels}, memory)
         decision = controller.decide(now)
         learning = 0 if task == "latent" else 1
-        command = decision.basis[learning].command
+        part = decision.basis[learning]
+        s, reach = (
+            (part.command.s, part.command.reach)
+            if hasattr(part, "command")
+            else (part.measured.s, part.reach)
+        )
         if before is not None:
-            dq, ds = q - before[0], command.s - before[1]
-            np.testing.assert_allclose(np.einsum("knb,nb->kb", command.reach, dq), ds, atol=1e-8)
-        before = q.copy(), command.s
-        controller.note(now, decision, decision.command.qd)
+            dq, ds = q - before[0], s - before[1]
+            np.testing.assert_allclose(np.einsum("knb,nb->kb", reach, dq), ds, atol=1e-8)
+        before = q.copy(), s
+        controller.note(now, decision.basis, decision.command.qd)
         q = q + 0.04 * decision.command.qd

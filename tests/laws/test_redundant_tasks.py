@@ -210,5 +210,5 @@ def test_what_is_done_to_the_whole_command_is_no_business_of_one_level(task, mes
 
 def test_a_level_has_no_law_of_its_own(arrange):
     tasks = [rs.Placing(camera=["left", "right"]), rs.IBVS(camera="left")]
-    with pytest.raises(rs.InputError, match="Placing has one of its own"):
+    with pytest.raises(rs.InputError, match="a task brings PlacingLaw"):
         rs.Priorities(tasks).bind(arrange("stereo_beside"))

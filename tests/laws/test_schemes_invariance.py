@@ -170,7 +170,7 @@ def test_the_order_of_the_marks_does_not_matter_to_two_cameras(arrange, around, 
 
 def check_order(scene, task, q0, decide, rows):
     order = np.concatenate([rows * n + np.arange(rows) for n in ORDER])
-    one, other = (decide(s, task, q0).basis[1] for s in (scene, shuffled(scene)))
+    one, other = (decide(s, task, q0).basis.measured for s in (scene, shuffled(scene)))
     for name in ("s", "L", "reach"):
         a, b = (getattr(measured, name) for measured in (one, other))
         np.testing.assert_allclose(b, a[order], rtol=0, atol=1e-12 * (1 + np.abs(a).max()))

@@ -107,7 +107,7 @@ def test_cameras_on_one_hand_are_moved_by_one_twist(arrange, around, decide, fir
     names = [first, "right" if first == "left" else "left"]
     task = rs.IBVS(features=[P("points", camera=name) for name in names])
     q = around(scene, 3)
-    measured = decide(scene, task, q).basis[1]
+    measured = decide(scene, task, q).basis.measured
     apart = [decide(scene, rs.IBVS(camera=name), q).command.reach for name in names]
     np.testing.assert_allclose(measured.reach, np.concatenate(apart), atol=1e-12)
     product = np.einsum("kcb,cnb->knb", measured.L, measured.J)

@@ -166,7 +166,7 @@ def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
         look = sight.look(q)
         now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: look.pixels}, memory)
         decision = controller.decide(now)
-        controller.note(now, decision, decision.command.qd)
+        controller.note(now, decision.basis, decision.command.qd)
     np.testing.assert_allclose(1 / memory["marks camera plate"][..., 2], look.depth.T, rtol=0.03)
 
 
