@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from robsim.arrays import Array, frozen, numbers
 from robsim.errors import InputError
 from robsim.value import Value
@@ -50,9 +48,9 @@ class Motion(Value):
             return numbers(self.rates(seconds), f"rates of '{self.robot}'", ("nv",))
         return self.rates
 
-    def check(self, nv: int) -> None:
-        """InputError unless it gives `nv` velocities at the start."""
-        if np.shape(self.at(0.0)) != (nv,):
-            raise InputError(
-                f"rates of '{self.robot}': expected ({nv},), got {np.shape(self.at(0.0))}"
-            )
+    def check(self, nv: int, seconds: float = 0.0) -> Array:
+        """Velocities (nv,) at a time; InputError unless there are `nv`."""
+        rates = self.at(seconds)
+        if rates.shape != (nv,):
+            raise InputError(f"rates of '{self.robot}': expected ({nv},), got {rates.shape}")
+        return rates

@@ -176,8 +176,13 @@ class Scene:
 
     def drift(self, seconds: float) -> Array:
         """(nv,) prescribed velocities at a time; zero for all others."""
-        rates = {motion.robot: motion.at(seconds) for motion in self.motions}
-        each = [rates.get(robot.name, np.zeros(robot.nv)) for robot in self.robots]
+        motions = {motion.robot: motion for motion in self.motions}
+        each = [
+            motions[robot.name].check(robot.nv, seconds)
+            if robot.name in motions
+            else np.zeros(robot.nv)
+            for robot in self.robots
+        ]
         return frozen(np.concatenate([np.empty(0), *each]))
 
     def robot(self, name: str | None = None) -> Robot:

@@ -277,10 +277,18 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
 
 def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:
     """What a controller or a user's law remembers of the runs that go on."""
-    return {
-        name: _remembered(value, going) if isinstance(value, dict) else np.asarray(value)[going]
-        for name, value in memory.items()
-    }
+    kept: dict[str, Any] = {}
+    for name, value in memory.items():
+        if isinstance(value, dict):
+            kept[name] = _remembered(value, going)
+        elif np.shape(value)[:1] != going.shape:
+            raise InputError(
+                f"memory {name!r}: expected an array with a row for each of {going.size} runs, "
+                f"got {value!r:.80}"
+            )
+        else:
+            kept[name] = np.asarray(value)[going]
+    return kept
 
 
 def _keep(array: Any, going: NDArray[Any]) -> Any:

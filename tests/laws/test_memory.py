@@ -130,3 +130,15 @@ def test_a_law_may_keep_nothing_between_two_simulations(arrange, around):
     scene, task = arrange("eye_in_hand"), rs.IBVS(law=Eager(), interaction="broyden")
     q0 = around(scene, 3)
     same(closed(scene, task, q0), closed(scene, task, q0))
+
+
+def test_what_has_no_row_for_each_run_cannot_be_remembered(arrange, around):
+    class Forgetful:
+        def command(self, state):
+            state.memory["once"] = 3.0
+            return rs.JointLaw().command(state)
+
+    scene = arrange("eye_in_hand")
+    q0 = np.stack([scene.home, around(scene)[0]])
+    with pytest.raises(rs.InputError, match=r"memory 'once': .* a row for each of 2 runs, got 3.0"):
+        rs.simulate(scene, rs.IBVS(law=Forgetful()), q0, threads=1)

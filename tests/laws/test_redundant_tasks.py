@@ -212,3 +212,20 @@ def test_a_level_has_no_law_of_its_own(arrange):
     tasks = [rs.Placing(camera=["left", "right"]), rs.IBVS(camera="left")]
     with pytest.raises(rs.InputError, match="a task brings PlacingLaw"):
         rs.Priorities(tasks).bind(arrange("stereo_beside"))
+
+
+@pytest.mark.parametrize("size", [None, 3, (1, 2, 3), [640]])
+def test_an_image_has_two_sides(size):
+    with pytest.raises(rs.InputError, match=r"expected \(width, height\)"):
+        rs.NearBorder(10, size)
+
+
+@pytest.mark.parametrize("value", [None, np.ones(3), np.ones((3, 1)), np.full((7, 1), np.nan)])
+def test_a_secondary_motion_of_the_wrong_shape_is_refused(arrange, around, value):
+    class Odd:
+        def velocity(self, q, limits):
+            return value
+
+    scene = arrange("eye_in_hand")
+    with pytest.raises(rs.InputError, match=r"Odd\.velocity"):
+        rs.simulate(scene, rs.IBVS(secondary=Odd()), around(scene)[0])

@@ -173,3 +173,10 @@ def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
 def test_broyden_learns_what_the_joints_do_and_not_the_known_motion(passing):
     run, plain = passing(interaction="broyden")[2], passing()[2]
     assert (run.error_norm[:, -1] < 2e-3).all() and (plain.error_norm[:, -1] < 2e-3).all()
+
+
+def test_rates_are_as_many_as_velocities_at_every_time(arrange, around):
+    rates = rs.Motion("conveyor", lambda seconds: [0.0] if seconds < 0.1 else [0.0, 0.0])
+    scene = arrange("conveyor").replacing(rates)
+    with pytest.raises(rs.InputError, match=r"rates of 'conveyor': expected \(1,\), got \(2,\)"):
+        rs.simulate(scene, rs.IBVS(), around(scene)[0])

@@ -149,6 +149,8 @@ class NearBorder:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "margin", positive(self.margin, "margin (pixels)"))
+        if not isinstance(self.size, Sequence | np.ndarray) or len(self.size) != 2:
+            raise InputError(f"size: expected (width, height) in pixels, got {self.size!r:.80}")
         width, height = (positive(n, "size (pixels)") for n in self.size)
         object.__setattr__(self, "size", (int(width), int(height)))
 

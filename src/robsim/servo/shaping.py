@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, positive
+from robsim.arrays import Array, numbers, positive
 from robsim.errors import InputError
 from robsim.kernels.tree import PRISMATIC, REVOLUTE
 from robsim.scene import Scene
@@ -67,7 +67,7 @@ class Shaping:
     def shaped(self, now: Instant, qd: Array, reach: Array, error: Array, J: Array) -> Array:
         """The command (n, B) from that of the law."""
         if self.secondary is not None:
-            wish = np.ascontiguousarray(self.secondary.velocity(self._q(now.q), self.limits))
+            wish = self._wish(now.q, qd.shape)
             P = null_space(reach, RCOND)
             if self.projection:
                 low, high = self.projection.low, self.projection.high
@@ -76,6 +76,15 @@ class Shaping:
         if self.smooth_start is not None:
             qd = self._smooth(now, qd)
         return qd if self.limit is None else self.limit.scaled(qd, J)
+
+    def _wish(self, q: Array, wanted: tuple[int, ...]) -> Array:
+        """(n, B) from the secondary motion, which may be the user's."""
+        assert self.secondary is not None
+        name = type(self.secondary).__name__
+        wish = numbers(self.secondary.velocity(self._q(q), self.limits), f"{name}.velocity", wanted)
+        if wish.shape != wanted:
+            raise InputError(f"{name}.velocity: expected shape {wanted}, got {wish.shape}")
+        return wish
 
     def _smooth(self, now: Instant, qd: Array) -> Array:
         """Qd - exp(-mu t) qd(0): zero at the start, continuous (Mansard and Chaumette 2007)."""
