@@ -70,12 +70,16 @@ def _worst(status, out):
 
 
 @part
-def begin(error, depth, T, tolerance, watch):
-    """What later instants are compared with; an error below many tolerances is no scale."""
+def begin(error, depth, T, tolerance, hold, watch):
+    """What later instants are compared with; an error below many tolerances is no scale.
+
+    A run that is held may start at its goal and lag behind it later: its error is not compared.
+    """
     _norm(error, watch.norm)
     _largest(depth, watch.farthest)
     for b in range(watch.norm.size):
-        watch.norm[b] = DIVERGENCE * max(watch.norm[b], DIVERGENCE * tolerance)
+        scale = np.inf if hold else max(watch.norm[b], DIVERGENCE * tolerance)
+        watch.norm[b] = DIVERGENCE * scale
         watch.farthest[b] *= DIVERGENCE
         watch.still[b], watch.length[b] = 0, 0.0
         for r in range(3):

@@ -135,7 +135,7 @@ def settle(
     """
     tree.spread(columns, command.qd, drift, qd)
     if step == 0:
-        endings.begin(command.error, seen.depth, T, tolerance, watch)
+        endings.begin(command.error, seen.depth, T, tolerance, hold, watch)
     ended = endings.judge(
         q,
         limits,

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.errors import InputError, RankWarning
+from robsim.arrays import Array
+from robsim.errors import GoalError, InputError, RankWarning
 from robsim.kernels.tree import UNICYCLE
 from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Servo
+from robsim.servo.feed_forward import Estimated
 from robsim.servo.goal import Given
 from robsim.servo.inverse import rank
 from robsim.servo.regulated import Regulated
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
 
 def check_sense(task: ServoTask, regulated: Regulated) -> None:
     """InputError for what contradicts itself in this scene."""
-    law, k, n = type(task.law).__name__, regulated.k, regulated.columns.size
     in_camera = bool(getattr(task.law, "in_camera", False))
+    law = type(task.law).__name__
     if in_camera and not regulated.as_one:
         raise InputError(
             f"{law} commands the twist of one camera, and the cameras of this task do not move "
@@ -34,26 +36,47 @@ def check_sense(task: ServoTask, regulated: Regulated) -> None:
                 f"Broyden's rule learns how the joints move the features, and {law} asks how "
                 "the camera does: use law='joint'"
             )
-        start = task.interaction.start
-        if start is not None and start.shape != (k, n):
-            raise InputError(
-                f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
-                f"velocities, got {start.shape}"
+        _check_broyden(task, task.interaction, regulated)
+    elif isinstance(task.interaction, np.ndarray):
+        _check_constant(task.interaction, regulated)
+
+
+def _check_broyden(task: ServoTask, rule: Broyden, regulated: Regulated) -> None:
+    k, n = regulated.k, regulated.columns.size
+    if rule.start is not None and rule.start.shape != (k, n):
+        raise InputError(
+            f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
+            f"velocities, got {rule.start.shape}"
+        )
+    if isinstance(task.feed_forward, Estimated):
+        raise InputError(
+            "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
+            "use one of them"
+        )
+
+
+def _check_constant(L: Array, regulated: Regulated) -> None:
+    if not regulated.as_one:
+        raise InputError(
+            "a constant interaction matrix is for cameras that move as one; these do not"
+        )
+    if L.shape != (regulated.k, 6):
+        raise InputError(
+            f"interaction: expected shape ({regulated.k}, 6), a row for each of the "
+            f"{regulated.k} features, got {L.shape}"
+        )
+
+
+def check_goal(task: ServoTask, regulated: Regulated) -> None:
+    """InputError if the goal cannot be what the task wants of it."""
+    by_name = isinstance(task.interaction, str)
+    if not isinstance(task.goal, Given):
+        if not np.isfinite(regulated.at_goal.L).all():
+            names = ", ".join(part.name for part in regulated.parts)
+            raise GoalError(
+                f"{names}: L at the goal is not finite; the features are singular there"
             )
-    if isinstance(task.interaction, np.ndarray):
-        if not regulated.as_one:
-            raise InputError(
-                "a constant interaction matrix is for cameras that move as one; these do not"
-            )
-        if task.interaction.shape != (k, 6):
-            raise InputError(
-                f"interaction: expected shape ({k}, 6), a row for each of the {k} features, "
-                f"got {task.interaction.shape}"
-            )
-    if isinstance(task.goal, Given) and (
-        task.depth == "goal"
-        or (isinstance(task.interaction, str) and task.interaction != "current")
-    ):
+    elif task.depth == "goal" or (by_name and task.interaction != "current"):
         raise InputError(
             "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
             "goal that is shown or computed"
@@ -70,10 +93,12 @@ def warn_of_rank(controller: Servo) -> None:
     if found < full:
         marks = np.unique(first.target.marks, axis=0)
         cause = "its marks lie on one line; " if collinear(marks) else ""
+        apart = regulated.motions > 1
+        advice = "more features" if apart else "at least three marks that are not on one line"
         warnings.warn(
             f"the features of '{first.target.name}' fix only {found} of the {full} "
             f"motions of camera '{first.eye.name}' at the goal: {cause}"
-            "use at least three marks that are not on one line",
+            f"use {advice}",
             RankWarning,
             stacklevel=4,
         )

@@ -22,7 +22,7 @@ from robsim.servo.inverse import as_inverse
 from robsim.servo.law import as_law
 from robsim.servo.part import Part, as_cameras, as_parts
 from robsim.servo.regulated import Regulated
-from robsim.servo.sense import check_sense, warn_of_rank, warn_of_wheels
+from robsim.servo.sense import check_goal, check_sense, warn_of_rank, warn_of_wheels
 from robsim.servo.shaped import Columns, Shaped
 
 
@@ -97,6 +97,7 @@ class ServoTask(Shaped):
         regulated, truths = regulated_by(self, scene, columns)
         check_sense(self, regulated)
         s_goal = regulated.s_goal
+        check_goal(self, regulated)
         own = regulated.tolerances
         controller = Servo(
             truths,
