@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robsim.kernels.jit import kernel, part
+from robsim.kernels.jit import part
 from robsim.kernels.solve import invert, least_squares
 
 
@@ -29,7 +29,7 @@ def camera(L, J, error, length, gain, transposed, damping, rcond, qd):
     _scale(-gain, qd)
 
 
-@kernel
+@part
 def realise(J, V, length, damping, rcond, qd):
     """Qd = J^+ V for a twist V[6, b], with its |v| in units of `length` (eq. 19)."""
     scaled, wanted = np.empty(J.shape), np.empty(V.shape)
