@@ -269,6 +269,131 @@ def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
     assert float(run.end_time) < 0.5 * float(ends[float(slow)].end_time)
 
 
+# what is learnt on the way
+
+
+def image(T):
+    """x (N, 2) and X (N, 3) of the marks."""
+    X = (MARKS - T[:3, 3]) @ T[:3, :3]
+    return X[:, :2] / X[:, 2:], X
+
+
+def point_rows(x, Z):
+    """L (2N, 6) of image points at depths Z."""
+    rows = [
+        [[-1 / z, 0, u / z, u * v, -1 - u * u, v], [0, -1 / z, v / z, 1 + v * v, -u * v, -u]]
+        for (u, v), z in zip(x, Z, strict=True)
+    ]
+    return np.array(rows).reshape(-1, 6)
+
+
+def held(V, dt):
+    """exp([V] dt), 4x4."""
+    generator = np.zeros((4, 4))
+    generator[:3, :3], generator[:3, 3] = hat(V[3:]) * dt, V[:3] * dt
+    return exponential(generator)
+
+
+def moved_mark(state, T):
+    X = T[:3, :3] @ np.array([state[0], state[1], 1.0]) / state[2] + T[:3, 3]
+    return np.array([X[0] / X[2], X[1] / X[2], 1 / X[2]])
+
+
+def filtered(state, P, x, V, dt, sigma):
+    """One step of the textbook's extended Kalman filter of a mark (x, y, 1/Z)."""
+    T = held(-V, dt)
+    F = np.stack([moved_mark(state + h, T).imag / 1e-30 for h in 1e-30j * np.eye(3)], axis=1)
+    state = moved_mark(state, T)
+    P = F @ P @ F.T + dt * np.diag([1e-4, 1e-4, 1e-2 * state[2]]) ** 2
+    gain = P[:, :2] @ np.linalg.inv(P[:2, :2] + sigma**2 * np.eye(2))
+    return state + gain @ (x - state[:2]), P - gain @ P[:2]
+
+
+def test_a_loop_with_filtered_depths_is_that_of_a_plain_loop():
+    """The filter is told of the twist that was commanded, and its depths go into L."""
+    dt, steps, sigma = 0.04, 100, 2.0 / FOCAL
+    task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, depth=rs.DepthFilter(0.8, 0.6, noise=2.0))
+    run = rs.simulate(flying(), task, rs.Pose(START), dt=dt, duration=dt * steps, hold=True)
+    T, (x_goal, _), V, marks = START, image(GOAL), None, None
+    for k in range(steps + 1):
+        x, X = image(T)
+        if marks is None:
+            P = np.diag([sigma, sigma, 0.6 / 0.8]) ** 2
+            marks = [(np.r_[each, 1 / 0.8], P) for each in x]
+        else:
+            marks = [filtered(*m, each, V, dt, sigma) for m, each in zip(marks, x, strict=True)]
+        Z = np.array([1 / state[2] for state, _ in marks])
+        V = -GAIN * np.linalg.pinv(point_rows(x, Z)) @ (x - x_goal).ravel()
+        close(run.camera_pose[k], T, 1e-10)
+        close(run.qd[k], V, 1e-10)
+        T = T @ held(V, dt)
+    close(Z, X[:, 2], 0.02)  # it has learnt them
+
+
+def test_a_loop_with_a_learnt_jacobian_is_that_of_a_plain_loop():
+    """Broyden's rule from a start that is wrong by a third, in the camera's own axes."""
+    dt, steps, (x, X), (x_goal, _) = 0.04, 100, image(START), image(GOAL)
+    A = point_rows(x, X[:, 2]) * np.random.default_rng(0).uniform(0.7, 1.3, (8, 6))
+    task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, interaction=rs.Broyden(A))
+    run = rs.simulate(flying(), task, rs.Pose(START), dt=dt, duration=dt * steps, hold=True)
+    T, before, V = START, None, np.zeros(6)
+    for k in range(steps + 1):
+        x, _ = image(T)
+        if before is not None:
+            dq, ds = V * dt, (x - before).ravel()
+            A = A + np.outer(ds - A @ dq, dq) / (dq @ dq)
+        V = -GAIN * np.linalg.pinv(A) @ (x - x_goal).ravel()
+        close(run.camera_pose[k], T, 1e-11)
+        T, before = T @ held(V, dt), x
+
+
+def test_a_loop_with_estimated_motion_is_that_of_a_plain_loop():
+    """The marks are carried at a constant rate; e + d/gain in place of e."""
+    dt, lag, rates = 0.04, 0.1, np.array([0.05, -0.02, 0.03, 0.1, -0.05, 0.2])
+    home = rs.robots.free_camera().home
+    target = rs.robots.free_camera().named("target")
+    dots = rs.Object("dots", marks=MARKS, on="target.body")
+    eye = rs.Mounted("eye", rs.Camera(np.diag([FOCAL, FOCAL, 1.0])), on="free_camera.body")
+    motions = [rs.Motion("target", rates)]
+    scene = rs.Scene([rs.robots.free_camera(), target], [dots], [eye], motions)
+    goal, q0 = (np.r_[q_of(T), home] for T in (GOAL, START))
+    task = rs.IBVS(goal=goal, gain=GAIN, feed_forward=rs.Estimated(lag))
+    run = rs.simulate(scene, task, q0, dt=dt, duration=4.0, hold=True)
+    T, O, (x_goal, _), e, d, explained = START, np.eye(4), image(GOAL), None, np.zeros(8), 0.0
+    for k in range(len(run.time)):
+        x, X = image(np.linalg.inv(O) @ T)
+        L, before, e = point_rows(x, X[:, 2]), e, (x - x_goal).ravel()
+        if before is not None:
+            d = d + dt / (lag + dt) * ((e - before) / dt - explained - d)
+        V = -GAIN * np.linalg.pinv(L) @ (e + d / GAIN)
+        explained = L @ V
+        close(run.error[k], e, 1e-10)
+        close(run.qd[k, :6], V, 1e-10)
+        T, O = T @ held(V, dt), O @ held(rates, dt)
+    assert np.abs(d).max() > 0.01
+
+
+def q_of(T):
+    """Coordinates of a free camera: position and quaternion (x, y, z, w) by half the angle."""
+    w = rotation_vector(T[:3, :3])
+    half = np.linalg.norm(w) / 2
+    return np.r_[T[:3, 3], 0.5 * w * np.sinc(half / np.pi), np.cos(half)]
+
+
+def test_a_computed_goal_is_what_each_camera_on_the_hand_expects():
+    """T_right_o = T_right_left T_left_o: the second camera's view follows from the first's."""
+    hand = {"left": pose([-0.06, 0, 0.02], [0, 0.1, 0.3]), "right": pose([0.07, 0, 0], [0.1, 0, 0])}
+    lens = rs.Camera(np.diag([FOCAL, FOCAL, 1.0]))
+    eyes = [rs.Mounted(n, lens, on="free_camera.body", pose=rs.Pose(T)) for n, T in hand.items()]
+    scene = rs.Scene([rs.robots.free_camera()], [rs.Object("dots", marks=MARKS)], eyes)
+    T_left_o = pose([0.05, -0.03, 1.2], [0.2, -0.1, 0.4])
+    parts = [rs.Part("points", camera=n) for n in hand]
+    servo = rs.IBVS(goal=rs.Computed(rs.Pose(T_left_o)), features=parts).bind(scene)
+    T_right_o = np.linalg.inv(hand["right"]) @ hand["left"] @ T_left_o
+    expected = [image(np.linalg.inv(T))[0].ravel() for T in (T_left_o, T_right_o)]
+    close(servo.s_goal[:, 0], np.concatenate(expected), 1e-13)
+
+
 # the placing law of section 6.2
 
 
