@@ -180,3 +180,18 @@ def test_rates_are_as_many_as_velocities_at_every_time(arrange, around):
     scene = arrange("conveyor").replacing(rates)
     with pytest.raises(rs.InputError, match=r"rates of 'conveyor': expected \(1,\), got \(2,\)"):
         rs.simulate(scene, rs.IBVS(), around(scene)[0])
+
+
+@pytest.mark.parametrize("ahead", ["known", "estimated"])
+@pytest.mark.parametrize(
+    ("name", "make"),
+    [
+        ("conveyor", rs.Partitioned),
+        ("unicycle", rs.Docking),
+        ("stereo_beside", lambda **what: rs.Placing(camera=("left", "right"), **what)),
+    ],
+)
+def test_a_law_with_gains_of_its_own_takes_no_feed_forward(arrange, name, make, ahead):
+    """e + (de/dt)/gain would be right for one gain only."""
+    with pytest.raises(rs.InputError, match="has gains of its own for parts of the error"):
+        make(feed_forward=ahead).bind(arrange(name))

@@ -9,8 +9,7 @@ import numpy as np
 
 from robsim.arrays import Array, first_view, positive
 from robsim.kernels.laws import realise
-from robsim.kernels.solve import least_squares
-from robsim.servo.inverse import RCOND
+from robsim.kernels.solve import invert
 from robsim.servo.law import State
 
 ALONG, ACROSS = [2, 5], [0, 1, 3, 4]  # components of the camera's twist
@@ -52,14 +51,8 @@ class PartitionedLaw:
         wanted = state.times_gain(-state.error_last[:-2])
         for axis in ALONG:
             wanted = wanted - L[:, axis] * V[axis]
-        V[ACROSS] = _solved(np.ascontiguousarray(L[:, ACROSS]), wanted)
-        qd = np.empty(state.jacobian_last.shape[1:])
-        realise(state.jacobian_last, V, self.length, 0.0, RCOND, qd)
+        across = np.empty((4, V.shape[1]))
+        invert(np.ascontiguousarray(L[:, ACROSS]), wanted, *state.inverse.numbers, across)
+        V[ACROSS], qd = across, np.empty(state.jacobian_last.shape[1:])
+        realise(state.jacobian_last, V, self.length, *state.inverse.numbers[1:], qd)
         return first_view(qd)
-
-
-def _solved(A: Array, y: Array) -> Array:
-    """A^+ y, truncated."""
-    x, rank = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
-    least_squares(A, y, 0.0, RCOND, x, rank)
-    return x

@@ -44,6 +44,7 @@ class Placing(ServoTask):
     """
 
     kind: ClassVar[str] = "placing"
+    feeds_forward: ClassVar[bool] = False
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default="joint", init=False, repr=False)
     gain: Any = field(default=1.0, init=False, repr=False)
@@ -111,12 +112,12 @@ class PlacingLaw:
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:
         """T and Omega (3, B) at the origin of the world, from a, b, c (3, 3, B) in its axes."""
-        edges, wanted = _edges(now), _edges(goal)
         if self.task.variant == "completed":
-            turns = [np.cross(a, b, axis=0) for a, b in zip(edges, wanted, strict=True)]
+            pairs = zip(_edges(now), _edges(goal), strict=True)
+            turns = [np.cross(a, b, axis=0) for a, b in pairs]
             omega = 0.5 * self.task.rotation * (turns[0] + turns[1] + turns[2])
         else:
-            omega = self.task.rotation * np.cross(edges[2], wanted[2], axis=0)
+            omega = self.task.rotation * np.cross(_normal(now), _normal(goal), axis=0)
         lever = np.cross(omega, now[0], axis=0)
         sign = 1.0 if self.task.variant == "printed" else -1.0
         return self.task.translation * (goal[0] - now[0]) + sign * lever, omega
@@ -130,11 +131,16 @@ def _world(T_w_c: Array, s: Array) -> Array:
     return points
 
 
+def _normal(points: Array) -> Array:
+    """P_ab x P_ac (3, B): normal to the plane of a, b, c, as long as the sine of the angle at a."""
+    a, b, c = points
+    normal: Array = np.cross(_unit(b - a), _unit(c - a), axis=0)
+    return normal
+
+
 def _edges(points: Array) -> tuple[Array, Array, Array]:
     """Unit vectors (3, B): along ab, in the plane of a, b, c at right angles to it, the normal."""
-    a, b, c = points
-    ab = _unit(b - a)
-    normal = _unit(np.cross(ab, c - a, axis=0))
+    ab, normal = _unit(points[1] - points[0]), _unit(_normal(points))
     return ab, np.cross(normal, ab, axis=0), normal
 
 

@@ -94,13 +94,14 @@ class Partitioned(ServoTask):
 
     Roll follows the angle of the line through two marks (`segment`), the way along the axis the
     area of the polygon of all marks, and the other four components the points. All else is as in
-    `IBVS`; the law is `PartitionedLaw(roll, advance, length)`.
+    `IBVS`, but that it takes no feed-forward; the law is `PartitionedLaw(roll, advance, length)`.
 
     >>> Partitioned(roll=0.5).law
     PartitionedLaw(roll=0.5, advance=1.0, length=1.0)
     """
 
     kind: ClassVar[str] = "partitioned"
+    feeds_forward: ClassVar[bool] = False
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY

@@ -25,6 +25,11 @@ def check_sense(task: ServoTask, regulated: Regulated) -> None:
     """InputError for what contradicts itself in this scene."""
     in_camera = bool(getattr(task.law, "in_camera", False))
     law = type(task.law).__name__
+    if task.feed_forward is not None and not task.feeds_forward:
+        raise InputError(
+            f"{type(task).__name__} has gains of its own for parts of the error, and its law "
+            "cannot feed forward what the target does: leave feed_forward out"
+        )
     if in_camera and not regulated.as_one:
         raise InputError(
             f"{law} commands the twist of one camera, and the cameras of this task do not move "
