@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from robsim.arrays import Array, numbers, positive, runs_last
 from robsim.errors import InputError, Interrupted
+from robsim.interrupt import undisturbed
 from robsim.kernels import loop as kernels
 from robsim.kernels import tree
 from robsim.kernels.endings import Watch
@@ -75,7 +76,7 @@ def simulate(
     >>> rs.Outcome(int(run.outcome)).name, round(float(run.error_norm[149]), 4)
     ('CONVERGED', 0.023)
     """
-    from robsim.results import dataset, undisturbed
+    from robsim.results import dataset
 
     _check_kinds(scene, task, progress)
     controller = task.bind(scene)
