@@ -213,7 +213,7 @@ class Servo(Controller):
                 f"{name}.command returned shape {qd.shape} where {wanted} is needed; "
                 "see robsim.testing"
             )
-        return np.ascontiguousarray(last_view(qd))
+        return np.array(last_view(qd), order="C")  # theirs may be used again
 
     @cached_property
     def _weights(self) -> Array:
