@@ -156,7 +156,9 @@ class Thrifty:
 
 
 @pytest.mark.parametrize(
-    "what", [{}, {"interaction": "mean"}, {"interaction": "broyden"}, {"smooth_start": 3.0}], ids=str
+    "what",
+    [{}, {"interaction": "mean"}, {"interaction": "broyden"}, {"smooth_start": 3.0}],
+    ids=str,
 )
 def test_what_a_method_returned_may_be_used_again(arrange, around, what):
     scene = arrange("eye_in_hand")
@@ -185,5 +187,5 @@ def test_rows_of_unequal_lengths_cannot_be_remembered_either(arrange, around):
 
     scene = arrange("eye_in_hand")
     q0 = np.stack([scene.home, around(scene)[0]])
-    with pytest.raises(rs.InputError, match="memory 'rows': .* a row for each of 2 runs"):
+    with pytest.raises(rs.InputError, match=r"memory 'rows': .* a row for each of 2 runs"):
         rs.simulate(scene, rs.IBVS(law=Ragged()), q0, threads=1)
