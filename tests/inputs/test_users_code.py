@@ -8,6 +8,7 @@ from robsim.testing import check_law
 
 SCENARIO = rs.load_scenario(rs.examples.path("eye_in_hand"))
 SCENE, START = SCENARIO.scene, SCENARIO.q0
+EYES = "wide", "narrow"
 
 
 def run(task, q0=START, **how):
@@ -88,3 +89,38 @@ def test_numbers_are_kept_as_floats():
     large = rs.Large(1, 2)
     kept = (law.roll, law.advance, law.length, large.low, large.high, rs.Damped(1).damping)
     assert [type(each) for each in kept] == [float] * 6
+
+
+@pytest.mark.parametrize(
+    "what", [{"feed_forward": "known"}, {"inverse": "damped"}, {"interaction": "broyden"}], ids=str
+)
+@pytest.mark.parametrize("name", ["Partitioned", "Placing", "Docking"])
+def test_a_law_of_its_own_passes_over_nothing_in_silence(name, what):
+    example = {"Placing": "chapter_6_2", "Docking": "unicycle_docking"}.get(name, "eye_in_hand")
+    scene = rs.load_scenario(rs.examples.path(example)).scene
+    cameras = [camera.name for camera in scene.cameras]
+    task = getattr(rs, name)(camera=cameras if len(cameras) > 1 else None, **what)
+    with pytest.raises(rs.InputError, match=f"{name} has a law of its own"):
+        task.bind(scene)
+
+
+def two_eyes(size):
+    """A body that flies with two cameras, the second of which has an image of this size."""
+    marks = [[0, 0, 1], [0.1, 0, 1], [0, 0.1, 1], [0.1, 0.1, 1]]
+    plate = rs.Object("plate", marks=marks, pose=rs.Pose.at(0.03, 0.02, 0))
+    K = [[500, 0, 100], [0, 500, 100], [0, 0, 1]]
+    eyes = [
+        rs.Mounted("wide", rs.Camera(K), on="free_camera.body"),
+        rs.Mounted("narrow", rs.Camera(K, size=size), on="free_camera.body"),
+    ]
+    return rs.Scene([rs.robots.free_camera()], [plate], eyes)
+
+
+@pytest.mark.parametrize("marks", [None, (0, 1, 2)], ids=["all marks", "without the last"])
+def test_a_mark_that_any_camera_loses_ends_the_run(marks):
+    """The last mark is in row 160 at home and in row 170 at the start."""
+    task = rs.IBVS(features=[rs.Part("points", camera=name, marks=marks) for name in EYES])
+    q0 = rs.Pose.at(0.02, -0.02, 0)
+    for size, ending in (((400, 165), "OUT_OF_IMAGE"), ((400, 400), "CONVERGED")):
+        run = rs.simulate(two_eyes(size), task, q0, duration=20)
+        assert rs.Outcome(int(run.outcome)).name == ending

@@ -101,6 +101,7 @@ class Partitioned(ServoTask):
     """
 
     kind: ClassVar[str] = "partitioned"
+    own_law: ClassVar[bool] = True
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -44,6 +44,7 @@ class Task(Protocol):
 class ServoTask(Shaped):
     """Drive e = s - s_goal to zero: what IBVS, PBVS and their kin have in common."""
 
+    own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
     goal: Any = None
     camera: Any = None
     target: str | None = None
