@@ -86,8 +86,8 @@ from robsim.tree import Joint as Joint
 
 if TYPE_CHECKING:
     from robsim import plot as plot
-    from robsim.results import open_run as open_run
-    from robsim.results import save_run as save_run
+    from robsim.runfile import open_run as open_run
+    from robsim.runfile import save_run as save_run
     from robsim.scenario import Scenario as Scenario
     from robsim.scenario import load_scenario as load_scenario
     from robsim.scenario import replay as replay
@@ -95,8 +95,8 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
-    "open_run": "robsim.results",
-    "save_run": "robsim.results",
+    "open_run": "robsim.runfile",
+    "save_run": "robsim.runfile",
     "Scenario": "robsim.scenario",
     "load_scenario": "robsim.scenario",
     "replay": "robsim.scenario",

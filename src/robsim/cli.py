@@ -14,6 +14,7 @@ import click
 
 from robsim import __version__, examples, robots
 from robsim.errors import FileError, InputError, Interrupted, RankWarning, RobSimError
+from robsim.interrupt import undisturbed
 from robsim.kernels.jit import is_cold
 from robsim.outcome import Outcome
 
@@ -221,7 +222,7 @@ def _warnings_as_lines() -> Iterator[None]:
 
 def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
     """Write run and scenario whole; tells whether Ctrl-C came meanwhile."""
-    from robsim.results import save_run, undisturbed
+    from robsim.runfile import save_run
 
     with undisturbed() as stops:
         save_run(result, folder / "run.nc")

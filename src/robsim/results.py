@@ -1,16 +1,10 @@
-"""Results: what a simulation returns, with names, units and provenance; saved and opened."""
+"""Results: what a simulation returns, with names, units and provenance."""
 
 from __future__ import annotations
 
-import os
 import platform
-import signal
-import tempfile
-import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from importlib.metadata import version
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
@@ -19,7 +13,7 @@ import xarray as xr
 
 from robsim import describe
 from robsim.arrays import Array
-from robsim.errors import FileError, InputError
+from robsim.errors import InputError
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
@@ -110,20 +104,6 @@ def _simulated(recorder: Recorder) -> Track:
         return recorder.series
     kept = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
     return Track(*(part[:, :kept] for part in recorder.series))
-
-
-@contextmanager
-def undisturbed() -> Iterator[list[Any]]:
-    """Ctrl-C does not disturb what is inside; it is put into the list, for the caller to obey."""
-    came: list[Any] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield came
-        return
-    before = signal.signal(signal.SIGINT, lambda *given: came.append(given))
-    try:
-        yield came
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _motion(scene: Scene, camera: str, series: Track, tall: list[str]) -> dict[str, Any]:
@@ -281,55 +261,3 @@ def _attributes(features: Sequence[str], scene: Scene) -> dict[str, dict[str, An
         "flag_meanings": " ".join(o.name for o in Outcome),
     }
     return named
-
-
-def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
-    """Write a run as NetCDF-4; the file appears only once it is complete.
-
-    FileError: it cannot be written there.
-
-    >>> from robsim import examples, load_scenario
-    >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
-    >>> open_run(save_run(run, "run.nc")).identical(run)
-    True
-    """
-    if not isinstance(run, xr.Dataset):
-        raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
-    try:
-        target = Path(path)
-        if not target.name:
-            raise IsADirectoryError("it is a folder")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".robsim-") as folder:
-            draft = Path(folder) / target.name
-            run.to_netcdf(draft, engine="h5netcdf")
-            draft.replace(target)
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot write {path}: {reason}") from None
-    return target
-
-
-def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a run that `save_run` wrote. FileError: missing, or not a run.
-
-    >>> open_run("nothing.nc")
-    Traceback (most recent call last):
-    ...
-    robsim.errors.FileError: no file nothing.nc
-    """
-    try:
-        exists = Path(path).is_file()
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot read {path}: {reason}") from None
-    if not exists:
-        raise FileError(f"no file {path}")
-    try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
-            run = data.load()
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
-        raise FileError(f"{path} is not a NetCDF-4 file: {error}") from None
-    if run.attrs.get("title") != "RobSim run":
-        raise FileError(f"{path} is not a run that RobSim saved")
-    return run

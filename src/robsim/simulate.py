@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from robsim.arrays import Array, numbers, positive, runs_last
 from robsim.errors import InputError, Interrupted
+from robsim.interrupt import undisturbed
 from robsim.kernels import loop as kernels
 from robsim.kernels import tree
 from robsim.kernels.endings import Watch
@@ -75,7 +76,7 @@ def simulate(
     >>> rs.Outcome(int(run.outcome)).name, round(float(run.error_norm[149]), 4)
     ('CONVERGED', 0.023)
     """
-    from robsim.results import dataset, undisturbed
+    from robsim.results import dataset
 
     _check_kinds(scene, task, progress)
     controller = task.bind(scene)
@@ -281,14 +282,23 @@ def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, A
     for name, value in memory.items():
         if isinstance(value, dict):
             kept[name] = _remembered(value, going)
-        elif np.shape(value)[:1] != going.shape:
-            raise InputError(
-                f"memory {name!r}: expected an array with a row for each of {going.size} runs, "
-                f"got {value!r:.80}"
-            )
         else:
-            kept[name] = np.asarray(value)[going]
+            kept[name] = _rows(name, value, going.size)[going]
     return kept
+
+
+def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
+    """An array with a row for each run; InputError if what is remembered is none."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of unequal lengths
+        array = np.empty(())
+    if array.shape[:1] != (runs,):
+        raise InputError(
+            f"memory {name!r}: expected an array with a row for each of {runs} runs, "
+            f"got {value!r:.80}"
+        )
+    return array
 
 
 def _keep(array: Any, going: NDArray[Any]) -> Any:

@@ -120,3 +120,12 @@ def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange
         before = q.copy(), s
         controller.note(now, decision.basis, decision.command.qd)
         q = q + 0.04 * decision.command.qd
+
+
+@pytest.mark.parametrize("task", [rs.PBVS(), rs.Hybrid()], ids=["PBVS", "Hybrid"])
+def test_an_estimated_pose_serves_under_a_pixel_of_noise(arrange, around, task):
+    """A small plate seen from in front, whose tilt the noise hides."""
+    scene = arrange("eye_in_hand")
+    run = rs.simulate(scene, task, around(scene, 10), duration=5, noise=1.0, seed=3, hold=True)
+    assert set(run.outcome.values.tolist()) <= {rs.Outcome.TIME_LIMIT, rs.Outcome.CONVERGED}
+    assert run.pixel_error.max() < 10.0

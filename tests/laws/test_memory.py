@@ -132,6 +132,41 @@ def test_a_law_may_keep_nothing_between_two_simulations(arrange, around):
     same(closed(scene, task, q0), closed(scene, task, q0))
 
 
+class Thrifty:
+    """A user's feature and law that return one array again and again, with new numbers in it."""
+
+    unit, tolerance = "1", 1e-5
+
+    def __init__(self):
+        self.arrays = {}
+
+    def measure(self, seen):
+        return self._again(rs.Points().measure(seen))
+
+    def interaction(self, seen):
+        return self._again(rs.Points().interaction(seen))
+
+    def command(self, state):
+        return self._again(rs.JointLaw().command(state))
+
+    def _again(self, value):
+        array = self.arrays.setdefault(value.shape, np.empty(value.shape))
+        array[...] = value
+        return array
+
+
+@pytest.mark.parametrize(
+    "what",
+    [{}, {"interaction": "mean"}, {"interaction": "broyden"}, {"smooth_start": 3.0}],
+    ids=str,
+)
+def test_what_a_method_returned_may_be_used_again(arrange, around, what):
+    scene = arrange("eye_in_hand")
+    task = rs.IBVS(features=Thrifty(), law=Thrifty(), **what)
+    q0 = around(scene)[0]  # one run, whose arrays have one layout whether its axis is first or last
+    same(closed(scene, task, q0), closed(scene, rs.IBVS(**what), q0))
+
+
 def test_what_has_no_row_for_each_run_cannot_be_remembered(arrange, around):
     class Forgetful:
         def command(self, state):
@@ -142,3 +177,15 @@ def test_what_has_no_row_for_each_run_cannot_be_remembered(arrange, around):
     q0 = np.stack([scene.home, around(scene)[0]])
     with pytest.raises(rs.InputError, match=r"memory 'once': .* a row for each of 2 runs, got 3.0"):
         rs.simulate(scene, rs.IBVS(law=Forgetful()), q0, threads=1)
+
+
+def test_rows_of_unequal_lengths_cannot_be_remembered_either(arrange, around):
+    class Ragged:
+        def command(self, state):
+            state.memory["rows"] = [[1.0], [1.0, 2.0]]
+            return rs.JointLaw().command(state)
+
+    scene = arrange("eye_in_hand")
+    q0 = np.stack([scene.home, around(scene)[0]])
+    with pytest.raises(rs.InputError, match=r"memory 'rows': .* a row for each of 2 runs"):
+        rs.simulate(scene, rs.IBVS(law=Ragged()), q0, threads=1)

@@ -58,7 +58,7 @@ class _Basic:
         s = np.empty((4, mu.shape[1]))
         kernels.basic(self.of_marks, centre, mu, s)
         if self.alpha_goal is not None:
-            kernels.within_half_turn(self.alpha_goal, s[3])
+            kernels.within_quarter_turn(self.alpha_goal, s[3])
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
@@ -182,7 +182,7 @@ class DecoupledMoments:
         s = np.empty((6, mu.shape[1]))
         kernels.decoupled(self.of_marks, self.size_goal, self.Z_goal, centre, mu, s)
         if self.alpha_goal is not None:
-            kernels.within_half_turn(self.alpha_goal, s[5])
+            kernels.within_quarter_turn(self.alpha_goal, s[5])
         return s
 
     def interaction(self, seen: Observation) -> Array:

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.arrays import Array, first_view
+from robsim.errors import InputError
 from robsim.features.feature import Observation
 from robsim.kernels import stereo as kernels
 from robsim.kernels.point_features import points_3d_interaction
@@ -52,7 +53,8 @@ class StereoPoints:
 
 def _triangulated(seen: Observation) -> Array:
     """X (N, 3, B) in axes of the first camera."""
-    assert seen.other is not None and seen.between_last is not None
+    if seen.other is None or seen.between_last is None:
+        raise InputError("StereoPoints needs what a second camera sees; here is none")
     x = seen.points_last
     X = np.empty((x.shape[0], 3, x.shape[-1]))
     kernels.triangulate(x, seen.other.points_last, seen.between_last, X)

@@ -238,7 +238,7 @@ def _orientation_rate(mu, rate, b):
 
 
 @kernel
-def within_half_turn(goal, alpha):
+def within_quarter_turn(goal, alpha):
     """alpha[b] <- alpha + n pi, so that it differs from the goal by a quarter turn at most."""
     for b in range(alpha.shape[0]):
         turns = (alpha[b] - goal) / math.pi

@@ -213,7 +213,7 @@ class Servo(Controller):
                 f"{name}.command returned shape {qd.shape} where {wanted} is needed; "
                 "see robsim.testing"
             )
-        return np.ascontiguousarray(last_view(qd))
+        return np.array(last_view(qd), order="C")  # theirs may be used again
 
     @cached_property
     def _weights(self) -> Array:
@@ -264,7 +264,13 @@ def pace(regulated: Regulated, gain: float | Adaptive, inverse: Inverse) -> floa
     least = gain if isinstance(gain, float) else gain.least
     if not isinstance(inverse, Transposed):
         return least
-    sigma = np.linalg.svd(regulated.at_goal.reach[..., 0], compute_uv=False)
+    reach = regulated.at_goal.reach[..., 0]
+    if not reach.any() or not np.isfinite(reach).all():
+        raise InputError(
+            "the transpose needs L J at the goal, and there it is zero or not finite (of a goal "
+            "given as numbers, at home): use another inverse"
+        )
+    sigma = np.linalg.svd(reach, compute_uv=False)
     return least * float(sigma[sigma > RCOND * sigma[0]].min() ** 2)
 
 

@@ -36,7 +36,7 @@ class Docking(ServoTask):
     """
 
     kind: ClassVar[str] = "docking"
-    feeds_forward: ClassVar[bool] = False
+    own_law: ClassVar[bool] = True
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default="joint", init=False, repr=False)
     _: KW_ONLY

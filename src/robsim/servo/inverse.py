@@ -26,7 +26,8 @@ class Truncated:
     name: ClassVar[str] = "truncated"
 
     def __post_init__(self) -> None:
-        if positive(self.rcond, "rcond") >= 1:
+        object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
+        if self.rcond >= 1:
             raise InputError(f"rcond must be below 1, got {self.rcond}")
 
     @property
@@ -47,7 +48,7 @@ class Damped:
     name: ClassVar[str] = "damped"
 
     def __post_init__(self) -> None:
-        positive(self.damping, "damping")
+        object.__setattr__(self, "damping", positive(self.damping, "damping"))
 
     @property
     def numbers(self) -> tuple[bool, float, float]:

@@ -36,9 +36,10 @@ class PartitionedLaw:
     in_camera: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        positive(self.roll, "roll (per second)")
-        positive(self.advance, "advance (metres per second)")
-        positive(self.length, "length (metres)")
+        put = object.__setattr__
+        put(self, "roll", positive(self.roll, "roll (per second)"))
+        put(self, "advance", positive(self.advance, "advance (metres per second)"))
+        put(self, "length", positive(self.length, "length (metres)"))
 
     def command(self, state: State) -> Array:
         """Joint velocities (B, n)."""

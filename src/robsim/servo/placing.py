@@ -35,7 +35,7 @@ class Placing(ServoTask):
             "completed": corrected, and Omega = rotation/2 times the sum of the cross products of
                          three corresponding edges, sin(theta) times the axis; the chapter's Omega
                          aligns two normals only and never turns about them
-    marks         numbers of a, b, c
+    marks         numbers of a, b, c, not on one line
     rotation, translation   k1 and k2 of the chapter, per second
     length        metres: what |v| is weighed by against |omega| in J^+; see `CameraLaw`
 
@@ -44,7 +44,7 @@ class Placing(ServoTask):
     """
 
     kind: ClassVar[str] = "placing"
-    feeds_forward: ClassVar[bool] = False
+    own_law: ClassVar[bool] = True
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default="joint", init=False, repr=False)
     gain: Any = field(default=1.0, init=False, repr=False)

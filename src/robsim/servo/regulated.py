@@ -89,7 +89,7 @@ class Bound:
                 f"{self.name}: a method returned shape {array.shape} where "
                 f"({', '.join(map(str, wanted))}) is needed; see robsim.testing"
             )
-        return np.ascontiguousarray(self._chosen(last_view(array)))
+        return np.array(self._chosen(last_view(array)), order="C")  # theirs may be used again
 
     def _chosen(self, array: Array) -> Array:
         if self.components is None:
@@ -175,7 +175,6 @@ class Regulated:
         """L (k, 6, B) of one part: now, at the goal, or the mean of both."""
         L = self.parts[i].interaction(view)
         if isinstance(self.which, str) and self.which != "current":
-            L = L.copy()  # it may be the user's own array
             kernels.choose_interaction(self.code, self._L_goals[i], L)
         return L
 

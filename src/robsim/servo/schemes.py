@@ -50,7 +50,7 @@ class PBVS(ServoTask):
 
     form "goal": s = (c*t_c, theta u), and the camera goes straight in the goal's axes; "camera":
     s = (ct_o, theta u), and the target's origin goes straight in the camera's (Chaumette and
-    Hutchinson 2006, section on PBVS, eqs. 11 to 16). All else is as in `IBVS`.
+    Hutchinson 2006, the section on position-based servoing). All else is as in `IBVS`.
 
     >>> [type(part.feature).__name__ for part in PBVS(form="camera").parts]
     ['Translation', 'ThetaU']
@@ -101,7 +101,7 @@ class Partitioned(ServoTask):
     """
 
     kind: ClassVar[str] = "partitioned"
-    feeds_forward: ClassVar[bool] = False
+    own_law: ClassVar[bool] = True
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY

@@ -14,7 +14,7 @@ from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Servo
 from robsim.servo.feed_forward import Estimated
 from robsim.servo.goal import Given
-from robsim.servo.inverse import rank
+from robsim.servo.inverse import Transposed, Truncated, rank
 from robsim.servo.regulated import Regulated
 
 if TYPE_CHECKING:
@@ -23,12 +23,14 @@ if TYPE_CHECKING:
 
 def check_sense(task: ServoTask, regulated: Regulated) -> None:
     """InputError for what contradicts itself in this scene."""
+    if task.own_law:
+        _check_own_law(task)
     in_camera = bool(getattr(task.law, "in_camera", False))
     law = type(task.law).__name__
-    if task.feed_forward is not None and not task.feeds_forward:
+    if task.feed_forward is not None and isinstance(task.inverse, Transposed):
         raise InputError(
-            f"{type(task).__name__} has gains of its own for parts of the error, and its law "
-            "cannot feed forward what the target does: leave feed_forward out"
+            "the transpose gives a direction, not the motion that cancels what the target does: "
+            "use inverse='truncated' or 'damped' with feed_forward"
         )
     if in_camera and not regulated.as_one:
         raise InputError(
@@ -44,6 +46,17 @@ def check_sense(task: ServoTask, regulated: Regulated) -> None:
         _check_broyden(task, task.interaction, regulated)
     elif isinstance(task.interaction, np.ndarray):
         _check_constant(task.interaction, regulated)
+
+
+def _check_own_law(task: ServoTask) -> None:
+    """What such a law would pass over in silence."""
+    name = type(task).__name__
+    if task.feed_forward is not None:
+        raise InputError(f"{name} has a law of its own, which knows no feed_forward: leave it out")
+    if not isinstance(task.inverse, Truncated):
+        raise InputError(f"{name} has a law of its own, whose inverses are truncated: leave it so")
+    if isinstance(task.interaction, Broyden):
+        raise InputError(f"{name} has a law of its own, which has no use for Broyden's rule")
 
 
 def _check_broyden(task: ServoTask, rule: Broyden, regulated: Regulated) -> None:

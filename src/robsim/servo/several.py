@@ -55,7 +55,8 @@ class Priorities(Shaped):
                     "whole, not to one of its tasks"
                 )
         object.__setattr__(self, "tasks", tasks)
-        if positive(self.rcond, "rcond") >= 1:
+        object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
+        if self.rcond >= 1:
             raise InputError(f"rcond must be below 1, got {self.rcond}")
 
     def columns(self, scene: Scene) -> Columns:
@@ -315,13 +316,7 @@ class Switched(Several):
     def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
         """(B,): which runs are with the second."""
         seen = [self._comparison(now, part, d) for part, d in zip(self.parts, each, strict=True)]
-        holds = np.asarray(self.when.holds(*seen))
-        if holds.shape != (now.runs,):
-            raise InputError(
-                f"{type(self.when).__name__}.holds returned shape {holds.shape} where "
-                f"({now.runs},) is needed"
-            )
-        thrown: NDArray[np.bool_] = holds.astype(np.bool_)
+        thrown = _truths(self.when, seen, now.runs)
         if self.latch:
             thrown = thrown | now.memory.get("thrown", False)
             now.memory["thrown"] = thrown
@@ -344,6 +339,21 @@ class Beside(Several):
         for part, one in zip(self.parts, each, strict=True):
             qd[self._own(part)] = one.command.qd
         return Decision(Command(s, error, qd, reach), each[0].J, each)
+
+
+def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[np.bool_]:
+    """(B,) from a condition, which may be the user's."""
+    value = when.holds(*seen)
+    try:
+        holds: NDArray[Any] = np.asarray(value)
+    except ValueError:  # rows of unequal lengths
+        holds = np.empty(())
+    if holds.shape != (runs,) or holds.dtype != np.bool_:
+        raise InputError(
+            f"{type(when).__name__}.holds: expected truth values of shape ({runs},), "
+            f"got {value!r:.80}"
+        )
+    return holds
 
 
 def _common(parts: Sequence[Controller]) -> dict[str, Any]:

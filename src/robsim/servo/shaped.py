@@ -42,7 +42,8 @@ class Shaped(Value):
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "joints", _names(self.joints))
-        if self.secondary is not None and not isinstance(self.secondary, Secondary):
+        is_type = isinstance(self.secondary, type)
+        if self.secondary is not None and (is_type or not isinstance(self.secondary, Secondary)):
             raise InputError(
                 f"secondary: expected AvoidLimits(), Posture(q) or an object with "
                 f"velocity(q, limits), got {self.secondary!r:.80}"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, numbers, positive
+from robsim.arrays import Array, frozen, numbers, positive
 from robsim.errors import InputError
 from robsim.kernels.tree import PRISMATIC, REVOLUTE
 from robsim.scene import Scene
@@ -33,7 +33,9 @@ class Large:
     high: float = 0.1
 
     def __post_init__(self) -> None:
-        if positive(self.low, "low") >= positive(self.high, "high"):
+        for name in ("low", "high"):
+            object.__setattr__(self, name, positive(getattr(self, name), name))
+        if self.low >= self.high:
             raise InputError(f"low must be below high, got {self.low} and {self.high}")
 
 
@@ -106,4 +108,4 @@ def coordinates_of(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np
     alone = np.isin(tree.joints.kind[body], (REVOLUTE, PRISMATIC))
     found = np.where(alone, tree.joints.iq[body], -1)
     limits = np.where(alone[:, None], scene.limits[found], [-np.inf, np.inf])
-    return found, limits
+    return frozen(found), frozen(limits)

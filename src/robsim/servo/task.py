@@ -44,7 +44,7 @@ class Task(Protocol):
 class ServoTask(Shaped):
     """Drive e = s - s_goal to zero: what IBVS, PBVS and their kin have in common."""
 
-    feeds_forward: ClassVar[bool] = True  # whether its law takes e + (de/dt of the target)/gain
+    own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
     goal: Any = None
     camera: Any = None
     target: str | None = None
