@@ -9,6 +9,7 @@ from robsim.testing import check_law
 SCENARIO = rs.load_scenario(rs.examples.path("eye_in_hand"))
 SCENE, START = SCENARIO.scene, SCENARIO.q0
 EYES = "wide", "narrow"
+UNIT = rs.Camera(np.eye(3))
 
 
 def run(task, q0=START, **how):
@@ -124,3 +125,20 @@ def test_a_mark_that_any_camera_loses_ends_the_run(marks):
     for size, ending in (((400, 165), "OUT_OF_IMAGE"), ((400, 400), "CONVERGED")):
         run = rs.simulate(two_eyes(size), task, q0, duration=20)
         assert rs.Outcome(int(run.outcome)).name == ending
+
+
+def test_with_a_constant_interaction_matrix_a_feature_is_asked_once_an_instant():
+    class Counted:
+        unit, tolerance, calls = "1", 1e-5, 0
+
+        def measure(self, seen):
+            Counted.calls += 1
+            return rs.Points().measure(seen)
+
+    corners = np.array([[-1, -1], [1, -1], [1, 2], [-1, 1]])[..., None] / 10
+    L = rs.Points().interaction(rs.Observation.of(corners, np.ones((4, 1)), UNIT))[0]
+    task = rs.IBVS(features=Counted(), interaction=L)
+    task.bind(SCENE)
+    before, Counted.calls = Counted.calls, 0
+    run(task, dt=0.04)
+    assert Counted.calls == before + 6

@@ -112,7 +112,7 @@ class Measured:
     reach: Array  # (k, n, B) L J
     twists: dict[Key, Array]  # J of every sight
     looks: dict[Key, Look]  # what is where, as believed
-    each: list[Array]  # L (k, 6, B) of every part, for the twist of its own camera
+    each: list[Array]  # L (k, 6, B) of every part for its own camera; none if L is a constant
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +144,13 @@ class Regulated:
         views = [part.observation(seen, looks) for part in self.parts]
         s = _stacked([part.measure(view) for part, view in zip(self.parts, views, strict=True)])
         J = {t.key: t.jacobian(looks[t.key], self._moves[t.key]) for t in self.sights}
-        each = [self._interaction(i, view) for i, view in enumerate(views)]
         first = J[self.sights[0].key]
-        L = _stacked([_to_first(L, A) for L, A in zip(each, self._adjoints, strict=True)])
         if isinstance(self.which, np.ndarray):
-            L = np.ascontiguousarray(np.broadcast_to(self.which[..., None], L.shape))
+            each: list[Array] = []  # all cameras move as one
+            L = np.repeat(self.which[..., None], s.shape[1], axis=-1)
+        else:
+            each = [self._interaction(i, view) for i, view in enumerate(views)]
+            L = _stacked([_to_first(L, A) for L, A in zip(each, self._adjoints, strict=True)])
         return Measured(s, L, first, self._reach(L, each, J), J, looks, each)
 
     def _reach(self, L: Array, each: list[Array], J: dict[Key, Array]) -> Array:
