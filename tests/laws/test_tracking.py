@@ -193,5 +193,5 @@ def test_rates_are_as_many_as_velocities_at_every_time(arrange, around):
 )
 def test_a_law_with_gains_of_its_own_takes_no_feed_forward(arrange, name, make, ahead):
     """e + (de/dt)/gain would be right for one gain only."""
-    with pytest.raises(rs.InputError, match="has gains of its own for parts of the error"):
+    with pytest.raises(rs.InputError, match="has a law of its own, which knows no feed_forward"):
         make(feed_forward=ahead).bind(arrange(name))

@@ -46,6 +46,9 @@ def merge(base: Raw, over: Raw, partial: bool = False) -> Raw:
         loose = partial or key == "belief" or "model" in base
         if isinstance(old, dict) and isinstance(new, dict):
             merged[key] = merge(old, new, loose)
+        elif key == "tasks" and isinstance(old, list) and isinstance(new, dict):
+            with under(key):
+                merged[key] = _merge_numbered(old, new, loose)
         elif key in NAMED and isinstance(old, list) and isinstance(new, list):
             with under(key):
                 merged[key] = _merge_named(old, new, key, loose)
@@ -92,6 +95,19 @@ def _merge_named(old: list[Any], new: list[Any], kind: str, partial: bool) -> li
     return merged
 
 
+def _merge_numbered(old: list[Any], new: Raw, partial: bool) -> list[Any]:
+    """Tasks have no names: task.tasks.0.gain is the gain of the first."""
+    merged = list(old)
+    for number, table in new.items():
+        if not number.isdecimal() or int(number) >= len(old):
+            with under(number):
+                raise InputError(f"there is no such task; they are numbered 0 to {len(old) - 1}")
+        i = int(number)
+        with under(i):
+            merged[i] = merge(merged[i], table, partial) if isinstance(table, dict) else table
+    return merged
+
+
 def _without_rivals(base: Raw, over: Raw) -> Raw:
     """A copy of `base` without other spellings of what `over` says."""
     merged = _spelled_out(base) if _INTRINSICS[1] & over.keys() else dict(base)
@@ -99,8 +115,8 @@ def _without_rivals(base: Raw, over: Raw) -> Raw:
         companion for key, value, companion in _COMPANIONS if key in over and over[key] != value
     }
     old, new = (KINDS.get(str(table.get("kind"))) for table in (base, over))
-    if old and new:
-        gone |= old - new
+    if old and new and base["kind"] != over["kind"]:
+        gone |= old - new | {"length"}  # which weighs another law's twist
     for group in _RIVALS:
         for spelling in group:
             if spelling & over.keys():

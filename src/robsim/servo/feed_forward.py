@@ -63,6 +63,8 @@ def as_feed_forward(given: Any) -> FeedForward:
     named: dict[str, Known | Estimated] = {"known": Known(), "estimated": Estimated()}
     if given is None or isinstance(given, Known | Estimated):
         return given
+    if isinstance(given, str) and given == "none":
+        return None
     if not isinstance(given, str) or given not in named:
         raise InputError(
             f"feed_forward must be 'known', 'estimated', Estimated(lag) or None, got {given!r:.80}"

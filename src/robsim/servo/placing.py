@@ -14,6 +14,7 @@ from robsim.servo.inverse import RCOND
 from robsim.servo.law import State
 from robsim.servo.part import Part
 from robsim.servo.regulated import Regulated
+from robsim.servo.sense import collinear
 from robsim.servo.shaped import Columns
 from robsim.servo.sight import Sight
 from robsim.servo.task import ServoTask
@@ -76,6 +77,12 @@ class Placing(ServoTask):
 
     def bound_law(self, regulated: Regulated) -> PlacingLaw:
         """The law for the frame that holds the target; InputError if a camera moves."""
+        for points in (regulated.sights[0].target.marks[list(self.marks)], regulated.s_goal):
+            if collinear(points.reshape(3, 3)):
+                raise InputError(
+                    "the placing law needs three marks that are not on one line, now and at the "
+                    f"goal, got {points.reshape(3, 3).tolist()}"
+                )
         for sight in regulated.sights:
             carried = sight.scene.tree.carries(sight.eye.name)[regulated.columns]
             if carried.any():
