@@ -74,6 +74,7 @@ from robsim.servo import PartitionedLaw as PartitionedLaw
 from robsim.servo import Placing as Placing
 from robsim.servo import Posture as Posture
 from robsim.servo import Priorities as Priorities
+from robsim.servo import ServoTask as ServoTask
 from robsim.servo import Shown as Shown
 from robsim.servo import SpeedLimit as SpeedLimit
 from robsim.servo import State as State

@@ -270,7 +270,8 @@ def _report(result: xr.Dataset, folder: Path) -> None:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
-        click.echo(f"final error  {'unknown' if math.isnan(away) else f'{away:.3g} px'}")
+        if not math.isnan(away):  # a goal given as numbers has no image
+            click.echo(f"final error  {away:.3g} px")
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
     click.echo(f"results      {folder}")
 

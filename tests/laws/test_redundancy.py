@@ -290,8 +290,8 @@ def test_what_is_given_is_left_as_it_was():
 def test_near_its_limit_a_coordinate_moves_back_in_proportion():
     limits = np.array([[-1.0, 3.0]] * 6)
     q = np.array([[-1.0], [-0.8], [-0.6], [1.0], [2.7], [3.5]])
-    wish = AvoidLimits(gain=2.0, margin=0.1).velocity(q, limits)
-    close(wish[:, 0], [0.8, 0.4, 0.0, 0.0, -0.2, -1.8], 1e-15)
+    wish = AvoidLimits(gain=2.0, margin=0.1).velocity(q.T, limits)
+    close(wish[0], [0.8, 0.4, 0.0, 0.0, -0.2, -1.8], 1e-15)
 
 
 def test_it_descends_the_published_cost():
@@ -307,22 +307,22 @@ def test_it_descends_the_published_cost():
 
     h = 1e-6
     gradient = (cost(q + h) - cost(q - h)) / (2 * h)
-    close(AvoidLimits(gain=1.5, margin=0.2).velocity(q, limits), -1.5 * gradient * span, 1e-8)
+    close(AvoidLimits(gain=1.5, margin=0.2).velocity(q.T, limits).T, -1.5 * gradient * span, 1e-8)
 
 
 def test_a_coordinate_without_both_limits_is_left_alone():
     inf = np.inf
     limits = np.array([[-inf, inf], [-1.0, inf], [-inf, 1.0], [0.5, 0.5]])
     q = np.array([[1e9, -5.0], [-2.0, 9.0], [9.0, -2.0], [0.5, 0.7]])
-    wish = AvoidLimits().velocity(q, limits)
+    wish = AvoidLimits().velocity(q.T, limits).T
     np.testing.assert_array_equal(wish[:3], 0)
     close(wish[3], [0, -0.2], 1e-15)
 
 
 def test_a_posture_draws_every_coordinate():
     q = np.random.default_rng(11).normal(size=(3, 5))
-    wish = Posture([0.1, 0.2, 0.3], gain=2.0).velocity(q, np.zeros((3, 2)))
-    close(wish, -2 * (q - [[0.1], [0.2], [0.3]]), 1e-15)
+    wish = Posture([0.1, 0.2, 0.3], gain=2.0).velocity(q.T, np.zeros((3, 2)))
+    close(wish.T, -2 * (q - [[0.1], [0.2], [0.3]]), 1e-15)
 
 
 def test_secondary_motions_are_values():

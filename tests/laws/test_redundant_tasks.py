@@ -220,7 +220,7 @@ def test_an_image_has_two_sides(size):
         rs.NearBorder(10, size)
 
 
-@pytest.mark.parametrize("value", [None, np.ones(3), np.ones((3, 1)), np.full((7, 1), np.nan)])
+@pytest.mark.parametrize("value", [None, np.ones(3), np.ones((1, 3)), np.full((1, 7), np.nan)])
 def test_a_secondary_motion_of_the_wrong_shape_is_refused(arrange, around, value):
     class Odd:
         def velocity(self, q, limits):

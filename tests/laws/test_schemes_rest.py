@@ -91,7 +91,7 @@ class Wander:
     """A wish that has nothing to do with the task."""
 
     def velocity(self, q, limits):
-        return 0.3 * np.cos(np.arange(len(q))[:, None] + 3 * q)
+        return 0.3 * np.cos(np.arange(q.shape[1]) + 3 * q)
 
 
 def times(A, x):
@@ -125,7 +125,7 @@ def test_a_secondary_motion_has_all_that_the_features_leave(
 
     class Wish:
         def velocity(self, q, limits):
-            return np.tile(wish[:, None], (1, q.shape[1]))
+            return np.tile(wish, (len(q), 1))
 
     command = decide(scene, rs.IBVS(features=[features], secondary=Wish()), q).command
     for b in range(4):

@@ -87,6 +87,7 @@ class VanishingPoint:
 
     tolerance: float = 1e-5
     unit: str = "1"
+    singular: ClassVar[str] = "edges that are parallel in the image meet nowhere in it"
     name: ClassVar[str] = "vanishing_point"
     least_marks: ClassVar[int] = 4
 

@@ -100,6 +100,7 @@ class RegionMoments(_Basic):
     array([[0.08, 0.2 , 0.1 , 0.  ]])
     """
 
+    singular: ClassVar[str] = "the polygon of the marks, in their order, must not cross itself"
     name: ClassVar[str] = "region_moments"
     least_marks: ClassVar[int] = 3
     of_marks: ClassVar[bool] = False
@@ -161,6 +162,7 @@ class DecoupledMoments:
     size_goal: float = field(default=1.0, init=False, repr=False)
     Z_goal: float = field(default=1.0, init=False, repr=False)
     alpha_goal: float | None = field(default=None, init=False, repr=False)
+    singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
     name: ClassVar[str] = "decoupled_moments"
     least_marks: ClassVar[int] = 3
 

@@ -69,8 +69,10 @@ def draw(axes: Axes, run: xr.Dataset, camera: str | None = None) -> None:
     seen = np.concatenate([tracks.reshape(-1, 2), goal])
     size, centre = view.attrs["image_size"], view.attrs["image_centre"]
     _frame(axes, seen, size, centre)
-    axes.set_title(title)
-    _legend(axes, [name for name in _MARKERS if name != "image centre" or centre is not None])
+    several = len(set(run["mark_camera"].values.tolist())) > 1
+    axes.set_title(f"{view['mark_camera'].values[0]}: {title}" if several else f"image: {title}")
+    unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
+    _legend(axes, [name for name in _MARKERS if not unknown.get(name, False)])
 
 
 def _legend(axes: Axes, names: list[str]) -> None:
@@ -90,11 +92,11 @@ def _tracks(run: xr.Dataset) -> tuple[Array, str]:
     """(runs, moments, marks, 2) pixels of some runs, and what they are."""
     if run.sizes.get("run", 1) == 1:
         one = history.single(run)
-        return one["pixels"].values[None], f"image: {history.ending(one)}"
+        return one["pixels"].values[None], history.ending(one)
     count = run.sizes["run"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_RUNS)).round().astype(int))
     some = run.isel(run=chosen).transpose("run", "time", "mark", "axis", ...)
-    return some["pixels"].values, f"image: {len(chosen)} of {count} runs"
+    return some["pixels"].values, f"{len(chosen)} of {count} runs"
 
 
 def _draw_track(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:

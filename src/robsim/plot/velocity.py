@@ -92,7 +92,7 @@ def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[
     for unit, line in zip(several, cycle(palette.LINES)):
         of_unit = sizes[:, [u == unit for u in units]]
         lines = axes.plot(time, of_unit, line, color=palette.GREY, linewidth=0.6)
-        lines[0].set_label("|components|" if len(several) == 1 else f"|components| ({unit})")
+        lines[0].set_label("|components|" if len(several) == 1 else f"|{unit}|")
     shown = norm[(norm > 0) & np.isfinite(norm)]
     if shown.size:
         low, high = np.log10([shown.min() / 10, shown.max()])

@@ -154,7 +154,7 @@ class ServoTable(ShapedTable):
     rcond: Share | None = None
     damping: Positive | None = None
     tolerance: Positive | None = None
-    feed_forward: Literal["known", "estimated"] | None = None
+    feed_forward: Literal["none", "known", "estimated"] | None = None
     lag: Period | None = None
     belief: Any = None
 

@@ -84,6 +84,8 @@ def _bound(part: Part, sights: tuple[Sight, ...], depths: Depths) -> Bound:
 
 def _check_cameras(feature: Any, sights: Sequence[Sight]) -> None:
     needed = getattr(feature, "cameras", 1)
+    if needed not in (1, 2):
+        raise InputError(f"{type(feature).__name__}.cameras must be 1 or 2, got {needed!r:.40}")
     if needed != len(sights):
         given = "', '".join(sight.eye.name for sight in sights)
         wanted = "two cameras, as in camera=('left', 'right')" if needed == 2 else "one camera"

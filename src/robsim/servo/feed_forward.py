@@ -67,6 +67,6 @@ def as_feed_forward(given: Any) -> FeedForward:
         return None
     if not isinstance(given, str) or given not in named:
         raise InputError(
-            f"feed_forward must be 'known', 'estimated', Estimated(lag) or None, got {given!r:.80}"
+            f"feed_forward must be 'none', 'known', 'estimated' or Estimated(lag), got {given!r:.80}"
         )
     return named[given]

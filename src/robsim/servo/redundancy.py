@@ -69,7 +69,7 @@ class Secondary(Protocol):
     """What anything must have to be a secondary motion."""
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Wished velocities (n, B) at commanded coordinates q (n, B) with limits (n, 2)."""
+        """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +81,8 @@ class AvoidLimits:
     range of each coordinate, so that `gain` is per second whatever the unit of q. A coordinate
     that is not limited on both sides is left alone.
 
-    >>> AvoidLimits().velocity(np.array([[0.0], [0.95]]), np.array([[-1.0, 1.0], [-1.0, 1.0]]))
-    array([[ 0.  ],
-           [-0.15]])
+    >>> AvoidLimits().velocity(np.array([[0.0, 0.95]]), np.array([[-1.0, 1.0], [-1.0, 1.0]]))
+    array([[ 0.  , -0.15]])
     """
 
     gain: float = 1.0
@@ -96,8 +95,8 @@ class AvoidLimits:
             raise InputError(f"margin must be below 0.5 of the range, got {self.margin}")
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Wished velocities (n, B) at commanded coordinates q (n, B) with limits (n, 2)."""
-        low, high = limits[:, :1], limits[:, 1:]
+        """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        low, high = limits.T
         limited = np.isfinite(low) & np.isfinite(high)
         border = self.margin * np.where(limited, high - low, 0.0)
         low, high = (
@@ -135,6 +134,6 @@ class Posture(Value):
             )
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Wished velocities (n, B) at commanded coordinates q (n, B); limits play no part."""
-        wish: Array = self.gain * (self.q[:, None] - q)
+        """Wished velocities (B, n) at commanded coordinates q (B, n); limits play no part."""
+        wish: Array = self.gain * (self.q - q)
         return wish

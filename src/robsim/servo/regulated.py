@@ -44,7 +44,12 @@ class Bound:
     def towards(self, goal: Observation) -> Bound:
         """The same, measured relative to what is seen at the goal, where the feature can."""
         towards = getattr(self.feature, "towards", None)
-        return self if towards is None else replace(self, feature=towards(goal))
+        if towards is None:
+            return self
+        feature = towards(goal)
+        if not isinstance(feature, Feature):
+            raise InputError(f"{self.name}.towards returned {feature!r:.80}, and no feature")
+        return replace(self, feature=feature)
 
     def counted(self, goal: Observation) -> Bound:
         """The same, with the size that s has at the goal and must keep."""
@@ -196,15 +201,26 @@ class Regulated:
         s = self.at_goal.s
         if self.given is not None:
             if self.given.shape != (len(s),):
-                names = ", ".join(part.name for part in self.parts)
                 raise GoalError(
-                    f"goal s: expected {len(s)} numbers for {names}, got {self.given.size}"
+                    f"goal s: expected {len(s)} numbers for {self.names}, got {self.given.size}"
                 )
             return np.ascontiguousarray(self.given[:, None])
         if not s.size or not np.isfinite(s).all():
-            names = ", ".join(part.name for part in self.parts)
-            raise GoalError(f"{names}: s at the goal must be finite, got {s[:, 0]!r:.80}")
+            raise GoalError(
+                f"{self.names}: s at the goal must be finite, got {s[:, 0]!r:.80}{self.reasons}"
+            )
         return s
+
+    @property
+    def names(self) -> str:
+        """Of the features."""
+        return ", ".join(part.name for part in self.parts)
+
+    @property
+    def reasons(self) -> str:
+        """Why features can have no finite value at a goal, as the features say."""
+        said = [getattr(part.feature, "singular", None) for part in self.parts]
+        return "".join(f"; {reason}" for reason in dict.fromkeys(said) if reason)
 
     @property
     def k(self) -> int:

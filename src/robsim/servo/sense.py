@@ -83,6 +83,8 @@ def _check_constant(L: Array, regulated: Regulated) -> None:
             f"interaction: expected shape ({regulated.k}, 6), a row for each of the "
             f"{regulated.k} features, got {L.shape}"
         )
+    if not rank(np.ascontiguousarray(L[..., None]))[0]:
+        raise InputError("interaction: a constant matrix of zeros commands nothing")
 
 
 def check_goal(task: ServoTask, regulated: Regulated) -> None:
@@ -90,10 +92,9 @@ def check_goal(task: ServoTask, regulated: Regulated) -> None:
     by_name = isinstance(task.interaction, str)
     if not isinstance(task.goal, Given):
         if not np.isfinite(regulated.at_goal.L).all():
-            names = ", ".join(part.name for part in regulated.parts)
-            raise GoalError(
-                f"{names}: L at the goal is not finite; the features are singular there"
-            )
+            raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
+    elif any(getattr(part.feature, "uses_pose", False) for part in regulated.parts):
+        raise GoalError("the goal of a pose is a pose: give Computed(T_c_o), not Given(s)")
     elif task.depth == "goal" or (by_name and task.interaction != "current"):
         raise InputError(
             "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
@@ -111,8 +112,10 @@ def warn_of_rank(controller: Servo) -> None:
     if found < full:
         marks = np.unique(first.target.marks, axis=0)
         cause = "its marks lie on one line; " if collinear(marks) else ""
-        apart = regulated.motions > 1
-        advice = "more features" if apart else "at least three marks that are not on one line"
+        few = cause or len(marks) < 3
+        advice = "at least three marks that are not on one line"
+        if not few:
+            advice = "more features, or command fewer joints"
         warnings.warn(
             f"the features of '{first.target.name}' fix only {found} of the {full} "
             f"motions of camera '{first.eye.name}' at the goal: {cause}"

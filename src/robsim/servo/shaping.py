@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, numbers, positive
+from robsim.arrays import Array, frozen, numbers, positive, shown_view
 from robsim.errors import InputError
 from robsim.kernels.tree import PRISMATIC, REVOLUTE
 from robsim.scene import Scene
@@ -80,13 +80,14 @@ class Shaping:
         return qd if self.limit is None else self.limit.scaled(qd, J)
 
     def _wish(self, q: Array, wanted: tuple[int, ...]) -> Array:
-        """(n, B) from the secondary motion, which may be the user's."""
+        """(n, B) from the secondary motion, which may be the user's and has the run first."""
         assert self.secondary is not None
-        name = type(self.secondary).__name__
-        wish = numbers(self.secondary.velocity(self._q(q), self.limits), f"{name}.velocity", wanted)
-        if wish.shape != wanted:
-            raise InputError(f"{name}.velocity: expected shape {wanted}, got {wish.shape}")
-        return wish
+        name, first = type(self.secondary).__name__, wanted[::-1]
+        given = self.secondary.velocity(shown_view(self._q(q)), self.limits)
+        wish = numbers(given, f"{name}.velocity", first)
+        if wish.shape != first:
+            raise InputError(f"{name}.velocity: expected shape {first}, got {wish.shape}")
+        return np.ascontiguousarray(wish.T)
 
     def _smooth(self, now: Instant, qd: Array) -> Array:
         """Qd - exp(-mu t) qd(0): zero at the start, continuous (Mansard and Chaumette 2007)."""
