@@ -54,7 +54,7 @@ def test_the_limits_that_a_secondary_motion_is_shown_are_not_its_own():
 @pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 def test_the_transpose_needs_a_jacobian_at_the_goal():
     task = rs.IBVS(interaction=np.zeros((8, 6)), inverse="transposed")
-    with pytest.raises(rs.InputError, match="the transpose needs L J at the goal"):
+    with pytest.raises(rs.InputError, match="a constant matrix of zeros commands nothing"):
         task.bind(SCENE)
     plate = SCENE.object()
     beyond = rs.Object("plate", marks=plate.marks, pose=rs.Pose.at(0, 0, 5))  # behind, at home
@@ -142,3 +142,58 @@ def test_with_a_constant_interaction_matrix_a_feature_is_asked_once_an_instant()
     before, Counted.calls = Counted.calls, 0
     run(task, dt=0.04)
     assert Counted.calls == before + 6
+
+
+# what a new user stumbled over
+
+
+LINE = [[0, 0, 0], [0, 0, 0.02], [0, 0, 0.05]]
+
+
+@pytest.mark.parametrize(
+    ("task", "words"),
+    [
+        (rs.IBVS(features="decoupled_moments"), "must not look the same after a turn"),
+        (rs.IBVS(features="vanishing_point"), "edges that are parallel in the image"),
+        (rs.PBVS(rs.Given([0.0] * 6)), r"the goal of a pose is a pose: give Computed\(T_c_o\)"),
+        (rs.IBVS(interaction=np.zeros((8, 6))), "a constant matrix of zeros commands nothing"),
+    ],
+)
+def test_a_task_that_cannot_be_is_refused_with_its_reason(task, words):
+    square = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
+    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="free_camera.body")
+    plate = rs.Object("plate", marks=square, pose=rs.Pose.at(0, 0, 1))
+    scene = rs.Scene(rs.robots.free_camera(), plate, eye)
+    with pytest.raises(rs.InputError, match=words):
+        rs.simulate(scene, task, rs.Pose.at(0, 0, -0.1).q)
+
+
+def test_three_marks_on_a_line_cannot_be_placed():
+    section = rs.load_scenario(rs.examples.path("chapter_6_2"))
+    cube = section.scene.object("cube")
+    bar = section.scene.replacing(rs.Object("cube", marks=LINE, pose=cube.pose, on=cube.on))
+    with pytest.raises(rs.InputError, match="three marks that are not on one line"):
+        rs.simulate(bar, section.task, section.q0)
+
+
+def test_one_task_of_a_list_is_changed_by_its_number():
+    path = rs.examples.path("mobile_arm")
+    assert rs.load_scenario(path, ["task.tasks.1.gain=0.5"]).task.tasks[1].gain == 0.5
+    with pytest.raises(rs.FileError, match=r"tasks\.2: there is no such task"):
+        rs.load_scenario(path, ["task.tasks.2.gain=0.5"])
+
+
+def test_another_kind_of_task_drops_the_length_of_another_law():
+    path = rs.examples.path("chapter_6_2")
+    changes = {"task.kind": "ibvs", "task.camera": "left"}
+    assert isinstance(rs.load_scenario(path, changes).task, rs.IBVS)
+
+
+def test_feed_forward_can_be_switched_off():
+    path = rs.examples.path("watching_head")
+    assert rs.load_scenario(path, ["task.feed_forward=none"]).task.feed_forward is None
+
+
+def test_one_rotation_is_enough():
+    with pytest.raises(rs.InputError, match="give one rotation only"):
+        rs.Pose.at(0, 0, 0, rpy=(0, 0, 1), rotvec=(0, 0, 1))

@@ -429,7 +429,7 @@ def test_of_several_cameras_one_is_shown(pair, camera, numbers, extents, centre)
     [border] = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
     assert border.get_bbox().extents.tolist() == extents
     assert [text.get_text() for text in axes.texts] == [str(number) for number in numbers]
-    assert axes.get_title() == "image: time limit after 1 s"
+    assert axes.get_title() == f"{camera or 'left'}: time limit after 1 s"
     assert legend(axes) == ["start", "end", "goal", "image centre"]
 
 
@@ -498,7 +498,7 @@ def test_velocity_labels_carry_units_also_those_of_the_features(run, scene):
 def test_units_of_error_may_be_mixed(pair):
     e = plot.velocity(pair).axes[2]
     assert e.get_ylabel() == "error (–, px)"
-    assert legend(e) == ["norm", "|components| (–)", "|components| (px)"]
+    assert legend(e) == ["norm", "|–|", "|px|"]
     np.testing.assert_array_equal(lines(e, "norm").get_ydata(), pair["error_norm"])
     sizes, units = np.abs(pair["error"].values), pair["feature_unit"].values
     for unit, style in (("1", "-"), ("px", "--")):

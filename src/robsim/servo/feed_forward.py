@@ -67,6 +67,7 @@ def as_feed_forward(given: Any) -> FeedForward:
         return None
     if not isinstance(given, str) or given not in named:
         raise InputError(
-            f"feed_forward must be 'none', 'known', 'estimated' or Estimated(lag), got {given!r:.80}"
+            "feed_forward must be 'none', 'known', 'estimated' or Estimated(lag), "
+            f"got {given!r:.80}"
         )
     return named[given]
