@@ -196,7 +196,7 @@ def _provenance(loop: Loop, scene: Scene, task: Task, single: bool) -> dict[str,
     }
     try:
         text = describe.scenario(scene, task, settings, loop.q0[0] if single else None)
-    except (describe.NoDescription, InputError, TypeError, AttributeError) as reason:
+    except (describe.NoDescription, InputError) as reason:
         text, settings["no_scenario"] = "", str(reason)
     return {
         "title": "RobSim run",

@@ -1,6 +1,8 @@
 """Laws, goals and tasks: how features become joint velocities."""
 
 from robsim.servo.broyden import Broyden as Broyden
+from robsim.servo.conditions import ErrorBelow as ErrorBelow
+from robsim.servo.conditions import NearBorder as NearBorder
 from robsim.servo.depth import DepthFilter as DepthFilter
 from robsim.servo.docking import Docking as Docking
 from robsim.servo.feed_forward import Estimated as Estimated
@@ -19,6 +21,7 @@ from robsim.servo.limit import SpeedLimit as SpeedLimit
 from robsim.servo.part import Part as Part
 from robsim.servo.partitioned import PartitionedLaw as PartitionedLaw
 from robsim.servo.placing import Placing as Placing
+from robsim.servo.priorities import Priorities as Priorities
 from robsim.servo.redundancy import AvoidLimits as AvoidLimits
 from robsim.servo.redundancy import Posture as Posture
 from robsim.servo.schemes import IBVS as IBVS
@@ -26,12 +29,10 @@ from robsim.servo.schemes import PBVS as PBVS
 from robsim.servo.schemes import SCHEMES as SCHEMES
 from robsim.servo.schemes import Hybrid as Hybrid
 from robsim.servo.schemes import Partitioned as Partitioned
-from robsim.servo.several import SEVERAL as SEVERAL
-from robsim.servo.several import ErrorBelow as ErrorBelow
-from robsim.servo.several import NearBorder as NearBorder
-from robsim.servo.several import Priorities as Priorities
-from robsim.servo.several import Switch as Switch
-from robsim.servo.several import Together as Together
 from robsim.servo.shaping import Large as Large
+from robsim.servo.switch import Switch as Switch
 from robsim.servo.task import ServoTask as ServoTask
 from robsim.servo.task import Task as Task
+from robsim.servo.together import Together as Together
+
+SEVERAL = {each.kind: each for each in (Priorities, Switch, Together)}
