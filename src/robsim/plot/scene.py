@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import cycle, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +33,8 @@ PLACE = (-0.07, -0.3, 1.0, 1.6)  # of the axes: labels are on the right; they ma
 FLATTEST = 0.5  # the shortest side of the drawn box, as a share of its longest
 ON_TOP = 1000  # of solids, which Matplotlib sorts by their distance
 _BEFORE: dict[str, Any] = {"color": palette.GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8}
-_PATH: dict[str, Any] = {"color": palette.VERMILLION, "linewidth": 2.2}
+_PATH: dict[str, Any] = {"linewidth": 2.2}
+_PATHS = (palette.VERMILLION, palette.PURPLE, palette.ORANGE)
 _MARK: dict[str, Any] = {"marker": palette.ASTERISK, "markersize": 7, "linestyle": "none"}
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4}
 
@@ -77,9 +78,10 @@ def draw(figure: Figure, place: SubplotSpec, picture: Picture) -> None:
         _draw_solid(axes, wire)
     for wire in picture.before:
         _draw_before(axes, wire)
-    for name, path in picture.paths.items():
-        axes.plot(*path.T, **_PATH, zorder=ON_TOP, label=f"path of {name}")
-        axes.plot(*path[-1:].T, **_PATH, **_DOT, zorder=ON_TOP)
+    for (name, path), color in zip(picture.paths.items(), cycle(_PATHS), strict=False):
+        look = _PATH | {"color": color}
+        axes.plot(*path.T, **look, zorder=ON_TOP, label=f"path of {name}")
+        axes.plot(*path[-1:].T, **look, **_DOT, zorder=ON_TOP)
     for mark, color in zip(picture.marks, picture.mark_colors, strict=True):
         axes.plot(*mark[:, None], **_MARK, color=color, zorder=ON_TOP)
     _frame(axes, picture.points)
@@ -144,6 +146,7 @@ def _handles(picture: Picture) -> list[Line2D]:
         handles["start"] = Line2D([], [], **_BEFORE, label="start")
     if len(picture.marks):
         handles["marks"] = Line2D([], [], **_MARK, color="k", label="marks")
-    for name in picture.paths:
-        handles[f"path of {name}"] = Line2D([], [], **_PATH, **_DOT, label=f"path of {name}")
+    for name, color in zip(picture.paths, cycle(_PATHS), strict=False):
+        look = _PATH | _DOT | {"color": color}
+        handles[f"path of {name}"] = Line2D([], [], **look, label=f"path of {name}")
     return list(handles.values())

@@ -12,7 +12,7 @@ from robsim.camera import Camera
 from robsim.plot import palette
 from robsim.pose import IDENTITY
 from robsim.primitives import Primitive
-from robsim.robot import Link, Robot
+from robsim.robot import Robot
 from robsim.scene import Mounted, Scene
 from robsim.tree import COORDINATES
 
@@ -68,22 +68,23 @@ def displayed(scene: Scene, frame: str, q: Array) -> Array:
 
 
 def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
-    """Link by link its shapes; of a robot that has none, lines from frame to frame."""
+    """Link by link its shapes; of a robot that has none, lines from frame to frame.
+
+    Among several robots each has one colour, and one entry in the legend.
+    """
     shapes = [shape for link in robot.links for shape in link.shapes]
-    plain = all(shape.color == "k" for shape in shapes)
-    whole = not plain and len({shape.color for shape in shapes}) == 1  # one entry in the legend
+    several = len(scene.robots) > 1
+    plain = several or all(shape.color == "k" for shape in shapes)
+    whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
     for i, link in enumerate(robot.links):
-        label, own = robot.name if whole else _label(scene, robot, link), palette.nth(i - 1)
+        own = palette.nth(scene.robots.index(robot) if several else i - 1)
+        label = robot.name if whole else link.name
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in link.shapes:
             yield _shape(label, own if plain else shape.color, shape, T)
         if not shapes and link.parent and COORDINATES[link.joint.kind] <= 1:  # an arm, no flight
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
-
-
-def _label(scene: Scene, robot: Robot, link: Link) -> str:
-    return link.name if len(scene.robots) == 1 else f"{robot.name}.{link.name}"
 
 
 def _shape(label: str, color: str, shape: Primitive, T: Array) -> Wire:
