@@ -14,7 +14,7 @@ from robsim.servo.broyden import Broyden
 from robsim.servo.depths import Depths
 from robsim.servo.goal import Given, configuration, view_of
 from robsim.servo.part import Part
-from robsim.servo.regulated import Bound, Regulated, goal_looks, goal_seen
+from robsim.servo.regulated import Bound, Regulated
 from robsim.servo.sense import collinear
 from robsim.servo.sight import Key, Sight, sight
 
@@ -48,15 +48,10 @@ def regulated_by(
     goals = {t.key: view_of(task.goal, t, b, sights[0]) for t, b in both}
     q_goal, depths = configuration(task.goal, scene), Depths(task.depth, task.depth_scale)
     bound = [_bound(*pair, depths) for pair in zip(task.parts, belief, strict=True)]
-    seen, looks = goal_seen(sights, goals, depths), goal_looks(sights, q_goal)
-    views = [part.observation(seen, looks) for part in bound]
-    if not isinstance(task.goal, Given):
-        bound = [part.towards(view) for part, view in zip(bound, views, strict=True)]
-    bound = [part.counted(view) for part, view in zip(bound, views, strict=True)]
     which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
     given = task.goal.s if isinstance(task.goal, Given) else None
-    made = Regulated(tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given)
-    return made, truths
+    draft = Regulated(tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given)
+    return draft.at_its_goal(), truths
 
 
 def _each_once(found: Found) -> tuple[Sight, ...]:

@@ -134,6 +134,13 @@ class Regulated:
     q_goal: Array | None  # (nq, 1) where it was shown
     given: Array | None  # (k,) features at the goal, where they are given as numbers
 
+    def at_its_goal(self) -> Regulated:
+        """The same, its features measured relative to the goal where it is seen and they can."""
+        parts = zip(self.parts, self._goal_views, strict=True)
+        bound = [part.towards(v) if self.given is None else part for part, v in parts]
+        views = zip(bound, self._goal_views, strict=True)
+        return replace(self, parts=tuple(part.counted(view) for part, view in views))
+
     def measured(self, now: Instant) -> Measured:
         """What the controller makes of an instant."""
         looks = now.looks if self.exact else {s.key: s.look(now.q) for s in self.sights}
@@ -270,20 +277,31 @@ class Regulated:
 
     @cached_property
     def _L_goals(self) -> list[Array]:
-        return [part.interaction(view) for part, view in self._goal_views]
+        views = zip(self.parts, self._goal_views, strict=True)
+        return [part.interaction(view) for part, view in views]
 
     @cached_property
-    def _goal_views(self) -> list[tuple[Bound, Observation]]:
-        views = [part.observation(self._goal_seen, self._goal_looks) for part in self.parts]
-        return list(zip(self.parts, views, strict=True))
+    def _goal_views(self) -> list[Observation]:
+        """What the feature of each part is shown at the goal, one run."""
+        return [part.observation(self._goal_seen, self._goal_looks) for part in self.parts]
 
     @cached_property
     def _goal_seen(self) -> dict[Key, Observation]:
-        return goal_seen(self.sights, self.goals, self.depths)
+        seen = {}
+        for sight in self.sights:
+            goal = self.goals[sight.key]
+            seen[sight.key] = _observed(sight, goal.pixels, goal.T_c_o)
+            seen[sight.key].depth_last = self.depths.at_goal(goal.depth)
+        return seen
 
     @cached_property
     def _goal_looks(self) -> dict[Key, Look]:
-        return goal_looks(self.sights, self.q_goal)
+        """What is where, as believed, where the goal was shown; at home where it was computed."""
+        q = self.q_goal
+        return {
+            sight.key: sight.look(runs_last(sight.scene.home, 1) if q is None else q)
+            for sight in self.sights
+        }
 
     @cached_property
     def _moves(self) -> dict[Key, tree.Moves]:
@@ -300,26 +318,6 @@ class Regulated:
             else adjoint(relative(looks[part.sights[0].key].T_w_c, looks[first].T_w_c))
             for part in self.parts
         ]
-
-
-def goal_looks(sights: Sequence[Sight], q_goal: Array | None) -> dict[Key, Look]:
-    """What is where, as believed, where the goal was shown; at home where it was computed."""
-    return {
-        sight.key: sight.look(runs_last(sight.scene.home, 1) if q_goal is None else q_goal)
-        for sight in sights
-    }
-
-
-def goal_seen(
-    sights: Sequence[Sight], goals: dict[Key, GoalView], depths: Depths
-) -> dict[Key, Observation]:
-    """What every camera observes at the goal, one run."""
-    seen = {}
-    for sight in sights:
-        goal = goals[sight.key]
-        seen[sight.key] = _observed(sight, goal.pixels, goal.T_c_o)
-        seen[sight.key].depth_last = depths.at_goal(goal.depth)
-    return seen
 
 
 def adjoint(T_a_b: Array) -> Array:
