@@ -22,9 +22,25 @@ from robsim.errors import Interrupted as Interrupted
 from robsim.errors import RankWarning as RankWarning
 from robsim.errors import RobSimError as RobSimError
 from robsim.errors import UnitError as UnitError
+from robsim.features import DecoupledMoments as DecoupledMoments
+from robsim.features import Ellipse as Ellipse
+from robsim.features import Lines as Lines
+from robsim.features import LogDepth as LogDepth
 from robsim.features import Observation as Observation
 from robsim.features import PixelPoints as PixelPoints
+from robsim.features import PointMoments as PointMoments
 from robsim.features import Points as Points
+from robsim.features import Points3D as Points3D
+from robsim.features import Polar as Polar
+from robsim.features import RegionMoments as RegionMoments
+from robsim.features import Segments as Segments
+from robsim.features import Sphere as Sphere
+from robsim.features import Spherical as Spherical
+from robsim.features import StereoPoints as StereoPoints
+from robsim.features import ThetaU as ThetaU
+from robsim.features import Translation as Translation
+from robsim.features import VanishingPoint as VanishingPoint
+from robsim.motion import Motion as Motion
 from robsim.outcome import Outcome as Outcome
 from robsim.pose import Pose as Pose
 from robsim.primitives import Block as Block
@@ -36,20 +52,43 @@ from robsim.scene import Mounted as Mounted
 from robsim.scene import Object as Object
 from robsim.scene import Scene as Scene
 from robsim.servo import IBVS as IBVS
+from robsim.servo import PBVS as PBVS
+from robsim.servo import Adaptive as Adaptive
+from robsim.servo import AvoidLimits as AvoidLimits
+from robsim.servo import Broyden as Broyden
 from robsim.servo import CameraLaw as CameraLaw
 from robsim.servo import Computed as Computed
 from robsim.servo import Damped as Damped
+from robsim.servo import DepthFilter as DepthFilter
+from robsim.servo import Docking as Docking
+from robsim.servo import ErrorBelow as ErrorBelow
+from robsim.servo import Estimated as Estimated
+from robsim.servo import Given as Given
+from robsim.servo import Hybrid as Hybrid
 from robsim.servo import JointLaw as JointLaw
+from robsim.servo import Large as Large
+from robsim.servo import NearBorder as NearBorder
+from robsim.servo import Part as Part
+from robsim.servo import Partitioned as Partitioned
+from robsim.servo import PartitionedLaw as PartitionedLaw
+from robsim.servo import Placing as Placing
+from robsim.servo import Posture as Posture
+from robsim.servo import Priorities as Priorities
+from robsim.servo import ServoTask as ServoTask
 from robsim.servo import Shown as Shown
+from robsim.servo import SpeedLimit as SpeedLimit
 from robsim.servo import State as State
+from robsim.servo import Switch as Switch
+from robsim.servo import Together as Together
+from robsim.servo import Transposed as Transposed
 from robsim.servo import Truncated as Truncated
 from robsim.simulate import simulate as simulate
 from robsim.tree import Joint as Joint
 
 if TYPE_CHECKING:
     from robsim import plot as plot
-    from robsim.results import open_run as open_run
-    from robsim.results import save_run as save_run
+    from robsim.runfile import open_run as open_run
+    from robsim.runfile import save_run as save_run
     from robsim.scenario import Scenario as Scenario
     from robsim.scenario import load_scenario as load_scenario
     from robsim.scenario import replay as replay
@@ -57,8 +96,8 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
-    "open_run": "robsim.results",
-    "save_run": "robsim.results",
+    "open_run": "robsim.runfile",
+    "save_run": "robsim.runfile",
     "Scenario": "robsim.scenario",
     "load_scenario": "robsim.scenario",
     "replay": "robsim.scenario",

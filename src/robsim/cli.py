@@ -14,6 +14,7 @@ import click
 
 from robsim import __version__, examples, robots
 from robsim.errors import FileError, InputError, Interrupted, RankWarning, RobSimError
+from robsim.interrupt import undisturbed
 from robsim.kernels.jit import is_cold
 from robsim.outcome import Outcome
 
@@ -221,7 +222,7 @@ def _warnings_as_lines() -> Iterator[None]:
 
 def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
     """Write run and scenario whole; tells whether Ctrl-C came meanwhile."""
-    from robsim.results import save_run, undisturbed
+    from robsim.runfile import save_run
 
     with undisturbed() as stops:
         save_run(result, folder / "run.nc")
@@ -233,20 +234,30 @@ def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
 
 
 def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
-    """The three figures; of a batch, the image alone; of a summary, none."""
+    """The figures, an image for each camera; of a batch, images alone; of a summary, none."""
     from robsim import plot
 
     if "time" not in result.dims:
         return  # of a summary there is nothing to draw
     figures = {"image": plot.image(result)}
+    for camera in dict.fromkeys(result.mark_camera.values.tolist()):
+        if camera != result.mark_camera.values[0]:
+            figures[f"image_{camera}"] = plot.image(result, camera)
     if "run" not in result.dims:
         figures |= {
             "scene": plot.scene(scenario.scene, run=result),
-            "velocity": plot.velocity(result),
+            "velocity": plot.velocity(result, scenario.scene, _moving_frame(result, scenario)),
         }
     for name, figure in figures.items():
         with _writing(folder / f"{name}.png") as path:
             figure.savefig(path, dpi=200)
+
+
+def _moving_frame(result: xr.Dataset, scenario: Scenario) -> str | None:
+    """Whose velocity is shown: None for the camera; where that stands, what carries the target."""
+    scene, target = scenario.scene, str(result.mark_target.values[0])
+    stands = not scene.tree.carries(str(result.mark_camera.values[0])).any()
+    return scene.object(target).on if stands else None
 
 
 def _report(result: xr.Dataset, folder: Path) -> None:
@@ -259,7 +270,8 @@ def _report(result: xr.Dataset, folder: Path) -> None:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
-        click.echo(f"final error  {'unknown' if math.isnan(away) else f'{away:.3g} px'}")
+        if not math.isnan(away):  # a goal given as numbers has no image
+            click.echo(f"final error  {away:.3g} px")
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
     click.echo(f"results      {folder}")
 

@@ -10,7 +10,8 @@ from robsim.kernels import endings
 class Outcome(IntEnum):
     """The reason for which a run ended; `message` says what it means and what to try.
 
-    Where several hold at one instant, the order is: NOT_FINITE of the state, JOINT_LIMIT,
+    A mark that any camera of the task loses ends the run, also one that no feature uses. Where
+    several hold at one instant, the order is: NOT_FINITE of the state, JOINT_LIMIT,
     BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the
     command, SINGULAR, LOCAL_MINIMUM, TIME_LIMIT. RUNNING is the state of a run that was
     interrupted.

@@ -59,6 +59,8 @@ class Pose:
         array([0., 0., 1.])
         """
         if rotvec is not None:
+            if np.any(rpy):
+                raise InputError("rpy and rotvec: give one rotation only")
             turn = _three(rotvec, "rotvec")
             rotation = cls.exp([0.0, 0.0, 0.0, *turn]).matrix[:3, :3]
         else:

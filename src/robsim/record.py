@@ -57,7 +57,7 @@ class Recorder:
         over: NDArray[np.bool_],
     ) -> None:
         """Keep how those of the runs ended that are over."""
-        values = now.q, now.qd, now.command.s, now.look.pixels
+        values = now.q, now.qd, now.command.s, now.pixels
         ended = (np.ascontiguousarray(value[..., over]) for value in values)
         kernels.store(rows[over], 0, *ended, self.last)
         self.outcome[rows[over]] = now.outcome[over]

@@ -1,16 +1,10 @@
-"""Results: what a simulation returns, with names, units and provenance; saved and opened."""
+"""Results: what a simulation returns, with names, units and provenance."""
 
 from __future__ import annotations
 
-import os
 import platform
-import signal
-import tempfile
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
@@ -19,16 +13,16 @@ import xarray as xr
 
 from robsim import describe
 from robsim.arrays import Array
-from robsim.camera import Camera
-from robsim.errors import FileError, InputError
+from robsim.errors import InputError
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
 from robsim.outcome import Outcome
 from robsim.pose import homogeneous
 from robsim.scene import Scene
-from robsim.servo import IBVS, Computed
+from robsim.servo import Computed, Given, ServoTask, Task
 from robsim.servo.inverse import product
+from robsim.servo.sight import Sight
 
 if TYPE_CHECKING:
     from robsim.record import Recorder
@@ -69,22 +63,22 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: IBVS, single: bool) -> xr.Dataset:
+def dataset(loop: Loop, scene: Scene, task: Task, single: bool) -> xr.Dataset:
     """The record of a finished (or stopped) simulation as a Dataset."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
     tall = ["run", "time"]
-    goal = controller.goal.pixels[..., 0]
+    goal, s_goal = controller.goal_pixels, controller.s_goal[:, 0]
     with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
         variables = {
-            **_motion(scene, controller.truth.eye.name, series, tall),
-            **_features(series, controller.s_goal, tall),
+            **_motion(scene, controller.sights[0].eye.name, series, tall),
+            **_features(series, s_goal, tall),
             "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
             "pixels_goal": (["mark", "axis"], goal),
-            "s_goal": (["feature"], controller.s_goal),
+            "s_goal": (["feature"], s_goal),
             **_ends(loop, goal),
         }
-    attributes = _attributes(task.features.unit, scene)
+    attributes = _attributes(controller.units, scene)
     absent = {dim for dim, gone in (("run", single), ("time", recorder.every is None)) if gone}
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
@@ -110,20 +104,6 @@ def _simulated(recorder: Recorder) -> Track:
         return recorder.series
     kept = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
     return Track(*(part[:, :kept] for part in recorder.series))
-
-
-@contextmanager
-def undisturbed() -> Iterator[list[Any]]:
-    """Ctrl-C does not disturb what is inside; it is put into the list, for the caller to obey."""
-    came: list[Any] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield came
-        return
-    before = signal.signal(signal.SIGINT, lambda *given: came.append(given))
-    try:
-        yield came
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _motion(scene: Scene, camera: str, series: Track, tall: list[str]) -> dict[str, Any]:
@@ -189,6 +169,7 @@ def _blocks(count: int) -> Iterator[slice]:
 def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
     every = loop.recorder.every or 1
     seconds = {"units": "s", "long_name": "time"}
+    keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
     return {
         "run": (["run"], loop.first_run + np.arange(len(loop.q0))),
         "time": (["time"], np.arange(moments) * every * loop.dt, seconds),
@@ -197,21 +178,25 @@ def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
         "velocity": (["velocity"], list(scene.velocity_names)),
         "twist": (["twist"], ["vx", "vy", "vz", "wx", "wy", "wz"]),
         "axis": (["axis"], ["column", "row"]),
+        "feature_unit": (["feature"], list(loop.controller.units)),
+        "mark_camera": (["mark"], [camera for camera, _ in keys]),
+        "mark_target": (["mark"], [target for _, target in keys]),
     }
 
 
-def _provenance(loop: Loop, scene: Scene, task: IBVS, single: bool) -> dict[str, Any]:
+def _provenance(loop: Loop, scene: Scene, task: Task, single: bool) -> dict[str, Any]:
     """Who computed this, from what."""
     settings: dict[str, Any] = {
         "dt": loop.dt,
         "duration": loop.steps * loop.dt,
         "seed": loop.seed,
         "noise": loop.noise,
+        "hold": loop.hold,
         "record": loop.record,
     }
     try:
         text = describe.scenario(scene, task, settings, loop.q0[0] if single else None)
-    except describe.NoDescription as reason:
+    except (describe.NoDescription, InputError) as reason:
         text, settings["no_scenario"] = "", str(reason)
     return {
         "title": "RobSim run",
@@ -222,26 +207,43 @@ def _provenance(loop: Loop, scene: Scene, task: IBVS, single: bool) -> dict[str,
         "machine": platform.machine(),
         **settings,
         "seed": str(loop.seed),  # may exceed what a file's integers hold
-        "goal": "computed" if isinstance(task.goal, Computed) else "shown",
-        "belief": "the truth" if task.belief in (None, scene) else "differs from the truth",
-        "law": repr(task.law),
-        "inverse": repr(task.inverse),
-        "interaction": task.interaction,
+        "hold": int(loop.hold),
+        "task": type(task).__name__,
+        **(_scheme(task, scene) if isinstance(task, ServoTask) else {}),
         "tolerance": loop.controller.tolerance,
-        **_image(loop.controller.truth.eye.camera),
+        **_images(loop.controller.sights),
         "single": int(single),
         "scenario": text,
     }
 
 
-def _image(camera: Camera) -> dict[str, Any]:
-    """Size and centre of the image in pixels, for its figure."""
-    size = {"image_size": np.array(camera.size)} if camera.size else {}
-    return {**size, "image_centre": np.array([camera.K[0, 2], camera.K[1, 2]])}
+def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
+    kinds = {Computed: "computed", Given: "given"}
+    by_name = isinstance(task.interaction, str)
+    return {
+        "goal": kinds.get(type(task.goal), "shown"),
+        "belief": "the truth" if task.belief in (None, scene) else "differs from the truth",
+        "law": repr(task.law),
+        "inverse": repr(task.inverse),
+        "interaction": task.interaction if by_name else type(task.interaction).__name__,
+    }
 
 
-def _attributes(unit: str, scene: Scene) -> dict[str, dict[str, Any]]:
-    """Unit and long name of each variable; `unit` is that of the features."""
+def _images(sights: Sequence[Sight]) -> dict[str, Any]:
+    """Size and centre of the images in pixels, for their figures; the first without its name."""
+    cameras = {sight.eye.name: sight.eye.camera for sight in sights}
+    told: dict[str, Any] = {}
+    for i, (name, camera) in enumerate(cameras.items()):
+        suffix = f"_{name}" if i else ""
+        if camera.size:
+            told[f"image_size{suffix}"] = np.array(camera.size)
+        told[f"image_centre{suffix}"] = np.array([camera.K[0, 2], camera.K[1, 2]])
+    return told
+
+
+def _attributes(features: Sequence[str], scene: Scene) -> dict[str, dict[str, Any]]:
+    """Unit and long name of each variable; `features` are the units of s."""
+    unit = features[0] if len(set(features)) == 1 else "see feature_unit"
     joints = sorted(set(scene.coordinate_units))
     unit_q = joints[0] if len(joints) == 1 else "see coordinate_unit"
     units = {
@@ -249,7 +251,7 @@ def _attributes(unit: str, scene: Scene) -> dict[str, dict[str, Any]]:
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
         "qd": f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s",
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
-        "lyapunov": unit if unit == "1" else f"{unit}^2",
+        "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
     }
     named: dict[str, dict[str, Any]] = {
         name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
@@ -259,55 +261,3 @@ def _attributes(unit: str, scene: Scene) -> dict[str, dict[str, Any]]:
         "flag_meanings": " ".join(o.name for o in Outcome),
     }
     return named
-
-
-def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
-    """Write a run as NetCDF-4; the file appears only once it is complete.
-
-    FileError: it cannot be written there.
-
-    >>> from robsim import examples, load_scenario
-    >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
-    >>> open_run(save_run(run, "run.nc")).identical(run)
-    True
-    """
-    if not isinstance(run, xr.Dataset):
-        raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
-    try:
-        target = Path(path)
-        if not target.name:
-            raise IsADirectoryError("it is a folder")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".robsim-") as folder:
-            draft = Path(folder) / target.name
-            run.to_netcdf(draft, engine="h5netcdf")
-            draft.replace(target)
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot write {path}: {reason}") from None
-    return target
-
-
-def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a run that `save_run` wrote. FileError: missing, or not a run.
-
-    >>> open_run("nothing.nc")
-    Traceback (most recent call last):
-    ...
-    robsim.errors.FileError: no file nothing.nc
-    """
-    try:
-        exists = Path(path).is_file()
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot read {path}: {reason}") from None
-    if not exists:
-        raise FileError(f"no file {path}")
-    try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
-            run = data.load()
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
-        raise FileError(f"{path} is not a NetCDF-4 file: {error}") from None
-    if run.attrs.get("title") != "RobSim run":
-        raise FileError(f"{path} is not a run that RobSim saved")
-    return run

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -25,7 +25,18 @@ from robsim.pose import (
     one_pose,
 )
 from robsim.primitives import Primitive
-from robsim.tree import COORDINATE_UNITS, COORDINATES, FIXED, VELOCITIES, Frame, Joint, Tree
+from robsim.tree import (
+    COORDINATE_NAMES,
+    COORDINATE_UNITS,
+    COORDINATES,
+    FIXED,
+    VELOCITIES,
+    VELOCITY_NAMES,
+    VELOCITY_UNITS,
+    Frame,
+    Joint,
+    Tree,
+)
 from robsim.value import Value
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
@@ -74,8 +85,10 @@ class Robot(Value):
     """A tree of links. The first link is the base; it stands at `base` on the frame `on`.
 
     Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
-    (metres) joints, seven for floating ones (position, unit quaternion x y z w). Velocities
-    (..., nv) likewise, six for floating joints: the body twist (v, omega) in the link's axes.
+    (metres) joints, seven for floating ones (position, unit quaternion x y z w), three for planar
+    joints and unicycles (x, y, theta). Velocities (..., nv) likewise, in the axes that the link
+    has before its tail: the body twist (v, omega) of a floating joint, (vx, vy, omega) of a planar
+    one, (v, omega) of a unicycle, along x and about z.
     """
 
     name: str
@@ -187,8 +200,8 @@ class Robot(Value):
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """One name for each coordinate: the link's, with x ... qw for floating ones."""
-        return self._labels(COORDINATES, ("x", "y", "z", "qx", "qy", "qz", "qw"))
+        """One name for each coordinate: the link's, with .x and so on where a joint has several."""
+        return labels(self.links, COORDINATE_NAMES)
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
@@ -201,7 +214,12 @@ class Robot(Value):
     @property
     def velocity_names(self) -> tuple[str, ...]:
         """One name for each velocity."""
-        return self._labels(VELOCITIES, ("vx", "vy", "vz", "wx", "wy", "wz"))
+        return labels(self.links, VELOCITY_NAMES)
+
+    @property
+    def velocity_units(self) -> tuple[str, ...]:
+        """ "rad/s" or "m/s" of each velocity."""
+        return tuple(unit for k in self.links for unit in VELOCITY_UNITS[k.joint.kind])
 
     @property
     def tip(self) -> str:
@@ -226,13 +244,13 @@ class Robot(Value):
 
         InputError: wrong length, not finite, quaternion without length 1, outside the limits.
         """
-        if self.nq == 7 and self.nv == 6 and is_pose_like(q):
+        if self._floats and is_pose_like(q):
             q = as_pose(q).q
         values = numbers(q, what, (self.nq,))
         start = 0
         for link in self.links:
             size = COORDINATES[link.joint.kind]
-            if size == 7:
+            if link.joint.kind == "floating":
                 quaternion = values[..., start + 3 : start + 7]
                 length = np.linalg.norm(quaternion, axis=-1, keepdims=True)
                 if (np.abs(length - 1) > 1e-6).any():
@@ -278,7 +296,8 @@ class Robot(Value):
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
         """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.
 
-        A floating joint moves by T exp(V dt); limits are not looked at.
+        A floating joint moves by T exp(V dt), a planar one or a unicycle along an arc; limits are
+        not looked at.
 
         >>> Robot.from_dh([[0, 0, 1, 0]]).integrate([0.1], [2.0], 0.5)
         array([1.1])
@@ -300,12 +319,10 @@ class Robot(Value):
             )
         return name or self.tip
 
-    def _labels(self, sizes: dict[str, int], parts: tuple[str, ...]) -> tuple[str, ...]:
-        names: list[str] = []
-        for link in self.links:
-            size = sizes[link.joint.kind]
-            names += [link.name] if size == 1 else [f"{link.name}.{p}" for p in parts[:size]]
-        return tuple(names)
+    @property
+    def _floats(self) -> bool:
+        """Whether all that moves is one floating joint, so that a pose says everything."""
+        return [k.joint.kind for k in self.links if COORDINATES[k.joint.kind]] == ["floating"]
 
     def _check_limits(self, q: Array, what: str) -> None:
         low, high = self.limits[:, 0] - LIMIT_SLACK, self.limits[:, 1] + LIMIT_SLACK
@@ -319,6 +336,11 @@ class Robot(Value):
                 f"{what}{row}: joint '{name}' of '{self.name}' is {q[where]:.6g} {unit}, "
                 f"outside its limits [{lo:.6g}, {hi:.6g}] {unit}"
             )
+
+
+def labels(links: Iterable[Link], parts: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Names of what the joints of `links` have, by the `parts` of each kind of joint."""
+    return tuple(link.name + part for link in links for part in parts[link.joint.kind])
 
 
 def _spans(limits: ArrayLike, n: int) -> list[list[float]]:

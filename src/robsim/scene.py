@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from robsim.arrays import Array, frozen, numbers, runs_last
 from robsim.camera import Camera
 from robsim.errors import InputError, suggest
+from robsim.motion import Motion
 from robsim.pose import IDENTITY, Pose, homogeneous, one_pose
 from robsim.robot import Robot, checked_name, checked_shapes
 from robsim.tree import FIXED, Frame, Joint, Tree
 from robsim.value import Value
 
-T = TypeVar("T", Robot, "Object", "Mounted")
+T = TypeVar("T", Robot, "Object", "Mounted", Motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +86,8 @@ class View(NamedTuple):
 class Scene:
     """Robots, objects and cameras. Frames are called "world", "robot.link", and by name.
 
-    `display` is the chapter's gT0: the pose of the world in the frame of the figures.
+    `motions` say which robots move on their own. `display` is the chapter's gT0: the pose of the
+    world in the frame of the figures.
     Coordinates q of the scene are those of its robots, one after the other.
 
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
@@ -98,10 +100,11 @@ class Scene:
     robots: tuple[Robot, ...] = ()
     objects: tuple[Object, ...] = ()
     cameras: tuple[Mounted, ...] = ()
+    motions: tuple[Motion, ...] = ()
     display: Pose = field(default=IDENTITY, kw_only=True)
 
     def __post_init__(self) -> None:
-        for kind, part in (("robots", Robot), ("objects", Object), ("cameras", Mounted)):
+        for kind, part in _KINDS.items():
             given = getattr(self, kind)
             parts = (given,) if isinstance(given, part) else given
             if not isinstance(parts, Iterable) or not all(isinstance(p, part) for p in parts):
@@ -113,6 +116,11 @@ class Scene:
         if twice:
             raise InputError(f"two things in the scene are called '{twice[0]}'; rename one")
         _ = self.tree  # an unknown frame is an error now, not later
+        for motion in self.motions:
+            motion.check(self.robot(motion.robot).nv)
+        movers = [motion.robot for motion in self.motions]
+        if len(set(movers)) < len(movers):
+            raise InputError(f"two motions for one robot: {', '.join(movers)}")
 
     @cached_property
     def tree(self) -> Tree:
@@ -154,6 +162,29 @@ class Scene:
         """Those of the robot; with its name in front where there are several."""
         return self._labels("velocity_names")
 
+    @property
+    def velocity_units(self) -> tuple[str, ...]:
+        """ "rad/s" or "m/s" of each velocity."""
+        return tuple(unit for robot in self.robots for unit in robot.velocity_units)
+
+    @cached_property
+    def prescribed(self) -> NDArray[np.bool_]:
+        """(nv,): which velocities no task commands, because their robot moves on its own."""
+        movers = {motion.robot for motion in self.motions}
+        flags = [np.full(robot.nv, robot.name in movers) for robot in self.robots]
+        return frozen(np.concatenate([np.empty(0, dtype=np.bool_), *flags]))
+
+    def drift(self, seconds: float) -> Array:
+        """(nv,) prescribed velocities at a time; zero for all others."""
+        motions = {motion.robot: motion for motion in self.motions}
+        each = [
+            motions[robot.name].check(robot.nv, seconds)
+            if robot.name in motions
+            else np.zeros(robot.nv)
+            for robot in self.robots
+        ]
+        return frozen(np.concatenate([np.empty(0), *each]))
+
     def robot(self, name: str | None = None) -> Robot:
         """The robot of that name, or the only one."""
         return _pick(self.robots, name, "robot")
@@ -167,7 +198,7 @@ class Scene:
         """The camera of that name, or the only one."""
         return _pick(self.cameras, name, "camera")
 
-    def replacing(self, *parts: Robot | Object | Mounted) -> Scene:
+    def replacing(self, *parts: Robot | Object | Mounted | Motion) -> Scene:
         """A copy in which these parts replace those of the same name: a belief, for example.
 
         >>> scene = Scene(objects=Object("cup", marks=[[0, 0, 0]]))
@@ -175,21 +206,18 @@ class Scene:
         >>> scene.replacing(moved).pose("cup").position
         array([1., 0., 0.])
         """
+        changed: dict[str, Any] = {kind: list(getattr(self, kind)) for kind in _KINDS}
         for part in parts:
-            if not isinstance(part, Robot | Object | Mounted):
-                raise InputError(f"expected a Robot, Object or Mounted, got {part!r:.80}")
-            known = [p.name for p in self._parts if type(p) is type(part)]
+            kind = next((kind for kind in _KINDS if isinstance(part, _KINDS[kind])), None)
+            if kind is None:
+                raise InputError(f"expected a Robot, Object, Mounted or Motion, got {part!r:.80}")
+            known = [p.name for p in changed[kind]]
             if part.name not in known:
-                kind = {Robot: "robot", Object: "object"}.get(type(part), "camera")
                 raise InputError(
-                    f"the scene has no {kind} '{part.name}' to replace; "
-                    f"{suggest(part.name, known, kind + 's')}"
+                    f"the scene has no {kind[:-1]} '{part.name}' to replace; "
+                    f"{suggest(part.name, known, kind)}"
                 )
-        new = {p.name: p for p in parts}
-        kinds = ("robots", "objects", "cameras")
-        changed: dict[str, Any] = {
-            kind: tuple(new.get(p.name, p) for p in getattr(self, kind)) for kind in kinds
-        }
+            changed[kind][known.index(part.name)] = part
         return replace(self, **changed)
 
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
@@ -257,6 +285,14 @@ class Scene:
         if len(self.robots) == 1:
             return tuple(getattr(self.robots[0], which))
         return tuple(f"{r.name}.{name}" for r in self.robots for name in getattr(r, which))
+
+
+_KINDS: dict[str, type[Any]] = {
+    "robots": Robot,
+    "objects": Object,
+    "cameras": Mounted,
+    "motions": Motion,
+}
 
 
 def _fixed(pose: Pose) -> Joint:

@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,23 +15,24 @@ from numpy.typing import NDArray
 
 from robsim.arrays import Array, numbers, positive, runs_last
 from robsim.errors import InputError, Interrupted
+from robsim.interrupt import undisturbed
 from robsim.kernels import loop as kernels
 from robsim.kernels import tree
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
 from robsim.kernels.loop import Command, Noise
-from robsim.kernels.sight import Look
 from robsim.outcome import Outcome
 from robsim.record import LONGEST, Record, Recorder
 from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
 from robsim.servo.controller import Controller
-from robsim.servo.inverse import RCOND, rank
+from robsim.servo.instant import Instant
+from robsim.servo.inverse import rank
+from robsim.servo.sight import joined
+from robsim.servo.task import Task
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from robsim.servo import IBVS
 
 WORTH_COMPILING = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
 BURST = 100_000  # steps of runs that go on in compiled code before Ctrl-C is looked for
@@ -39,13 +41,14 @@ Progress = Callable[[float], None]
 
 def simulate(
     scene: Scene,
-    task: IBVS,
+    task: Task,
     q0: Any = None,
     *,
     dt: float = 0.04,
     duration: float = 10.0,
     seed: int = 0,
     noise: float = 0.0,
+    hold: bool = False,
     record: Record = "all",
     run: int = 0,
     threads: int | None = None,
@@ -58,6 +61,7 @@ def simulate(
     dt          control period in seconds: a command is held for it, and the motion is exact
     duration    seconds, rounded up to whole periods
     noise       standard deviation of the measured pixels, keyed by (seed, run) and step
+    hold        go on to the end of the duration, also after convergence: to follow what moves
     record      "all", every n-th step, or "summary": the end of each run
     run         number of the first run, to repeat one row of a batch alone with its noise
     threads     how many; None for one per processor. The result is the same for any number
@@ -72,7 +76,7 @@ def simulate(
     >>> rs.Outcome(int(run.outcome)).name, round(float(run.error_norm[149]), 4)
     ('CONVERGED', 0.023)
     """
-    from robsim.results import dataset, undisturbed
+    from robsim.results import dataset
 
     _check_kinds(scene, task, progress)
     controller = task.bind(scene)
@@ -89,6 +93,7 @@ def simulate(
         _whole_periods(dt, duration),
         _whole(seed, "seed", 0, 2**64),
         _noise(noise),
+        _flag(hold, "hold"),
         _whole(run, "run", 0, 2**62),
         record,
     )
@@ -116,6 +121,7 @@ class Loop:
     steps: int
     seed: int
     noise: float
+    hold: bool
     first_run: int
     record: Record
     stopped: bool = field(default=False, init=False)
@@ -123,17 +129,22 @@ class Loop:
 
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
-        widths = (scene.nq, scene.nv, controller.k, controller.goal.pixels.size)
+        widths = (scene.nq, scene.nv, controller.k, controller.goal_pixels.size)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         self.limits = np.ascontiguousarray(scene.limits + slack)
-        scheme = controller.compiled
+        self.steady = not any(callable(motion.rates) for motion in scene.motions)
+        self.still = scene.drift(0.0)
+        ends = np.cumsum([0, *(len(sight.target.marks) for sight in controller.sights)])
+        self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]  # of pixels, by sight
+        scheme = controller.compiled if self.steady else None
         self.scheme = scheme if scheme and pays(len(self.q0), self.steps) else None
 
     @property
     def scene(self) -> Scene:
         """The true one."""
-        return self.controller.truth.scene
+        scene: Scene = self.controller.scene
+        return scene
 
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
@@ -160,7 +171,7 @@ class Now(NamedTuple):
 
     q: Array  # (nq, B)
     qd: Array  # (nv, B)
-    look: Look
+    pixels: Array  # (N, 2, B) of all sights, without noise
     command: Command
     outcome: NDArray[np.int8]
 
@@ -173,6 +184,7 @@ class _Chunk:
     q: Array
     noise: Noise
     watch: Watch
+    memory: dict[str, Any]  # of the controller, run first
 
     @classmethod
     def start(cls, loop: Loop, rows: NDArray[np.int64]) -> _Chunk:
@@ -182,23 +194,25 @@ class _Chunk:
         watch = Watch(np.empty(runs), np.empty(runs), still, before, np.empty(runs))
         number = (rows + loop.first_run).astype(np.uint64)
         noise = Noise(loop.noise, np.uint64(loop.seed), number)
-        return cls(rows, runs_last(loop.q0[rows], 1), noise, watch)
+        return cls(rows, runs_last(loop.q0[rows], 1), noise, watch, {})
 
     def without(self, over: NDArray[np.bool_]) -> _Chunk:
         """The chunk that goes on when some runs are over."""
         noise = self.noise._replace(runs=self.noise.runs[~over])
         watch = Watch(*(_keep(array, ~over) for array in self.watch))
-        return _Chunk(self.rows[~over], _keep(self.q, ~over), noise, watch)
+        memory = _remembered(self.memory, ~over)
+        return _Chunk(self.rows[~over], _keep(self.q, ~over), noise, watch, memory)
 
 
 def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     """With a built-in scheme: many steps in compiled code, until a run ends or a while is over."""
     controller, recorder, runs = loop.controller, loop.recorder, chunk.rows.size
-    k, n, nv = controller.k, controller.truth.columns.size, loop.scene.nv
+    k, n, nv = controller.k, controller.columns.size, loop.scene.nv
+    sight = controller.sights[0]
     command = Command(
         np.empty((k, runs)), np.empty((k, runs)), np.empty((n, runs)), np.empty((k, n, runs))
     )
-    look, qd, outcome = controller.truth.room(runs), np.empty((nv, runs)), np.empty(runs, np.int8)
+    look, qd, outcome = sight.room(runs), np.empty((nv, runs)), np.empty(runs, np.int8)
     step = kernels.stride(
         step,
         min(step + max(BURST // runs, 1), loop.steps),
@@ -206,8 +220,10 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.dt,
         loop.scene.tree.joints,
         loop.limits,
-        controller.truth.constants,
-        controller.truth.moves,
+        loop.hold,
+        loop.still,
+        sight.constants,
+        sight.moves(controller.columns),
         loop.scheme,
         chunk.noise,
         chunk.watch,
@@ -220,24 +236,31 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         qd,
         outcome,
     )
-    return step, Now(chunk.q, qd, look, command, outcome)
+    return step, Now(chunk.q, qd, look.pixels, command, outcome)
 
 
 def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     """With anybody's feature, law or belief: one step, the same sequence as in `kernels.stride`."""
     controller, runs = loop.controller, chunk.rows.size
-    look = controller.truth.look(chunk.q)
+    sights = controller.sights
+    looks = [sight.look(chunk.q) for sight in sights]
+    look = joined(looks)
     pixels = np.empty_like(look.pixels)
     kernels.measure(look.pixels, chunk.noise, step, pixels)
-    command = controller.control(chunk.q, look, pixels)
+    seen = {sight.key: each for sight, each in zip(sights, looks, strict=True)}
+    measured = {sight.key: pixels[rows] for sight, rows in zip(sights, loop.rows, strict=True)}
+    now = Instant(step, loop.dt, chunk.q, seen, measured, chunk.memory)
+    command = controller.control(now)
+    T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     kernels.settle(
         step,
         loop.steps,
         loop.limits,
-        controller.truth.constants,
-        controller.belief.columns,
-        controller.gain,
+        loop.hold,
+        loop.still if loop.steady else loop.scene.drift(step * loop.dt),
+        controller.columns,
+        controller.pace,
         controller.tolerance,
         chunk.watch,
         chunk.rows,
@@ -245,11 +268,37 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.recorder.series,
         chunk.q,
         look,
+        T,
         command,
         qd,
         outcome,
     )
-    return step, Now(chunk.q, qd, look, command, outcome)
+    return step, Now(chunk.q, qd, look.pixels, command, outcome)
+
+
+def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:
+    """What a controller or a user's law remembers of the runs that go on."""
+    kept: dict[str, Any] = {}
+    for name, value in memory.items():
+        if isinstance(value, dict):
+            kept[name] = _remembered(value, going)
+        else:
+            kept[name] = _rows(name, value, going.size)[going]
+    return kept
+
+
+def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
+    """An array with a row for each run; InputError if what is remembered is none."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of unequal lengths
+        array = np.empty(())
+    if array.shape[:1] != (runs,):
+        raise InputError(
+            f"memory {name!r}: expected an array with a row for each of {runs} runs, "
+            f"got {value!r:.80}"
+        )
+    return array
 
 
 def _keep(array: Any, going: NDArray[Any]) -> Any:
@@ -260,8 +309,8 @@ def _tell_singular(controller: Controller, now: Now) -> None:
     """A stall where L J has lost rank is a singularity, not a local minimum."""
     stalled = np.flatnonzero(now.outcome == Outcome.LOCAL_MINIMUM)
     if stalled.size:
-        rcond = controller.inverse.numbers[1] or RCOND
-        lost = rank(_keep(now.command.reach, stalled), rcond) < controller.full_rank
+        reach = _keep(now.command.reach, stalled)
+        lost = rank(reach, controller.rcond) < controller.full_rank
         now.outcome[stalled[lost]] = Outcome.SINGULAR
 
 
@@ -310,7 +359,7 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
 def _check_kinds(scene: object, task: object, progress: object) -> None:
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
-    if isinstance(task, type) or not hasattr(task, "bind"):
+    if isinstance(task, type) or not isinstance(task, Task):
         raise InputError(f"task: expected a task such as IBVS(...), got {task!r:.80}")
     if progress is not None and not callable(progress):
         raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
@@ -342,6 +391,12 @@ def _whole(value: Any, what: str, low: int, below: int | None = None) -> int:
     if below is not None and int(value) >= below:
         raise InputError(f"{what} must be below {below}, got {value!r}")
     return int(value)
+
+
+def _flag(value: Any, what: str) -> bool:
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{what} must be True or False, got {value!r:.80}")
+    return bool(value)
 
 
 def _noise(value: Any) -> float:

@@ -64,15 +64,17 @@ def check_feature(
 def check_law(law: Law, joints: int = 6, features: int = 8, seed: int = 0) -> list[str]:
     """Whether a law gives finite commands of the right shape, zero for no error, descending.
 
-    Descending means e' L J qdot < 0: for an exact model the error begins to shrink.
+    Descending means e' L J qdot < 0: for an exact model the error begins to shrink. The goal is
+    s = 0, and q has as many coordinates as there are joints.
     """
     rng = np.random.default_rng(seed)
     e = rng.normal(size=(features, RUNS))
     L, J = rng.normal(size=(features, 6, RUNS)), rng.normal(size=(6, joints, RUNS))
+    at = rng.normal(size=(joints, RUNS))
 
     def state(rows: Any, scale: float = 1.0) -> State:
-        error, M, N = (np.ascontiguousarray(a[..., rows]) for a in (scale * e, L, J))
-        return State(error, M, N, product(M, N), gain=1.0, inverse=Truncated())
+        error, M, N, q = (np.ascontiguousarray(a[..., rows]) for a in (scale * e, L, J, at))
+        return State(error, M, N, product(M, N), 1.0, Truncated(), s_last=error.copy(), q_last=q)
 
     name = type(law).__name__
     qd, said = _call(law, "command", state(slice(None)), (RUNS, joints))

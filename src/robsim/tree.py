@@ -15,11 +15,13 @@ from robsim.errors import FrameError, InputError, suggest
 from robsim.kernels import tree as kernels
 from robsim.pose import IDENTITY, Pose, one_pose
 
-Kind = Literal["fixed", "revolute", "prismatic", "floating"]
+Kind = Literal["fixed", "revolute", "prismatic", "floating", "planar", "unicycle"]
 _CODE = {
     "revolute": kernels.REVOLUTE,
     "prismatic": kernels.PRISMATIC,
     "floating": kernels.FLOATING,
+    "planar": kernels.PLANAR,
+    "unicycle": kernels.UNICYCLE,
 }
 # the velocities of a joint, in order: (about an axis, which axis of the moving frame)
 _VELOCITIES: dict[str, list[tuple[bool, int]]] = {
@@ -27,21 +29,47 @@ _VELOCITIES: dict[str, list[tuple[bool, int]]] = {
     "revolute": [(True, 2)],
     "prismatic": [(False, 2)],
     "floating": [(turns, axis) for turns in (False, True) for axis in range(3)],
+    "planar": [(False, 0), (False, 1), (True, 2)],
+    "unicycle": [(False, 0), (True, 2)],
 }
 COORDINATE_UNITS = {
     "fixed": [],
     "revolute": ["rad"],
     "prismatic": ["m"],
     "floating": ["m"] * 3 + ["1"] * 4,
+    "planar": ["m", "m", "rad"],
+    "unicycle": ["m", "m", "rad"],
+}
+# what follows the name of the link, where a joint has several
+COORDINATE_NAMES: dict[str, tuple[str, ...]] = {
+    "fixed": (),
+    "revolute": ("",),
+    "prismatic": ("",),
+    "floating": (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw"),
+    "planar": (".x", ".y", ".theta"),
+    "unicycle": (".x", ".y", ".theta"),
+}
+VELOCITY_NAMES: dict[str, tuple[str, ...]] = {
+    "fixed": (),
+    "revolute": ("",),
+    "prismatic": ("",),
+    "floating": (".vx", ".vy", ".vz", ".wx", ".wy", ".wz"),
+    "planar": (".vx", ".vy", ".omega"),
+    "unicycle": (".v", ".omega"),
 }
 COORDINATES = {kind: len(units) for kind, units in COORDINATE_UNITS.items()}
 VELOCITIES = {kind: len(rows) for kind, rows in _VELOCITIES.items()}
+VELOCITY_UNITS = {
+    kind: ["rad/s" if turns else "m/s" for turns, _ in rows] for kind, rows in _VELOCITIES.items()
+}
 
 
 @dataclass(frozen=True)
 class Joint:
-    """place . motion(q) . tail: a constant pose, a motion about or along z, a constant pose.
+    """place . motion(q) . tail: a constant pose, a motion, a constant pose.
 
+    A revolute joint turns about z and a prismatic one slides along it. A floating joint moves
+    freely, a planar one in the plane z = 0, and so does a unicycle, which cannot move sideways.
     `limits` is (lowest, highest) in radians or metres, None for none.
 
     >>> Joint("prismatic", limits=(0.0, 0.5)).limits

@@ -17,14 +17,16 @@ m, cm, mm, um = 1.0, 1e-2, 1e-3, 1e-6
 rad, deg = 1.0, math.pi / 180.0
 s, ms = 1.0, 1e-3
 
-Dimension = Literal["length", "angle", "time"]
+Dimension = Literal["length", "angle", "time", "speed", "turn rate"]
 # a power of ten is applied to the decimal number, so "22.86 cm" is the double nearest 0.2286
 _UNITS: dict[str, dict[str, int | float]] = {
     "length": {"m": 0, "cm": -2, "mm": -3, "um": -6},
     "angle": {"rad": 0, "deg": deg},
     "time": {"s": 0, "ms": -3},
+    "speed": {"m/s": 0, "cm/s": -2, "mm/s": -3},
+    "turn rate": {"rad/s": 0, "deg/s": deg},
 }
-_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)([a-zA-Zµ%]*)\s*")
+_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)([a-zA-Zµ%/]*)\s*")
 
 
 @overload

@@ -18,9 +18,8 @@ class Value:
         return hash(self._key())
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        for array in state.values():
-            if isinstance(array, np.ndarray):
-                array.flags.writeable = False  # copies are values too
+        for value in state.values():
+            _freeze(value)  # copies are values too
         self.__dict__.update(state)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -28,6 +27,13 @@ class Value:
 
     def _key(self) -> tuple[Any, ...]:
         return tuple(_hashable(getattr(self, f.name)) for f in fields(self))  # type: ignore[arg-type]
+
+
+def _freeze(value: Any) -> None:
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    for part in value.values() if isinstance(value, dict) else ():
+        _freeze(part)
 
 
 def _hashable(value: Any) -> Any:

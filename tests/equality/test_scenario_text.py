@@ -51,7 +51,7 @@ def any_shapes(rng):
 
 
 def any_arm(rng, name):
-    """An arm on a rail from a DH table, with a fixed plate and a free body on it."""
+    """An arm on a rail from a DH table; on it a fixed plate, and things that move about on that."""
     rows = rng.normal(size=(3, 4))
     home = rng.uniform(-0.5, 0.5, 3)
     limits = np.stack([home - rng.uniform(0.1, 1, 3), home + 1], axis=1)
@@ -60,8 +60,10 @@ def any_arm(rng, name):
     arm = rs.Robot.from_dh(rows, convention, "PRR", home, limits, name, shapes=shapes)
     plate = rs.Link("plate", "link2", rs.Joint("fixed", any_pose(rng), any_pose(rng)))
     held = rs.Link("held", "plate", rs.Joint("floating", tail=any_pose(rng)), any_shapes(rng))
-    home = [*home, *any_pose(rng).q]
-    return rs.Robot(name, (*arm.links, plate, held), home, base=any_pose(rng))
+    deck = rs.Link("deck", "plate", rs.Joint("planar", any_pose(rng), any_pose(rng)))
+    rover = rs.Link("rover", "deck", rs.Joint("unicycle", any_pose(rng)), any_shapes(rng))
+    home = [*home, *any_pose(rng).q, *rng.normal(size=6)]
+    return rs.Robot(name, (*arm.links, plate, held, deck, rover), home, base=any_pose(rng))
 
 
 def any_camera(rng, name, on):

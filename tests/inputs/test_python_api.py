@@ -186,18 +186,18 @@ def test_a_bad_setting_of_simulate_is_an_input_error_that_names_it(name, value, 
 
 TASK = {
     "gain": [
-        (0, "gain (per second) must be a positive number, got 0"),
+        (0, "gain must be a positive number per second or Adaptive", "got 0"),
         (-1, "got -1"),
-        (NAN, "gain (per second): nan", "must be finite"),
-        (INF, "gain (per second): inf"),
-        ("fast", "gain (per second)", "'fast'"),
-        ([1.0, 2.0], "gain (per second)", "[1.0, 2.0]"),
-        (None, "gain (per second)"),
+        (NAN, "gain must be a positive number per second", "got nan"),
+        (INF, "gain must be a positive number per second", "got inf"),
+        ("fast", "gain must be", "'fast'"),
+        ([1.0, 2.0], "gain must be", "[1.0, 2.0]"),
+        (None, "gain must be", "None"),
     ],
     "tolerance": [(0, "tolerance must be a positive number, got 0"), (NAN, "tolerance: nan")],
     "depth_scale": [(0, "depth_scale must be a positive number, got 0"), (-2, "got -2")],
     "depth": [
-        ("tru", "depth must be 'true', 'goal' or a number of metres, got 'tru'"),
+        ("tru", "depth must be 'true', 'goal', a number of metres or a DepthFilter, got 'tru'"),
         (0, "depth (metres) must be a positive number, got 0"),
         (NAN, "depth (metres): nan"),
         ([1.0, 2.0], "depth (metres)"),
@@ -206,6 +206,9 @@ TASK = {
         ("curent", "'curent'", "did you mean 'current'?", "choices: current, desired, mean"),
         (None, "None", "choices: current, desired, mean"),
         (["mean"], "['mean']", "choices: current, desired, mean"),
+        (np.eye(3), "interaction: expected shape (..., k, 6), got (3, 3)"),
+        (np.ones((7, 6)), "interaction: expected shape (8, 6), a row for each", "got (7, 6)"),
+        (rs.Broyden(np.eye(6)), "Broyden start: expected shape (8, 6)", "got (6, 6)"),
     ],
     "law": [
         ("joit", "no law 'joit'", "did you mean 'joint'?", "laws: joint, camera", "command(state)"),
@@ -220,16 +223,16 @@ TASK = {
         ({}, "no inverse {}", "inverses: truncated, damped"),
     ],
     "features": [
-        (rs.Points, "features: expected Points(), PixelPoints()", "<class", "measure"),
+        (rs.Points, "features: expected a name", "<class", "measure", "such as Points()"),
         ("point", "no features 'point'", "did you mean 'points'?", "features: points, pixels"),
-        (None, "features: expected Points(), PixelPoints()", "None"),
+        (None, "features: expected a name (points, pixels, polar", "None"),
         (rs.Points(tolerance=0), "tolerance must be a positive number, got 0"),
         (rs.Points(tolerance=NAN), "tolerance: nan"),
         (rs.Points(tolerance="small"), "tolerance: expected a number", "'small'"),
     ],
     "camera": [
         ("ey", "no camera 'ey'", "did you mean 'eye'?", "cameras: eye"),
-        (3, "cameras: eye"),
+        (3, "camera: expected a name, or two different ones, got 3"),
     ],
     "target": [
         ("dot", "no object 'dot'", "did you mean 'dots'?", "objects: dots"),
@@ -357,7 +360,7 @@ VALUES = {
     ),
     "robot of the library": (
         lambda: rs.robots.load("rhino"),
-        "no robot 'rhino' in the library; did you mean 'rhino_xr4'? robots: free_camera",
+        "no robot 'rhino' in the library; did you mean 'rhino_xr4'? robots: conveyor, free_camera",
     ),
     "joint kind": (
         lambda: rs.Joint("revolut"),
@@ -515,15 +518,15 @@ def law(command):
 RETURNED = {
     "s without a batch at the goal": (
         {"features": feature(measure=lambda self, seen: seen.points[0].ravel())},
-        "Mine.measure at the goal must return finite numbers of shape (1, k)",
+        "Mine: a method returned shape (8,) where (1, k) is needed",
     ),
     "s not finite at the goal": (
         {"features": feature(measure=lambda self, seen: np.full((1, 8), np.nan))},
-        "Mine.measure at the goal must return finite numbers of shape (1, k)",
+        "Mine: s at the goal must be finite, got array([nan",
     ),
     "s of no numbers": (
         {"features": feature(measure=lambda self, seen: "far")},
-        "Mine or JointLaw: a method returned 'far' where numbers are needed",
+        "Mine: a method returned 'far' where numbers are needed",
     ),
     "L of a flat shape": (
         {"features": feature(interaction=lambda self, seen: np.zeros((len(seen.points), 48)))},
@@ -539,15 +542,15 @@ RETURNED = {
     ),
     "a command for five joints": (
         {"law": law(lambda self, state: np.zeros((1, 5)))},
-        "Points or Mine: a method returned shape (1, 5) where (1, 6) is needed",
+        "Mine.command returned shape (1, 5) where (1, 6) is needed",
     ),
     "a command without a batch": (
         {"law": law(lambda self, state: np.zeros(6))},
-        "a method returned shape (6,) where (1, 6) is needed; see robsim.testing",
+        "Mine.command returned shape (6,) where (1, 6) is needed; see robsim.testing",
     ),
     "a command in words": (
         {"law": law(lambda self, state: ["left"] * 6)},
-        "Points or Mine: a method returned ['left',",
+        "Mine.command returned ['left',",
     ),
 }
 
@@ -797,15 +800,15 @@ class Jump:
 
 
 def unsteady():
-    """A feature that is not finite as soon as anything has moved."""
+    """A feature that is not finite as soon as anything has moved; twice it is asked at the goal."""
 
     class Mine(Plain):
         calls = 0
 
         def measure(self, seen):
             self.calls += 1
-            s = Plain.measure(self, seen) + 0.1 * (self.calls > 1)
-            return s if self.calls < 3 else s * np.nan
+            s = Plain.measure(self, seen) + 0.1 * (self.calls > 2)
+            return s if self.calls < 4 else s * np.nan
 
     return Mine()
 

@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.scenario import Scenario, load_scenario, read_robot
+from robsim.servo.docking import Docking
+from robsim.servo.placing import Placing
 
 DEG = math.pi / 180
 RHINO = """
@@ -228,6 +230,175 @@ cameras = [{ name = "eye", on = "free_camera.body", focal = 800, size = [640, 48
 """
 
 
+# every kind of task and every key of a task at least once
+COMMON = """
+goal = { s = [0.1, 0.2] }
+camera = ["eye", "wall"]
+target = "dots"
+interaction = "broyden"
+broyden_start = [[1, 0], [0, 1]]
+depth = { start = "50 cm", start_sigma = 0.4, noise = 2 }
+depth_scale = 1.1
+inverse = "transposed"
+tolerance = 0.01
+feed_forward = "estimated"
+lag = "100 ms"
+joints = ["fly", "belt.belt"]
+secondary = { kind = "avoid_limits", gain = 2, margin = 0.2 }
+projection = { low = 0.02, high = 0.2 }
+smooth_start = 3
+limit = { joint = "30 deg/s", linear = "10 cm/s", angular = "20 deg/s" }
+"""
+BELT = """
+schema = 1
+robots = [{ model = "free_camera", name = "fly" }, { model = "conveyor", name = "belt" }]
+objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm", "0, 10, 100 cm"] }]
+[[cameras]]
+name = "eye"
+on = "fly.body"
+focal = 800
+size = [640, 480]
+[[cameras]]
+name = "wall"
+on = "belt.belt"
+focal = 800
+size = [640, 480]
+[[motions]]
+robot = "belt"
+rates = ["-5 cm/s"]
+[run]
+hold = true
+"""
+STILL = BELT.replace('[[motions]]\nrobot = "belt"\nrates = ["-5 cm/s"]', "")
+ONE_EYE = STILL.replace(
+    """[[cameras]]
+name = "wall"
+on = "belt.belt"
+focal = 800
+size = [640, 480]
+""",
+    "",
+)
+COMMON_VALUES = {
+    "goal": rs.Given([0.1, 0.2]),
+    "camera": ("eye", "wall"),
+    "target": "dots",
+    "interaction": rs.Broyden([[1, 0], [0, 1]]),
+    "depth": rs.DepthFilter(0.5, 0.4, 2),
+    "depth_scale": 1.1,
+    "inverse": rs.Transposed(),
+    "tolerance": 0.01,
+    "feed_forward": rs.Estimated(0.1),
+    "joints": ("fly", "belt.belt"),
+    "secondary": rs.AvoidLimits(2, 0.2),
+    "projection": rs.Large(0.02, 0.2),
+    "smooth_start": 3,
+    "limit": rs.SpeedLimit(30 * DEG, 0.1, 20 * DEG),
+}
+SEVEN = '["1 cm", "2 cm", "3 cm", "4 deg", "5 deg", "6 rad", "7 mm"]'
+SEVEN_VALUES = [0.01, 0.02, 0.03, 4 * DEG, 5 * DEG, 6, 0.007]
+RATES = '["1 cm/s", "2 cm/s", "3 cm/s", "4 deg/s", "5 deg/s", "6 rad/s", "7 mm/s"]'
+PAIR = '"eye", "wall"'
+TASKS = {
+    'kind = "ibvs"\nfeatures = "lines"': rs.IBVS(features="lines"),
+    'kind = "ibvs"\nfeatures = { kind = "sphere", radius = "5 cm", tolerance = 0.1 }': rs.IBVS(
+        features=rs.Sphere(0.05, 0.1)
+    ),
+    'kind = "ibvs"\nfeatures = { kind = "decoupled_moments", of = "region" }': rs.IBVS(
+        features=rs.DecoupledMoments("region")
+    ),
+    'kind = "ibvs"\nfeatures = { kind = "points", weight = 2 }': rs.IBVS(
+        features=rs.Part("points", weight=2)
+    ),
+    'kind = "ibvs"\ncamera = "eye"\nfeatures = ["points", { kind = "translation", form = "camera", '
+    'camera = ["eye", "wall"], target = "dots", marks = [1, 0], components = [2] }]': rs.IBVS(
+        camera="eye",
+        features=[
+            "points",
+            rs.Part(rs.Translation("camera"), ("eye", "wall"), "dots", [1, 0], [2]),
+        ],
+    ),
+    'kind = "ibvs"\ngain = { at_zero = 4, at_infinity = 0.4, slope = 30 }': rs.IBVS(
+        gain=rs.Adaptive(4, 0.4, 30)
+    ),
+    'kind = "ibvs"\ninteraction = [[1, 2, 3, 4, 5, 6]]': rs.IBVS(interaction=[[1, 2, 3, 4, 5, 6]]),
+    'kind = "ibvs"\ninteraction = "broyden"\nfeed_forward = "known"\njoints = "fly"': rs.IBVS(
+        interaction=rs.Broyden(), feed_forward="known", joints="fly"
+    ),
+    'kind = "ibvs"\nprojection = "large"\nlimit = { joint = "1 m/s" }': rs.IBVS(
+        projection="large", limit=rs.SpeedLimit(1.0)
+    ),
+    f'kind = "ibvs"\ncamera = [{PAIR}]\nsecondary = {{ kind = "posture", q = {SEVEN} }}': rs.IBVS(
+        camera=("eye", "wall"), secondary=rs.Posture(SEVEN_VALUES)
+    ),
+    f'kind = "ibvs"\ncamera = [{PAIR}]\nlimit = {{ joint = {RATES} }}': rs.IBVS(
+        camera=("eye", "wall"), limit=rs.SpeedLimit(SEVEN_VALUES)
+    ),
+    f'kind = "ibvs"\nlaw = "camera"\nlength = "1 cm"\n{COMMON}': rs.IBVS(
+        law=rs.CameraLaw(0.01), **COMMON_VALUES
+    ),
+    f'kind = "pbvs"\nform = "camera"\nlaw = "camera"\n{COMMON}': rs.PBVS(
+        form="camera", law="camera", **COMMON_VALUES
+    ),
+    f'kind = "hybrid"\nmark = 2\ngain = 3\n{COMMON}': rs.Hybrid(mark=2, gain=3, **COMMON_VALUES),
+    'kind = "partitioned"\nsegment = [2, 0]\nroll = 2\nadvance = "30 cm/s"\nlength = "2 cm"'
+    f"\n{COMMON}": rs.Partitioned(
+        segment=(2, 0), roll=2, advance=0.3, length=0.02, **COMMON_VALUES
+    ),
+    'kind = "placing"\nvariant = "printed"\nmarks = [2, 0, 1]\nrotation = 2\ntranslation = 3\n'
+    f'length = "2 cm"\n{COMMON}': Placing(
+        variant="printed",
+        marks=(2, 0, 1),
+        rotation=2,
+        translation=3,
+        length=0.02,
+        **COMMON_VALUES,
+    ),
+    f'kind = "docking"\nturn = 4\nh = 5\n{COMMON}': Docking(turn=4, h=5, **COMMON_VALUES),
+    'kind = "priorities"\nrcond = 0.1\nsmooth_start = 2\n[[task.tasks]]\nkind = "ibvs"\n'
+    '[[task.tasks]]\nkind = "pbvs"\ngain = 2': rs.Priorities(
+        [rs.IBVS(), rs.PBVS(gain=2)], 0.1, smooth_start=2
+    ),
+    'kind = "switch"\nfirst = { kind = "pbvs" }\nsecond = { kind = "ibvs", gain = 2 }\n'
+    'when = { kind = "error_below", value = 0.1, of = "second" }\nlatch = false': rs.Switch(
+        rs.PBVS(), rs.IBVS(gain=2), rs.ErrorBelow(0.1, "second"), False
+    ),
+    'kind = "switch"\nfirst = { kind = "ibvs" }\nsecond = { kind = "pbvs" }\n'
+    'when = { kind = "near_border", margin = 20, size = [640, 480] }': rs.Switch(
+        rs.IBVS(), rs.PBVS(), rs.NearBorder(20, (640, 480))
+    ),
+    'kind = "together"\n[[task.tasks]]\nkind = "ibvs"\ncamera = "eye"\n[[task.tasks]]\n'
+    'kind = "pbvs"\ncamera = "wall"': rs.Together([rs.IBVS(camera="eye"), rs.PBVS(camera="wall")]),
+}
+
+
+@pytest.mark.parametrize("text", TASKS)
+def test_a_task_has_the_values_of_its_file(text):
+    base = STILL if "wall" in text else ONE_EYE
+    assert read(f"{base}\n[task]\n{text}").task == TASKS[text]
+
+
+def test_motions_and_hold_have_the_values_of_their_file():
+    scenario = read(f'{BELT}\n[task]\nkind = "ibvs"\ncamera = "eye"')
+    assert scenario.scene.motions == (rs.Motion("belt", [-0.05]),)
+    assert scenario.settings.hold is True and read().settings.hold is False
+    told = f'{BELT}\n[task]\nkind = "ibvs"\ncamera = "eye"\n[[belief.motions]]\nrobot = "belt"\n'
+    assert read(f'{told}rates = ["0 m/s"]').task.belief.motions == (rs.Motion("belt", [0]),)
+
+
+def test_tasks_within_a_task_share_the_belief_or_have_their_own():
+    tasks = """
+task = { kind = "together", tasks = [
+    { kind = "ibvs" },
+    { kind = "ibvs", belief = { cameras = [{ name = "eye", focal = 700 }] } },
+] }
+belief = { cameras = [{ name = "eye", focal = 900 }] }
+"""
+    scenario = read(tasks + ONE_EYE)
+    focal = [each.belief.camera().camera.K[0, 0] for each in scenario.task.tasks]
+    assert focal == [900, 700]
+
+
 def test_a_flying_camera_starts_and_ends_at_poses():
     keys = '{ position = "1, 2, 3 cm", rpy = "0, 0, 90 deg" }'
     scenario = read(f'{FREE}start = {keys}\ntask = {{ kind = "ibvs", goal = {keys} }}')
@@ -351,6 +522,46 @@ def test_changes_are_in_the_text_and_the_text_says_the_same():
     assert again.text == scenario.text and again.to_toml() == scenario.to_toml()
 
 
+@pytest.mark.parametrize(
+    "text,change,expected",
+    [
+        ('features = "lines"\nlaw = "camera"\nlength = "1 cm"', "task.kind=hybrid", rs.Hybrid),
+        ('features = "lines"\nlaw = "camera"', "task.kind=partitioned", rs.Partitioned),
+        ('inverse = "damped"\ndamping = 1', "task.inverse=transposed", rs.IBVS),
+        ('feed_forward = "estimated"\nlag = "1 s"', "task.feed_forward=known", rs.IBVS),
+        (
+            'interaction = "broyden"\nbroyden_start = [[1]]',
+            "task.interaction=[[1, 2, 3, 4, 5, 6]]",
+            rs.IBVS,
+        ),
+        (
+            'secondary = { kind = "avoid_limits", margin = 0.2 }',
+            'task.secondary={ kind = "posture", q = [] }',
+            None,
+        ),
+        ("goal = { s = [1] }", 'task.goal={ position = "1, 2, 3 m" }', None),
+        ('depth = { start = "1 m" }', "task.depth=goal", rs.IBVS),
+        ("gain = { at_zero = 3, at_infinity = 1, slope = 2 }", "task.gain.slope=3", rs.IBVS),
+        ('features = { kind = "sphere", radius = "1 cm" }', "task.features.kind=points", rs.IBVS),
+    ],
+)
+def test_a_change_of_a_task_leaves_nothing_behind_that_makes_no_sense(text, change, expected):
+    base = f'{ONE_EYE}\n[task]\nkind = "ibvs"\n{text}'
+    if expected:
+        assert type(read(base, set=[change]).task) is expected
+    else:
+        message = refusal(base, set=[change])
+        assert "margin" not in message and "give one of them only" not in message
+
+
+def test_a_motion_is_changed_by_the_name_of_its_robot():
+    text = f'{BELT}\n[task]\nkind = "ibvs"\ncamera = "eye"'
+    motions = read(text, set=['motions.belt.rates=["1 cm/s"]']).scene.motions
+    assert motions == (rs.Motion("belt", [0.01]),)
+    assert "mean 'belt'" in refusal(text, set=['motions.bolt.rates=["1 cm/s"]'])
+    assert "cannot be set" in refusal(text, set=["motions.belt.robot=fly"])
+
+
 def test_a_change_takes_what_makes_no_sense_beside_it_away():
     task = read(RICH, set={"task.law": "joint", "task.inverse": "truncated"}).task
     assert (task.law, task.inverse) == (rs.JointLaw(), rs.Truncated())
@@ -376,6 +587,7 @@ def test_a_change_takes_what_makes_no_sense_beside_it_away():
         ("run.dt.x=2", ["run.dt", "expected"]),
         (".=2", ["'.'", "cannot be set"]),
         ("task.gain", ["'task.gain'", "key=value"]),
+        ("task.kind=[1]", ["task.kind", "no kind [1]"]),
         ("a." * 5000 + "a=1", ["cannot be set"]),
     ],
 )
@@ -453,7 +665,7 @@ WRONG = [
         ["robots.rhino_xr4.home", "1 coordinates, expected 5"],
     ),
     # choices and names
-    ('kind = "ibvs"', 'kind = "pbvs"', ["task.kind", "'ibvs'", "'pbvs'"]),
+    ('kind = "ibvs"', 'kind = "ivbs"', ["task.kind", "'ivbs'", "mean 'ibvs'", "together"]),
     ('kind = "ibvs"', "", ["task.kind", "missing"]),
     ('kind = "ibvs"', 'kind = "ibvs"\nfeatures = "ponts"', ["task.features", "'points'", "ponts"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ninteraction = "x"', ["task.interaction", "'desired'", "'x'"]),
@@ -522,7 +734,7 @@ WRONG = [
     (
         'kind = "ibvs"',
         'kind = "ibvs"\ngoal = { q = [], computed = {} }',
-        ["task.goal", "computed and a q"],
+        ["task.goal", "computed and q: give one"],
     ),
     ("[start]", '[start]\nposition = "0, 0, 1 m"', ["start", "q and a pose"]),
     # limits
@@ -601,6 +813,232 @@ def test_what_is_wrong_in_a_robot_is_told_with_its_link(old, new, parts):
     message = refusal(RICH, old, new)
     assert message.startswith("bench.toml: ")
     assert all(part in message for part in parts), message
+
+
+CART = """
+schema = 1
+objects = [{ name = "dots", marks = ["3, 0, 0 m", "3, 1, 0 m", "3, 0, 1 m"] }]
+cameras = [{ name = "eye", on = "cart.body", focal = 800, size = [640, 480] }]
+task = { kind = "ibvs" }
+start = { q = ["1 m", "20 cm", "30 deg"] }
+[[robots]]
+name = "cart"
+home = ["0 m", "0 m", "0 deg"]
+[[robots.links]]
+name = "base"
+[[robots.links]]
+name = "body"
+joint = "planar"
+place = { position = "0, 0, 1 m" }
+"""
+NAMES_IN_PLANE = "body.x, body.y, body.theta"
+
+
+@pytest.mark.parametrize("kind", ["planar", "unicycle"])
+def test_a_start_in_the_plane_is_two_lengths_and_an_angle(kind):
+    scenario = read(CART, "planar", kind)
+    np.testing.assert_allclose(scenario.q0, [1, 0.2, np.pi / 6], rtol=0, atol=1e-16)
+    assert scenario.scene.robots[0].links[1].joint.kind == kind
+
+
+@pytest.mark.parametrize(
+    "old,new,parts",
+    [
+        ('"1 m", "20 cm"', '"1 m"', ["start.q: 2 coordinates, expected 3", NAMES_IN_PLANE]),
+        ('"0 m", "0 m"', '"0 m"', ["cart.home: 2 coordinates, expected 3", NAMES_IN_PLANE]),
+        ('"30 deg"', '"30 cm"', ["start.q[2]", "30 cm", "angle"]),
+        (
+            'q = ["1 m", "20 cm", "30 deg"]',
+            'position = "1, 0, 0 m"',
+            ["start: ", "only joint floats", NAMES_IN_PLANE],
+        ),
+        ('joint = "planar"', 'joint = "planer"', ["body.joint", "'planar'", "'planer'"]),
+        (
+            'joint = "planar"',
+            'joint = "planar"\nlimits = ["0 m", "1 m"]',
+            ["body.limits", "planar"],
+        ),
+        (
+            'place = { position = "0, 0, 1 m" }',
+            'dh = { theta = "0 deg", d = "0 m", a = "0 m", alpha = "0 deg" }',
+            ["links.body", "a planar joint has place and tail, not dh"],
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_joint_in_the_plane_is_told(old, new, parts):
+    message = refusal(CART, old, new)
+    assert all(part in message for part in parts), message
+
+
+def two(kind, first="", second=""):
+    """A task of two tasks."""
+    return f'kind = "{kind}"\ntasks = [{{ kind = "ibvs"{first} }}, {{ kind = "pbvs"{second} }}]'
+
+
+def switch(when="", second=""):
+    condition = when or 'kind = "error_below", value = 1'
+    return (
+        f'kind = "switch"\nfirst = {{ kind = "ibvs" }}\nsecond = {{ kind = "pbvs"{second} }}\n'
+        f"when = {{ {condition} }}"
+    )
+
+
+POSTURE = 'kind = "ibvs"\nsecondary = { kind = "posture", q = %s }'
+ANGLES = '"1 deg", "1 deg", "1 deg", "1 deg"'
+WRONG_TASKS = [
+    # kinds and their keys
+    ('kind = "Switch"', ["task.kind", "mean 'switch'", "docking"]),
+    ("kind = 3", ["task.kind", "no kind 3", "ibvs"]),
+    ("gain = 1", ["task.kind", "missing", "'ibvs'", "'together'"]),
+    ('kind = "pbvs"\nfeatures = "points"', ["task.features", "unknown key", "form"]),
+    ('kind = "pbvs"\nfrom = "camera"', ["task.from", "mean 'form'"]),
+    ('kind = "hybrid"\nform = "goal"', ["task.form", "unknown key", "mark"]),
+    ('kind = "hybrid"\nmark = -1', ["task.mark", "greater than or equal to 0", "-1"]),
+    ('kind = "partitioned"\nadvance = "3 cm"', ["task.advance", "3 cm", "unit of speed (m/s"]),
+    ('kind = "partitioned"\nadvance = "3 deg/s"', ["task.advance", "3 deg/s", "unit of speed"]),
+    ('kind = "partitioned"\nlaw = "camera"', ["task.law", "unknown key", "roll"]),
+    ('kind = "partitioned"\nsegment = [1]', ["task.segment", "2 items", "[1]"]),
+    ('kind = "placing"\ngain = 2', ["task.gain", "unknown key", "rotation"]),
+    ('kind = "placing"\nvariant = "x"', ["task.variant", "'printed'", "'x'"]),
+    ('kind = "docking"\nturn = "3"', ["task.turn", "number", "'3'"]),
+    # features
+    ('kind = "ibvs"\nfeatures = ["points", "piont"]', ["task.features[1]", "mean 'points'"]),
+    ('kind = "ibvs"\nfeatures = []', ["task.features", "at least 1 item"]),
+    ('kind = "ibvs"\nfeatures = [3]', ["task.features[0]", "a name", "got 3"]),
+    ('kind = "ibvs"\nfeatures = {}', ["task.features.kind", "missing", "'sphere'"]),
+    (
+        'kind = "ibvs"\nfeatures = { kind = "sphere", raduis = "3 cm" }',
+        ["task.features.raduis", "mean 'radius'"],
+    ),
+    (
+        'kind = "ibvs"\nfeatures = [{ kind = "sphere", radius = "3 deg" }]',
+        ["task.features[0].radius", "3 deg", "unit of length"],
+    ),
+    (
+        'kind = "ibvs"\nfeatures = [{ kind = "points", radius = "3 cm" }]',
+        ["task.features[0].radius", "unknown key", "marks"],
+    ),
+    (
+        'kind = "ibvs"\nfeatures = [{ kind = "points", marks = [1, 1] }]',
+        ["task.features[0]", "marks", "[1, 1]"],
+    ),
+    (
+        'kind = "ibvs"\nfeatures = [{ kind = "points", camera = "eyy" }]',
+        ["task.features[0].camera", "mean 'eye'"],
+    ),
+    ('kind = "ibvs"\ncamera = ["eye"]', ["task.camera", "2 items", "['eye']"]),
+    ('kind = "ibvs"\ncamera = ["eye", "eyy"]', ["task.camera", "mean 'eye'"]),
+    # interaction, depth, gain and their kin
+    (
+        'kind = "ibvs"\ninteraction = [[1, 2, 3, 4, 5]]',
+        ["task.interaction[0]", "6 items, not 5", "[1, 2, 3, 4, 5]"],
+    ),
+    ('kind = "ibvs"\ninteraction = { a = 1 }', ["task.interaction: must", "'mean'", "{'a': 1}"]),
+    ('kind = "ibvs"\nbroyden_start = [[1]]', ["task", "broyden_start is for", '"broyden"']),
+    (
+        'kind = "ibvs"\ninteraction = "broyden"\nbroyden_start = [[1], [1, 2]]',
+        ["task.broyden_start", "unequal lengths [1, 2]"],
+    ),
+    ('kind = "ibvs"\ndepth = { start = "3" }', ["task.depth.start", "unit of length"]),
+    ('kind = "ibvs"\ndepth = { start = "3 mm" }', ["task.depth", "between 0.01 m"]),
+    ('kind = "ibvs"\ndepth = { begin = "3 mm" }', ["task.depth.begin", "start_sigma"]),
+    ('kind = "ibvs"\ngain = { at_zero = 1 }', ["task.gain.at_infinity", "missing"]),
+    (
+        'kind = "ibvs"\ngain = { at_zero = 1, at_infinity = 2, slope = 3 }',
+        ["task.gain", "at_zero must be above"],
+    ),
+    ('kind = "ibvs"\ninverse = "transposed"\nrcond = 0.1', ["task", "rcond", '"truncated"']),
+    ('kind = "ibvs"\nlag = "3 s"', ["task", "lag", '"estimated"']),
+    (
+        'kind = "ibvs"\nfeed_forward = "estimated"\nlag = "3 m"',
+        ["task.lag", "3 m", "unit of time"],
+    ),
+    ('kind = "ibvs"\ngoal = { s = [] }', ["task.goal.s", "at least 1 item"]),
+    ('kind = "ibvs"\ngoal = { s = [1], q = [] }', ["task.goal", "s and q"]),
+    # what is done to the command
+    ('kind = "ibvs"\njoints = []', ["task.joints", "at least 1 item"]),
+    ('kind = "ibvs"\nsecondary = {}', ["task.secondary.kind", "missing", "'posture'"]),
+    (POSTURE % '["1 deg"]', ["task.secondary.q", "1 coordinates, expected 5", "upper_arm"]),
+    (POSTURE % '["1 deg"]' + '\njoints = "wirst"', ["task.secondary.q", "mean 'wrist'"]),
+    (POSTURE % f'[{ANGLES}, "1 cm"]', ["task.secondary.q[4]", "1 cm", "unit of angle"]),
+    (POSTURE % f"[{ANGLES}, 1]", ["task.secondary.q[4]", "1:", '"90 deg" or "5 cm"']),
+    (
+        'kind = "ibvs"\nsecondary = { kind = "posture", q = [], margin = 1 }',
+        ["task.secondary.margin", "unknown key", "gain"],
+    ),
+    ('kind = "ibvs"\nprojection = "big"', ["task.projection", "'large'", "'big'"]),
+    ('kind = "ibvs"\nprojection = { low = 2 }', ["task.projection", "low must be below high"]),
+    ('kind = "ibvs"\nlimit = {}', ["task.limit", "at least one of joint"]),
+    ('kind = "ibvs"\nlimit = { joint = "3 deg" }', ["limit.joint", "3 deg", '"30 deg/s"']),
+    ('kind = "ibvs"\nlimit = { joint = ["3 deg/s"] }', ["limit.joint", "1 speeds, expected 5"]),
+    (
+        f'kind = "ibvs"\nlimit = {{ joint = [{ANGLES.replace("deg", "deg/s")}, "1 cm/s"] }}',
+        ["limit.joint[4]", "1 cm/s", "unit of turn rate (rad/s, deg/s)"],
+    ),
+    ('kind = "ibvs"\nlimit = { joint = ["-1 deg/s"] }', ["limit.joint[0]", "greater than 0"]),
+    ('kind = "ibvs"\nlimit = { linear = "3 deg/s" }', ["limit.linear", "unit of speed"]),
+    ('kind = "ibvs"\nlimit = { angular = "3 cm/s" }', ["limit.angular", "unit of turn rate"]),
+    # tasks within tasks
+    ('kind = "priorities"\ntasks = []', ["task.tasks", "2 items, not 0"]),
+    ('kind = "together"', ["task.tasks", "missing"]),
+    (two("priorities", ', law = "camera"'), ["task", "law='joint'"]),
+    (two("priorities", second=", smooth_start = 1"), ["task", "Priorities(...) as a whole"]),
+    (two("priorities", second=", gian = 1"), ["task.tasks[1].gian", "mean 'gain'"]),
+    (two("priorities") + "\ngain = 1", ["task.gain", "unknown key", "rcond"]),
+    (two("priorities").replace("pbvs", "switch"), ["task.tasks[1].kind", "'switch'", "hybrid"]),
+    (two("together", second=', camera = "x"'), ["task.tasks[1].camera", "'x'", "eye"]),
+    (two("together", second=", goal = { q = [] }"), ["task.tasks[1].goal.q", "expected 5"]),
+    (two("together") + "\njoints = []", ["task.joints", "unknown key"]),
+    (two("together", ", belief = 3"), ["task.tasks[0].belief", "[[belief.cameras]]", "3"]),
+    ('kind = "switch"', ["task.first", "task.second", "task.when", "missing"]),
+    (switch('kind = "errorbelow"'), ["task.when.kind", "mean 'error_below'", "near_border"]),
+    (switch('kind = "near_border", margin = 3'), ["task.when.size", "missing"]),
+    (switch() + "\nlatch = 1", ["task.latch", "boolean", "1"]),
+    (
+        switch(second=', secondary = { kind = "posture", q = ["1 m"] }'),
+        ["task.second.secondary.q", "expected 5"],
+    ),
+    # motions
+    (
+        'kind = "ibvs"\n[[motions]]\nrobot = "rhino"\nrates = []',
+        ["motions.rhino", "mean 'rhino_xr4"],
+    ),
+    ('kind = "ibvs"\n[[motions]]\nrobot = "rhino_xr4"', ["motions.rhino_xr4.rates", "missing"]),
+    (
+        'kind = "ibvs"\n[[motions]]\nrobot = "rhino_xr4"\nrates = ["1 rad/s"]',
+        ["motions.rhino_xr4.rates", "1 rates, expected 5", "upper_arm"],
+    ),
+    (
+        f'kind = "ibvs"\n[[motions]]\nrobot = "rhino_xr4"\nrates = [{ANGLES}, "1 deg"]',
+        ["motions.rhino_xr4.rates[0]", "1 deg", "unit of turn rate"],
+    ),
+]
+
+
+@pytest.mark.parametrize("task,parts", WRONG_TASKS)
+def test_what_is_wrong_in_a_task_is_told_with_its_key(task, parts):
+    message = refusal(RHINO, 'kind = "ibvs"\ngain = 1.5', task)
+    assert all(line.startswith("bench.toml: ") for line in message.splitlines())
+    assert all(part in message for part in parts), message
+    paths = [line.split(": ")[1] for line in message.splitlines()]
+    assert len(set(paths)) == len(paths) <= 3, message
+
+
+def test_two_tasks_for_one_joint_are_told_when_they_are_bound():
+    scenario = read(RHINO, 'kind = "ibvs"\ngain = 1.5', two("together"))
+    with pytest.raises(rs.FileError, match=r"^bench\.toml: two tasks command one joint: shoulder"):
+        scenario.check()
+
+
+@pytest.mark.parametrize("levels", [70, 300])
+def test_tasks_within_tasks_are_not_too_many(levels):
+    task = '{ kind = "ibvs" }'
+    for _ in range(levels):
+        when = '{ kind = "error_below", value = 1 }'
+        task = f'{{ kind = "switch", first = {{ kind = "ibvs" }}, second = {task}, when = {when} }}'
+    start = time.perf_counter()
+    assert "task.second.second" in refusal(f"task = {task}\n{FREE}")
+    assert time.perf_counter() - start < 5
 
 
 def test_five_problems_are_told_and_the_others_counted():
@@ -755,6 +1193,13 @@ TEXTS = [
     "0, 0, 0 deg",
     "revolute",
     "floating",
+    "planar",
+    "unicycle",
+    "pbvs",
+    "switch",
+    "points",
+    "1 cm/s",
+    "1 deg/s",
     "",
 ]
 VALUES = st.one_of(
@@ -765,7 +1210,13 @@ VALUES = st.one_of(
     st.floats(),
     st.integers(),
 )
-BASES = st.sampled_from([RHINO, RICH, FREE + 'task = { kind = "ibvs" }'])
+BASES = st.sampled_from(
+    [
+        *(RHINO, RICH, FREE + 'task = { kind = "ibvs" }'),
+        *(f"{STILL if 'wall' in text else ONE_EYE}\n[task]\n{text}" for text in TASKS),
+        f'{BELT}\n[task]\nkind = "ibvs"\ncamera = "eye"',
+    ]
+)
 QUIET = settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 

@@ -147,6 +147,8 @@ def test_a_wrong_count_is_told(text, numbers):
         ("length", "length (m, cm, mm, um)"),
         ("angle", "angle (rad, deg)"),
         ("time", "time (s, ms)"),
+        ("speed", "speed (m/s, cm/s, mm/s)"),
+        ("turn rate", "turn rate (rad/s, deg/s)"),
     ],
 )
 def test_the_message_lists_the_units_of_the_dimension_and_an_example_that_is_right(
@@ -168,6 +170,14 @@ def test_any_text_is_a_finite_number_or_a_unit_error(text):
         return
     assert isinstance(value, float)
     assert math.isfinite(value)
+
+
+def test_speeds_and_turn_rates_are_read():
+    assert parse("30 cm/s", "speed") == 0.3 and parse("5 mm/s", "speed") == 0.005
+    assert parse("180 deg/s", "turn rate") == math.pi and parse("2 rad/s", "turn rate") == 2.0
+    for text in ("1 cm", "1 cm/", "1 /s", "1 cm / s", "1 deg/s", "1 km/s"):
+        with pytest.raises(UnitError, match="unit of speed"):
+            parse(text, "speed")
 
 
 def test_a_unit_error_is_a_value_error_too():

@@ -158,3 +158,11 @@ def test_the_base_frame_is_where_the_robot_stands():
     np.testing.assert_array_equal(arm.fk([0.5], "base"), np.eye(4))
     np.testing.assert_allclose(arm.fk([0.5])[:3, 3], [0, 0, 0.5])
     np.testing.assert_array_equal(rs.Scene([arm]).pose("arm.base").matrix, place.matrix)
+
+
+def test_a_copy_of_a_goal_by_robot_cannot_be_changed_either():
+    goal = rs.Shown({"arm": [0.1, 0.2]})
+    for copied in (copy.deepcopy(goal), pickle.loads(pickle.dumps(goal))):
+        assert copied == goal
+        with pytest.raises(ValueError, match="read-only"):
+            copied.q["arm"][0] = 1.0

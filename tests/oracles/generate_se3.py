@@ -1,4 +1,4 @@
-"""Oracle: exponentials of rotation vectors and twists to 60 digits, by mpmath.
+"""Oracle: exponentials of rotation vectors and twists, and a coefficient of log, by mpmath.
 
 Program: mpmath (`pip install mpmath numpy`); the version is in "made_by".
 Run:     python tests/oracles/generate_se3.py
@@ -7,7 +7,9 @@ Writes:  se3_mpmath.json, always the same numbers.
 Each case has a rotation vector omega (rad) and a linear part v (m); both are exactly the float64
 values in the file. R = exp([omega]x); quaternion (x, y, z, w) with w >= 0 up to an angle of pi;
 T is the upper 3x4 part of exp of the twist (v, omega) held for a unit of time. All are sums of
-the power series of a matrix exponential, so no formula for small or large angles enters.
+the power series of a matrix exponential, so no formula for small or large angles enters. All
+is good to 60 digits. The coefficient (1 - (t/2) cot(t/2)) / t^2 belongs to [omega]x^2 in the
+inverse of the Jacobian of exp.
 """
 
 import mpmath as mp
@@ -89,13 +91,25 @@ def inputs(rng):
         yield "pi", unit(rng) * np.pi
 
 
+def log_coefficients():
+    """[angle, coefficient] for float64 angles up to pi."""
+    angles = [
+        *(10.0 ** np.linspace(-12, np.log10(np.pi), 60)[:-1]),
+        *(np.pi - 10.0 ** -np.arange(13)),
+    ]
+    for angle in map(mp.mpf, map(float, angles)):
+        yield [float(angle), float((1 - angle / 2 * mp.cot(angle / 2)) / angle**2)]
+
+
 if __name__ == "__main__":
     rng = np.random.default_rng(4)
     about = (
         "omega (rad) and v (m) are exact float64 inputs; R = exp([omega]x), quaternion (x, y, z, "
         "w), T = upper 3x4 of exp of the twist (v, omega); pi_minus_angle tells on which side of "
-        "pi the rounded vector lies; kinds: log_uniform, zero, near_pi (pi - 10**-k), pi"
+        "pi the rounded vector lies; kinds: log_uniform, zero, near_pi (pi - 10**-k), pi; "
+        "log_coefficients: pairs of an angle t and (1 - (t/2) cot(t/2)) / t^2"
     )
     cases = [case(kind, w, unit(rng) * rng.uniform(0.5, 1.5)) for kind, w in inputs(rng)]
     made_by = f"mpmath {mp.__version__}, {mp.mp.dps} digits, rounded to float64"
-    store("se3_mpmath.json", {"made_by": made_by, "about": about, "cases": cases})
+    document = {"made_by": made_by, "about": about, "log_coefficients": list(log_coefficients())}
+    store("se3_mpmath.json", document | {"cases": cases})

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim.kernels import camera, random, se3, solve, tree
+from robsim.kernels import camera, pose, random, se3, solve, tree
 
 HERE = Path(__file__).parent
 
@@ -47,6 +47,12 @@ def test_a_small_rotation_keeps_its_relative_accuracy():
             np.testing.assert_allclose(back[:, 0], w, rtol=1e-14, atol=1e-15 * np.linalg.norm(w))
 
 
+def test_the_coefficient_of_log_agrees_with_60_digits_at_every_angle():
+    for angle, expected in stored("se3_mpmath.json")["log_coefficients"]:
+        close(se3.log_coefficient(angle), expected, 1e-15 * expected)
+    assert se3.log_coefficient(0.0) == 1 / 12
+
+
 def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
     kind, iq, iv = np.array([0, tree.FLOATING]), np.array([0, 0]), np.array([0, 0])
     for case in stored("pinocchio_freeflyer.json")["cases"]:
@@ -55,6 +61,18 @@ def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
         expected = np.array(case["q_next"])
         close(q[:3, 0], expected[:3], 2e-13)  # Pinocchio itself is off by 5e-14 near 1e-4 rad
         close(q[3:, 0] * np.sign(q[3:, 0] @ expected[3:]), expected[3:], 1e-14)
+
+
+def test_a_held_velocity_in_the_plane_is_an_arc_to_the_last_digits():
+    """Turns of 0, and of 1e-300 to 20 rad; a unicycle where nothing moves sideways."""
+    first = np.array([0, 0])
+    for case in stored("arcs_mpmath.json")["cases"]:
+        v = np.array(case["v"])[:, None]
+        kinds = [(tree.PLANAR, v)] + ([(tree.UNICYCLE, v[::2].copy())] if v[1] == 0 else [])
+        for kind, held in kinds:
+            q = np.array(case["q"])[:, None]
+            tree.integrate(np.array([0, kind]), first, first, held, case["dt"], q)
+            close(q[:, 0], case["q_next"], 2e-15 + 1e-16 * abs(case["q_next"][2]))
 
 
 @pytest.mark.parametrize("spec", stored("opencv_project.json")["cameras"], ids=lambda c: c["name"])
@@ -70,6 +88,21 @@ def test_projection_and_its_inverse_agree_with_opencv(spec):
         x = np.empty_like(pixels)
         camera.normalise(pixels, K, lens, np.inf, x)
         close(x, X[:, :2] / X[:, 2:], 1e-13)
+
+
+@pytest.mark.parametrize("target", ["triangle", "square", "roof", "cloud"])
+def test_the_pose_of_a_target_is_that_of_opencv_without_and_with_noise(target):
+    """OpenCV's own last digits are 3e-11 m or rad, where it minimises a sum of noise."""
+    data = stored("pnp_opencv.json")
+    marks = np.array(data["targets"][target])
+    for case in data["cases"]:
+        if case["target"] == target:
+            x, guess = np.array(case["points"])[..., None], np.array(case["T_c_o"])[..., None]
+            T, fitted = np.empty((3, 4, 1)), np.array(case["fitted"])
+            pose.fit_pose(marks, x, guess, T)
+            close(T[..., 0], fitted, 1e-10 if case["noise"] else 1e-12)
+            pose.fit_pose(marks, x, guess + [[[0]] * 3 + [[0.01]]] * 3, T)
+            close(T[..., 0], fitted, 1e-10 if case["noise"] else 1e-12)
 
 
 def test_philox_gives_the_published_words():

@@ -1,4 +1,4 @@
-"""Forward kinematics and Jacobians of DH arms against Pinocchio (pinocchio_dh.json)."""
+"""Forward kinematics and Jacobians against Pinocchio (pinocchio_dh.json, pinocchio_mobile.json)."""
 
 import json
 from pathlib import Path
@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robsim import Joint, Link, Pose, robots
 from robsim.robot import Robot
 
-ROBOTS = json.loads((Path(__file__).parent / "pinocchio_dh.json").read_text())["robots"]
+HERE = Path(__file__).parent
+ROBOTS = json.loads((HERE / "pinocchio_dh.json").read_text())["robots"]
+MOBILE = json.loads((HERE / "pinocchio_mobile.json").read_text())["robots"]
 
 
 @pytest.mark.parametrize("spec", ROBOTS, ids=lambda spec: spec["name"])
@@ -23,3 +26,34 @@ def test_poses_and_jacobians_agree_with_pinocchio(spec):
     ]:
         expected = np.array([case[key] for case in spec["cases"]])
         np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-12)
+
+
+def built(spec):
+    """The robot that the links of the file tell of."""
+    links = [
+        Link(k["name"], k["parent"], Joint(k["kind"], Pose(k["place"]), Pose(k["tail"])))
+        for k in spec["links"]
+    ]
+    return Robot(spec["name"], [Link("base"), *links])
+
+
+def agrees(robot, spec):
+    """Poses and Jacobians of all links, to 1e-12."""
+    cases = spec["cases"]
+    q = np.array([case["q"] for case in cases])
+    J = np.stack([robot.jacobian(q, k["name"]) for k in spec["links"]], axis=1)
+    for ours, key in [(robot.frames(q)[:, 1:], "poses"), (J, "jacobians")]:
+        np.testing.assert_allclose(ours, [case[key] for case in cases], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("spec", MOBILE, ids=lambda spec: spec["name"])
+def test_trees_with_joints_in_the_plane_agree_with_pinocchio(spec):
+    agrees(built(spec), spec)
+
+
+@pytest.mark.parametrize("spec", MOBILE[1:], ids=lambda spec: spec["name"])
+def test_robots_of_the_library_agree_with_pinocchio_and_their_published_constants(spec):
+    robot = robots.load(spec["name"])
+    assert [link.name for link in robot.links[1:]] == [k["name"] for k in spec["links"]]
+    np.testing.assert_allclose(robot.home, spec["cases"][0]["q"], rtol=0, atol=1e-15)
+    agrees(robot, spec)

@@ -1,11 +1,17 @@
 """What the README and the guides say runs as it stands there."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 import pytest
+import tomli_w
+
+import robsim as rs
+from robsim.features import FEATURES
+from robsim.servo import SCHEMES, SEVERAL
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
@@ -14,8 +20,8 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 matplotlib.use("agg")
 
 
-def blocks(document):
-    return re.findall(r"```python\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL)
+def blocks(document, language="python"):
+    return re.findall(rf"```{language}\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
@@ -24,6 +30,35 @@ def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
     names = {"np": np}
     for block in blocks(document):
         exec(compile(block, document.name, "exec"), names)
+
+
+def scenarios(document):
+    """Of each TOML block the whole file; what is no file of its own changes the one before."""
+    tables = {}
+    for block in blocks(document, "toml"):
+        found = tomllib.loads(block)
+        tables = found if "schema" in found else {**tables, **found}
+        yield tomli_w.dumps(tables)
+
+
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.parametrize("text", list(scenarios(ROOT / "docs" / "scenario.md")))
+def test_its_scenarios_run_and_are_repeated(text):
+    run = rs.Scenario.from_text(text).run()
+    error = run["error_norm"].dropna("time").values
+    assert error[-1] < 0.5 * error[0]
+    assert rs.replay(run).identical(run)
+
+
+def test_there_is_an_example_of_every_kind_of_task():
+    text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    for kind in (*SCHEMES, *SEVERAL, "placing", "docking"):
+        assert f'kind = "{kind}"' in text and f'`"{kind}"`' in text
+
+
+def test_the_features_are_named():
+    text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    assert all(f'"{name}"' in text for name in FEATURES)
 
 
 def test_the_readme_shows_the_quickstart_example():

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 import robsim as rs
 from robsim import plot
@@ -75,6 +75,35 @@ def batch(scene):
 def still(scene):
     """A run that starts at its goal: one moment, no motion, no error."""
     return simulated(scene, scene.home)
+
+
+TRIANGLE = [[0.2, 0, 1], [0.3, 0, 1], [0.2, 0.1, 1.1]]
+SQUARE = [[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]]
+
+
+@pytest.fixture(scope="module")
+def pair_scene():
+    """Two cameras of unequal images on one body, and two objects with marks."""
+    fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
+    things = [rs.Object("triangle", marks=TRIANGLE), rs.Object("square", marks=SQUARE)]
+    wide = rs.Camera([[400, 0, 400], [0, 400, 300], [0, 0, 1]], (800, 600))
+    eyes = [
+        rs.Mounted("left", CAMERA, "fly.body"),
+        rs.Mounted("right", wide, "fly.body", rs.Pose.at(0.1, 0, 0)),
+    ]
+    return rs.Scene(fly, things, eyes)
+
+
+@pytest.fixture(scope="module")
+def pair(pair_scene):
+    """Left sees the square, right both objects; errors without unit, and in pixels."""
+    parts = [
+        rs.Part("points", "left", "square"),
+        rs.Part("pixels", "right", "triangle"),
+        rs.Part("points", "right", "square"),
+    ]
+    start = rs.Pose.at(0.05, 0.02, -0.2, rpy=(0, 0, 0.2))
+    return rs.simulate(pair_scene, rs.IBVS(features=parts), start, duration=1.0)
 
 
 def wires(figure):
@@ -238,6 +267,36 @@ def test_links_keep_their_colours_and_an_all_black_robot_gets_one_for_each():
     assert colors == [palette.color(c) for c in "krbgmc"]
 
 
+def test_a_robot_of_one_colour_is_one_entry_of_the_legend():
+    arm = rs.Robot.from_dh([[0, 1, 0, 0]] * 3, shapes=[[rs.Block(1, 1, 1, "c")]] * 4, name="arm")
+    figure = plot.scene(rs.Scene(arm))
+    assert legend(figure.axes[0]) == ["arm"]
+    assert len(wires(figure)["arm"]) == 4
+
+
+def test_two_cameras_a_held_cube_and_its_goal_have_their_colours():
+    held = rs.Object("cube", rs.Block(0.05, 0.05, 0.05, "g"), on="rhino.tool")
+    goal = rs.Object("goal", rs.Block(0.05, 0.05, 0.05, "c"), np.empty((0, 3)))
+    body = rs.Camera(CAMERA.K, SIZE, body=BODY)
+    eyes = [rs.Mounted(n, body, pose=rs.Pose.at(1, y, 0.5)) for n, y in (("a", 0), ("b", 0.3))]
+    figure = plot.scene(rs.Scene(RHINO, [held, goal], eyes))
+    drawn = wires(figure)
+    for eye in eyes:
+        expected = body.drawn(eye.pose)
+        np.testing.assert_allclose(drawn[eye.name], [expected.vertices[expected.edges]], atol=1e-12)
+    solids = [a for a in figure.axes[0].collections if isinstance(a, Line3DCollection)]
+    colors = {a.get_label(): to_hex(a.get_color()[0]) for a in solids}
+    assert (colors["cube"], colors["goal"]) == (palette.GREEN, palette.SKY_BLUE)
+
+
+def test_faces_of_unequal_size_are_drawn_apart():
+    """Matplotlib would pad them with uninitialised memory: a warning now and then."""
+    wheel = rs.Object("wheel", rs.Wheel(0.1, 0.05, n=12))
+    drawn = plot.scene(rs.Scene(objects=wheel)).axes[0].collections
+    filled = [part for part in drawn if isinstance(part, Poly3DCollection)]
+    assert len(filled) == 2  # the tread, and the two discs
+
+
 def test_a_robot_without_shapes_is_a_stick_figure():
     arm = rs.Robot.from_dh([[0, 0.3, 0.1, 0], [0, 0, 0.4, 0]], name="arm")
     q = [0.3, 0.5]
@@ -249,7 +308,7 @@ def test_a_robot_without_shapes_is_a_stick_figure():
 
 def test_two_robots_are_told_apart_by_name():
     pair = rs.Scene([RHINO, RHINO.named("other").at(rs.Pose.at(0, 1, 0))])
-    assert {"rhino.tool", "other.tool"} <= set(legend(plot.scene(pair).axes[0]))
+    assert legend(plot.scene(pair).axes[0])[:2] == ["rhino", "other"]
 
 
 def test_a_camera_that_flies_is_drawn_without_lines_to_its_base():
@@ -351,6 +410,57 @@ def test_a_batch_of_one_is_a_run(batch, scene):
     assert plot.image(first).axes[0].get_title().endswith("time limit after 0.4 s")
 
 
+@pytest.mark.parametrize(
+    ("camera", "numbers", "extents", "centre"),
+    [
+        (None, [0, 1, 2, 3], [-0.5, -0.5, 639.5, 479.5], (330, 250)),
+        ("left", [0, 1, 2, 3], [-0.5, -0.5, 639.5, 479.5], (330, 250)),
+        ("right", [4, 5, 6, 0, 1, 2, 3], [-0.5, -0.5, 799.5, 599.5], (400, 300)),
+    ],
+)
+def test_of_several_cameras_one_is_shown(pair, camera, numbers, extents, centre):
+    axes = plot.image(pair, camera).axes[0]
+    mine = pair["mark_camera"].values == (camera or "left")
+    pixels, goal = pair["pixels"].values[:, mine], pair["pixels_goal"].values[mine]
+    ways = [line.get_xydata() for line in axes.get_lines() if len(line.get_xydata()) > 1]
+    np.testing.assert_array_equal(ways, np.moveaxis(pixels, 1, 0))
+    np.testing.assert_array_equal(marked(axes, "s"), goal)
+    np.testing.assert_array_equal(marked(axes, "+"), [centre])
+    [border] = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
+    assert border.get_bbox().extents.tolist() == extents
+    assert [text.get_text() for text in axes.texts] == [str(number) for number in numbers]
+    assert axes.get_title() == f"{camera or 'left'}: time limit after 1 s"
+    assert legend(axes) == ["start", "end", "goal", "image centre"]
+
+
+def test_marks_of_two_targets_differ_and_keep_their_colours_in_all_windows(pair, pair_scene):
+    left, right = (plot.image(pair, name).axes[0] for name in ("left", "right"))
+    [left, right] = [[line.get_color() for line in asterisks(axes)] for axes in (left, right)]
+    triangle, square = right[:3], right[3:]
+    assert square == left
+    assert len({*triangle, *square}) == 7
+    solid = plot.scene(pair_scene, run=pair).axes[0]
+    assert [line.get_color() for line in asterisks(solid)] == [*triangle, *square]
+
+
+def test_a_batch_shows_one_camera_too(pair_scene, pair):
+    starts = np.stack([pair["q0"].values] * 2)
+    task = rs.IBVS(features=[rs.Part("points", name, "square") for name in ("left", "right")])
+    runs = rs.simulate(pair_scene, task, starts, duration=0.2)
+    axes = plot.image(runs, "right").axes[0]
+    ways = [line.get_xydata() for line in axes.get_lines() if len(line.get_xydata()) > 1]
+    np.testing.assert_array_equal(ways[-1], runs["pixels"].values[1, :, 7])
+    assert len(ways) == 2 * 4
+
+
+@pytest.mark.parametrize("name", ["rihgt", "", 3, ["right"]])
+def test_a_camera_that_is_not_in_the_run_is_refused_with_those_that_are(name, pair, pair_scene):
+    with pytest.raises(rs.InputError, match=r"no camera .* in the run;.* cameras: left, right"):
+        plot.image(pair, name)
+    with pytest.raises(rs.InputError, match="cameras: left, right"):
+        plot.run(pair, pair_scene, name)
+
+
 # --- the velocity window
 
 
@@ -385,6 +495,47 @@ def test_velocity_labels_carry_units_also_those_of_the_features(run, scene):
     assert (axes.get_ylabel(), axes.get_xlabel()) == ("error (px)", "time (s)")
 
 
+def test_units_of_error_may_be_mixed(pair):
+    e = plot.velocity(pair).axes[2]
+    assert e.get_ylabel() == "error (–, px)"
+    assert legend(e) == ["norm", "|–|", "|px|"]
+    np.testing.assert_array_equal(lines(e, "norm").get_ydata(), pair["error_norm"])
+    sizes, units = np.abs(pair["error"].values), pair["feature_unit"].values
+    for unit, style in (("1", "-"), ("px", "--")):
+        drawn = [line.get_ydata() for line in e.get_lines()[1:] if line.get_linestyle() == style]
+        np.testing.assert_array_equal(drawn, sizes[:, units == unit].T)
+
+
+@pytest.mark.parametrize("frame", ["rhino.tool", "rhino.fore", "eye"])
+def test_the_velocity_of_a_frame_is_that_of_its_origin_in_world_axes(frame, scene, run):
+    """Against differences of the poses along the run, which are good to the square of the step."""
+    step, lived = 1e-6, run.dropna("time").isel(time=slice(0, None, 20))
+    v, w, e = plot.velocity(lived, scene, frame).axes
+    q, qd = lived["q"].values, lived["qd"].values
+    before, after = (scene.pose(frame, q + sign * step * qd) for sign in (-1, 1))
+    moved = (after.position - before.position) / (2 * step)
+    turned = (after.rotation @ np.swapaxes(before.rotation, 1, 2)) / (2 * step)
+    spun = np.stack([turned[:, 2, 1], turned[:, 0, 2], turned[:, 1, 0]], axis=1)
+    for i, axis in enumerate("xyz"):
+        drawn = lines(v, f"$v_{axis}$"), lines(w, rf"$\omega_{axis}$")
+        np.testing.assert_allclose(drawn[0].get_ydata(), moved[:, i], atol=1e-8)
+        np.testing.assert_allclose(drawn[1].get_ydata(), spun[:, i], atol=1e-8)
+    np.testing.assert_array_equal(lines(e, "norm").get_ydata(), lived["error_norm"])
+    labels = [f"v of {frame}\nin world axes (m/s)", f"ω of {frame}\nin world axes (rad/s)"]
+    assert [axes.get_ylabel() for axes in (v, w)] == labels
+
+
+def test_a_frame_needs_its_scene_and_must_be_in_it(scene, run, pair_scene):
+    with pytest.raises(rs.InputError, match=r"frame 'rhino\.tool' needs the scene"):
+        plot.velocity(run, frame="rhino.tool")
+    with pytest.raises(rs.InputError, match=r"no frame 'rhino\.tol'; did you mean 'rhino\.tool'"):
+        plot.velocity(run, scene, "rhino.tol")
+    with pytest.raises(rs.InputError, match="not one of this scene: it moves shoulder"):
+        plot.velocity(run, pair_scene, "fly.body")
+    with pytest.raises(rs.InputError, match=r"expected a Scene, got 'rhino\.tool'"):
+        plot.velocity(run, "rhino.tool", "rhino.tool")
+
+
 def test_components_differ_in_line_style_for_black_and_white_print(run):
     axes = plot.velocity(run).axes[0]
     styles = {lines(axes, f"$v_{axis}$").get_linestyle() for axis in "xyz"}
@@ -405,6 +556,16 @@ def test_the_summary_shows_scene_image_velocities_and_error(run, scene):
     assert labels == ["v (m/s)", "ω (rad/s)", "error (–)"]
     way = float(run["path_length"])
     assert figure.get_suptitle() == f"time limit after 3 s; path {way:.3g} m"
+
+
+def test_the_summary_shows_the_camera_and_the_frame_that_are_asked_for(pair, pair_scene, tmp_path):
+    figure = plot.run(pair, pair_scene, "right", "fly.body")
+    solid, image, v, _, e = figure.axes
+    assert {"left", "right"} <= set(legend(solid))
+    np.testing.assert_array_equal(marked(image, "+"), [(400, 300)])
+    assert v.get_ylabel() == "v of fly.body\nin world axes (m/s)"
+    assert e.get_ylabel() == "error (–, px)"
+    figure.savefig(tmp_path / "pair.png")
 
 
 @pytest.mark.parametrize("draw", [plot.velocity, plot.run, plot.scene])

@@ -14,7 +14,20 @@ import robsim as rs
 from robsim import robots
 from robsim.robot import dh_constants
 
-NAMES = ("free_camera", "planar_2r", "puma560", "rhino_xr4")
+NAMES = (
+    "conveyor",
+    "free_camera",
+    "holonomic_base",
+    "mobile_arm",
+    "pan_tilt",
+    "panda",
+    "planar_2r",
+    "puma560",
+    "rhino_xr4",
+    "turntable",
+    "unicycle",
+)
+ARMS = ("rhino_xr4", "puma560", "planar_2r")
 ORACLE = Path(__file__).parents[1] / "oracles" / "pinocchio_dh.json"
 TABLES = {spec["name"]: spec for spec in json.loads(ORACLE.read_text())["robots"]}
 
@@ -33,11 +46,11 @@ def test_the_robots_are_these():
 def test_a_robot_that_does_not_exist_names_the_nearest():
     with pytest.raises(rs.InputError, match="did you mean 'puma560'"):
         robots.load("puma56")
-    with pytest.raises(AttributeError, match="robots: free_camera, planar_2r"):
+    with pytest.raises(AttributeError, match="robots: conveyor, free_camera"):
         _ = robots.puma56
 
 
-@pytest.mark.parametrize("name", ["rhino_xr4", "puma560", "planar_2r"])
+@pytest.mark.parametrize("name", ARMS)
 def test_the_table_is_that_of_the_oracle_bit_for_bit(name):
     spec, robot = TABLES[name], robots.load(name)
     assert len(robot.links) == 1 + len(spec["rows"])
@@ -49,7 +62,7 @@ def test_the_table_is_that_of_the_oracle_bit_for_bit(name):
         np.testing.assert_array_equal(link.joint.tail.matrix, tail.matrix)
 
 
-@pytest.mark.parametrize("name", ["rhino_xr4", "puma560", "planar_2r"])
+@pytest.mark.parametrize("name", ARMS)
 def test_poses_agree_with_pinocchio(name):
     cases = TABLES[name]["cases"]
     frames = robots.load(name).frames([case["q"] for case in cases])[:, 1:]
@@ -77,6 +90,78 @@ def test_the_puma_at_home_looks_straight_down():
     assert upper[2, 3] > fore[2, 3] > 0.67183  # elbow up, wrist above the shoulder
 
 
+def test_the_panda_is_that_of_its_documentation():
+    """Ready pose, added up by hand, and limits of the Franka Control Interface."""
+    panda, h = robots.panda(), np.sqrt(0.5)
+    x = -0.316 * h + 0.0825 * h + 0.384 + 0.088  # upper arm 45 degrees back, forearm level
+    z = 0.333 + 0.316 * h + 0.0825 * h + 0.0825 - 0.107
+    ready = [[h, -h, 0, x], [-h, -h, 0, 0], [0, 0, -1, z], [0, 0, 0, 1]]
+    np.testing.assert_allclose(panda.fk(panda.home), ready, rtol=0, atol=1e-15)
+    lowest = [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]
+    highest = [2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]
+    np.testing.assert_array_equal(panda.limits, np.transpose([lowest, highest]))
+    assert panda.links[-1].name == "flange"
+
+
+def test_the_mobile_arm_at_home_looks_straight_down_in_front_of_its_base():
+    robot = robots.mobile_arm()
+    assert (robot.nq, robot.nv) == (9, 9)
+    T = robot.fk(robot.home)
+    np.testing.assert_allclose(T[:3, 2], [0, 0, -1], rtol=0, atol=1e-12)
+    assert T[0, 3] > 0.29 + 0.2 and T[2, 3] > 0.26  # before the body, above its deck
+    assert robot.fk(robot.home, "forearm")[2, 3] > T[2, 3]  # elbow up
+
+
+FORWARD = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]  # x to the right, y down, z along x of the base
+
+
+@pytest.mark.parametrize(
+    ("name", "link", "where"),
+    [
+        ("pan_tilt", "head", [0, 0, 0.25]),
+        ("holonomic_base", "camera_mount", [0.27, 0, 0.46]),
+        ("unicycle", "camera_mount", [0.14, 0, 0.38]),
+    ],
+)
+def test_a_camera_mounted_on_it_looks_forward(name, link, where):
+    robot = robots.load(name)
+    T = robot.fk(robot.home, link)
+    np.testing.assert_array_equal(T[:3], np.column_stack([FORWARD, where]))
+
+
+def test_pan_turns_to_the_left_and_tilt_looks_up_about_one_centre():
+    head = robots.pan_tilt()
+    pan, tilt = np.radians([50, 20])
+    T = head.fk([pan, tilt])
+    aim = [np.cos(tilt) * np.cos(pan), np.cos(tilt) * np.sin(pan), np.sin(tilt)]
+    np.testing.assert_allclose(T[:3, 2], aim, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(T[:3, 3], [0, 0, 0.25], rtol=0, atol=1e-15)
+    assert T[2, 0] == pytest.approx(0, abs=1e-15)  # the horizon stays level
+    np.testing.assert_allclose(np.degrees(head.limits), [[-170, 170], [-85, 85]], atol=1e-12)
+
+
+def test_the_belt_slides_along_x_and_the_plate_turns_about_z():
+    belt, plate = robots.conveyor(), robots.turntable()
+    np.testing.assert_array_equal(belt.fk([1.5]), rs.Pose.at(1.5, 0, 0.6).matrix)
+    np.testing.assert_array_equal(belt.limits, [[-2, 2]])
+    turned = rs.Pose.at(0, 0, 0.15, rpy=(0, 0, 0.7)).matrix
+    np.testing.assert_allclose(plate.fk([0.7]), turned, rtol=0, atol=1e-15)
+    assert (plate.limits == [-np.inf, np.inf]).all()
+    cup = rs.Object("cup", marks=[[0, 0, 0]], on="conveyor.belt")
+    scene = rs.Scene([belt], [cup])
+    np.testing.assert_array_equal(scene.pose("cup", [-1]).position, [-1, 0, 0.6])
+
+
+@pytest.mark.parametrize("name", sorted(set(NAMES) - {"free_camera"}))
+def test_each_robot_is_drawn_and_no_wheel_goes_through_the_floor(name):
+    robot = robots.load(name)
+    frames = robot.frames(robot.home)
+    pairs = zip(robot.links, frames, strict=True)
+    corners = [shape.at(T).vertices for link, T in pairs for shape in link.shapes]
+    lowest = np.concatenate(corners)[:, 2].min()
+    assert lowest == pytest.approx(-0.14 if name == "planar_2r" else 0, abs=1e-12)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_home_is_well_within_the_limits(name):
     robot = robots.load(name)
@@ -95,8 +180,9 @@ def test_each_kind_of_number_has_a_source(name):
 
 
 def test_the_links_of_the_arms_are_drawn_in_different_colours():
-    for name in ("rhino_xr4", "puma560", "planar_2r"):
-        colors = [{shape.color for shape in link.shapes} for link in robots.load(name).links]
+    for name in (*ARMS, "panda", "mobile_arm"):
+        drawn = [link.shapes for link in robots.load(name).links if link.shapes]
+        colors = [{shape.color for shape in shapes} for shapes in drawn]
         assert all(len(own) == 1 for own in colors)
         assert all(a != b for a, b in pairwise(colors))
     assert [len(link.shapes) for link in robots.rhino_xr4().links] == [1, 1, 1, 1, 1, 3]
@@ -104,7 +190,7 @@ def test_the_links_of_the_arms_are_drawn_in_different_colours():
 
 def spans(link, T, line):
     """Where a line (point, direction) is inside the blocks of a link, as (enter, leave)."""
-    for block in link.shapes:
+    for block in (shape for shape in link.shapes if isinstance(shape, rs.Block)):
         box = (rs.Pose(T) @ block.pose).inv()
         point, along = box @ line[0], box.rotation @ line[1]
         half = np.array([block.length, block.width, block.height]) / 2 + 1e-9
@@ -117,11 +203,13 @@ def spans(link, T, line):
             yield near.max(), far.min()
 
 
-@pytest.mark.parametrize("name", ["rhino_xr4", "puma560", "planar_2r"])
+@pytest.mark.parametrize("name", [*ARMS, "panda", "mobile_arm"])
 def test_the_blocks_of_two_links_meet_on_the_axis_of_their_joint(name):
     robot = robots.load(name)
     frames = robot.frames(robot.home)
     for i, link in enumerate(robot.links[1:], start=1):
+        if link.joint.kind != "revolute":
+            continue
         axis = frames[i - 1] @ link.joint.place.matrix
         line = axis[:3, 3], axis[:3, 2]
         gaps = [

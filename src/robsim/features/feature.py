@@ -9,8 +9,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, shown_view
+from robsim.arrays import Array, frozen, shown_view
 from robsim.camera import Camera
+from robsim.errors import InputError
 from robsim.kernels import camera as kernels
 from robsim.kernels.pose import fit_pose
 from robsim.pose import homogeneous
@@ -57,7 +58,8 @@ class Observation:
     @cached_property
     def pose_last(self) -> Array:
         """T_c_o (3, 4, B)."""
-        assert self.model is not None and self.guess_last is not None
+        if self.model is None or self.guess_last is None:
+            raise InputError("a pose needs the model of the target and a guess; here are none")
         T = np.empty(self.guess_last.shape)
         fit_pose(self.model, self.points_last, self.guess_last, T)
         return T
@@ -76,7 +78,7 @@ class Observation:
             pixels_last=self.pixels_last[marks],
             points_last=self.points_last[marks],
             depth_last=self.depth_last[marks],
-            model=None if self.model is None else self.model[marks],
+            model=None if self.model is None else frozen(self.model[marks]),
             other=None if self.other is None else self.other.some(marks),
         )
 

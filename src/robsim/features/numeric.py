@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array
+from robsim.arrays import Array, frozen
 from robsim.features.feature import Feature, Observation
+from robsim.kernels import camera, se3
+from robsim.kernels.motion import carry
 
 STEP = 1e-5  # metres and radians: rounding and truncation both near 1e-10 of L
+UNIT, PINHOLE = frozen(np.eye(3)), frozen(np.zeros(8))  # the camera of normalised points
 
 
 def interaction(feature: Feature, seen: Observation) -> Any:
@@ -34,5 +38,46 @@ def differences(feature: Feature, seen: Observation) -> Array:
 
 
 def moved(seen: Observation, axis: int, step: float) -> Observation:
-    """What would be seen had the camera moved by `step` along or about one of its axes."""
-    raise NotImplementedError
+    """What would be seen had the camera moved by `step` along or about one of its axes.
+
+    With T = exp(-step), the pose of the camera's old axes in its new ones, a point in camera axes
+    becomes T X. A second camera is fixed to the first at B = `between`, so its T is B^-1 T B.
+    """
+    twist = np.zeros((6, seen.points_last.shape[-1]))
+    twist[axis] = -step
+    T = np.empty((3, 4, twist.shape[1]))
+    se3.exp(twist, T)
+    after = _carried(seen, T)
+    if seen.other is not None:
+        assert seen.between_last is not None
+        after.other = _carried(seen.other, _seen_from(seen.between_last, T))
+    return after
+
+
+def _seen_from(B: Array, T: Array) -> Array:
+    """B^-1 T B: the motion T, written in axes that stand at B."""
+    back, product, out = np.empty_like(T), np.empty_like(T), np.empty_like(T)
+    se3.inverse(B, back)
+    se3.compose(T, B, product)
+    se3.compose(back, product, out)
+    return out
+
+
+def _carried(seen: Observation, T: Array) -> Observation:
+    """What would be seen if everything in front of the camera moved by T (3, 4, B)."""
+    x = seen.points_last
+    X = np.empty((x.shape[0], 3, x.shape[-1]))
+    carry(x, seen.depth_last, T, X)
+    pixels, points, guess = np.empty_like(x), np.empty_like(x), seen.guess_last
+    camera.project(X, seen.K, seen.lens, pixels)
+    camera.project(X, UNIT, PINHOLE, points)
+    if guess is not None:
+        guess = np.empty_like(T)
+        se3.compose(T, seen.guess_last, guess)
+    return replace(
+        seen,
+        pixels_last=pixels,
+        points_last=points,
+        depth_last=np.ascontiguousarray(X[:, 2]),
+        guess_last=guess,
+    )

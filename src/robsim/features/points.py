@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,8 @@ class Points:
     >>> Points().measure(Observation.of(pixels, depth, Camera(np.eye(3))))
     array([[0.1, 0.2]])
     """
+
+    name: ClassVar[str] = "points"
 
     tolerance: float = 1e-5
     unit: str = "1"
@@ -53,6 +56,8 @@ class PixelPoints:
     >>> PixelPoints().interaction(seen)[0, 0, :3]
     array([-400.,    0.,   40.])
     """
+
+    name: ClassVar[str] = "pixels"
 
     tolerance: float = 0.01
     unit: str = "px"

@@ -70,12 +70,16 @@ def _worst(status, out):
 
 
 @part
-def begin(error, depth, T, tolerance, watch):
-    """What later instants are compared with; an error below many tolerances is no scale."""
+def begin(error, depth, T, tolerance, hold, watch):
+    """What later instants are compared with; an error below many tolerances is no scale.
+
+    A run that is held may start at its goal and lag behind it later: its error is not compared.
+    """
     _norm(error, watch.norm)
     _largest(depth, watch.farthest)
     for b in range(watch.norm.size):
-        watch.norm[b] = DIVERGENCE * max(watch.norm[b], DIVERGENCE * tolerance)
+        scale = np.inf if hold else max(watch.norm[b], DIVERGENCE * tolerance)
+        watch.norm[b] = DIVERGENCE * scale
         watch.farthest[b] *= DIVERGENCE
         watch.still[b], watch.length[b] = 0, 0.0
         for r in range(3):
@@ -83,8 +87,8 @@ def begin(error, depth, T, tolerance, watch):
 
 
 @part
-def _stands_still(reach, qd, gain, tolerance, still):
-    """Count the periods in which the command moves features by next to nothing in 1/gain."""
+def _stands_still(reach, qd, pace, tolerance, still):
+    """Count the periods in which the command moves features by next to nothing in 1/pace."""
     change, largest = np.zeros((reach.shape[0], still.size)), np.empty(still.size)
     for i in range(reach.shape[0]):
         for j in range(reach.shape[1]):
@@ -92,7 +96,7 @@ def _stands_still(reach, qd, gain, tolerance, still):
                 change[i, b] += reach[i, j, b] * qd[j, b]
     _largest(change, largest)
     for b in range(still.size):
-        still[b] = still[b] + 1 if largest[b] < STALL * tolerance * gain else 0
+        still[b] = still[b] + 1 if largest[b] < STALL * tolerance * pace else 0
 
 
 @part
@@ -105,12 +109,29 @@ def _path(before, T, length):
 
 
 @part
-def judge(q, limits, visibility, depth, T, error, qd, reach, gain, tolerance, over, watch, outcome):
+def judge(
+    q,
+    limits,
+    visibility,
+    depth,
+    T,
+    error,
+    qd,
+    reach,
+    pace,
+    tolerance,
+    over,
+    hold,
+    watch,
+    outcome,
+):
     """outcome[b] after one instant, and how many runs have ended; `over`: this is the last one.
+
+    With `hold`, a run that has converged or stalled goes on until then.
 
     The way to the origin of T is added to the length of the path. A run stands still while its
     command would move every feature by less than a hundredth of the tolerance in the time
-    1/gain, and the error is not below the tolerance.
+    1/pace, and the error is not below the tolerance.
     """
     size, away, far = np.empty(outcome.size), np.empty(outcome.size), np.empty(outcome.size)
     state, speed = np.empty(outcome.size), np.empty(outcome.size)
@@ -122,7 +143,7 @@ def judge(q, limits, visibility, depth, T, error, qd, reach, gain, tolerance, ov
     _largest(qd, speed)
     _beyond(q, limits, beyond)
     _worst(visibility, where)
-    _stands_still(reach, qd, gain, tolerance, watch.still)
+    _stands_still(reach, qd, pace, tolerance, watch.still)
     _path(watch.before, T, watch.length)
     ended = 0
     for b in range(outcome.size):
@@ -136,13 +157,13 @@ def judge(q, limits, visibility, depth, T, error, qd, reach, gain, tolerance, ov
             outcome[b] = OUT_OF_IMAGE
         elif not math.isfinite(size[b]):
             outcome[b] = NOT_FINITE
-        elif size[b] < tolerance:
+        elif size[b] < tolerance and (over or not hold):
             outcome[b] = CONVERGED
         elif away[b] > watch.norm[b] or far[b] > watch.farthest[b]:
             outcome[b] = DIVERGED
         elif not math.isfinite(speed[b]):
             outcome[b] = NOT_FINITE
-        elif watch.still[b] >= STALL_PERIODS:
+        elif watch.still[b] >= STALL_PERIODS and (over or not hold):
             outcome[b] = LOCAL_MINIMUM
         elif over:
             outcome[b] = TIME_LIMIT

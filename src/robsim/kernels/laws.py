@@ -3,33 +3,45 @@
 import numpy as np
 
 from robsim.kernels.jit import part
-from robsim.kernels.solve import least_squares
+from robsim.kernels.solve import invert, least_squares
 
 
 @part
-def joint(reach, error, gain, damping, rcond, qd):
-    """Qd = -gain (L J)^+ e."""
-    rank = np.empty(qd.shape[1], np.int64)
-    least_squares(reach, error, damping, rcond, qd, rank)
+def joint(reach, error, gain, transposed, damping, rcond, qd):
+    """Qd = -gain (L J)^+ e, or the transpose in place of the inverse."""
+    invert(reach, error, transposed, damping, rcond, qd)
     _scale(-gain, qd)
 
 
 @part
-def camera(L, J, error, length, gain, damping, rcond, qd):
-    """V = -gain L^+ e, then qd = J^+ V, with |v| in units of `length`."""
-    scaled_L, scaled_J, V = np.empty(L.shape), np.empty(J.shape), np.empty((6, qd.shape[1]))
+def camera(L, J, error, length, gain, transposed, damping, rcond, qd):
+    """V = -gain L^+ e (or L' e), then qd = J^+ V, with |v| in units of `length`."""
+    scaled, V = np.empty(L.shape), np.empty((6, qd.shape[1]))
+    for i in range(L.shape[0]):
+        for c in range(6):
+            for b in range(qd.shape[1]):
+                scaled[i, c, b] = L[i, c, b] * length if c < 3 else L[i, c, b]
+    invert(scaled, error, transposed, damping, rcond, V)
+    for c in range(3):
+        for b in range(qd.shape[1]):
+            V[c, b] *= length
+    realise(J, V, length, damping, rcond, qd)
+    _scale(-gain, qd)
+
+
+@part
+def realise(J, V, length, damping, rcond, qd):
+    """Qd = J^+ V for a twist V[6, b], with its |v| in units of `length` (eq. 19)."""
+    scaled, wanted = np.empty(J.shape), np.empty(V.shape)
     for c in range(6):
         unit = length if c < 3 else 1.0
-        for i in range(L.shape[0]):
-            for b in range(qd.shape[1]):
-                scaled_L[i, c, b] = L[i, c, b] * unit
+        for b in range(qd.shape[1]):
+            wanted[c, b] = V[c, b] / unit
         for j in range(J.shape[1]):
             for b in range(qd.shape[1]):
-                scaled_J[c, j, b] = J[c, j, b] / unit
+                scaled[c, j, b] = J[c, j, b] / unit
     rank = np.empty(qd.shape[1], np.int64)
-    least_squares(scaled_L, error, damping, rcond, V, rank)
-    least_squares(scaled_J, V, damping, rcond, qd, rank)
-    _scale(-gain, qd)
+    least_squares(scaled, wanted, damping, rcond, qd, rank)
 
 
 @part

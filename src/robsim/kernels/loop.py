@@ -28,6 +28,8 @@ class Scheme(NamedTuple):
     law: int  # JOINT, CAMERA
     length: float
     gain: float
+    pace: float
+    transposed: bool
     damping: float
     rcond: float
     tolerance: float
@@ -86,6 +88,7 @@ def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
             command.reach,
             command.error,
             scheme.gain,
+            scheme.transposed,
             scheme.damping,
             scheme.rcond,
             command.qd,
@@ -97,6 +100,7 @@ def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
             command.error,
             scheme.length,
             scheme.gain,
+            scheme.transposed,
             scheme.damping,
             scheme.rcond,
             command.qd,
@@ -108,9 +112,10 @@ def settle(
     step,
     steps,
     limits,
-    eye,
+    hold,
+    drift,
     columns,
-    gain,
+    pace,
     tolerance,
     watch,
     rows,
@@ -118,18 +123,19 @@ def settle(
     track,
     q,
     seen,
+    T,
     command,
     qd,
     outcome,
 ):
     """The rest of an instant once the command is known; returns how many runs have ended.
 
-    Fills qd (of all joints) and outcome, and keeps every so many steps in `track`.
+    Fills qd of all joints, where those that are not commanded have the velocities `drift`, and
+    outcome; keeps every so many steps in `track`. T is the pose whose way is measured.
     """
-    tree.spread(columns, command.qd, qd)
-    T = seen.T_w_c if eye.moves else seen.T_w_o
+    tree.spread(columns, command.qd, drift, qd)
     if step == 0:
-        endings.begin(command.error, seen.depth, T, tolerance, watch)
+        endings.begin(command.error, seen.depth, T, tolerance, hold, watch)
     ended = endings.judge(
         q,
         limits,
@@ -139,9 +145,10 @@ def settle(
         command.error,
         command.qd,
         command.reach,
-        gain,
+        pace,
         tolerance,
         step == steps,
+        hold,
         watch,
         outcome,
     )
@@ -158,6 +165,8 @@ def stride(
     dt,
     joints,
     limits,
+    hold,
+    drift,
     eye,
     moves,
     scheme,
@@ -189,9 +198,10 @@ def stride(
             step,
             steps,
             limits,
-            eye,
+            hold,
+            drift,
             moves.columns,
-            scheme.gain,
+            scheme.pace,
             scheme.tolerance,
             watch,
             rows,
@@ -199,6 +209,7 @@ def stride(
             track,
             q,
             seen,
+            seen.T_w_c if eye.moves else seen.T_w_o,
             command,
             qd,
             outcome,

@@ -1,7 +1,8 @@
 """Rotations and rigid motions: composition, exponential, quaternions (x, y, z, w).
 
-No switch at tiny angles: half-angle forms, and one series that is good to 1 rad (see
-`exp_coefficients`). Checked against 60-digit numbers from 1e-12 to pi.
+No switch at tiny angles: half-angle forms, one series that is good to 1 rad (see
+`exp_coefficients`) and one continued fraction (see `log_coefficient`). Checked against 60-digit
+numbers from 1e-12 to pi.
 """
 
 import math
@@ -29,6 +30,42 @@ def exp_coefficients(theta):
             nested = 1.0 - theta * theta * nested / ((2 * n + 2) * (2 * n + 3))
         c = nested / 6.0
     return sinc(theta), 0.5 * half * half, c
+
+
+@kernel
+def log_coefficient(theta):
+    """(1 - h cot h) / theta^2 with h = theta/2, for 0 <= theta <= pi: 1/12 at 0, 1/pi^2 at pi.
+
+    By Lambert's continued fraction, h cot h = 1 - h2/(3 - h2/(5 - h2/(7 - ...))) with h2 = h^2:
+    there is nothing in it to cancel, so it serves every angle.
+    """
+    tail = 25.0
+    for odd in range(23, 1, -2):
+        tail = odd - 0.25 * theta * theta / tail
+    return 0.25 / tail
+
+
+@kernel
+def compose(A, B, out):
+    """Out = A B for poses A[3, 4, b] and B[3, 4, b]."""
+    for r in range(3):
+        for c in range(4):
+            shift = 1.0 if c == 3 else 0.0
+            for b in range(A.shape[2]):
+                out[r, c, b] = (
+                    A[r, 0, b] * B[0, c, b] + A[r, 1, b] * B[1, c, b] + A[r, 2, b] * B[2, c, b]
+                ) + shift * A[r, 3, b]
+
+
+@kernel
+def inverse(A, out):
+    """Out = A^-1 for poses A[3, 4, b]: R', -R' t."""
+    for r in range(3):
+        for b in range(A.shape[2]):
+            out[r, 0, b], out[r, 1, b], out[r, 2, b] = A[0, r, b], A[1, r, b], A[2, r, b]
+            out[r, 3, b] = -(
+                A[0, r, b] * A[0, 3, b] + A[1, r, b] * A[1, 3, b] + A[2, r, b] * A[2, 3, b]
+            )
 
 
 @kernel

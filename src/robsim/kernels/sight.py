@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from robsim.kernels import camera, tree
-from robsim.kernels.jit import part
+from robsim.kernels.jit import kernel, part
 
 
 class Eye(NamedTuple):
@@ -45,3 +45,15 @@ def look(joints, eye, q, seen):
     for n in range(seen.depth.shape[0]):
         for b in range(seen.depth.shape[1]):
             seen.depth[n, b] = seen.points[n, 2, b]
+
+
+@kernel
+def relative(A, B, out):
+    """out[3, 4, b] = A^-1 B: the pose of frame b in frame a, from both in the world."""
+    for r in range(3):
+        for c in range(4):
+            for b in range(out.shape[2]):
+                x, y, z = B[0, c, b], B[1, c, b], B[2, c, b]
+                if c == 3:
+                    x, y, z = x - A[0, 3, b], y - A[1, 3, b], z - A[2, 3, b]
+                out[r, c, b] = A[0, r, b] * x + A[1, r, b] * y + A[2, r, b] * z

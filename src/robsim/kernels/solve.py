@@ -236,3 +236,17 @@ def least_squares(A, y, damping, rcond, x, rank):
             else:
                 for i in range(x.shape[0]):
                     x[i, b] = np.nan
+
+
+@part
+def invert(A, y, transposed, damping, rcond, x):
+    """x[n, b] = A^+ y, or A' y where `transposed`, for A[m, n, b] and y[m, b]."""
+    if transposed:
+        x[:] = 0.0
+        for i in range(A.shape[0]):
+            for j in range(A.shape[1]):
+                for b in range(A.shape[2]):
+                    x[j, b] += A[i, j, b] * y[i, b]
+    else:
+        rank = np.empty(A.shape[2], np.int64)
+        least_squares(A, y, damping, rcond, x, rank)

@@ -4,7 +4,7 @@ A joint is `place . motion(q) . tail`. Tails and fixed joints are folded into co
 they come here (see `robsim.tree`), so a moving body i has a parent body, a constant `place`, a
 kind, and its first coordinate `iq`. A velocity j of the tree moves body `body[j]` along or about
 axis `axis[j]` of that body's own frame: prismatic and revolute joints have one such velocity,
-floating joints six.
+floating joints six, planar joints three, unicycles two.
 """
 
 import math
@@ -15,7 +15,7 @@ import numpy as np
 from robsim.kernels import se3
 from robsim.kernels.jit import kernel, part
 
-REVOLUTE, PRISMATIC, FLOATING = 1, 2, 3
+REVOLUTE, PRISMATIC, FLOATING, PLANAR, UNICYCLE = 1, 2, 3, 4, 5
 
 
 class Joints(NamedTuple):
@@ -72,6 +72,15 @@ def fly(q, T):
             T[r, 2, b] = x * R0[2] + y * R1[2] + z * R2[2]
 
 
+@part
+def glide(q, T):
+    """T <- T Tx(x) Ty(y) Rz(theta) with q[3, b] = (x, y, theta), in place."""
+    for r in range(3):
+        for b in range(q.shape[1]):
+            T[r, 3, b] += T[r, 0, b] * q[0, b] + T[r, 1, b] * q[1, b]
+    turn(q[2], T)
+
+
 @kernel
 def bodies(parent, kind, iq, place, q, M):
     """Poses M[i, 3, 4, b] in the world of all bodies; parents come before their children."""
@@ -85,8 +94,10 @@ def bodies(parent, kind, iq, place, q, M):
             turn(q[iq[i]], M[i])
         elif kind[i] == PRISMATIC:
             slide(q[iq[i]], M[i])
-        else:
+        elif kind[i] == FLOATING:
             fly(q[iq[i] : iq[i] + 7], M[i])
+        else:
+            glide(q[iq[i] : iq[i] + 3], M[i])
 
 
 @kernel
@@ -142,9 +153,11 @@ def camera_jacobian(M, T_w_c, body, angular, axis, sign, J):
 
 
 @kernel
-def spread(columns, some, qd):
-    """qd[columns[j], b] = some[j, b], and zero for the other velocities."""
-    qd[:] = 0.0
+def spread(columns, some, drift, qd):
+    """qd[columns[j], b] = some[j, b], and drift[i] for the other velocities."""
+    for i in range(qd.shape[0]):
+        for b in range(qd.shape[1]):
+            qd[i, b] = drift[i]
     for j in range(columns.size):
         for b in range(qd.shape[1]):
             qd[columns[j], b] = some[j, b]
@@ -157,6 +170,10 @@ def integrate(kind, iq, iv, v, dt, q):
         n, m = iq[i], iv[i]
         if kind[i] == FLOATING:
             _integrate_floating(v[m : m + 6], dt, q[n : n + 7])
+        elif kind[i] == PLANAR:
+            _integrate_in_plane(v[m : m + 3], dt, q[n : n + 3])
+        elif kind[i] == UNICYCLE:
+            _integrate_in_plane(v[m : m + 2], dt, q[n : n + 3])
         else:
             for b in range(q.shape[1]):
                 q[n, b] += dt * v[m, b]
@@ -175,3 +192,21 @@ def _integrate_floating(v, dt, q):
         x, y, z, w = se3.quaternion_product(q[3, b], q[4, b], q[5, b], q[6, b], x, y, z, w)
         norm = math.sqrt(x * x + y * y + z * z + w * w)
         q[3, b], q[4, b], q[5, b], q[6, b] = x / norm, y / norm, z / norm, w / norm
+
+
+@kernel
+def _integrate_in_plane(v, dt, q):
+    """The arc of a held velocity (vx, vy, omega), or (v, omega) where vy is zero: a unicycle.
+
+    int_0^dt R(theta + omega t) dt = dt sinc(h) R(theta + h) with h = omega dt / 2: the chord of
+    the arc, in the direction that the body has halfway. theta is not wrapped.
+    """
+    last = v.shape[0] - 1
+    for b in range(q.shape[1]):
+        half = 0.5 * dt * v[last, b]
+        chord, halfway = dt * se3.sinc(half), q[2, b] + half
+        c, s = chord * math.cos(halfway), chord * math.sin(halfway)
+        vx, vy = v[0, b], v[1, b] if last == 2 else 0.0
+        q[0, b] += c * vx - s * vy
+        q[1, b] += s * vx + c * vy
+        q[2, b] += dt * v[last, b]

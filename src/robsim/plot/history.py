@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.errors import InputError, suggest
 from robsim.outcome import Outcome
+from robsim.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scene import Scene
+
+def checked_scene(scene: object) -> None:
+    """InputError if this is no Scene."""
+    if not isinstance(scene, Scene):
+        raise InputError(f"expected a Scene, got {scene!r:.80}")
 
 
 def checked(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
@@ -42,13 +48,55 @@ def single(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
 
 def configurations(run: xr.Dataset, scene: Scene) -> Array:
     """(moments, nq): what was recorded of a single run, its start and its end included."""
+    _checked_coordinates(run, scene)
+    q = np.vstack([run["q0"].values, run["q"].values.reshape(-1, scene.nq), run["q_end"].values])
+    alive: Array = q[np.isfinite(q).all(axis=1)]
+    return alive
+
+
+def _checked_coordinates(run: xr.Dataset, scene: Scene) -> None:
     names = scene.coordinate_names
     if run["coordinate"].values.tolist() != list(names):
         found = ", ".join(run["coordinate"].values.tolist())
         raise InputError(f"the run is not one of this scene: it moves {found}, not {names}")
-    q = np.vstack([run["q0"].values, run["q"].values.reshape(-1, scene.nq), run["q_end"].values])
-    alive: Array = q[np.isfinite(q).all(axis=1)]
-    return alive
+
+
+def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
+    """(moments, 6): v and omega of the origin of a frame, in world axes, of a single run."""
+    checked_scene(scene)
+    _checked_coordinates(run, scene)
+    bodies = scene.tree.bodies(np.ascontiguousarray(run["q"].values.T))
+    twists: Array = np.einsum("ijt,tj->ti", scene.tree.jacobian(bodies, frame), run["qd"].values)
+    return twists
+
+
+def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
+    """The run with the marks of one camera, by default the first, and of its image the attributes.
+
+    The coordinate mark_number counts the marks of all targets, and is the same for all cameras.
+    InputError: no camera of that name.
+    """
+    cameras = list(dict.fromkeys(run["mark_camera"].values.tolist()))
+    name = cameras[0] if camera is None else camera
+    if name not in cameras:
+        raise InputError(f"no camera {name!r} in the run; {suggest(name, cameras, 'cameras')}")
+    one = run.isel(mark=np.flatnonzero(run["mark_camera"].values == name))
+    suffix = "" if name == cameras[0] else f"_{name}"
+    told = {key: run.attrs.get(f"{key}{suffix}") for key in ("image_size", "image_centre")}
+    first, targets = first_numbers(run), one["mark_target"].values.tolist()
+    numbers = [first[t] + targets[:i].count(t) for i, t in enumerate(targets)]
+    return one.assign_coords(mark_number=("mark", numbers)).assign_attrs(told)
+
+
+def first_numbers(run: xr.Dataset) -> dict[str, int]:
+    """The number of the first mark of each target, where the marks of all targets are counted."""
+    keys = zip(run["mark_target"].values.tolist(), run["mark_camera"].values.tolist(), strict=True)
+    counts = Counter(keys)
+    first, after = {}, 0
+    for (target, _), count in counts.items():
+        if target not in first:  # another camera sees the same marks
+            first[target], after = after, after + count
+    return first
 
 
 def ending(run: xr.Dataset) -> str:
@@ -61,4 +109,6 @@ def ending(run: xr.Dataset) -> str:
     if int(run["outcome"]) == Outcome.RUNNING:
         return "stopped by the user"
     name = Outcome(int(run["outcome"])).name.lower().replace("_", " ")
+    if run.attrs.get("hold") and name == "converged":
+        return f"converged, held for {float(run['end_time']):.3g} s"
     return f"{name} after {float(run['end_time']):.3g} s"

@@ -28,12 +28,13 @@ _MARKERS: dict[str, dict[str, Any]] = {
 }
 
 
-def image(run: xr.Dataset) -> Figure:
+def image(run: xr.Dataset, camera: str | None = None) -> Figure:
     """The image of a run, in pixels: ways of the marks from start (asterisk) to end (circle).
 
     Squares are the goal, the plus is the image centre (where the optical axis meets the image),
-    the frame is the border of the image; each mark has the colour it has in `scene`. Of a batch,
-    up to 50 runs are laid over each other.
+    the frame is the border of the image; each mark has the colour it has in `scene` and in the
+    images of the other cameras. Of a batch, up to 50 runs are laid over each other. `camera` is by
+    default the first of the run; InputError lists them where there is none of that name.
 
     >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
@@ -47,28 +48,31 @@ def image(run: xr.Dataset) -> Figure:
     with style():
         figure = new_figure(WIDTH, WIDTH)
         axes = figure.add_subplot()
-        draw(axes, run)
+        draw(axes, run, camera)
         (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
         tall = np.clip((bottom - top) / (right - left), 0.3, 2.0)
         figure.set_size_inches(WIDTH, IMAGE * float(tall) + AROUND)
     return figure
 
 
-def draw(axes: Axes, run: xr.Dataset) -> None:
-    """Draw the image into axes."""
-    tracks, title = _tracks(run)
-    goal, alone = run["pixels_goal"].values, len(tracks) == 1
+def draw(axes: Axes, run: xr.Dataset, camera: str | None = None) -> None:
+    """Draw the image of one camera into axes."""
+    view = history.seen_by(history.checked(run), camera)
+    tracks, title = _tracks(view)
+    numbers, goal, alone = view["mark_number"].values, view["pixels_goal"].values, len(tracks) == 1
     for track in tracks:
-        _draw_track(axes, track, alone)
-    for i, pixel in enumerate(goal):
-        axes.plot(*pixel, color=palette.nth(i), zorder=1, **_MARKERS["goal"])
+        _draw_track(axes, track, numbers, alone)
+    for number, pixel in zip(numbers, goal, strict=True):
+        axes.plot(*pixel, color=palette.nth(number), zorder=1, **_MARKERS["goal"])
     if alone and len(goal) <= MOST_NUMBERS:
-        _draw_numbers(axes, tracks[0])
+        _draw_numbers(axes, tracks[0], numbers)
     seen = np.concatenate([tracks.reshape(-1, 2), goal])
-    size, centre = run.attrs.get("image_size"), run.attrs.get("image_centre")
+    size, centre = view.attrs["image_size"], view.attrs["image_centre"]
     _frame(axes, seen, size, centre)
-    axes.set_title(title)
-    _legend(axes, [name for name in _MARKERS if name != "image centre" or centre is not None])
+    several = len(set(run["mark_camera"].values.tolist())) > 1
+    axes.set_title(f"{view['mark_camera'].values[0]}: {title}" if several else f"image: {title}")
+    unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
+    _legend(axes, [name for name in _MARKERS if not unknown.get(name, False)])
 
 
 def _legend(axes: Axes, names: list[str]) -> None:
@@ -86,36 +90,35 @@ def _legend(axes: Axes, names: list[str]) -> None:
 
 def _tracks(run: xr.Dataset) -> tuple[Array, str]:
     """(runs, moments, marks, 2) pixels of some runs, and what they are."""
-    history.checked(run)
     if run.sizes.get("run", 1) == 1:
         one = history.single(run)
-        return one["pixels"].values[None], f"image: {history.ending(one)}"
+        return one["pixels"].values[None], history.ending(one)
     count = run.sizes["run"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_RUNS)).round().astype(int))
     some = run.isel(run=chosen).transpose("run", "time", "mark", "axis", ...)
-    return some["pixels"].values, f"image: {len(chosen)} of {count} runs"
+    return some["pixels"].values, f"{len(chosen)} of {count} runs"
 
 
-def _draw_track(axes: Axes, track: Array, alone: bool) -> None:
+def _draw_track(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:
     """The ways (moments, marks, 2) of the marks of one run, each with its start and its end."""
     width, scale = (1.3, 1.0) if alone else (0.5, 0.6)
-    for i, way in enumerate(np.moveaxis(track, 1, 0)):
-        color, seen = palette.nth(i), way[np.isfinite(way).all(axis=1)]
+    for number, way in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
+        color, seen = palette.nth(number), way[np.isfinite(way).all(axis=1)]
         axes.plot(*way.T, color=color, linewidth=width)
         for name, pixel in (("start", seen[:1]), ("end", seen[-1:])):
             look = _MARKERS[name] | {"markersize": scale * _MARKERS[name]["markersize"]}
             axes.plot(*pixel.T, color=color, linestyle="none", markeredgewidth=scale, **look)
 
 
-def _draw_numbers(axes: Axes, track: Array) -> None:
+def _draw_numbers(axes: Axes, track: Array, numbers: Array) -> None:
     """The number of each mark, from 0, where it starts, on the side from which it leaves."""
-    for i, way in enumerate(np.moveaxis(track, 1, 0)):
+    for number, way in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
         seen = way[np.isfinite(way).all(axis=1)]
         if len(seen):
             back = (seen[0] - seen[-1]) * (1, -1)  # rows grow downwards, points upwards
             offset = 9 * back / (np.hypot(*back) or 1.0) if back.any() else (0, 9)
             axes.annotate(
-                str(i), seen[0], offset, textcoords="offset points", ha="center", va="center"
+                str(number), seen[0], offset, textcoords="offset points", ha="center", va="center"
             )
 
 

@@ -33,7 +33,8 @@ _LETTERS = {
 }
 CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 ASTERISK = (6, 2, 0)  # a marker of six strokes
-COMPONENTS = ((BLUE, "-"), (VERMILLION, "--"), (GREEN, "-."))  # of a vector: x, y, z
+LINES = ("-", "--", "-.", ":")
+COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # of a vector: x, y, z
 
 
 def color(name: str) -> str:

@@ -11,10 +11,11 @@ from robsim.arrays import Array
 from robsim.errors import InputError
 from robsim.plot import history, wireframe
 from robsim.plot.wireframe import Wire
-from robsim.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from robsim.scene import Scene
 
 
 FRUSTUM = 0.12  # depth of a camera without a body, as a share of the scene
@@ -39,18 +40,12 @@ class Picture:
         return points if len(points) else np.zeros((1, 3))
 
 
-def checked_scene(scene: object) -> None:
-    """InputError if this is no Scene."""
-    if not isinstance(scene, Scene):
-        raise InputError(f"expected a Scene, got {scene!r:.80}")
-
-
 def picture_of(scene: Scene, q: Any, run: xr.Dataset | None) -> Picture:
     """The scene at q (nq,), home by default, or from start to end of one run.
 
     InputError: q and run, or several of either; a run of another scene.
     """
-    checked_scene(scene)
+    history.checked_scene(scene)
     states = _states(scene, q, run)
     marks, ways = wireframe.marks(scene, states[-1]), _ways(scene, states)
     depth = FRUSTUM * _size([marks, *ways.values()])
@@ -58,7 +53,8 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None) -> Picture:
     pairs = zip(wireframe.wires(scene, states[0], depth), solid, strict=True)
     before = [old for old, new in pairs if np.abs(old.points - new.points).max() > STILL]
     paths = {n: ways[n] for n in _things(scene) if np.ptp(ways[n], axis=0).max() > STILL}
-    return Picture(solid, before, marks, wireframe.mark_colors(scene), paths)
+    colors = wireframe.mark_colors(scene, {} if run is None else history.first_numbers(run))
+    return Picture(solid, before, marks, colors, paths)
 
 
 def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:

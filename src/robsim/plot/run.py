@@ -19,8 +19,12 @@ if TYPE_CHECKING:
     from robsim.scene import Scene
 
 
-def run(run: xr.Dataset, scene: Scene) -> Figure:
+def run(
+    run: xr.Dataset, scene: Scene, camera: str | None = None, frame: str | None = None
+) -> Figure:
     """The run of a scene on one slide: `scene`, `image` and `velocity` together.
+
+    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`.
 
     >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
@@ -37,8 +41,8 @@ def run(run: xr.Dataset, scene: Scene) -> Figure:
         above, below = rows[0].subgridspec(1, 2, width_ratios=(1.1, 1)), rows[1].subgridspec(1, 3)
         draw_scene(figure, above[0], picture_of(scene, None, one))
         image = figure.add_subplot(above[1])
-        draw_image(image, one)
+        draw_image(image, one, camera)
         image.set_title("")
-        draw_velocity([figure.add_subplot(below[i]) for i in range(3)], one)
+        draw_velocity([figure.add_subplot(below[i]) for i in range(3)], one, scene, frame)
         figure.suptitle(f"{history.ending(one)}; path {float(one['path_length']):.3g} m")
     return figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import cycle, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,10 +29,12 @@ if TYPE_CHECKING:
 
 DRAWING = 4.6  # inches, the width of the drawing beside its legend
 FILLED = 0.73  # share of the axes that the box takes; the rest is for its labels
+PLACE = (-0.07, -0.3, 1.0, 1.6)  # of the axes: labels are on the right; they may be as high as wide
 FLATTEST = 0.5  # the shortest side of the drawn box, as a share of its longest
 ON_TOP = 1000  # of solids, which Matplotlib sorts by their distance
 _BEFORE: dict[str, Any] = {"color": palette.GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8}
-_PATH: dict[str, Any] = {"color": palette.VERMILLION, "linewidth": 2.2}
+_PATH: dict[str, Any] = {"linewidth": 2.2}
+_PATHS = (palette.VERMILLION, palette.PURPLE, palette.ORANGE)
 _MARK: dict[str, Any] = {"marker": palette.ASTERISK, "markersize": 7, "linestyle": "none"}
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4}
 
@@ -50,8 +52,9 @@ def scene(scene: Scene, q: Any = None, run: xr.Dataset | None = None) -> Figure:
     """The scene in 3-D, in metres: at q (nq,), home by default, or from start to end of one `run`.
 
     Every solid is drawn by its edges in its own colour (a robot all in black, the default, gets a
-    colour per link); marks are asterisks. Of a run the start is dashed, the end solid, and the
-    paths of cameras and objects are lines. Everything is seen from the frame of `scene.display`.
+    colour per link; one of any other single colour is one entry of the legend); marks are
+    asterisks. Of a run the start is dashed, the end solid, and the paths of cameras and objects are
+    lines. Everything is seen from the frame of `scene.display`.
 
     >>> from robsim import Robot, Scene
     >>> figure = scene(Scene(Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]])), q=[0.5, 1.0])
@@ -68,20 +71,23 @@ def scene(scene: Scene, q: Any = None, run: xr.Dataset | None = None) -> Figure:
 def draw(figure: Figure, place: SubplotSpec, picture: Picture) -> None:
     """Draw the picture into 3-D axes, with its legend on the right."""
     share = DRAWING / (DRAWING + legend_width(picture))
-    axes: Any = figure.add_subfigure(place).add_axes((0, 0, share, 1), projection="3d")
+    left, bottom, width, height = PLACE
+    rectangle = (left * share, bottom, width * share, height)
+    axes: Any = figure.add_subfigure(place).add_axes(rectangle, projection="3d")
     for wire in picture.solid:
         _draw_solid(axes, wire)
     for wire in picture.before:
         _draw_before(axes, wire)
-    for name, path in picture.paths.items():
-        axes.plot(*path.T, **_PATH, zorder=ON_TOP, label=f"path of {name}")
-        axes.plot(*path[-1:].T, **_PATH, **_DOT, zorder=ON_TOP)
+    for (name, path), color in zip(picture.paths.items(), cycle(_PATHS), strict=False):
+        look = _PATH | {"color": color}
+        axes.plot(*path.T, **look, zorder=ON_TOP, label=f"path of {name}")
+        axes.plot(*path[-1:].T, **look, **_DOT, zorder=ON_TOP)
     for mark, color in zip(picture.marks, picture.mark_colors, strict=True):
         axes.plot(*mark[:, None], **_MARK, color=color, zorder=ON_TOP)
     _frame(axes, picture.points)
     handles = _handles(picture)
     if handles:
-        axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.04, 0.5), frameon=False)
+        axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.1, 0.5), frameon=False)
 
 
 def legend_width(picture: Picture) -> float:
@@ -90,10 +96,11 @@ def legend_width(picture: Picture) -> float:
 
 
 def _draw_solid(axes: Any, wire: Wire) -> None:
-    if wire.faces:
-        look = {"facecolors": wire.color, "alpha": 0.07, "linewidths": 0}
-        # limits are set by _frame; Matplotlib's own would take in what pads faces of unequal size
-        axes.add_collection3d(Poly3DCollection(list(wire.faces), **look), autolim=False)
+    look = {"facecolors": wire.color, "alpha": 0.07, "linewidths": 0}
+    for size in sorted({len(face) for face in wire.faces}):
+        # apart, because Matplotlib pads faces of unequal size with whatever is in the memory
+        faces = [face for face in wire.faces if len(face) == size]
+        axes.add_collection3d(Poly3DCollection(faces, **look), autolim=False)
     look = {"colors": wire.color, "linewidths": 1.2}
     axes.add_collection3d(Line3DCollection(wire.segments, **look, label=wire.label), autolim=False)
 
@@ -139,6 +146,7 @@ def _handles(picture: Picture) -> list[Line2D]:
         handles["start"] = Line2D([], [], **_BEFORE, label="start")
     if len(picture.marks):
         handles["marks"] = Line2D([], [], **_MARK, color="k", label="marks")
-    for name in picture.paths:
-        handles[f"path of {name}"] = Line2D([], [], **_PATH, **_DOT, label=f"path of {name}")
+    for name, color in zip(picture.paths, cycle(_PATHS), strict=False):
+        look = _PATH | _DOT | {"color": color}
+        handles[f"path of {name}"] = Line2D([], [], **look, label=f"path of {name}")
     return list(handles.values())

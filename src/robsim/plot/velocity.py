@@ -1,8 +1,9 @@
-"""The velocity window: camera velocity and error over time (chapter, fig. 14)."""
+"""The velocity window: velocity of camera or tool, and error, over time (chapter, figs 14, 16)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,18 +11,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robsim.arrays import Array
+from robsim.errors import InputError
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from robsim.scene import Scene
 
-def velocity(run: xr.Dataset) -> Figure:
+
+def velocity(run: xr.Dataset, scene: Scene | None = None, frame: str | None = None) -> Figure:
     """Camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
 
-    The error is on a logarithmic scale, where an exponential decay is a straight line: bold its
-    norm, thin the sizes of its components.
+    With a `frame` of the `scene`, such as "rhino_xr4.tool": the velocity of its origin, in world
+    axes. The error is on a logarithmic scale, where an exponential decay is a straight line: bold
+    its norm, thin the sizes of its components, with a line style for each unit.
+
+    InputError: a frame without a scene, or one that the scene does not have; another scene's run.
 
     >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
@@ -36,26 +43,38 @@ def velocity(run: xr.Dataset) -> Figure:
     with style():
         figure = new_figure(5.6, 6.4)
         panels = figure.subplots(3, 1, sharex=True)
-        draw(panels, one)
+        draw(panels, one, scene, frame)
         for upper in panels[:2]:
             upper.set_xlabel("")
         figure.suptitle(history.ending(one))
     return figure
 
 
-def draw(panels: Sequence[Axes], one: xr.Dataset) -> None:
+def draw(
+    panels: Sequence[Axes], one: xr.Dataset, scene: Scene | None = None, frame: str | None = None
+) -> None:
     """Draw v, omega and the error of one run into three axes."""
-    time, twist = one["time"].values, one["camera_velocity"].values
+    time, (twist, whose) = one["time"].values, _motion(one, scene, frame)
     _draw_vector(panels[0], time, twist[:, :3], "v")
     _draw_vector(panels[1], time, twist[:, 3:], r"\omega")
-    _draw_error(panels[2], time, np.abs(one["error"].values), one["error_norm"].values)
-    unit = one["error"].attrs.get("units", "1")
-    labels = ("v (m/s)", "ω (rad/s)", f"error ({'–' if unit == '1' else unit})")
+    units = ["–" if unit == "1" else unit for unit in one["feature_unit"].values.tolist()]
+    _draw_error(panels[2], time, np.abs(one["error"].values), one["error_norm"].values, units)
+    error = f"error ({', '.join(dict.fromkeys(units))})"
+    labels = (f"v{whose} (m/s)", f"ω{whose} (rad/s)", error)
     for axes, label in zip(panels, labels, strict=True):
         axes.set(xlabel="time (s)", ylabel=label, xlim=(0, time[-1] if time[-1] > 0 else 1))
         axes.grid(True)
         axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False)
+
+
+def _motion(one: xr.Dataset, scene: Scene | None, frame: str | None) -> tuple[Array, str]:
+    """(moments, 6) twists that are drawn, and what their labels say of them."""
+    if frame is None:
+        return one["camera_velocity"].values, ""
+    if scene is None:
+        raise InputError(f"the velocity of frame {frame!r} needs the scene: give it as well")
+    return history.frame_velocity(one, scene, frame), f" of {frame}\nin world axes"
 
 
 def _draw_vector(axes: Axes, time: Array, values: Array, symbol: str) -> None:
@@ -66,11 +85,14 @@ def _draw_vector(axes: Axes, time: Array, values: Array, symbol: str) -> None:
         axes.plot(time, values[:, i], line, color=color, linewidth=1.4, label=label, **_dot(time))
 
 
-def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array) -> None:
+def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[str]) -> None:
     """Norm (moments,) and sizes of the components (moments, k), logarithmic unless all zero."""
     axes.plot(time, norm, color=palette.BLACK, linewidth=2, label="norm", zorder=3, **_dot(time))
-    lines = axes.plot(time, sizes, color=palette.GREY, linewidth=0.6)
-    lines[0].set_label("|components|")
+    several = list(dict.fromkeys(units))
+    for unit, line in zip(several, cycle(palette.LINES)):
+        of_unit = sizes[:, [u == unit for u in units]]
+        lines = axes.plot(time, of_unit, line, color=palette.GREY, linewidth=0.6)
+        lines[0].set_label("|components|" if len(several) == 1 else f"|{unit}|")
     shown = norm[(norm > 0) & np.isfinite(norm)]
     if shown.size:
         low, high = np.log10([shown.min() / 10, shown.max()])

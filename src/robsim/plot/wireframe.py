@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,9 @@ from robsim.camera import Camera
 from robsim.plot import palette
 from robsim.pose import IDENTITY
 from robsim.primitives import Primitive
-from robsim.robot import Link, Robot
+from robsim.robot import Robot
 from robsim.scene import Mounted, Scene
+from robsim.tree import COORDINATES
 
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
@@ -48,9 +49,16 @@ def marks(scene: Scene, q: Array) -> Array:
     return np.concatenate([np.empty((0, 3)), *placed])
 
 
-def mark_colors(scene: Scene) -> list[str]:
-    """The colour of each of `marks`: that of its number on its object, as in the image."""
-    return [palette.nth(i) for thing in scene.objects for i in range(len(thing.marks))]
+def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
+    """The colour of each of `marks`: that of its number, as in the image.
+
+    `first` is the number of the first mark of an object, 0 where it is left out.
+    """
+    return [
+        palette.nth(first.get(thing.name, 0) + i)
+        for thing in scene.objects
+        for i in range(len(thing.marks))
+    ]
 
 
 def displayed(scene: Scene, frame: str, q: Array) -> Array:
@@ -60,21 +68,23 @@ def displayed(scene: Scene, frame: str, q: Array) -> Array:
 
 
 def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
-    """Link by link its shapes; of a robot that has none, lines from frame to frame."""
+    """Link by link its shapes; of a robot that has none, lines from frame to frame.
+
+    Among several robots each has one colour, and one entry in the legend.
+    """
     shapes = [shape for link in robot.links for shape in link.shapes]
-    plain = all(shape.color == "k" for shape in shapes)
+    several = len(scene.robots) > 1
+    plain = several or all(shape.color == "k" for shape in shapes)
+    whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
     for i, link in enumerate(robot.links):
-        label, own = _label(scene, robot, link), palette.nth(i - 1)
+        own = palette.nth(scene.robots.index(robot) if several else i - 1)
+        label = robot.name if whole else link.name
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in link.shapes:
             yield _shape(label, own if plain else shape.color, shape, T)
-        if not shapes and link.parent and link.joint.kind != "floating":
+        if not shapes and link.parent and COORDINATES[link.joint.kind] <= 1:  # an arm, no flight
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
-
-
-def _label(scene: Scene, robot: Robot, link: Link) -> str:
-    return link.name if len(scene.robots) == 1 else f"{robot.name}.{link.name}"
 
 
 def _shape(label: str, color: str, shape: Primitive, T: Array) -> Wire:

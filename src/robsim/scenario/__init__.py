@@ -5,6 +5,6 @@ What is wrong in a file is one `FileError` that names the file, the key and what
 
 from robsim.scenario.repeat import replay as replay
 from robsim.scenario.robot_file import read_robot as read_robot
+from robsim.scenario.run import Settings as Settings
 from robsim.scenario.scenario import Scenario as Scenario
 from robsim.scenario.scenario import load_scenario as load_scenario
-from robsim.scenario.task import Settings as Settings

@@ -9,21 +9,24 @@ from typing import Any
 
 from robsim.errors import InputError, suggest
 from robsim.scenario.problems import shown, under
+from robsim.scenario.tables import KINDS
 from robsim.scenario.text import Raw
 
-NAMED = ("robots", "objects", "cameras", "links")
+NAMED = ("robots", "objects", "cameras", "motions", "links")
 _INTRINSICS = ({"K"}, {"focal", "center", "skew"})
 _RIVALS = (
     ({"rpy"}, {"rotvec"}, {"rotation"}),
     ({"dh"}, {"place", "tail"}),
-    ({"q"}, {"computed"}, {"position", "rpy", "rotvec", "rotation"}),
+    ({"q"}, {"computed"}, {"s"}, {"position", "rpy", "rotvec", "rotation"}),
     _INTRINSICS,
 )
-# what goes when a key takes another value
+# a key, its one value beside which a companion makes sense, and that companion
 _COMPANIONS = (
-    ("law", "joint", "length"),
-    ("inverse", "damped", "rcond"),
-    ("inverse", "truncated", "damping"),
+    ("law", "camera", "length"),
+    ("inverse", "truncated", "rcond"),
+    ("inverse", "damped", "damping"),
+    ("feed_forward", "estimated", "lag"),
+    ("interaction", "broyden", "broyden_start"),
 )
 
 
@@ -31,8 +34,8 @@ def merge(base: Raw, over: Raw, partial: bool = False) -> Raw:
     """`over` over `base`; both stay as they are.
 
     A key replaces other spellings of the same (`rpy` a `rotation`, `dh` a `place`) and what makes
-    no sense beside it (`law = "joint"` a `length`). With `partial`, `base` is itself only a list
-    of changes, to which new names may be added.
+    no sense beside it (`law = "joint"` a `length`, another `kind` what that kind lacks). With
+    `partial`, `base` is itself only a list of changes, to which new names may be added.
 
     >>> merge({"task": {"gain": 1, "law": "joint"}}, {"task": {"gain": 2}})
     {'task': {'gain': 2, 'law': 'joint'}}
@@ -43,6 +46,9 @@ def merge(base: Raw, over: Raw, partial: bool = False) -> Raw:
         loose = partial or key == "belief" or "model" in base
         if isinstance(old, dict) and isinstance(new, dict):
             merged[key] = merge(old, new, loose)
+        elif key == "tasks" and isinstance(old, list) and isinstance(new, dict):
+            with under(key):
+                merged[key] = _merge_numbered(old, new, loose)
         elif key in NAMED and isinstance(old, list) and isinstance(new, list):
             with under(key):
                 merged[key] = _merge_named(old, new, key, loose)
@@ -52,9 +58,18 @@ def merge(base: Raw, over: Raw, partial: bool = False) -> Raw:
 
 
 def name_of(table: Any) -> str | None:
-    """The name of a table; a library robot without one has that of its model."""
-    name = table.get("name", table.get("model")) if isinstance(table, dict) else None
+    """The name of a table; a library robot without one has that of its model.
+
+    A motion has that of its robot.
+    """
+    given = table if isinstance(table, dict) else {}
+    name = next((given[key] for key in ("name", "model", "robot") if key in given), None)
     return name if isinstance(name, str) else None
+
+
+def name_key(kind: str) -> str:
+    """The key under which things of this kind have their name."""
+    return "robot" if kind == "motions" else "name"
 
 
 def _merge_named(old: list[Any], new: list[Any], kind: str, partial: bool) -> list[Any]:
@@ -80,10 +95,28 @@ def _merge_named(old: list[Any], new: list[Any], kind: str, partial: bool) -> li
     return merged
 
 
+def _merge_numbered(old: list[Any], new: Raw, partial: bool) -> list[Any]:
+    """Tasks have no names: task.tasks.0.gain is the gain of the first."""
+    merged = list(old)
+    for number, table in new.items():
+        if not number.isdecimal() or int(number) >= len(old):
+            with under(number):
+                raise InputError(f"there is no such task; they are numbered 0 to {len(old) - 1}")
+        i = int(number)
+        with under(i):
+            merged[i] = merge(merged[i], table, partial) if isinstance(table, dict) else table
+    return merged
+
+
 def _without_rivals(base: Raw, over: Raw) -> Raw:
     """A copy of `base` without other spellings of what `over` says."""
     merged = _spelled_out(base) if _INTRINSICS[1] & over.keys() else dict(base)
-    gone = {companion for key, value, companion in _COMPANIONS if over.get(key) == value}
+    gone = {
+        companion for key, value, companion in _COMPANIONS if key in over and over[key] != value
+    }
+    old, new = (KINDS.get(str(table.get("kind"))) for table in (base, over))
+    if old and new and base["kind"] != over["kind"]:
+        gone |= old - new | {"length"}  # which weighs another law's twist
     for group in _RIVALS:
         for spelling in group:
             if spelling & over.keys():

@@ -11,21 +11,22 @@ import numpy as np
 from robsim.arrays import Array
 from robsim.camera import Camera
 from robsim.errors import FrameError, InputError, suggest
+from robsim.motion import Motion
 from robsim.pose import IDENTITY, Pose
 from robsim.primitives import Block, CameraBody, Primitive, Wheel
-from robsim.robot import Link, Robot, dh_constants
+from robsim.robot import Link, Robot, dh_constants, labels
 from robsim.scenario import schema
 from robsim.scenario.problems import Problems, under
 from robsim.scenario.quantity import coordinate
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import COORDINATE_UNITS, COORDINATES, Joint
+from robsim.tree import COORDINATE_NAMES, COORDINATE_UNITS, COORDINATES, Joint
 
 MOST_LINKS_IN_ALL = 1024
 T = TypeVar("T", bound=schema.PartTable)
 V = TypeVar("V")
 
 
-def scene(table: schema.SceneTable, problems: Problems, *prefix: str) -> Scene:
+def scene(table: schema.SceneTable, problems: Problems, *prefix: str | int) -> Scene:
     """The scene; FileError with all that is wrong."""
     robots = _each(table.robots, robot, problems, *prefix, "robots")
     objects = _each(table.objects, thing, problems, *prefix, "objects")
@@ -36,7 +37,9 @@ def scene(table: schema.SceneTable, problems: Problems, *prefix: str) -> Scene:
     problems.stop()
     made = None
     with problems.at(*prefix):
-        made = Scene(robots, objects, cameras, display=display)
+        with under("motions"):
+            motions = tuple(_motion(each, robots) for each in table.motions)
+        made = Scene(robots, objects, cameras, motions, display=display)
     return problems.settled(made)
 
 
@@ -67,11 +70,10 @@ def robot(table: schema.RobotTable) -> Robot:
         with under("links", part.name):
             links.append(_link(part, table.convention, links))
     units = [unit for k in links for unit in COORDINATE_UNITS[k.joint.kind]]
-    labels = [k.name for k in links for _ in range(COORDINATES[k.joint.kind])]
     home = None
     if table.home is not None:
         with under("home"):
-            home = configuration(table.home, units, labels)
+            home = configuration(table.home, units, labels(links, COORDINATE_NAMES))
     base = pose(table)
     try:
         return Robot(table.name, tuple(links), home, base=base, on=table.on)
@@ -83,11 +85,13 @@ def robot(table: schema.RobotTable) -> Robot:
             raise
 
 
-def configuration(given: Sequence[Any], units: Sequence[str], labels: Sequence[str]) -> Array:
-    """Coordinates, each in the unit of its joint."""
+def configuration(
+    given: Sequence[Any], units: Sequence[str], names: Sequence[str], what: str = "coordinates"
+) -> Array:
+    """Coordinates or velocities, each in the unit of its joint."""
     if len(given) != len(units):
-        names = ", ".join(labels) or "none"
-        raise InputError(f"{len(given)} coordinates, expected {len(units)}: {names}")
+        expected = ", ".join(names) or "none"
+        raise InputError(f"{len(given)} {what}, expected {len(units)}: {expected}")
     values = np.empty(len(units))
     for i, (value, unit) in enumerate(zip(given, units, strict=True)):
         with under(i):
@@ -117,6 +121,19 @@ def camera(table: schema.CameraTable) -> Mounted:
     with under("distortion"):
         lens = replace(lens, distortion=tuple(table.distortion))
     return Mounted(table.name, lens, table.on, pose(table))
+
+
+def _motion(table: schema.MotionTable, robots: Sequence[Robot]) -> Motion:
+    """Its rates are in the units of the robot's velocities."""
+    known = {robot.name: robot for robot in robots}
+    with under(table.robot):
+        if table.robot not in known:
+            hint = suggest(table.robot, known, "robots")
+            raise InputError(f"no robot '{table.robot}' to move; {hint}")
+        robot = known[table.robot]
+        with under("rates"):
+            rates = configuration(table.rates, robot.velocity_units, robot.velocity_names, "rates")
+    return Motion(table.robot, rates)
 
 
 def _intrinsics(table: schema.CameraTable) -> list[list[float]]:
@@ -158,8 +175,8 @@ def _constants(table: schema.LinkTable, convention: str) -> tuple[Pose, Pose]:
             return place, pose(table.tail)
     if {"place", "tail"} & table.model_fields_set:
         raise InputError("dh and place or tail: give one of the two only")
-    if table.joint == "floating":
-        raise InputError("a floating joint has place and tail, not dh")
+    if COORDINATES[table.joint] > 1:
+        raise InputError(f"a {table.joint} joint has place and tail, not dh")
     row = np.array([table.dh.theta, table.dh.d, table.dh.a, table.dh.alpha])
     return dh_constants(row, convention, table.joint)
 
@@ -190,7 +207,7 @@ def _brick(table: schema.BodyTable | schema.BlockTable | schema.WheelTable) -> A
 
 
 def _each(
-    tables: Sequence[T], build: Callable[[T], V], problems: Problems, *prefix: str
+    tables: Sequence[T], build: Callable[[T], V], problems: Problems, *prefix: str | int
 ) -> tuple[V, ...]:
     """What each table says, with the problems of all of them."""
     made = []
@@ -200,7 +217,9 @@ def _each(
     return tuple(made)
 
 
-def _check_frames(table: schema.SceneTable, problems: Problems, prefix: Iterable[str]) -> None:
+def _check_frames(
+    table: schema.SceneTable, problems: Problems, prefix: Iterable[str | int]
+) -> None:
     """What each thing stands on must exist."""
     kinds: dict[str, Sequence[schema.PartTable]] = {
         "robots": table.robots,

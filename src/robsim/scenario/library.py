@@ -12,7 +12,7 @@ from robsim.scenario.problems import Problems, shown, under
 from robsim.scenario.text import Raw, parse, read_text
 
 
-def expanded(tables: Any, problems: Problems, *prefix: str) -> Any:
+def expanded(tables: Any, problems: Problems, *prefix: str | int) -> Any:
     """A list of robots in which each `model` is replaced by the robot's own tables.
 
     What else the table says comes over them; without a name the robot has that of its model.

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from robsim.errors import InputError
-from robsim.scenario.belief import NAMED, merge
+from robsim.scenario.belief import NAMED, merge, name_key
 from robsim.scenario.problems import Problems, shown
 from robsim.scenario.text import Raw
 
@@ -69,7 +69,7 @@ def _nested(path: Any, value: Any) -> Raw:
     tables: Any = value
     for i in range(len(keys) - 1, -1, -1):
         if i > 0 and keys[i - 1] in NAMED:
-            tables = [{**tables, "name": keys[i]}]
+            tables = [{**tables, name_key(keys[i - 1]): keys[i]}]
         else:
             tables = {keys[i]: tables}
     return dict(tables)
@@ -79,6 +79,5 @@ def _can_be_set(keys: list[str]) -> bool:
     """Whether these keys lead to a value; not to a whole thing, its name, or the schema."""
     whole = bool(keys) and all(keys) and len(keys) <= _DEEPEST and keys != ["schema"]
     names = [i + 1 for i, key in enumerate(keys) if key in NAMED]
-    return (
-        whole and len(keys) - 1 not in names and not (keys[-1] == "name" and len(keys) - 2 in names)
-    )
+    renames = len(keys) - 2 in names and keys[-1] == name_key(keys[-3])
+    return whole and len(keys) - 1 not in names and not renames

@@ -36,6 +36,8 @@ def under(*keys: str | int) -> Iterator[None]:
         yield
     except Misplaced as error:
         raise Misplaced(joined(*keys, error.path), error.text) from None
+    except FileError:  # which says all that is wrong, and where
+        raise
     except InputError as error:
         raise Misplaced(joined(*keys), str(error)) from None
 
@@ -49,7 +51,8 @@ class Problems:
         self.untold = 0
 
     def add(self, path: str, text: str) -> None:
-        """One more, unless it is known; a text that is too long is cut."""
+        """One more, unless it is known; a path or text that is too long is cut."""
+        path = path if len(path) <= LONGEST // 2 else f"{path[:140]} ... {path[-140:]}"
         line = f"{self.source}: {path}: {text}" if path else f"{self.source}: {text}"
         line = line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
         if line not in self.found:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 
 from robsim import units
 from robsim.errors import UnitError
@@ -14,6 +14,13 @@ from robsim.scenario.problems import shown
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
 _LONGEST = 200  # characters of a quantity
+_DIMENSIONS: dict[str, units.Dimension] = {
+    "rad": "angle",
+    "m": "length",
+    "rad/s": "turn rate",
+    "m/s": "speed",
+}
+_EXAMPLES = {"angle": "90 deg", "length": "5 cm", "turn rate": "30 deg/s", "speed": "5 cm/s"}
 
 
 def quantity(value: Any, dimension: units.Dimension) -> float:
@@ -27,13 +34,27 @@ def vector(value: Any, dimension: units.Dimension) -> tuple[float, ...]:
 
 
 def coordinate(value: Any, unit: str) -> float:
-    """One coordinate of a robot; its unit is "rad", "m" or "1" (bare), as Robot tells."""
+    """One coordinate or velocity of a robot; its unit, such as "rad" or "m/s", as Robot tells.
+
+    The numbers of a quaternion, of unit "1", are bare.
+    """
     if unit != "1":
-        return quantity(value, "angle" if unit == "rad" else "length")
+        return quantity(value, _DIMENSIONS[unit])
     try:
         return _within(float(value), value)
     except (TypeError, ValueError, OverflowError):
         raise UnitError(f"{shown(value)}: expected a bare number") from None
+
+
+def either(value: Any, *dimensions: units.Dimension) -> float:
+    """A quantity of one of these dimensions; which one is right is known once the robots are."""
+    for dimension in dimensions:
+        try:
+            return quantity(value, dimension)
+        except UnitError:
+            continue
+    examples = " or ".join(f'"{_EXAMPLES[dimension]}"' for dimension in dimensions)
+    raise UnitError(f"{shown(value)}: expected one number with its unit, as in {examples}")
 
 
 def _numbers(value: Any, dimension: units.Dimension, count: int | None) -> tuple[float, ...]:
@@ -72,7 +93,9 @@ def _depth(value: Any) -> Any:
     except UnitError:
         depth = None
     if depth is None or (not isinstance(depth, str) and depth <= 0):
-        choices = 'expected "true", "goal" or a length above zero such as "30 cm"'
+        choices = (
+            'expected "true", "goal", a length above zero such as "30 cm", or the table of a filter'
+        )
         raise UnitError(f"{shown(value)}: {choices}")
     return depth
 
@@ -90,6 +113,16 @@ def _raw_coordinate(value: Any) -> Any:
     if isinstance(value, str) or (isinstance(value, int | float) and not isinstance(value, bool)):
         return value
     raise UnitError(f'{shown(value)}: expected a text with a unit, as in "90 deg" or "5 cm"')
+
+
+def forms(*others: str) -> Discriminator:
+    """Which way of saying a value this is: "list" or "table", if these are `others`; or "plain"."""
+
+    def form(value: Any) -> str:
+        found = "list" if isinstance(value, list) else "table"
+        return found if isinstance(value, list | dict) and found in others else "plain"
+
+    return Discriminator(form)
 
 
 Name = Annotated[str, AfterValidator(lambda value: checked_name(value, "name"))]
@@ -113,6 +146,11 @@ Extent = Annotated[float, Field(gt=0), _reads(quantity, "length")]  # a length a
 Period = Annotated[float, Field(gt=0), _reads(quantity, "time")]
 Position = Annotated[Vector, _reads(vector, "length")]
 Angles = Annotated[Vector, _reads(vector, "angle")]
+Speed = Annotated[float, Field(gt=0), _reads(quantity, "speed")]
+TurnRate = Annotated[float, Field(gt=0), _reads(quantity, "turn rate")]
+AnySpeed = Annotated[
+    float, Field(gt=0), BeforeValidator(lambda value: either(value, "turn rate", "speed"))
+]
 Coordinate = Annotated[Any, BeforeValidator(_raw_coordinate)]
 Depth = Annotated[Any, BeforeValidator(_depth)]
 Record = Annotated[Any, BeforeValidator(_record)]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-NEEDED = ("dt", "duration", "seed", "noise", "record", "single")
+NEEDED = ("dt", "duration", "seed", "noise", "hold", "record", "single")
 
 
 def replay(run: xr.Dataset) -> xr.Dataset:
@@ -53,6 +53,7 @@ def _settings(run: xr.Dataset) -> dict[str, Any]:
         "duration": (steps - 0.5) * dt,
         "seed": int(attrs["seed"]),
         "noise": float(attrs["noise"]),
+        "hold": bool(attrs["hold"]),
         "record": record if isinstance(record, str) else int(record),
         "run": _first(_wanted(run, "run")),
     }

@@ -16,12 +16,14 @@ from robsim.scenario.belief import merge
 from robsim.scenario.library import expanded
 from robsim.scenario.override import Changes, overridden
 from robsim.scenario.problems import Problems, shown
-from robsim.scenario.schema import BeliefTable, ScenarioFile, SceneTable
+from robsim.scenario.run import Settings, settings, start
+from robsim.scenario.schema import BeliefTable, SceneTable
 from robsim.scenario.tables import checked
-from robsim.scenario.task import Settings, settings, start, task
+from robsim.scenario.task import TaskReader
+from robsim.scenario.task_schema import ScenarioFile
 from robsim.scenario.text import Raw, parse, read_text
 from robsim.scene import Scene
-from robsim.servo import IBVS
+from robsim.servo import Task
 from robsim.simulate import Progress, simulate
 
 if TYPE_CHECKING:
@@ -47,7 +49,7 @@ class Scenario:
     """
 
     scene: Scene
-    task: IBVS
+    task: Task
     q0: Array | None = None
     settings: Settings = field(default_factory=Settings)
     text: str = ""
@@ -128,14 +130,18 @@ def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Scenario:
     return Scenario.from_text(read_text(path), str(path), set)
 
 
-def _read(raw: Raw, source: str) -> tuple[Scene, IBVS, Array | None, Settings]:
+def _read(raw: Raw, source: str) -> tuple[Scene, Task, Array | None, Settings]:
     """The values that raw tables say."""
     problems = Problems(source)
     raw = {**raw, "robots": expanded(raw.get("robots", []), problems, "robots")}
     table = checked(ScenarioFile, raw, problems)
     truth = build.scene(table, problems)
-    believed = _belief(raw, problems)
-    what = task(table.task, truth, believed, problems)
+
+    def believed(tables: Any, *path: str | int) -> Scene:
+        return _belief(raw, tables, problems, *path)
+
+    belief = believed(raw["belief"], "belief") if "belief" in raw else None
+    what = TaskReader(truth, belief, believed, problems).task(table.task)
     q0 = None
     with problems.at("start"):
         q0 = start(table.start, truth)
@@ -145,19 +151,17 @@ def _read(raw: Raw, source: str) -> tuple[Scene, IBVS, Array | None, Settings]:
     return truth, what, q0, told
 
 
-def _belief(raw: Raw, problems: Problems) -> Scene | None:
-    """The believed scene: what [belief] says over what is true, or alone where it is complete."""
-    if "belief" not in raw:
-        return None
-    tables = raw["belief"]
-    with problems.at("belief"):
+def _belief(raw: Raw, tables: Any, problems: Problems, *path: str | int) -> Scene:
+    """The believed scene: what a table says over what is true, or alone where it is complete."""
+    with problems.at(*path):
         if not isinstance(tables, dict):
             raise InputError(f"must be a table, as in [[belief.cameras]], got {shown(tables)}")
         if tables.get("complete") is not True:
             tables = merge({key: raw[key] for key in _SCENE if key in raw}, tables)
     problems.stop()
-    tables = {**tables, "robots": expanded(tables.get("robots", []), problems, "belief", "robots")}
-    return build.scene(checked(BeliefTable, tables, problems, "belief"), problems, "belief")
+    robots = expanded(tables.get("robots", []), problems, *path, "robots")
+    table = checked(BeliefTable, {**tables, "robots": robots}, problems, *path)
+    return build.scene(table, problems, *path)
 
 
 @contextmanager

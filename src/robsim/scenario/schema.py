@@ -5,7 +5,7 @@ A key that is not here is an error; None means that the key was not given.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,7 +14,6 @@ from robsim.scenario.quantity import (
     Angles,
     Color,
     Coordinate,
-    Depth,
     Extent,
     Focal,
     Length,
@@ -24,12 +23,12 @@ from robsim.scenario.quantity import (
     Pair,
     Period,
     Position,
-    Positive,
     Record,
     Reference,
     Size,
     Text,
 )
+from robsim.tree import Kind
 
 SCHEMA = 1
 MOST_PARTS, MOST_LINKS, MOST_SHAPES, MOST_MARKS = 64, 256, 256, 10_000
@@ -107,7 +106,7 @@ class LinkTable(Table):
 
     name: Name
     parent: Name | None = None
-    joint: Literal["fixed", "revolute", "prismatic", "floating"] = "fixed"
+    joint: Kind = "fixed"
     dh: DHTable | None = None
     place: PoseKeys = PoseKeys()
     tail: PoseKeys = PoseKeys()
@@ -157,12 +156,20 @@ class CameraTable(PartTable):
     body: BodyTable | None = None
 
 
+class MotionTable(Table):
+    """robsim.Motion: a robot that moves on its own."""
+
+    robot: Name
+    rates: Coordinates
+
+
 class SceneTable(Table):
     """robsim.Scene."""
 
     robots: Annotated[list[RobotTable], Field(max_length=MOST_PARTS)] = []
     objects: Annotated[list[ObjectTable], Field(max_length=MOST_PARTS)] = []
     cameras: Annotated[list[CameraTable], Field(max_length=MOST_PARTS)] = []
+    motions: Annotated[list[MotionTable], Field(max_length=MOST_PARTS)] = []
     display: PoseKeys = PoseKeys()
 
 
@@ -172,32 +179,6 @@ class StartTable(PoseKeys):
     q: Coordinates | None = None
 
 
-class GoalTable(StartTable):
-    """Where the goal is shown, or from which pose of the target in the camera it is computed."""
-
-    computed: PoseKeys | None = None
-
-
-class TaskTable(Table):
-    """robsim.IBVS; what is None keeps the default of IBVS."""
-
-    kind: Literal["ibvs"]
-    camera: Reference | None = None
-    target: Reference | None = None
-    features: Literal["points", "pixels"] | None = None
-    interaction: Literal["current", "desired", "mean"] | None = None
-    depth: Depth | None = None
-    depth_scale: Positive | None = None
-    law: Literal["joint", "camera"] | None = None
-    length: Extent | None = None
-    gain: Positive | None = None
-    inverse: Literal["truncated", "damped"] | None = None
-    rcond: Annotated[float, Field(gt=0, lt=1)] | None = None
-    damping: Positive | None = None
-    tolerance: Positive | None = None
-    goal: GoalTable = GoalTable()
-
-
 class RunTable(Table):
     """What `simulate` is told; what is None keeps the default of Settings."""
 
@@ -205,18 +186,8 @@ class RunTable(Table):
     duration: Period | None = None
     seed: Annotated[int, Field(ge=0, lt=2**64)] | None = None
     noise: Annotated[float, Field(ge=0, le=1e9)] | None = None
+    hold: bool | None = None
     record: Record | None = None
-
-
-class ScenarioFile(SceneTable):
-    """A whole file; what `belief` changes is merged over the scene and read as a SceneTable."""
-
-    schema_number: Literal[1] = Field(alias="schema")
-    title: Text | None = None
-    task: TaskTable
-    belief: Any = None
-    start: StartTable = StartTable()
-    run: RunTable = RunTable()
 
 
 class BeliefTable(SceneTable):

@@ -1,123 +1,144 @@
-"""From the tables [task], [start] and [run] to a task, a start and settings."""
+"""From the table [task] to a task."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robsim.arrays import Array
+from robsim.describe.task import CONDITIONS, TASKS
 from robsim.errors import InputError
-from robsim.pose import Pose
-from robsim.record import LONGEST, Record
-from robsim.scenario import schema
-from robsim.scenario.build import configuration, pose
+from robsim.scenario import option
+from robsim.scenario import task_schema as schema
+from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
 from robsim.scene import Scene
-from robsim.servo import IBVS, CameraLaw, Computed, Damped, Truncated
-from robsim.tree import COORDINATE_UNITS
+from robsim.servo import Priorities, Switch, Task, Together
+from robsim.servo.shaped import Columns
 
-_AS_THEY_ARE = (
-    "camera",
-    "target",
-    "features",
-    "interaction",
-    "depth",
-    "depth_scale",
-    "gain",
-    "tolerance",
-)
+Path = tuple[str | int, ...]
+Commanded = Callable[[], Columns]
+MOST_STEPS = 64  # of the path to a task within tasks
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What `simulate` is told beside the scene, the task and the start; the same defaults.
+class TaskReader:
+    """Reads tasks of a scene, and tasks within tasks; what is wrong goes to the problems.
 
-    >>> Settings(dt=0.02).duration
-    10.0
+    `believed` makes a scene of the raw table `belief` of one task, at a path.
     """
 
-    dt: float = 0.04
-    duration: float = 10.0
-    seed: int = 0
-    noise: float = 0.0
-    record: Record = "all"
+    scene: Scene
+    belief: Scene | None  # of all tasks that have none of their own
+    believed: Callable[..., Scene]
+    problems: Problems
+
+    def task(self, table: schema.TaskTable) -> Task:
+        """The task; FileError with all that is wrong."""
+        made = self._task(table, ("task",))
+        self.problems.stop()
+        assert made is not None
+        with self.problems.at():
+            _check_units(table, made, self.scene, None, ("task",))
+        return self.problems.settled(made)
+
+    def _task(self, table: schema.TaskTable, path: Path) -> Task | None:
+        """None if something is wrong."""
+        with self.problems.at(*path):
+            if len(path) > MOST_STEPS:
+                raise InputError("tasks within tasks are nested too deeply")
+            if isinstance(table, schema.SwitchTable):
+                return self._switch(table, path)
+            if isinstance(table, schema.PrioritiesTable | schema.TogetherTable):
+                return self._several(table, path)
+        return self._servo(table, path) if isinstance(table, schema.ServoTable) else None
+
+    def _several(
+        self, table: schema.PrioritiesTable | schema.TogetherTable, path: Path
+    ) -> Task | None:
+        tasks = [self._task(each, (*path, "tasks", i)) for i, each in enumerate(table.tasks)]
+        if None in tasks:
+            return None
+        if isinstance(table, schema.PrioritiesTable):
+            return Priorities(tasks, **option.shaped(table))
+        return Together(tasks)
+
+    def _switch(self, table: schema.SwitchTable, path: Path) -> Task | None:
+        first, second = (self._task(getattr(table, k), (*path, k)) for k in ("first", "second"))
+        if first is None or second is None:
+            return None
+        condition = CONDITIONS[table.when.kind](**option.said(table.when, "kind"))
+        return Switch(first, second, condition, **option.said(table, *_SWITCH))
+
+    def _servo(self, table: schema.ServoTable, path: Path) -> Task | None:
+        belief = self.belief
+        if table.belief is not None:
+            belief = self.believed(table.belief, *path, "belief")
+        before = len(self.problems.found)
+        self._check_names(table, path)
+        given: Any = None
+        with self.problems.at(*path):
+            given = option.servo(table, self.scene)
+        if given is None or len(self.problems.found) > before:
+            return None
+        with self.problems.at(*path):
+            made: Task = TASKS[table.kind](belief=belief, **given)
+            return made
+        return None
+
+    def _check_names(self, table: schema.ServoTable, path: Path) -> None:
+        """Cameras and targets must exist; without a name there must be only one."""
+        features = getattr(table, "features", None)
+        parts = features if isinstance(features, list) else [features]
+        each: list[tuple[Any, Path]] = [(table, path)]
+        for i, part in enumerate(parts):
+            inside: Path = (i,) if isinstance(features, list) else ()
+            each += [(part, (*path, "features", *inside))] if part is not None else []
+        for key, find in (("camera", self.scene.camera), ("target", self.scene.object)):
+            for where, at in each:
+                said = getattr(where, key)
+                if said is None and (where is not table or _all_say(parts, key)):
+                    continue
+                for name in said if isinstance(said, list) else [said]:
+                    with self.problems.at(*at, key):
+                        find(name)
 
 
-def task(table: schema.TaskTable, scene: Scene, belief: Scene | None, problems: Problems) -> IBVS:
-    """The task; FileError with all that is wrong."""
-    given = {key: getattr(table, key) for key in _AS_THEY_ARE if getattr(table, key) is not None}
-    with problems.at("task", "camera"):
-        scene.camera(table.camera)
-    with problems.at("task", "target"):
-        scene.object(table.target)
-    with problems.at("task"):
-        given |= _law(table)
-        given |= _inverse(table)
-    with problems.at("task", "goal"):
-        given["goal"] = _goal(table.goal, scene)
-    problems.stop()
-    made = None
-    with problems.at("task"):
-        made = IBVS(belief=belief, **given)
-    return problems.settled(made)
+_SWITCH = ("kind", "first", "second", "when")
 
 
-def start(table: schema.StartTable, scene: Scene, what: str = "q") -> Array | None:
-    """Coordinates of the robots; None where nothing is said, which is home."""
-    stands = table.model_fields_set & schema.PoseKeys.model_fields.keys()
-    if table.q is None:
-        return _floating(scene, pose(table), what) if stands else None
-    if stands:
-        raise InputError("q and a pose: give one of the two only")
-    with under("q"):
-        q = configuration(table.q, scene.coordinate_units, scene.coordinate_names)
-        return scene.coordinates(q, what)
+def _all_say(parts: Sequence[Any], key: str) -> bool:
+    return all(getattr(part, key, None) is not None for part in parts)
 
 
-def settings(table: schema.RunTable) -> Settings:
-    """dt, duration, seed, noise, record."""
-    given = {key: value for key, value in table if value is not None}
-    made = Settings(**given)
-    if made.duration / made.dt > LONGEST:
-        raise InputError(
-            f"duration {made.duration:g} s in periods of {made.dt:g} s are more than "
-            f"{LONGEST} steps"
-        )
-    return made
+def _check_units(
+    table: schema.TaskTable, task: Any, scene: Scene, shared: Commanded | None, path: Path
+) -> None:
+    """Postures and speed limits of joints have the units of what the task commands.
+
+    Which velocities these are is known when the task is there; `shared` with other tasks or its
+    own.
+    """
+    if isinstance(table, schema.TogetherTable):
+        for i, (inner, made) in enumerate(zip(table.tasks, task.tasks, strict=True)):
+            _check_units(inner, made, scene, None, (*path, "tasks", i))
+        return
+    columns: Commanded = shared or (lambda: task.columns(scene))
+    if isinstance(table, schema.SwitchTable):
+        for key in ("first", "second"):
+            _check_units(getattr(table, key), getattr(task, key), scene, columns, (*path, key))
+        return
+    if isinstance(table.secondary, schema.PostureTable):
+        with under(*path, "secondary", "q"):
+            units, names = _units(scene, columns())
+            configuration(table.secondary.q, [unit.removesuffix("/s") for unit in units], names)
+    if table.limit is not None and isinstance(table.limit.joint, list):
+        with under(*path, "limit", "joint"):
+            configuration(table.limit.joint, *_units(scene, columns()), "speeds")
 
 
-def _floating(scene: Scene, where: Pose, what: str) -> Array:
-    if list(scene.coordinate_units) != COORDINATE_UNITS["floating"]:
-        raise InputError(
-            f"a pose is for a scene whose only joint floats; give q, of "
-            f"{', '.join(scene.coordinate_names) or 'no coordinates'}"
-        )
-    return scene.coordinates(where.q, what)
-
-
-def _goal(table: schema.GoalTable, scene: Scene) -> Any:
-    if table.computed is None:
-        return start(table, scene, "goal q")
-    if table.model_fields_set != {"computed"}:
-        raise InputError("computed and a q or pose: give one of the two only")
-    with under("computed"):
-        return Computed(pose(table.computed))
-
-
-def _law(table: schema.TaskTable) -> dict[str, Any]:
-    if table.length is None:
-        return {} if table.law is None else {"law": table.law}
-    if table.law != "camera":
-        raise InputError('length is for law = "camera" only')
-    return {"law": CameraLaw(table.length)}
-
-
-def _inverse(table: schema.TaskTable) -> dict[str, Any]:
-    name = table.inverse or "truncated"
-    if table.rcond is not None and name != "truncated":
-        raise InputError('rcond is for inverse = "truncated" only')
-    if table.damping is not None and name != "damped":
-        raise InputError('damping is for inverse = "damped" only')
-    if table.rcond is not None:
-        return {"inverse": Truncated(table.rcond)}
-    return {"inverse": name if table.damping is None else Damped(table.damping)}
+def _units(scene: Scene, columns: Columns) -> tuple[list[str], list[str]]:
+    """Units and names of velocities."""
+    each = scene.velocity_units, scene.velocity_names
+    units, names = ([told[i] for i in columns] for told in each)
+    return units, names

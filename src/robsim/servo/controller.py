@@ -2,163 +2,286 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.arrays import Array, last_view
 from robsim.errors import InputError
-from robsim.features import Feature, Observation, PixelPoints, Points
+from robsim.features import PixelPoints, Points
 from robsim.kernels import features as kernels
 from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
-from robsim.kernels.sight import Look
-from robsim.servo.goal import GoalView
-from robsim.servo.inverse import Inverse, product, rank
+from robsim.servo.broyden import Broyden, broyden_update
+from robsim.servo.feed_forward import Estimated, FeedForward, Known
+from robsim.servo.gain import Adaptive
+from robsim.servo.instant import Instant, recall, remember
+from robsim.servo.inverse import RCOND, Inverse, Transposed, rank
 from robsim.servo.law import CameraLaw, JointLaw, Law, State
+from robsim.servo.regulated import Measured, Regulated
+from robsim.servo.shaping import Shaping
 from robsim.servo.sight import Sight
 
-Interaction = Literal["current", "desired", "mean"]
-Depth = Literal["true", "goal"] | float
+
+class Decision(NamedTuple):
+    """What a controller makes of an instant; `basis` is for its own `note`."""
+
+    command: Command
+    J: Array  # (6, n, B) of its first camera
+    basis: Any
 
 
-@dataclass(frozen=True)
-class Controller:
+class Assessment(NamedTuple):
+    """What a servo task makes of an instant before its law is asked."""
+
+    measured: Measured
+    error: Array  # (k, B)
+    reach: Array  # (k, n, B) as modelled or learnt
+    state: State
+
+
+@dataclass(frozen=True, eq=False)
+class Controller(ABC):
     """Everything of a servo loop that does not change while it runs."""
 
-    truth: Sight
-    belief: Sight
-    feature: Feature
-    interaction: Interaction
-    depth: Depth
-    depth_scale: float
-    law: Law
-    gain: float
-    inverse: Inverse
-    tolerance: float
-    goal: GoalView
+    sights: tuple[Sight, ...]  # cameras and targets as they are
+    columns: NDArray[np.int64]  # the velocities that are commanded
+    s_goal: Array  # (k, 1)
+    units: tuple[str, ...]  # (k,)
+    tolerances: Array  # (k,)
+    goal_pixels: Array  # (N, 2) of all sights, NaN where no image is known
+    pace: float  # the slowest rate at which the error is to decay, per second
+    full_rank: int  # of L J where nothing is singular
+    rcond: float
 
-    def control(self, q: Array, look: Look, pixels: Array) -> Command:
-        """Command for coordinates q (nq, B), what there is, and pixels (N, 2, B) as measured."""
-        believed = look if self.belief is self.truth else self.belief.look(q)
-        seen = self._observe(pixels, look.depth)
-        s = self._run_last(self.feature.measure(seen), seen, self.s_goal.shape)
-        L, J = self._interaction(seen), self.belief.jacobian(believed)
-        state = State(s - self._goal_column, L, J, product(L, J), self.gain, self.inverse)
-        qd = self._run_last(self.law.command(state), seen, J.shape[1:2])
-        return Command(s, state.error_last, qd, state.reach_last)
+    @abstractmethod
+    def decide(self, now: Instant) -> Decision:
+        """What to do now."""
 
-    @cached_property
-    def s_goal(self) -> Array:
-        """(k,)."""
-        s = self._array(self.feature.measure(self._at_goal))
-        if s.ndim != 2 or s.shape[0] != 1 or not s.size or not np.isfinite(s).all():
-            raise InputError(
-                f"{type(self.feature).__name__}.measure at the goal must return finite numbers of "
-                f"shape (1, k), got {s!r:.80} of shape {s.shape}"
-            )
-        goal: Array = s[0]
-        return goal
+    @abstractmethod
+    def note(self, now: Instant, basis: Any, qd: Array) -> None:
+        """Remember that the velocities qd (n, B) were commanded in the end."""
 
-    @cached_property
-    def _goal_column(self) -> Array:
-        return np.ascontiguousarray(self.s_goal[:, None])
+    def control(self, now: Instant) -> Command:
+        """The command at an instant; error and reach in units of one tolerance for all."""
+        decision = self.decide(now)
+        command = decision.command
+        self.note(now, decision.basis, command.qd)
+        if self._scale is None:
+            return command
+        error, reach = command.error * self._scale, command.reach * self._scale[:, None]
+        return command._replace(error=error, reach=reach)
 
-    @cached_property
-    def L_goal(self) -> Array:
-        """(k, 6, 1)."""
-        seen = self._at_goal
-        return self._run_last(interaction(self.feature, seen), seen, (self.s_goal.size, 6))
-
-    @cached_property
+    @property
     def k(self) -> int:
         """How many features."""
-        return self.s_goal.size
-
-    @cached_property
-    def full_rank(self) -> int:
-        """Rank of L J at the goal where it was shown; else the most that its shape allows."""
-        n = self.belief.columns.size
-        if self.goal.q is None:
-            return min(self.k, 6, n)
-        J = self.belief.jacobian(self.belief.look(self.goal.q))
-        return int(rank(product(self.L_goal, J))[0])
-
-    @cached_property
-    def _at_goal(self) -> Observation:
-        return self._observe(self.goal.pixels, self.goal.depth)
-
-    def _observe(self, pixels: Array, Z: Array) -> Observation:
-        """What the controller makes of an image: its own intrinsics, its own idea of depth."""
-        depth = np.empty(Z.shape)
-        kernels.choose_depth(*self._depth, self.goal.depth, Z, depth)
-        return Observation.of(pixels, depth, self.belief.eye.camera)
-
-    def _interaction(self, seen: Observation) -> Array:
-        """L (k, 6, B): now, at the goal, or the mean of both."""
-        L = self._run_last(interaction(self.feature, seen), seen, (self.k, 6))
-        if self.interaction != "current":
-            L = L.copy()  # it may be the user's own array
-            kernels.choose_interaction(self._which, self.L_goal, L)
-        return L
+        return len(self.s_goal)
 
     @property
-    def _which(self) -> int:
-        return get_args(Interaction).index(self.interaction)  # the order of the kernels
+    def scene(self) -> Any:
+        """The true one."""
+        return self.sights[0].scene
 
     @property
-    def _depth(self) -> tuple[int, float, float]:
-        """(which, metres, scale) for the kernels."""
-        if self.depth == "true":
-            return kernels.TRUE, 0.0, self.depth_scale
-        if self.depth == "goal":
-            return kernels.GOAL, 0.0, self.depth_scale
-        return kernels.CONSTANT, self.depth, self.depth_scale
+    def tolerance(self) -> float:
+        """That of the first feature, to which the others are scaled."""
+        return float(self.tolerances[0])
 
-    @cached_property
+    @property
     def compiled(self) -> Scheme | None:
-        """The scheme for the compiled loop, if all its parts are built in and belief is truth."""
-        features = {Points: False, PixelPoints: True}
-        laws = {JointLaw: JOINT, CameraLaw: CAMERA}
-        law = laws.get(type(self.law))
-        if type(self.feature) not in features or law is None or self.belief is not self.truth:
+        """The scheme for the compiled loop, if it can run this."""
+        return None
+
+    @cached_property
+    def _scale(self) -> Array | None:
+        scale = self.tolerance / self.tolerances
+        return None if (scale == 1.0).all() else scale[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Servo(Controller):
+    """The controller of one task: it drives e = s - s_goal to zero by a law."""
+
+    regulated: Regulated
+    law: Law
+    gain: float | Adaptive
+    inverse: Inverse
+    feed_forward: FeedForward
+    broyden: Broyden | None
+    shaping: Shaping
+
+    def assess(self, now: Instant) -> Assessment:
+        """Features, error, and what the law is to be told."""
+        measured = self.regulated.measured(now)
+        error = np.empty(measured.s.shape)
+        kernels.difference(measured.s, self.s_goal, error)
+        reach = measured.reach if self.broyden is None else self._learnt(now, measured)
+        return Assessment(measured, error, reach, self._state(now, measured, error, reach))
+
+    def decide(self, now: Instant) -> Decision:
+        """Assessment, law, shaping."""
+        basis = self.assess(now)
+        measured, error, reach, state = basis
+        qd = self._commanded(state)
+        if not self.shaping.idle:
+            qd = self.shaping.shaped(now, qd, reach, error, measured.J)
+        return Decision(Command(measured.s, error, qd, reach), measured.J, basis)
+
+    def note(self, now: Instant, basis: Assessment, qd: Array) -> None:
+        """What depth filter, feed-forward and Broyden need at the next instant."""
+        measured, known = basis.measured, isinstance(self.feed_forward, Known)
+        if self.regulated.depths.filtered:
+            own = self.regulated.twists(now, measured) if known else {}
+            for key, J in measured.twists.items():
+                self.regulated.depths.note(now, key, J, qd, own.get(key))
+        if isinstance(self.feed_forward, Estimated):
+            self.feed_forward.note(now, basis.state.reach_last, qd)
+        if self.broyden is not None:
+            drift = self.regulated.drift(now, measured) if known else 0.0
+            remember(now.memory, "reach", basis.reach)
+            remember(now.memory, "s", measured.s + now.dt * drift)  # what the joints do not cause
+            remember(now.memory, "qd", qd)
+
+    def _state(self, now: Instant, measured: Measured, error: Array, reach: Array) -> State:
+        """What the law is given: weighted, and with the motion of the target in the error."""
+        gain = self._gain(error)
+        L, weighted = measured.L, error
+        if self._is_weighted:
+            weighted, L = self._weights * error, self._weights[:, None] * L
+            reach = self._weights[:, None] * reach
+        drift = self._drift(now, measured, weighted)
+        if drift is not None:
+            weighted = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
+        memory = now.memory.setdefault("law", {})
+        return State(
+            weighted,
+            L,
+            measured.J,
+            reach,
+            gain,
+            self.inverse,
+            measured.s,
+            now.q,
+            now.time,
+            now.dt,
+            memory,
+        )
+
+    def _gain(self, error: Array) -> Any:
+        if isinstance(self.gain, float):
+            return self.gain
+        square = np.zeros(error.shape[1])
+        for row in error:  # in the same order for any batch
+            square += row * row
+        return self.gain.of(np.sqrt(square))[:, None]
+
+    def _drift(self, now: Instant, measured: Measured, error: Array) -> Array | None:
+        """(k, B) de/dt of what moves on its own, weighted."""
+        if isinstance(self.feed_forward, Estimated):
+            return self.feed_forward.of(now, error)
+        if isinstance(self.feed_forward, Known):
+            return self._weights * self.regulated.drift(now, measured)
+        return None
+
+    def _learnt(self, now: Instant, measured: Measured) -> Array:
+        """L J (k, n, B) by Broyden's rule."""
+        assert self.broyden is not None
+        if "reach" in now.memory:
+            A, without, qd = (recall(now.memory, name) for name in ("reach", "s", "qd"))
+            return broyden_update(A, measured.s - without, qd * now.dt)
+        if self.broyden.start is None:
+            return measured.reach
+        wide = np.broadcast_to(self.broyden.start[..., None], measured.reach.shape)
+        return np.ascontiguousarray(wide)
+
+    def _commanded(self, state: State) -> Array:
+        """(n, B) from the law, which may be the user's."""
+        name, wanted = type(self.law).__name__, (state.error_last.shape[1], self.columns.size)
+        value = self.law.command(state)
+        try:
+            qd = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"{name}.command returned {value!r:.80} where numbers are needed; "
+                "see robsim.testing"
+            ) from None
+        if qd.shape != wanted:
+            raise InputError(
+                f"{name}.command returned shape {qd.shape} where {wanted} is needed; "
+                "see robsim.testing"
+            )
+        return np.array(last_view(qd), order="C")  # theirs may be used again
+
+    @cached_property
+    def _weights(self) -> Array:
+        return self.regulated.weights
+
+    @cached_property
+    def _is_weighted(self) -> bool:
+        return bool((self._weights != 1.0).any())
+
+    @property
+    def compiled(self) -> Scheme | None:
+        """The scheme, if all its parts are built in and belief is truth."""
+        kinds, laws = {Points: False, PixelPoints: True}, {JointLaw: JOINT, CameraLaw: CAMERA}
+        law, part = laws.get(type(self.law)), self.regulated.parts[0]
+        whole = part.marks is None and part.components is None and part.weight == 1.0
+        if not (
+            law is not None
+            and whole
+            and len(self.regulated.parts) == 1
+            and type(part.feature) in kinds
+            and self.regulated.exact
+            and isinstance(self.regulated.which, str)
+            and isinstance(self.gain, float)
+            and not self.regulated.depths.filtered
+            and self.feed_forward is None
+            and self.broyden is None
+            and self.shaping.idle
+        ):
             return None
-        length = self.law.length if isinstance(self.law, CameraLaw) else 1.0
         return Scheme(
-            features[type(self.feature)],
-            self._which,
-            *self._depth,
-            self.goal.depth,
-            self._goal_column,
-            self.L_goal,
+            kinds[type(part.feature)],
+            self.regulated.code,
+            *self.regulated.depths.numbers,
+            self.regulated.goals[self.sights[0].key].depth,
+            self.s_goal,
+            self.regulated.L_goal,
             law,
-            length,
+            self.law.length if isinstance(self.law, CameraLaw) else 1.0,
             self.gain,
+            self.pace,
             *self.inverse.numbers,
             self.tolerance,
         )
 
-    def _run_last(self, value: Any, seen: Observation, shape: tuple[int, ...]) -> Array:
-        """What a feature or law returned, in the kernels' layout; its shape must be right."""
-        array = self._array(value)
-        wanted = (seen.pixels_last.shape[-1], *shape)
-        if array.shape != wanted:
-            raise InputError(
-                f"{self._whose}: a method returned shape {array.shape} where {wanted} is needed; "
-                "see robsim.testing"
-            )
-        return np.ascontiguousarray(last_view(array))
 
-    def _array(self, value: Any) -> Array:
-        try:
-            return np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError(
-                f"{self._whose}: a method returned {value!r:.80} where numbers are needed; "
-                "see robsim.testing"
-            ) from None
+def pace(regulated: Regulated, gain: float | Adaptive, inverse: Inverse) -> float:
+    """The smallest gain; with the transpose, times the smallest sigma^2 of L J at the goal."""
+    least = gain if isinstance(gain, float) else gain.least
+    if not isinstance(inverse, Transposed):
+        return least
+    reach = regulated.at_goal.reach[..., 0]
+    if not reach.any() or not np.isfinite(reach).all():
+        raise InputError(
+            "the transpose needs L J at the goal, and there it is zero or not finite (of a goal "
+            "given as numbers, at home): use another inverse"
+        )
+    sigma = np.linalg.svd(reach, compute_uv=False)
+    return least * float(sigma[sigma > RCOND * sigma[0]].min() ** 2)
 
-    @property
-    def _whose(self) -> str:
-        return f"{type(self.feature).__name__} or {type(self.law).__name__}"
+
+def rank_at_goal(regulated: Regulated) -> int:
+    """Rank of L J at the goal where it was shown; else the most that its shape allows."""
+    goal = regulated.at_goal
+    if regulated.q_goal is None:
+        return int(min(*goal.reach.shape[:2], 6 * regulated.motions))
+    return int(rank(goal.reach)[0])
+
+
+def rcond_of(inverse: Inverse) -> float:
+    """What counts as a lost rank."""
+    return inverse.numbers[2] or RCOND

@@ -12,8 +12,9 @@ from robsim.arrays import Array, frozen, numbers, runs_last
 from robsim.camera import Visibility
 from robsim.errors import GoalError, InputError
 from robsim.kernels import camera as kernels
-from robsim.pose import Pose, one_pose
-from robsim.servo.sight import Sight
+from robsim.pose import Pose, homogeneous, one_pose
+from robsim.scene import Scene
+from robsim.servo.sight import Sight, relative
 from robsim.value import Value
 
 
@@ -62,44 +63,94 @@ class Computed:
         object.__setattr__(self, "T_c_o", one_pose(self.T_c_o, "goal T_c_o"))
 
 
-def as_goal(value: Any) -> Shown | Computed:
+@dataclass(frozen=True, eq=False)
+class Given(Value):
+    """The features that are wanted, as numbers s (k,): nobody has seen them.
+
+    >>> Given([0.1, 0.2]).s
+    array([0.1, 0.2])
+    """
+
+    s: Any
+
+    def __post_init__(self) -> None:
+        s = numbers(self.s, "goal s", ("k",))
+        if s.ndim != 1 or not s.size:
+            raise GoalError(f"goal s: expected shape (k,), got {s.shape}")
+        object.__setattr__(self, "s", frozen(s))
+
+
+Goal = Shown | Computed | Given
+
+
+def as_goal(value: Any) -> Goal:
     """A goal from itself, or from the q at which it is shown."""
-    return value if isinstance(value, Shown | Computed) else Shown(value)
+    return value if isinstance(value, Goal) else Shown(value)
 
 
 @dataclass(frozen=True)
 class GoalView:
-    """The marks at the goal: pixels (N, 2, 1), depth (N, 1), and q (nq, 1) where it was shown."""
+    """The marks of a sight at the goal; one run."""
 
-    pixels: Array
-    depth: Array
-    q: Array | None
+    pixels: Array  # (N, 2, 1)
+    depth: Array  # (N, 1)
+    T_c_o: Array  # (3, 4, 1) as the controller believes it
 
 
-def view_of(goal: Shown | Computed, truth: Sight, belief: Sight) -> GoalView:
-    """What is seen at the goal; GoalError if a mark is behind the camera or out of the image."""
-    if isinstance(goal, Computed):
-        return _computed(goal, belief)
-    scene = truth.scene
+def configuration(goal: Goal, scene: Scene) -> Array | None:
+    """Coordinates (nq, 1) at which a goal is shown."""
+    if not isinstance(goal, Shown):
+        return None
     try:
         q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
     except InputError as error:
         raise GoalError(str(error)) from None
     if q.ndim != 1:
         raise GoalError(f"a goal is shown at one q of shape ({scene.nq},), got {q.shape}")
-    look = truth.look(runs_last(q, 1))
-    _check_visible(truth, look.visibility[:, 0], "shown")
-    return GoalView(look.pixels, look.depth, runs_last(q, 1))
+    return runs_last(q, 1)
 
 
-def _computed(goal: Computed, belief: Sight) -> GoalView:
+def view_of(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> GoalView:
+    """What is seen at the goal; GoalError if a mark is behind the camera or out of the image.
+
+    A computed goal is the pose of the believed target of `first` in its camera; other sights
+    follow from it where they move with that one. Of numbers that are given there is no image.
+    """
+    if isinstance(goal, Computed):
+        return _computed(goal, belief, first)
+    q = configuration(goal, truth.scene)
+    if q is None:  # anything of the right shape
+        q = runs_last(truth.scene.home, 1)
+    look, believed = truth.look(q), belief.look(q)
+    if isinstance(goal, Shown):
+        _check_visible(truth, look.visibility[:, 0], "shown")
+    return GoalView(look.pixels, look.depth, relative(believed.T_w_c, believed.T_w_o))
+
+
+def _computed(goal: Computed, belief: Sight, first: Sight) -> GoalView:
+    if not belief.moves_with(first):
+        raise GoalError(
+            f"camera '{belief.eye.name}' and '{belief.target.name}' do not move as "
+            f"'{first.eye.name}' and '{first.target.name}' do, for which the goal is computed: "
+            "show the goal at a q instead"
+        )
+    T_c_o = goal.T_c_o
+    if belief is not first:
+        here, there = (s.look(runs_last(s.scene.home, 1)) for s in (belief, first))
+        T_c_f, T_f_o = relative(here.T_w_c, there.T_w_c), relative(there.T_w_o, here.T_w_o)
+        T_c_o = _pose(T_c_f) @ T_c_o @ _pose(T_f_o)
     camera = belief.eye.camera
-    X = runs_last(np.asarray(goal.T_c_o @ belief.target.marks)[None], 2)
+    X = runs_last(np.asarray(T_c_o @ belief.target.marks)[None], 2)
     pixels = np.empty((X.shape[0], 2, 1))
     kernels.project(X, camera.K, camera.lens, pixels)
     status = camera.visibility(X[..., 0], np.eye(4))
     _check_visible(belief, status, "computed")
-    return GoalView(pixels, np.ascontiguousarray(X[:, 2]), None)
+    depth = np.ascontiguousarray(X[:, 2])
+    return GoalView(pixels, depth, runs_last(T_c_o.matrix[None, :3], 2))
+
+
+def _pose(T: Array) -> Pose:
+    return Pose(homogeneous(T)[0])
 
 
 def _check_visible(sight: Sight, status: Any, how: str) -> None:

@@ -1,4 +1,4 @@
-"""The pseudo-inverse by name: small singular values are truncated, or all are damped."""
+"""What stands for the inverse of L or L J, by name: truncated, damped, or the transpose."""
 
 from __future__ import annotations
 
@@ -26,13 +26,14 @@ class Truncated:
     name: ClassVar[str] = "truncated"
 
     def __post_init__(self) -> None:
-        if positive(self.rcond, "rcond") >= 1:
+        object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
+        if self.rcond >= 1:
             raise InputError(f"rcond must be below 1, got {self.rcond}")
 
     @property
-    def numbers(self) -> tuple[float, float]:
-        """(damping, rcond) for the kernels."""
-        return 0.0, self.rcond
+    def numbers(self) -> tuple[bool, float, float]:
+        """(transposed, damping, rcond) for the kernels."""
+        return False, 0.0, self.rcond
 
 
 @dataclass(frozen=True)
@@ -47,16 +48,39 @@ class Damped:
     name: ClassVar[str] = "damped"
 
     def __post_init__(self) -> None:
-        positive(self.damping, "damping")
+        object.__setattr__(self, "damping", positive(self.damping, "damping"))
 
     @property
-    def numbers(self) -> tuple[float, float]:
-        """(damping, rcond) for the kernels."""
-        return self.damping, 0.0
+    def numbers(self) -> tuple[bool, float, float]:
+        """(transposed, damping, rcond) for the kernels."""
+        return False, self.damping, 0.0
 
 
-Inverse = Truncated | Damped
-INVERSES: dict[str, type[Truncated] | type[Damped]] = {"truncated": Truncated, "damped": Damped}
+@dataclass(frozen=True)
+class Transposed:
+    """A': gradient descent of ||e||^2/2; slow along the weak directions of A, and never singular.
+
+    Stable while gain * dt * sigma^2 < 2 for the largest singular value sigma of L J (Hutchinson,
+    Hager and Corke 1996, section on image-based control).
+
+    >>> as_inverse("transposed")
+    Transposed()
+    """
+
+    name: ClassVar[str] = "transposed"
+
+    @property
+    def numbers(self) -> tuple[bool, float, float]:
+        """(transposed, damping, rcond) for the kernels; J is inverted as by `Truncated`."""
+        return True, 0.0, RCOND
+
+
+Inverse = Truncated | Damped | Transposed
+INVERSES: dict[str, type[Any]] = {
+    "truncated": Truncated,
+    "damped": Damped,
+    "transposed": Transposed,
+}
 
 
 def as_inverse(value: Any) -> Inverse:
@@ -65,7 +89,8 @@ def as_inverse(value: Any) -> Inverse:
         return value
     if not isinstance(value, str) or value not in INVERSES:
         raise InputError(f"no inverse {value!r}; {suggest(value, INVERSES, 'inverses')}")
-    return INVERSES[value]()
+    made: Inverse = INVERSES[value]()
+    return made
 
 
 def rank(A: Array, rcond: float = RCOND) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,14 +16,21 @@ from robsim.kernels import tree
 from robsim.kernels.sight import Look
 from robsim.scene import Mounted, Object, Scene
 
+Key = tuple[str, str]  # camera and target
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Sight:
     """A camera and its target in a scene, and how every velocity moves one against the other."""
 
     scene: Scene
     eye: Mounted
     target: Object
+
+    @property
+    def key(self) -> Key:
+        """Names of camera and target."""
+        return self.eye.name, self.target.name
 
     @cached_property
     def sign(self) -> Array:
@@ -32,8 +40,8 @@ class Sight:
 
     @cached_property
     def columns(self) -> NDArray[np.int64]:
-        """The velocities that move the camera relative to the target."""
-        return frozen(np.flatnonzero(self.sign))
+        """The velocities that move the camera relative to the target, and can be commanded."""
+        return frozen(np.flatnonzero((self.sign != 0) & ~self.scene.prescribed))
 
     def look(self, q: Array) -> Look:
         """What is where, for coordinates q (nq, B)."""
@@ -54,9 +62,8 @@ class Sight:
             np.empty((marks, runs), np.int8),
         )
 
-    def jacobian(self, look: Look) -> Array:
-        """(6, n, B) of the n `columns`: V_c - V_o = J qdot, in camera axes."""
-        moves = self.moves
+    def jacobian(self, look: Look, moves: tree.Moves) -> Array:
+        """(6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
         J = np.empty((6, moves.columns.size, look.T_w_c.shape[-1]))
         tree.camera_jacobian(
             look.bodies, look.T_w_c, moves.body, moves.angular, moves.axis, moves.sign, J
@@ -78,12 +85,17 @@ class Sight:
             bool((self.sign > 0).any()),
         )
 
-    @cached_property
-    def moves(self) -> tree.Moves:
-        """The `columns` for the kernels; read-only, like all that they are compiled for."""
-        joints, chosen = self.scene.tree, self.columns
+    def moves(self, columns: NDArray[np.int64]) -> tree.Moves:
+        """Some velocities for the kernels; read-only, like all that they are compiled for."""
+        joints = self.scene.tree
         every = joints.body, joints.angular, joints.axis, self.sign
-        return tree.Moves(chosen, *(frozen(array[chosen]) for array in every))
+        return tree.Moves(columns, *(frozen(array[columns]) for array in every))
+
+    def moves_with(self, other: Sight) -> bool:
+        """Whether both cameras and both targets ride on the same bodies: one relative motion."""
+        find = self.scene.tree.find
+        pairs = zip(self.key, other.key, strict=True)
+        return all(find(mine)[0] == find(theirs)[0] for mine, theirs in pairs)
 
 
 def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:
@@ -92,7 +104,23 @@ def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:
     if not len(found.target.marks):
         raise InputError(f"object '{found.target.name}' has no marks to look at")
     if not found.columns.size:
+        alone = "; what moves on its own is not commanded" if scene.motions else ""
         raise InputError(
-            f"no joint moves camera '{found.eye.name}' relative to '{found.target.name}'"
+            f"no joint moves camera '{found.eye.name}' relative to '{found.target.name}'{alone}"
         )
     return found
+
+
+def relative(T_w_a: Array, T_w_b: Array) -> Array:
+    """T_a_b (3, 4, B)."""
+    T = np.empty(T_w_a.shape)
+    kernels.relative(T_w_a, T_w_b, T)
+    return T
+
+
+def joined(looks: Sequence[Look]) -> Look:
+    """All marks of several looks one after the other; poses are those of the first."""
+    if len(looks) == 1:
+        return looks[0]
+    parts = (np.concatenate([getattr(look, name) for look in looks]) for name in Look._fields[-4:])
+    return Look(*looks[0][:3], *parts)

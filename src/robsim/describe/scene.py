@@ -1,0 +1,88 @@
+"""Robots, objects, cameras and motions as tables."""
+
+from __future__ import annotations
+
+from robsim.camera import Camera
+from robsim.describe.values import NoDescription, Table, builtin, coordinates, length, ours, pose
+from robsim.motion import Motion
+from robsim.primitives import Block, CameraBody, Primitive, Wheel
+from robsim.robot import Link, Robot
+from robsim.scene import Mounted, Object, Scene
+from robsim.tree import COORDINATE_UNITS, Joint
+
+SHAPES: dict[str, type[Primitive]] = {"block": Block, "wheel": Wheel, "camera": CameraBody}
+
+
+def shape(value: Primitive) -> Table:
+    """One primitive; NoDescription if it is somebody's own kind."""
+    kind = builtin(SHAPES, value)
+    if not isinstance(value.color, str):
+        raise NoDescription(f"the color {value.color!r:.40} is not a text")
+    sizes = {k: length(v) for k, v in vars(value).items() if isinstance(v, float)}
+    extra = {"n": int(value.n)} if isinstance(value, Wheel) else {}
+    return {"kind": kind, **sizes, **extra, "color": value.color, **pose(value.pose)}
+
+
+def link(value: Link) -> Table:
+    """One link on its joint."""
+    joint = ours(ours(value, Link).joint, Joint)
+    table: Table = {"name": value.name, "parent": value.parent, "joint": joint.kind}
+    table |= {"place": pose(joint.place), "tail": pose(joint.tail)}
+    if joint.limits:
+        table["limits"] = coordinates(joint.limits, 2 * COORDINATE_UNITS[joint.kind])
+    table["shapes"] = [shape(s) for s in value.shapes]
+    return {k: v for k, v in table.items() if v not in (None, {}, [])}
+
+
+def robot(value: Robot) -> Table:
+    """A robot link by link."""
+    return {
+        "name": ours(value, Robot).name,
+        "on": value.on,
+        **pose(value.base),
+        "home": coordinates(value.home, value.coordinate_units),
+        "links": [link(k) for k in value.links],
+    }
+
+
+def thing(value: Object) -> Table:
+    """An object; marks always in full."""
+    return {
+        "name": ours(value, Object).name,
+        "on": value.on,
+        **pose(value.pose),
+        "shapes": [shape(s) for s in value.shapes],
+        "marks": [length(*mark) for mark in value.marks],
+    }
+
+
+def camera(value: Mounted) -> Table:
+    """A camera and where it is mounted."""
+    lens = ours(ours(value, Mounted).camera, Camera)
+    table: Table = {"name": value.name, "on": value.on, **pose(value.pose), "K": lens.K.tolist()}
+    if lens.size:
+        table["size"] = list(lens.size)
+    if lens.distortion:
+        table["distortion"] = list(lens.distortion)
+    if lens.body:
+        table["body"] = {k: v for k, v in shape(lens.body).items() if k != "kind"}
+    return table
+
+
+def motion(value: Motion, units: tuple[str, ...]) -> Table:
+    """A robot that moves on its own; NoDescription if a function says how."""
+    if callable(ours(value, Motion).rates):
+        raise NoDescription(f"the motion of '{value.robot}' is Python code")
+    return {"robot": value.robot, "rates": coordinates(value.rates, units)}
+
+
+def scene(value: Scene) -> Table:
+    """robots, objects, cameras, motions, display."""
+    table: Table = {
+        "robots": [robot(r) for r in ours(value, Scene).robots],
+        "objects": [thing(o) for o in value.objects],
+        "cameras": [camera(c) for c in value.cameras],
+        "motions": [motion(m, value.robot(m.robot).velocity_units) for m in value.motions],
+        "display": pose(value.display),
+    }
+    return {k: v for k, v in table.items() if v}

@@ -1,0 +1,55 @@
+"""The depth of the marks against that at the goal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.arrays import Array, first_view, frozen
+from robsim.features.feature import Observation
+from robsim.kernels import point_features as kernels
+from robsim.value import Value
+
+
+@dataclass(frozen=True, eq=False)
+class LogDepth(Value):
+    """The logarithm of each mark's depth over that at the goal, s = (log(Z1/Z1_goal), ...).
+
+    L = [0, 0, -1/Z, -y, x, 0] (Malis, Chaumette and Boudet 1999, where the ratio of the depths
+    comes from a homography). Until a goal is given Z_goal is a metre. A mark that is not in front
+    of the camera has no finite s.
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> pixels, camera = np.array([[[0.1], [0.2]]]), Camera(np.eye(3))
+    >>> far, near = (Observation.of(pixels, np.array([[Z]]), camera) for Z in (2.0, 0.5))
+    >>> LogDepth().towards(near).measure(far).round(4)  # log 4
+    array([[1.3863]])
+    """
+
+    tolerance: float = 1e-5
+    unit: str = "1"
+    Z_goal: Array | None = field(default=None, repr=False)  # (N, 1) metres; set by `towards`
+    name: ClassVar[str] = "log_depth"
+    measures_depth: ClassVar[bool] = True
+
+    def towards(self, goal: Observation) -> LogDepth:
+        """The same, relative to the depths at the goal."""
+        return replace(self, Z_goal=frozen(goal.depth_last.copy()))
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, N)."""
+        Z = seen.depth_last
+        metre = frozen(np.ones((Z.shape[0], 1)))
+        s = np.empty(Z.shape)
+        kernels.log_depth(Z, metre if self.Z_goal is None else self.Z_goal, s)
+        return first_view(s)
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, N, 6)."""
+        x = seen.points_last
+        L = np.empty((x.shape[0], 6, x.shape[-1]))
+        kernels.log_depth_interaction(x, seen.depth_last, L)
+        return first_view(L)

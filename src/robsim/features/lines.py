@@ -1,0 +1,111 @@
+"""Straight lines in the image, and the points where parallel ones vanish."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.arrays import Array, first_view, frozen, last_view
+from robsim.features.feature import Observation
+from robsim.features.groups import points_in_groups
+from robsim.kernels import features as points
+from robsim.kernels import line_features as kernels
+from robsim.kernels import point_features
+from robsim.value import Value
+
+
+@dataclass(frozen=True, eq=False)
+class Lines(Value):
+    """Lines through marks 0 and 1, 2 and 3 ..., s = (rho, theta, ...), two each.
+
+    x cos theta + y sin theta = rho in the image at unit depth, theta in radians. The line runs
+    from the first mark to the second in the direction (-sin theta, cos theta): so theta covers a
+    whole turn, rho has a sign, and both go smoothly through rho = 0. With c, s = cos, sin theta,
+    L_rho = lambda_rho [c, s, -rho, 0, 0, 0] + [0, 0, 0, (1 + rho^2) s, -(1 + rho^2) c, 0],
+    L_theta = lambda_theta [c, s, -rho, 0, 0, 0] + [0, 0, 0, -rho c, -rho s, -1],
+    lambda_rho = (a rho c + b rho s + d)/e, lambda_theta = (a s - b c)/e for any plane
+    a X + b Y + d Z + e = 0 that holds the line (Espiau, Chaumette and Rives 1992); here they come
+    from the depths of the marks.
+
+    Two marks at one place in the image give NaN. Towards a goal, theta is the one within half a
+    turn, (-pi, pi], of that at the goal. InputError: an odd number of marks.
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> pixels, depth = np.array([[[0.1], [0.0]], [[0.1], [0.3]]]), np.ones((2, 1))
+    >>> Lines().measure(Observation.of(pixels, depth, Camera(np.eye(3))))  # x = 0.1, downwards
+    array([[0.1, 0. ]])
+    """
+
+    tolerance: float = 1e-5
+    unit: str = "1"
+    goal: Array | None = field(default=None, repr=False)  # (N, 1) s there; set by `towards`
+    name: ClassVar[str] = "lines"
+    least_marks: ClassVar[int] = 2
+
+    def towards(self, goal: Observation) -> Lines:
+        """The same, with theta near that at the goal."""
+        return replace(self, goal=frozen(last_view(self.measure(goal))))
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, N): two numbers for two marks."""
+        x = points_in_groups(seen, 2, "Lines")
+        s = np.empty((x.shape[0], x.shape[-1]))
+        kernels.lines(x, s)
+        if self.goal is not None:
+            point_features.turn_towards(self.goal, 2, s)
+        return first_view(s)
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, N, 6)."""
+        x = points_in_groups(seen, 2, "Lines")
+        L = np.empty((x.shape[0], 6, x.shape[-1]))
+        kernels.lines_interaction(x, seen.depth_last, L)
+        return first_view(L)
+
+
+@dataclass(frozen=True)
+class VanishingPoint:
+    """Where the lines through marks 0, 1 and 2, 3 meet in the image, s = (x, y), normalised.
+
+    The lines must be parallel in space. Then s is the image of their point at infinity, and L is
+    that of a point with 1/Z = 0: it depends on rotation only,
+    L = [0, 0, 0, xy, -(1 + x^2), y; 0, 0, 0, 1 + y^2, -xy, -x]. Eight marks give two points, and
+    so on. InputError: a number of marks that four does not divide.
+
+    As the lines become parallel to the image the point goes to infinity; s is then huge or not
+    finite.
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> rails = np.array([[-1, 1], [-0.5, 0.5], [1, 1], [0.5, 0.5]])[..., None]
+    >>> VanishingPoint().measure(Observation.of(rails, np.ones((4, 1)), Camera(np.eye(3))))
+    array([[0., 0.]])
+    """
+
+    tolerance: float = 1e-5
+    unit: str = "1"
+    singular: ClassVar[str] = "edges that are parallel in the image meet nowhere in it"
+    name: ClassVar[str] = "vanishing_point"
+    least_marks: ClassVar[int] = 4
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, N/2): two numbers for four marks."""
+        p = self._intersections(seen)
+        return first_view(p.reshape(-1, p.shape[-1]))
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, N/2, 6)."""
+        p = self._intersections(seen)
+        L = np.empty((2 * p.shape[0], 6, p.shape[-1]))
+        points.points_interaction(p, np.full((p.shape[0], p.shape[-1]), np.inf), L)
+        return first_view(L)
+
+    @staticmethod
+    def _intersections(seen: Observation) -> Array:
+        x = points_in_groups(seen, 4, "VanishingPoint")
+        p = np.empty((x.shape[0] // 4, 2, x.shape[-1]))
+        kernels.intersections(x, p)
+        return p

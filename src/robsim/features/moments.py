@@ -1,0 +1,208 @@
+"""Image moments of a planar region or of the set of its marks."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, field
+from typing import ClassVar, Self, TypeVar
+
+import numpy as np
+
+from robsim.arrays import Array, first_view
+from robsim.errors import InputError, suggest
+from robsim.features.feature import Observation
+from robsim.kernels import moments as kernels
+
+KINDS = ("points", "region")
+F = TypeVar("F")
+
+
+def _moments(seen: Observation, of_marks: bool) -> tuple[Array, Array]:
+    """Centre (2, B) and centred moments up to what the rates of order 3 need."""
+    x = seen.points_last
+    centre = np.empty(x.shape[1:])
+    mu = np.empty((kernels.ORDER_3 if of_marks else kernels.ORDER_4, x.shape[2]))
+    (kernels.marks if of_marks else kernels.region)(x, centre, mu)
+    return centre, mu
+
+
+def region_plane(seen: Observation) -> Array:
+    """(A, B, C) (3, B) of the plane 1/Z = A x + B y + C through the marks."""
+    ABC = np.empty((3, seen.points_last.shape[2]))
+    kernels.plane(seen.points_last, seen.depth_last, ABC)
+    return ABC
+
+
+def _rates(seen: Observation, of_marks: bool, centre: Array, mu: Array) -> Array:
+    """(10, 6, B): how the moments change with the motion of the camera."""
+    R = np.empty((kernels.ORDER_3, 6, mu.shape[1]))
+    if of_marks:
+        kernels.marks_rates(seen.points_last, seen.depth_last, centre, R)
+    else:
+        kernels.region_rates(region_plane(seen), centre, mu, R)
+    return R
+
+
+@dataclass(frozen=True)
+class _Basic:
+    """s = (a, xg, yg, alpha) of a region or of marks."""
+
+    tolerance: float = 1e-5
+    unit: str = "1"
+    alpha_goal: float | None = field(default=None, init=False, repr=False)
+    of_marks: ClassVar[bool]
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, 4)."""
+        centre, mu = _moments(seen, self.of_marks)
+        s = np.empty((4, mu.shape[1]))
+        kernels.basic(self.of_marks, centre, mu, s)
+        if self.alpha_goal is not None:
+            kernels.within_quarter_turn(self.alpha_goal, s[3])
+        return first_view(s)
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, 4, 6)."""
+        centre, mu = _moments(seen, self.of_marks)
+        R, L = _rates(seen, self.of_marks, centre, mu), np.empty((4, 6, mu.shape[1]))
+        kernels.basic_rates(self.of_marks, mu, R, L)
+        return first_view(L)
+
+    def towards(self, goal: Observation) -> Self:
+        """The same with alpha within a quarter turn of that at the goal."""
+        return _with(self, alpha_goal=float(self.measure(goal)[0, 3]))
+
+
+def _with(feature: F, **values: float) -> F:
+    """A copy that remembers the goal."""
+    new = copy.copy(feature)
+    for name, value in values.items():
+        object.__setattr__(new, name, value)
+    return new
+
+
+@dataclass(frozen=True)
+class RegionMoments(_Basic):
+    """Area, centre of gravity and orientation of a planar region, s = (a, xg, yg, alpha).
+
+    The region is the polygon whose corners are the marks in their order, either way round, in
+    normalised image coordinates; alpha = atan2(2 mu11, mu20 - mu02) / 2 is the angle of its longer
+    principal axis in rad, which has no head: it is known modulo pi, and of a region that has equal
+    axes, such as a square, it is noise. L needs the plane 1/Z = A x + B y + C, fitted to the marks.
+    Chaumette 2004, Image moments: a general and useful set of features for visual servoing,
+    IEEE T-RO 20(4).
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> corners = np.array([[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]])[..., None]
+    >>> seen = Observation.of(corners, np.ones((4, 1)), Camera(np.eye(3)))
+    >>> np.round(RegionMoments().measure(seen), 12) + 0.0
+    array([[0.08, 0.2 , 0.1 , 0.  ]])
+    """
+
+    singular: ClassVar[str] = "the polygon of the marks, in their order, must not cross itself"
+    name: ClassVar[str] = "region_moments"
+    least_marks: ClassVar[int] = 3
+    of_marks: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class PointMoments(_Basic):
+    """Spread, centre and orientation of the marks as a set of points, s = (a, xg, yg, alpha).
+
+    a = mu20 + mu02 with mu_ij = sum of (x - xg)^i (y - yg)^j over the marks, in normalised image
+    coordinates; alpha in rad is as for `RegionMoments`. The order of the marks does not matter. L
+    uses the depth of every mark, so they need not lie in one plane. Tahri and Chaumette 2005,
+    Point-based and region-based image moments for visual servoing of planar objects,
+    IEEE T-RO 21(6).
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> marks = np.array([[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]])[..., None]
+    >>> seen = Observation.of(marks, np.ones((4, 1)), Camera(np.eye(3)))
+    >>> np.round(PointMoments().measure(seen), 12) + 0.0
+    array([[0.2, 0.2, 0.1, 0. ]])
+    """
+
+    name: ClassVar[str] = "point_moments"
+    least_marks: ClassVar[int] = 2
+    of_marks: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class DecoupledMoments:
+    """Six moments, each for one motion of the camera: s = (xn, yn, an, Px, Py, alpha).
+
+    an = Z* sqrt(a*/a), xn = an xg, yn = an yg in metres: for a goal parallel to the image their L
+    has -1 on the diagonal of the translation and zeros beside it (Tahri and Chaumette 2005,
+    IEEE T-RO 21(6)). a is the area of the polygon of the marks (kind "region") or mu20 + mu02 of
+    the marks (kind "points"); a* and the depth Z* of the centre come from the goal.
+
+    Px and Py, for the two tilts, do not change when the image moves, turns or grows:
+    (Px, Py) = rho (cos 2 phi, sin 2 phi) with p = (mu30 + mu12, mu21 + mu03),
+    rho = sqrt(mu00) |p| / (mu20 + mu02)^1.5 and phi the angle of p from the principal axis alpha.
+    Up to the factor |p| (mu20 - mu02, 2 mu11) they are the sixth invariant of Hu (1962), Visual
+    pattern recognition by moment invariants, IRE Trans. IT 8, and its twin in Flusser (2000), On
+    the independence of rotation moment invariants, Pattern Recognition 33. They also serve
+    objects with one axis of symmetry. They are useless where p = 0 (objects that look the same
+    after some turn, such as a rectangle or a regular polygon), and where the principal axes are
+    equal, since alpha is noise then.
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> marks = np.array([[0, 0], [0.4, 0], [0, 0.2]])[..., None]
+    >>> seen = Observation.of(marks, np.full((3, 1), 2.0), Camera(np.eye(3)))
+    >>> DecoupledMoments().towards(seen).measure(seen).round(3)[0, :3]
+    array([0.267, 0.133, 2.   ])
+    """
+
+    kind: str = "points"
+    tolerance: float = 1e-5
+    unit: str = "m, 1, rad"
+    size_goal: float = field(default=1.0, init=False, repr=False)
+    Z_goal: float = field(default=1.0, init=False, repr=False)
+    alpha_goal: float | None = field(default=None, init=False, repr=False)
+    singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
+    name: ClassVar[str] = "decoupled_moments"
+    least_marks: ClassVar[int] = 3
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.kind, str) or self.kind not in KINDS:
+            known = suggest(self.kind, KINDS, "kinds")
+            raise InputError(f"no moments of kind {self.kind!r}; {known}")
+
+    @property
+    def of_marks(self) -> bool:
+        """Whether the moments are those of the marks, not of the region within them."""
+        return self.kind == "points"
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, 6)."""
+        return first_view(self._measure(*_moments(seen, self.of_marks)))
+
+    def _measure(self, centre: Array, mu: Array) -> Array:
+        s = np.empty((6, mu.shape[1]))
+        kernels.decoupled(self.of_marks, self.size_goal, self.Z_goal, centre, mu, s)
+        if self.alpha_goal is not None:
+            kernels.within_quarter_turn(self.alpha_goal, s[5])
+        return s
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, 6, 6)."""
+        centre, mu = _moments(seen, self.of_marks)
+        R, L = _rates(seen, self.of_marks, centre, mu), np.empty((6, 6, mu.shape[1]))
+        kernels.decoupled_rates(self.of_marks, centre, mu, R, self._measure(centre, mu), L)
+        return first_view(L)
+
+    def towards(self, goal: Observation) -> DecoupledMoments:
+        """The same with a*, Z* and the orientation of the goal."""
+        s = np.empty((4, goal.points_last.shape[2]))
+        kernels.basic(self.of_marks, *_moments(goal, self.of_marks), s)
+        size, x, y, alpha = (float(value) for value in s[:, 0])
+        if self.of_marks:
+            Z = float(goal.depth_last[:, 0].mean())
+        else:
+            A, B, C = region_plane(goal)[:, 0]
+            with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
+                Z = float(1.0 / (A * x + B * y + C))
+        return _with(self, size_goal=size, Z_goal=Z, alpha_goal=alpha)

@@ -1,0 +1,62 @@
+"""Image points in polar coordinates, which suit large rotations about the optical axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.arrays import Array, first_view, frozen, last_view
+from robsim.features.feature import Observation
+from robsim.kernels import features as points
+from robsim.kernels import point_features as kernels
+from robsim.value import Value
+
+
+@dataclass(frozen=True, eq=False)
+class Polar(Value):
+    """Polar image points about the principal point, s = (rho1, theta1, rho2, theta2, ...).
+
+    rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of
+    the points turned by theta, its second row over rho:
+    L_rho = [-c/Z, -s/Z, rho/Z, (1 + rho^2) s, -(1 + rho^2) c, 0],
+    L_theta = [s/(rho Z), -c/(rho Z), 0, c/rho, s/rho, -1], with c, s = cos theta, sin theta
+    (Iwatsuki and Okiyama 2005; Chaumette and Hutchinson 2007, on cylindrical coordinates; Corke,
+    Spindler and Chaumette 2009).
+
+    A mark at the principal point has no theta: it is measured as 0, and L there is NaN.
+    Towards a goal, theta is the one within half a turn, (-pi, pi], of that at the goal.
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> pixels, depth = np.array([[[0.3], [0.4]]]), np.array([[2.0]])
+    >>> Polar().measure(Observation.of(pixels, depth, Camera(np.eye(3)))).round(4)
+    array([[0.5   , 0.9273]])
+    """
+
+    tolerance: float = 1e-5
+    unit: str = "1"
+    goal: Array | None = field(default=None, repr=False)  # (2N, 1) s there; set by `towards`
+    name: ClassVar[str] = "polar"
+
+    def towards(self, goal: Observation) -> Polar:
+        """The same, with theta near that at the goal."""
+        return replace(self, goal=frozen(last_view(self.measure(goal))))
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, 2N)."""
+        x = seen.points_last
+        s = np.empty((2 * x.shape[0], x.shape[-1]))
+        kernels.polar(x, s)
+        if self.goal is not None:
+            kernels.turn_towards(self.goal, 2, s)
+        return first_view(s)
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, 2N, 6)."""
+        x = seen.points_last
+        L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
+        points.points_interaction(x, seen.depth_last, L)
+        kernels.to_polar_rates(x, L)
+        return first_view(L)

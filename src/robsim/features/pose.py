@@ -1,0 +1,136 @@
+"""The pose of the camera from the goal, in two parts: the features of position-based servoing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import ClassVar, Literal, Self, get_args
+
+import numpy as np
+
+from robsim.arrays import Array, first_view
+from robsim.errors import GoalError, InputError, suggest
+from robsim.features.feature import Observation
+from robsim.kernels import pose_features as kernels
+from robsim.kernels import se3
+from robsim.kernels.point_features import points_3d_interaction
+from robsim.pose import IDENTITY, Pose, one_pose
+
+Form = Literal["goal", "camera"]
+
+
+@dataclass(frozen=True)
+class _PoseFeature:
+    """What is read from T_c_o, the estimated pose of the target, and from where the goal is."""
+
+    uses_pose: ClassVar[bool] = True
+    least_marks: ClassVar[int] = 3
+
+    T_goal_o: Pose = field(default=IDENTITY, kw_only=True)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "T_goal_o", one_pose(self.T_goal_o, "T_goal_o"))
+
+    def towards(self, goal: Observation) -> Self:
+        """The same, measured from the camera that has this view (of one run) of the target."""
+        if not np.isfinite(goal.pose).all():
+            raise GoalError("no pose of the target fits what is seen at the goal")
+        return replace(self, T_goal_o=Pose(goal.pose[0]))
+
+    def _from_goal(self, seen: Observation) -> Array:
+        """T_goal_c (3, 4, B): the pose of the camera in axes of the goal camera."""
+        T_c_o = seen.pose_last
+        T_c_goal, T_goal_c = np.empty_like(T_c_o), np.empty_like(T_c_o)
+        se3.compose_constant(T_c_o, self._T_o_goal, T_c_goal)
+        se3.inverse(T_c_goal, T_goal_c)
+        return T_goal_c
+
+    @cached_property
+    def _T_o_goal(self) -> Array:
+        return self.T_goal_o.inv().matrix[:3]
+
+
+@dataclass(frozen=True)
+class ThetaU(_PoseFeature):
+    """Rotation vector of the camera from the goal camera, s = theta u of R_goal_c, in radians.
+
+    `T_goal_o` is the pose of the target in the goal camera; `towards` takes it from the view at
+    the goal. L = [0, L_w], see `robsim.kernels.pose_features.theta_u_interaction` (Malis,
+    Chaumette and Boudet 1999). theta is in [0, pi]; beyond, u turns round.
+
+    >>> from robsim.camera import Camera
+    >>> seen = Observation.of(np.zeros((3, 2, 1)), np.ones((3, 1)), Camera(np.eye(3)))
+    >>> seen.pose_last = Pose.at(0, 0, 2, rotvec=(-0.5, 0, 0)).matrix[:3, :, None].copy()
+    >>> np.round(ThetaU().measure(seen), 12) + 0.0
+    array([[0.5, 0. , 0. ]])
+    """
+
+    name: ClassVar[str] = "theta_u"
+
+    tolerance: float = 1e-5
+    unit: str = "rad"
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, 3)."""
+        return first_view(self._rotation_vector(seen))
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, 3, 6)."""
+        w = self._rotation_vector(seen)
+        L = np.empty((3, 6, w.shape[-1]))
+        kernels.theta_u_interaction(w, L)
+        return first_view(L)
+
+    def _rotation_vector(self, seen: Observation) -> Array:
+        T = self._from_goal(seen)
+        quaternion, w = np.empty((4, T.shape[-1])), np.empty((3, T.shape[-1]))
+        se3.rotation_to_quaternion(T, quaternion)
+        se3.rotation_vector(quaternion, w)
+        return w
+
+
+@dataclass(frozen=True)
+class Translation(_PoseFeature):
+    """Where the camera is from the goal, or the target from the camera, in metres.
+
+    form "goal": s = t_goal_c, the origin of the camera in axes of the goal camera, and
+    L = [R_goal_c, 0]; with `ThetaU` the camera goes straight.
+    form "camera": s = t_c_o, the origin of the target in camera axes, and L = [-I, [t_c_o]x];
+    with `ThetaU` that origin goes straight in the image.
+    Both are in Chaumette and Hutchinson 2006, the section on position-based servoing.
+
+    >>> from robsim.camera import Camera
+    >>> seen = Observation.of(np.zeros((3, 2, 1)), np.ones((3, 1)), Camera(np.eye(3)))
+    >>> seen.pose_last = Pose.at(0.1, 0.2, 2).matrix[:3, :, None].copy()
+    >>> Translation(T_goal_o=Pose.at(0.2, 0.1, 1)).measure(seen)
+    array([[ 0.1, -0.1, -1. ]])
+    >>> Translation("camera").measure(seen)
+    array([[0.1, 0.2, 2. ]])
+    """
+
+    name: ClassVar[str] = "translation"
+
+    form: Form = "goal"
+    tolerance: float = 1e-5
+    unit: str = "m"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.form not in get_args(Form):
+            raise InputError(
+                f"no translation {self.form!r}; {suggest(self.form, get_args(Form), 'forms')}"
+            )
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, 3)."""
+        T = self._from_goal(seen) if self.form == "goal" else seen.pose_last
+        return first_view(np.ascontiguousarray(T[:, 3]))
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, 3, 6)."""
+        L = np.empty((3, 6, seen.pose_last.shape[-1]))
+        if self.form == "goal":
+            kernels.camera_origin_interaction(self._from_goal(seen), L)
+        else:
+            points_3d_interaction(np.ascontiguousarray(seen.pose_last[:, 3]), L)
+        return first_view(L)

@@ -1,0 +1,63 @@
+"""Segments in the image, each between two marks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.arrays import Array, first_view, frozen, last_view
+from robsim.features.feature import Observation
+from robsim.features.groups import points_in_groups
+from robsim.kernels import features as points
+from robsim.kernels import line_features as kernels
+from robsim.kernels import point_features
+from robsim.value import Value
+
+
+@dataclass(frozen=True, eq=False)
+class Segments(Value):
+    """Segments between marks 0 and 1, 2 and 3 ..., s = (xc, yc, length, angle, ...), four each.
+
+    (xc, yc) is the middle in the image at unit depth, the angle that of the way from the first
+    mark to the second, in radians: length (cos, sin) = (x1 - x0, y1 - y0). L is that of the two
+    ends through these relations (Espiau, Chaumette and Rives 1992; Chaumette 1990, thesis).
+
+    Two marks at one place in the image have length 0, and L there is NaN. Towards a goal, the
+    angle is the one within half a turn, (-pi, pi], of that at the goal. InputError: an odd number
+    of marks.
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> pixels, depth = np.array([[[0.1], [0.2]], [[0.4], [0.6]]]), np.ones((2, 1))
+    >>> Segments().measure(Observation.of(pixels, depth, Camera(np.eye(3)))).round(4)
+    array([[0.25  , 0.4   , 0.5   , 0.9273]])
+    """
+
+    tolerance: float = 1e-5
+    unit: str = "1"
+    goal: Array | None = field(default=None, repr=False)  # (2N, 1) s there; set by `towards`
+    name: ClassVar[str] = "segments"
+    least_marks: ClassVar[int] = 2
+
+    def towards(self, goal: Observation) -> Segments:
+        """The same, with angles near those at the goal."""
+        return replace(self, goal=frozen(last_view(self.measure(goal))))
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, 2N): four numbers for two marks."""
+        x = points_in_groups(seen, 2, "Segments")
+        s = np.empty((2 * x.shape[0], x.shape[-1]))
+        kernels.segments(x, s)
+        if self.goal is not None:
+            point_features.turn_towards(self.goal, 4, s)
+        return first_view(s)
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, 2N, 6)."""
+        x = points_in_groups(seen, 2, "Segments")
+        L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
+        points.points_interaction(x, seen.depth_last, L)
+        kernels.to_segment_rates(x, L)
+        return first_view(L)

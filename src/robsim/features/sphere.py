@@ -1,0 +1,57 @@
+"""The image of a sphere of known radius."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.arrays import Array, first_view, positive
+from robsim.features.feature import Observation
+from robsim.kernels import conics as kernels
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere about mark 0, s = (X, Y, Z) / radius of its centre in camera axes.
+
+    The outline of a sphere gives s: its direction is that of the cone of sight, and its length
+    1 / sin of the angle at which the outline is seen. Here s is computed from the image and depth
+    of the centre instead. L = [-I / radius, [s]x] has rank 3: every turn about the sphere looks the
+    same. `radius` is in metres. Fomena and Chaumette 2009, Improvements on visual servoing from
+    spherical targets using a spherical projection model, IEEE T-RO 25(4).
+
+    >>> from robsim.features.feature import Observation
+    >>> from robsim.camera import Camera
+    >>> centre = np.array([[[0.1], [-0.2]]])
+    >>> seen = Observation.of(centre, np.array([[2.0]]), Camera(np.eye(3)))
+    >>> Sphere(radius=0.5).measure(seen)
+    array([[ 0.4, -0.8,  4. ]])
+    """
+
+    radius: float = 0.1
+    tolerance: float = 1e-5
+    unit: str = "1"
+    name: ClassVar[str] = "sphere"
+    least_marks: ClassVar[int] = 1
+    measures_depth: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive(self.radius, "radius of the sphere"))
+
+    def measure(self, seen: Observation) -> Array:
+        """S (B, 3)."""
+        return first_view(self._measure(seen))
+
+    def _measure(self, seen: Observation) -> Array:
+        s = np.empty((3, seen.points_last.shape[2]))
+        kernels.sphere(seen.points_last[0], seen.depth_last[0], self.radius, s)
+        return s
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (B, 3, 6)."""
+        s = self._measure(seen)
+        L = np.empty((3, 6, s.shape[1]))
+        kernels.sphere_interaction(s, self.radius, L)
+        return first_view(L)

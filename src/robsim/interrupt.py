@@ -1,0 +1,23 @@
+"""Ctrl-C, put off while something is finished."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+@contextmanager
+def undisturbed() -> Iterator[list[Any]]:
+    """Ctrl-C does not disturb what is inside; it is put into the list, for the caller to obey."""
+    came: list[Any] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield came
+        return
+    before = signal.signal(signal.SIGINT, lambda *given: came.append(given))
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,43 @@
+"""Interaction matrices of a pose (the features of position-based servoing): sdot = L V_c."""
+
+import math
+
+from robsim.kernels.jit import kernel
+from robsim.kernels.se3 import log_coefficient
+
+
+@kernel
+def theta_u_interaction(w, L):
+    """L[3, 6, b] of w[3, b] = theta u of R, where a camera that turns by omega makes R exp(omega).
+
+    L = [0, I + [w]x / 2 + c [w]x^2], c = (1 - (theta/2) cot(theta/2)) / theta^2: the inverse of
+    the right Jacobian of SO(3) (Malis, Chaumette and Boudet 1999; Chaumette and Hutchinson 2006,
+    the section on position-based servoing). The sign of [w]x belongs to this rotation: for its
+    inverse, w' = -w, it is L' = -(I - [w']x / 2 + c [w']x^2).
+    """
+    for b in range(w.shape[1]):
+        x, y, z = w[0, b], w[1, b], w[2, b]
+        square = x * x + y * y + z * z
+        c = log_coefficient(math.sqrt(square))
+        for r in range(3):
+            L[r, 0, b], L[r, 1, b], L[r, 2, b] = 0.0, 0.0, 0.0
+        L[0, 3, b], L[1, 4, b], L[2, 5, b] = (
+            1.0 + c * (x * x - square),
+            1.0 + c * (y * y - square),
+            1.0 + c * (z * z - square),
+        )
+        L[0, 4, b], L[1, 3, b] = c * x * y - 0.5 * z, c * x * y + 0.5 * z
+        L[0, 5, b], L[2, 3, b] = c * x * z + 0.5 * y, c * x * z - 0.5 * y
+        L[1, 5, b], L[2, 4, b] = c * y * z - 0.5 * x, c * y * z + 0.5 * x
+
+
+@kernel
+def camera_origin_interaction(T, L):
+    """L[3, 6, b] = [R, 0] of the camera's origin, for its pose T[3, 4, b] in any fixed axes.
+
+    Chaumette and Hutchinson 2006, the section on position-based servoing.
+    """
+    for r in range(3):
+        for c in range(3):
+            for b in range(T.shape[2]):
+                L[r, c, b], L[r, 3 + c, b] = T[r, c, b], 0.0

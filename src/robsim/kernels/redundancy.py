@@ -1,0 +1,121 @@
+"""Redundancy: projectors onto the motions that a task leaves free, with the run last.
+
+Rank is decided once for each direction, by singular values relative to the largest of the task's
+own matrix A. What a task of higher priority left of it, A P, may be nothing but rounding, and a
+threshold relative to A P would invert that.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.jit import kernel, part
+from robsim.kernels.solve import product, singular_values
+
+
+@kernel
+def switch(x, low, high):
+    """w: 0 up to low, 1 from high on, between them a sigmoid scaled to meet both ends.
+
+    With u = (x - low)/(high - low), sig(u) = 1/(1 + exp(6 - 12 u)), this is
+    (sig(u) - sig(0))/(sig(1) - sig(0)), since sig = (1 + tanh(6 u - 3))/2.
+    """
+    if x <= low:
+        return 0.0
+    if x >= high:
+        return 1.0
+    return 0.5 + 0.5 * math.tanh(6.0 * (x - low) / (high - low) - 3.0) / math.tanh(3.0)
+
+
+@kernel
+def large_projection(A, e, low, high, P):
+    """P[n, n, b] <- w (I - A'e e'A/(e'A A'e)) + (1 - w) P, w = switch(||e||), where P is A's own.
+
+    A[k, n, b], e[k, b]. Where A'e is zero but for rounding, w is 0.
+    """
+    n, runs = A.shape[1], A.shape[2]
+    u, square, most, norm = np.zeros((n, runs)), np.zeros(runs), np.zeros(runs), np.zeros(runs)
+    for i in range(A.shape[0]):
+        for b in range(runs):
+            norm[b] += e[i, b] * e[i, b]
+        for j in range(n):
+            for b in range(runs):
+                u[j, b] += A[i, j, b] * e[i, b]
+                most[b] += A[i, j, b] * A[i, j, b]
+    for j in range(n):
+        for b in range(runs):
+            square[b] += u[j, b] * u[j, b]
+    for b in range(runs):
+        w = switch(math.sqrt(norm[b]), low, high)
+        if square[b] <= 1e-24 * most[b] * norm[b]:
+            w, square[b] = 0.0, 1.0
+        for i in range(n):
+            for j in range(n):
+                free = (1.0 if i == j else 0.0) - u[i, b] * u[j, b] / square[b]
+                P[i, j, b] = w * free + (1.0 - w) * P[i, j, b]
+
+
+@part
+def _rest(A, rate, qd, out):
+    """Out = rate - A qd."""
+    for i in range(A.shape[0]):
+        for b in range(A.shape[2]):
+            out[i, b] = rate[i, b]
+        for j in range(A.shape[1]):
+            for b in range(A.shape[2]):
+                out[i, b] -= A[i, j, b] * qd[j, b]
+
+
+@kernel
+def _largest(sigma):
+    """The largest of them, or NaN if one is not finite."""
+    largest, nothing = 0.0, 0.0
+    for i in range(sigma.size):
+        largest, nothing = max(largest, sigma[i]), nothing + sigma[i] * 0.0
+    return largest + nothing
+
+
+@kernel
+def _take(direction, along, b, free, qd, P):
+    """Move qd by `along` times the free part P direction, which is then no longer free.
+
+    The direction lies in the range of P but for rounding; projecting it once more keeps what was
+    taken before undisturbed even where the motion is large, near a conflict.
+    """
+    square = 0.0
+    for i in range(free.size):
+        free[i] = 0.0
+        for j in range(free.size):
+            free[i] += P[i, j, b] * direction[j]
+        square += free[i] * free[i]
+    for i in range(free.size):
+        qd[i, b] += free[i] * along
+        for j in range(free.size):
+            P[i, j, b] -= free[i] * free[j] / square
+
+
+@kernel
+def descend(A, rate, rcond, qd, P):
+    """qd[n, b] += (A P)^+ (rate - A qd), then P[n, n, b] -= (A P)^+ A P; A[k, n, b], rate[k, b].
+
+    Singular values of A P below rcond times the largest of A count as zero.
+    """
+    k, n, runs = A.shape
+    G, V = np.empty((max(k, n), min(k, n))), np.empty((min(k, n), min(k, n)))
+    sigma, free = np.empty(min(k, n)), np.empty(n)
+    AP, rest = np.empty(A.shape), np.empty(rate.shape)
+    product(A, P, AP)
+    _rest(A, rate, qd, rest)
+    for b in range(runs):
+        singular_values(A, b, G, V, sigma)
+        least = rcond * _largest(sigma)
+        singular_values(AP, b, G, V, sigma)
+        left, right = (V, G) if k < n else (G, V)  # A P = left right', one of them orthonormal
+        if not math.isfinite(least + _largest(sigma)):
+            qd[:, b], P[:, :, b] = np.nan, np.nan
+        for s in range(sigma.size):
+            if sigma[s] > least:
+                along = 0.0
+                for i in range(k):
+                    along += left[i, s] * rest[i, b]
+                _take(right[:, s], along / sigma[s] ** 2, b, free, qd, P)

@@ -1,0 +1,48 @@
+"""What a controller is told at one instant, and what it says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robsim.arrays import Array, first_view, last_view
+from robsim.kernels.sight import Look
+from robsim.servo.sight import Key
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """One instant of some runs: what there is, what was measured, and what is remembered."""
+
+    step: int
+    dt: float
+    q: Array  # (nq, B)
+    looks: dict[Key, Look]  # of each camera at its target, as things are
+    pixels: dict[Key, Array]  # (N, 2, B) as measured
+    memory: dict[str, Any]  # arrays with the run first, until the next instant
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self.step * self.dt
+
+    @property
+    def runs(self) -> int:
+        """How many."""
+        return int(self.q.shape[1])
+
+    def inside(self, name: str) -> Instant:
+        """The same with a memory of its own, for one of several tasks."""
+        return replace(self, memory=self.memory.setdefault(name, {}))
+
+
+def remember(memory: dict[str, Any], name: str, array: Array) -> None:
+    """Keep an array whose run comes last."""
+    memory[name] = first_view(array)
+
+
+def recall(memory: dict[str, Any], name: str) -> Array:
+    """An array that was kept, with the run last."""
+    return np.ascontiguousarray(last_view(memory[name]))

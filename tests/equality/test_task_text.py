@@ -1,0 +1,416 @@
+"""Task -> text -> task for every task and option: equal values, and runs of the same bits."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+from robsim.features import FEATURES
+from robsim.scenario import Scenario, Settings, replay
+from robsim.servo import SCHEMES, SEVERAL
+from robsim.servo.docking import Docking
+from robsim.servo.placing import Placing
+
+pytestmark = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+RING = np.array([0.1, 0.7, 1.3, 2.4, 3.0, 3.3, 4.6, 5.5])  # angles of marks on a circle
+MARKS = 0.15 * np.stack([np.cos(RING), np.sin(RING), 0 * RING], axis=1)
+LENS = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
+NEAR = rs.Computed(rs.Pose.at(0.01, 0.02, 1, rpy=(0.1, -0.2, 0.05)))
+
+
+def again(scene, task, told=None):
+    """The task of the text of a scenario; the scene must come back as well."""
+    scenario = Scenario(scene, task, None, told or Settings())
+    text = scenario.to_toml()
+    read = Scenario.from_text(text)
+    assert read.scene == scene and read.settings == scenario.settings
+    assert read.to_toml() == text
+    return read.task
+
+
+def flying(*more, motions=()):
+    """A flying camera before marks that a conveyor carries."""
+    eye = rs.Mounted("eye", LENS, on="free_camera.body")
+    belt = rs.robots.conveyor().at(rs.Pose.at(0, 0, 1))
+    dots = rs.Object("dots", marks=MARKS, on=f"conveyor.{belt.tip}")
+    return rs.Scene([rs.robots.free_camera(), belt], [dots, *more], [eye], motions)
+
+
+MOVING = rs.Motion("conveyor", [1 / 30])
+JUST_FLYING = {"joints": "free_camera"}
+
+
+# values
+
+
+def pick(rng, *choices):
+    return choices[rng.integers(len(choices))]
+
+
+def any_feature(rng):
+    made = pick(rng, *(kind() for kind in FEATURES.values()), rs.Sphere(rng.uniform(0.01, 1)))
+    if rng.integers(2):
+        made = dataclasses.replace(made, tolerance=rng.uniform(0, 1))
+    choices = [made, rs.DecoupledMoments("region"), rs.Translation("camera", tolerance=1 / 3)]
+    return pick(rng, *choices, made, made)
+
+
+def any_part(rng):
+    return rs.Part(
+        any_feature(rng),
+        camera=pick(rng, None, "eye", ("eye", "wall")),
+        target=pick(rng, None, "dots"),
+        marks=pick(rng, None, [2, 0], np.array([1])),
+        components=pick(rng, None, (0,), [1, 3]),
+        weight=pick(rng, 1, rng.uniform(0.1, 3)),
+    )
+
+
+def any_shaping(rng, n):
+    secondary = [None, rs.AvoidLimits(rng.uniform(0.1, 2), rng.uniform(0, 0.5)), rs.AvoidLimits()]
+    limits = [None, rs.SpeedLimit(joint=rng.uniform(0.1, 1)), rs.SpeedLimit(linear=0.1, angular=1)]
+    return {
+        "secondary": pick(rng, *secondary, rs.Posture(rng.normal(size=n), rng.uniform(0.1, 1))),
+        "projection": pick(rng, "classic", "large", rs.Large(0.1, rng.uniform(0.2, 1))),
+        "smooth_start": pick(rng, None, rng.uniform(0.1, 9)),
+        "limit": pick(rng, *limits, rs.SpeedLimit(joint=rng.uniform(0.1, 1, n))),
+    }
+
+
+def any_common(rng, scene, belief):
+    return {
+        "goal": pick(rng, None, scene.home, NEAR, rs.Given(rng.normal(size=5))),
+        "camera": pick(rng, "eye", ("wall", "eye")),
+        "target": pick(rng, None, "dots"),
+        "interaction": pick(
+            rng,
+            "current",
+            "desired",
+            "mean",
+            "broyden",
+            rng.normal(size=(4, 6)),
+            rs.Broyden(rng.normal(size=(4, 7))),
+        ),
+        "depth": pick(
+            rng,
+            "true",
+            "goal",
+            rng.uniform(0.1, 2),
+            rs.DepthFilter(0.3, rng.uniform(0.1, 1), rng.uniform(0.1, 1)),
+        ),
+        "depth_scale": rng.uniform(0.5, 2),
+        "inverse": pick(
+            rng, "truncated", rs.Truncated(1e-4), "damped", rs.Damped(1 / 7), "transposed"
+        ),
+        "tolerance": pick(rng, None, rng.uniform(1e-6, 1e-3)),
+        "feed_forward": pick(rng, None, "known", "estimated", rs.Estimated(rng.uniform(0.1, 1))),
+        "joints": pick(rng, None, ["free_camera", "conveyor"]),
+        "belief": belief,
+    }
+
+
+def any_servo(rng, scene, belief, ordered=False):
+    """A servo task; `ordered` as it may stand in priorities."""
+    common = any_common(rng, scene, belief)
+    gain = pick(rng, rng.uniform(0.1, 5), rs.Adaptive(4, 0.4, rng.uniform(1, 50)))
+    if ordered:
+        del common["joints"]
+    else:
+        common |= any_shaping(rng, scene.nv)
+    laws = {"law": "joint" if ordered else pick(rng, "joint", "camera", rs.CameraLaw(0.01))}
+    features = pick(rng, "points", any_feature(rng), any_part(rng), [any_part(rng), "lines"])
+    speeds = dict(zip(("roll", "advance", "length"), rng.uniform(0.1, 2, 3), strict=True))
+    rates = dict(zip(("rotation", "translation", "length"), rng.uniform(0.1, 2, 3), strict=True))
+    variant = pick(rng, "corrected", "printed", "completed")
+    kinds = [
+        lambda: rs.IBVS(features=features, gain=gain, **laws, **common),
+        lambda: rs.PBVS(form=pick(rng, "goal", "camera"), gain=gain, **laws, **common),
+        lambda: rs.Hybrid(mark=int(rng.integers(4)), gain=gain, **laws, **common),
+        lambda: rs.Partitioned(segment=[3, 1], gain=gain, **speeds, **common),
+        lambda: Placing(variant=variant, marks=[4, 2, 0], **rates, **common),
+        lambda: Docking(turn=rng.uniform(1, 5), h=rng.uniform(1, 5), gain=gain, **common),
+    ]
+    return kinds[rng.integers(3 if ordered else 6)]()
+
+
+def any_scene():
+    """With a second camera, which stands still."""
+    scene = flying()
+    return dataclasses.replace(scene, cameras=[*scene.cameras, rs.Mounted("wall", LENS)])
+
+
+def any_task(rng, scene, depth=2, kinds=6):
+    beliefs = [
+        None,
+        scene,
+        scene.replacing(rs.Mounted("eye", LENS, "free_camera.body", NEAR.T_c_o)),
+    ]
+    shared = pick(rng, *beliefs)
+
+    def servo(**ordered):
+        return any_servo(rng, scene, pick(rng, shared, shared, shared, *beliefs), **ordered)
+
+    def inner(kinds):
+        deep = depth > 1 and rng.integers(3) == 0
+        return any_task(rng, scene, depth - 1, kinds) if deep else servo()
+
+    kind = rng.integers(kinds)
+    if kind == 5:
+        return rs.Together([inner(6) for _ in range(rng.integers(2, 4))])
+    if kind == 1:
+        border = rs.NearBorder(rng.uniform(1, 50), (640, 480))
+        when = pick(rng, rs.ErrorBelow(rng.uniform(0.1, 1), pick(rng, "first", "second")), border)
+        return rs.Switch(inner(5), inner(5), when, latch=bool(rng.integers(2)))
+    if kind == 2:
+        tasks = [servo(ordered=True) for _ in range(rng.integers(2, 4))]
+        return rs.Priorities(tasks, rcond=rng.uniform(1e-9, 1e-3), **any_shaping(rng, scene.nv))
+    return servo()
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_any_task_comes_back_from_its_text(seed):
+    rng = np.random.default_rng(seed)
+    scene = any_scene()
+    task = any_task(rng, scene)
+    assert again(scene, task, Settings(hold=bool(rng.integers(2)))) == task
+
+
+@pytest.mark.parametrize("feature", FEATURES.values(), ids=list(FEATURES))
+def test_a_feature_alone_and_in_a_list_stay_what_they_are(feature):
+    for features in (feature(), [feature()], [rs.Part(feature(tolerance=0.3), marks=[0])] * 2):
+        task = rs.IBVS(features=features)
+        assert again(flying(), task) == task
+
+
+def test_every_task_of_the_package_is_among_those_that_are_tried():
+    kinds = {type(any_task(np.random.default_rng(seed), any_scene())) for seed in range(200)}
+    assert kinds == {*SCHEMES.values(), *SEVERAL.values(), Placing, Docking}
+
+
+def test_motions_come_back_and_a_belief_may_change_them():
+    scene = flying(motions=[MOVING])
+    task = rs.IBVS(belief=scene.replacing(rs.Motion("conveyor", [-0.0])), feed_forward="known")
+    assert again(scene, task) == task
+    assert np.signbit(again(scene, task).belief.motions[0].rates[0])
+
+
+def test_a_shared_belief_is_said_once():
+    scene = flying()
+    both = rs.Together([rs.PBVS(belief=flying(rs.Object("extra"))) for _ in range(2)])
+    text = Scenario(scene, both).to_toml()
+    assert text.count("complete = true") == 1 and "[belief]" in text
+    one = rs.Together([rs.PBVS(belief=scene), rs.PBVS()])
+    text = Scenario(scene, one).to_toml()
+    assert text.count("complete = true") == 1 and "[task.tasks.belief]" in text
+    assert again(scene, one) == one
+
+
+# what a file cannot hold
+
+
+class Mine:
+    unit, tolerance = "1", 0.1
+
+    def measure(self, seen):
+        return seen.points[:, 0]
+
+    def holds(self, first, second):
+        return first.error[:, 0] > 0
+
+    def velocity(self, q, limits):
+        return 0.0 * q
+
+
+class Slow(rs.Adaptive):
+    """Somebody's own."""
+
+
+class Fast(rs.SpeedLimit):
+    """Somebody's own."""
+
+
+@pytest.mark.parametrize(
+    "task,reason",
+    [
+        (rs.IBVS(gain=Slow(3, 2, 1)), "Slow is Python code"),
+        (rs.IBVS(limit=Fast(1)), "Fast is Python code"),
+        (rs.IBVS(features=rs.Points(tolerance=float("nan"))), "the tolerance nan"),
+        (rs.IBVS(features=Mine()), "Mine is Python code"),
+        (rs.IBVS(features=["points", rs.Part(Mine())]), "Mine is Python code"),
+        (rs.IBVS(secondary=Mine()), "Mine is Python code"),
+        (rs.Switch(rs.IBVS(), rs.PBVS(), Mine()), "Mine is Python code"),
+        (rs.Together([rs.IBVS(), rs.IBVS(features=Mine())]), "Mine is Python code"),
+        (rs.IBVS(features=rs.Points(unit="mm")), "Points has a goal or unit of its own"),
+        (rs.IBVS(features=rs.LogDepth(Z_goal=np.ones((8, 1)))), "LogDepth has a goal"),
+        (rs.IBVS(features=rs.ThetaU(T_goal_o=NEAR.T_c_o)), "ThetaU has a goal"),
+        (rs.IBVS(secondary=rs.Posture([1.0])), "1 numbers for 7 commanded velocities"),
+    ],
+)
+def test_what_a_file_cannot_hold_is_told(task, reason):
+    with pytest.raises(rs.InputError, match=reason):
+        Scenario(flying(), task).to_toml()
+
+
+def test_a_camera_of_somebody_has_no_text():
+    class Mirror(rs.Camera):
+        """Somebody's own."""
+
+    eye = rs.Mounted("eye", Mirror(LENS.K), on="free_camera.body")
+    with pytest.raises(rs.InputError, match="Mirror is Python code"):
+        Scenario(flying().replacing(eye), rs.IBVS()).to_toml()
+
+
+def test_beliefs_that_differ_in_the_sign_of_a_zero_are_told_apart():
+    scene = flying()
+    beliefs = [scene.replacing(rs.Object("dots", marks=[[z, 1, 1]])) for z in (0.0, -0.0)]
+    task = rs.Together([rs.PBVS(belief=belief) for belief in beliefs])
+    told = [each.belief.object().marks[0, 0] for each in again(scene, task).tasks]
+    assert np.signbit(told).tolist() == [False, True]
+
+
+def test_numbers_of_numpy_are_written_like_others():
+    large, mark = rs.Large(np.float32(0.25), np.int64(2)), np.int64(3)
+    task = rs.Hybrid(mark=mark, projection=large)
+    assert again(flying(), task) == task
+
+
+def test_a_motion_by_a_function_has_no_text():
+    scene = flying(motions=[rs.Motion("conveyor", lambda t: [np.sin(t)])])
+    with pytest.raises(rs.InputError, match="motion of 'conveyor' is Python code"):
+        Scenario(scene, rs.IBVS()).to_toml()
+    run = rs.simulate(scene, rs.IBVS(NEAR), duration=0.1)
+    with pytest.raises(rs.InputError, match="motion of 'conveyor' is Python code"):
+        replay(run)
+
+
+# runs
+
+
+def holding():
+    """Two cameras that stand still watch what an arm holds; another camera on a head."""
+    arm, head = rs.robots.rhino_xr4(), rs.robots.pan_tilt().at(rs.Pose.at(0, 0.5, 0))
+    T = rs.Pose(arm.fk(arm.home))
+    part = rs.Object("part", marks=MARKS / 5, on=f"rhino_xr4.{arm.tip}")
+    centre = T.position
+    eyes = [
+        rs.Mounted(name, LENS, pose=looking(centre + offset, centre))
+        for name, offset in (("left", [0.2, 0.1, 0.5]), ("right", [-0.2, 0.1, 0.5]))
+    ]
+    turned = rs.Scene([head]).pose(f"pan_tilt.{head.tip}")
+    ahead = rs.Object("ahead", marks=MARKS, pose=rs.Pose(turned.matrix) @ rs.Pose.at(0.03, 0, 1))
+    eyes.append(rs.Mounted("watch", LENS, on=f"pan_tilt.{head.tip}"))
+    return rs.Scene([arm, head], [part, ahead], eyes)
+
+
+def looking(at, target):
+    """The pose of a camera that looks at a point."""
+    z = (target - at) / np.linalg.norm(target - at)
+    x = np.cross(z, [0.0, 0.0, 1.0])
+    x = x / np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3] = np.stack([x, np.cross(z, x), z, at], axis=1)
+    return rs.Pose(T)
+
+
+def driving():
+    cart = rs.robots.unicycle()
+    eye = rs.Mounted("eye", LENS, on="unicycle.camera_mount")
+    turned = rs.Scene([cart]).pose("unicycle.camera_mount")
+    dots = rs.Object("dots", marks=MARKS, pose=rs.Pose(turned.matrix) @ rs.Pose.at(0, 0, 2))
+    return rs.Scene([cart], [dots], [eye])
+
+
+def servo(**changes):
+    return rs.IBVS(**{"goal": NEAR, **JUST_FLYING, **changes})
+
+
+FLYING = {
+    "gain": servo(gain=rs.Adaptive(4, 0.4, 30)),
+    "parts": servo(features=[rs.Part("lines", marks=[0, 1, 2, 5], weight=2.0), "log_depth"]),
+    "sphere": servo(features=rs.Sphere(0.07)),
+    "matrix": servo(features=[rs.Part("points", marks=[0, 2, 5])], interaction=np.eye(6)),
+    "broyden": servo(interaction="broyden"),
+    "broyden start": servo(
+        features=[rs.Part("points", marks=[0, 2, 5])], interaction=rs.Broyden(np.eye(6)[::-1])
+    ),
+    "filter": servo(depth=rs.DepthFilter(0.8, noise=0.5)),
+    "transposed": servo(inverse="transposed", gain=0.5),
+    "camera law": servo(law=rs.CameraLaw(0.1), inverse=rs.Damped(0.01)),
+    "posture": servo(
+        features=[rs.Part("points", marks=[0])], secondary=rs.Posture([0.1] * 6), projection="large"
+    ),
+    "limits": servo(
+        secondary=rs.AvoidLimits(margin=0.2),
+        smooth_start=2.0,
+        limit=rs.SpeedLimit(joint=[0.1, 0.2, 0.1, 0.3, 0.2, 0.2], linear=0.1, angular=0.2),
+    ),
+    "one limit": servo(limit=rs.SpeedLimit(joint=0.1), gain=5),
+    "given": servo(goal=rs.Given(0.1 * np.arange(16))),
+    "pbvs": rs.PBVS(NEAR, form="camera", **JUST_FLYING),
+    "hybrid": rs.Hybrid(NEAR, mark=3, **JUST_FLYING),
+    "partitioned": rs.Partitioned(NEAR, segment=(1, 6), advance=0.3, **JUST_FLYING),
+    "priorities": rs.Priorities(
+        [rs.IBVS(NEAR, features=[rs.Part("points", marks=[0])]), rs.PBVS(NEAR)],
+        joints=["free_camera"],
+        secondary=rs.Posture([0.0, 0, -1, 0, 0, 0]),
+        smooth_start=1.0,
+    ),
+    "switch": rs.Switch(rs.PBVS(NEAR, **JUST_FLYING), servo(), rs.ErrorBelow(0.09)),
+    "border": rs.Switch(servo(), rs.PBVS(NEAR), rs.NearBorder(150, (640, 480)), latch=False),
+    **{
+        f"ff {how}": servo(feed_forward=how, gain=2)
+        for how in ("known", "estimated", rs.Estimated(0.05))
+    },
+    "own belief": rs.Switch(
+        rs.PBVS(NEAR, belief=flying(motions=[rs.Motion("conveyor", [0.01])]), **JUST_FLYING),
+        servo(),
+        rs.ErrorBelow(0.09),
+    ),
+}
+
+
+def repeated(scene, task, q0=None, **told):
+    task_again = again(scene, task)
+    assert task_again == task
+    run = rs.simulate(scene, task, q0, **{"duration": 0.4, "noise": 0.3, "seed": 5, **told})
+    assert run.sizes["time"] > 5 and np.isfinite(run["q"].values[:3]).all()
+    once_more = replay(run)
+    assert once_more.identical(run)
+    for name in run.variables:
+        assert run[name].values.tobytes() == once_more[name].values.tobytes(), name
+
+
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize("name", FLYING)
+def test_a_run_of_a_flying_camera_is_repeated(name, hold):
+    scene = flying(motions=[MOVING] if hold or name.startswith("ff") else [])
+    repeated(scene, FLYING[name], hold=hold)
+
+
+@pytest.mark.parametrize("feature", FEATURES.values(), ids=list(FEATURES))
+def test_a_run_with_any_feature_is_repeated(feature):
+    if feature.name == "stereo_points":
+        repeated(holding(), rs.IBVS(camera=["left", "right"], target="part", features=feature()))
+    else:
+        repeated(flying(), servo(features=feature()))
+
+
+def test_a_run_of_two_tasks_side_by_side_is_repeated():
+    task = rs.Together(
+        [
+            rs.IBVS(camera="watch", target="ahead", limit=rs.SpeedLimit(joint=[0.1, 0.2])),
+            Placing(camera=["left", "right"], target="part", variant="completed"),
+        ]
+    )
+    scene = holding()
+    q0 = scene.home + 0.03 * np.array([1, -1, 1, 1, 1, 1, 1])
+    repeated(scene, task, q0)
+    repeated(scene, task.tasks[1], q0)
+
+
+def test_a_run_of_a_cart_is_repeated():
+    repeated(driving(), Docking(turn=2.5, h=1.5, gain=0.7), [-0.3, 0.1, -0.05])

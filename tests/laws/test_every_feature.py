@@ -1,0 +1,40 @@
+"""Every feature of the table: L is the derivative of s, at a thousand random views each."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+from robsim.features import FEATURES
+from robsim.testing import check_feature
+
+ANGLE = np.linspace(0, 2 * np.pi, 7, endpoint=False)
+CIRCLE = 0.2 * np.column_stack([np.cos(ANGLE), np.sin(ANGLE), np.zeros(7)])
+SPREAD = np.array([[-0.3, -0.2, 0.1], [0.25, -0.3, -0.05], [0.3, 0.2, 0.05], [-0.2, 0.3, -0.1]])
+L_SHAPE = np.array(
+    [[-0.3, -0.3, 0], [0.3, -0.3, 0], [0.3, -0.1, 0], [0, -0.1, 0], [0, 0.3, 0], [-0.3, 0.3, 0]]
+)
+# what a feature needs to see; four marks anywhere where nothing is said. Marks of angles stay away
+# from the centre of the image, where polar coordinates have none, and edges recede
+MARKS = {
+    "polar": SPREAD + np.array([0.9, 0.7, 0.0]),
+    "vanishing_point": [[-0.3, -0.2, -0.3], [-0.3, -0.2, 0.3], [0.3, 0.2, -0.3], [0.3, 0.2, 0.3]],
+    "ellipse": CIRCLE,
+    "sphere": [[0, 0, 0]],
+    "region_moments": L_SHAPE,
+    "point_moments": L_SHAPE,
+    "decoupled_moments": L_SHAPE,
+}
+
+
+@settings(derandomize=True, max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32))
+@pytest.mark.parametrize("name", FEATURES)
+def test_its_interaction_matrix_is_a_derivative_of_second_order(name, seed):
+    """check_feature: central differences along six motions, whose error shrinks as h squared."""
+    assert check_feature(FEATURES[name](), MARKS.get(name, SPREAD), seed, runs=50) == []
+
+
+def test_every_feature_is_public():
+    assert all(getattr(rs, kind.__name__) is kind for kind in FEATURES.values())

@@ -1,0 +1,66 @@
+"""Gains, fixed and adaptive."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from robsim.errors import InputError
+from robsim.servo.gain import Adaptive, as_gain
+
+GAIN = Adaptive(at_zero=4.0, at_infinity=0.4, slope=30.0)
+
+
+def test_it_has_its_two_ends_and_its_slope():
+    h = 1e-6
+    at_zero, near, far = GAIN.of(np.array([0.0, h, 1e6]))
+    assert (at_zero, far) == (4.0, 0.4)
+    assert (at_zero - near) / h == pytest.approx(30.0, rel=1e-5)
+    assert GAIN.least == 0.4
+
+
+def test_it_is_the_published_formula():
+    x = np.linspace(0, 1, 50)
+    np.testing.assert_allclose(GAIN.of(x), 3.6 * np.exp(-30 * x / 3.6) + 0.4, rtol=1e-15)
+    assert (np.diff(GAIN.of(x)) < 0).all()
+
+
+def test_it_is_elementwise_in_any_batch():
+    x = np.random.default_rng(0).uniform(0, 1, 37)
+    whole = GAIN.of(x)
+    for part in (slice(0, 1), slice(3, 20), slice(36, None)):
+        np.testing.assert_array_equal(GAIN.of(x[part]), whole[part])
+
+
+def test_an_error_without_bound_gives_the_least_gain():
+    np.testing.assert_array_equal(GAIN.of(np.array([1e300, np.inf])), GAIN.least)
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda v: pickle.loads(pickle.dumps(v))])
+def test_it_is_a_value(again):
+    assert again(GAIN) == GAIN == Adaptive(4, 0.4, 30) and hash(again(GAIN)) == hash(GAIN)
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ((0.0, 0.4, 30.0), "at_zero must be a positive number, got 0"),
+        ((4.0, -0.4, 30.0), "at_infinity must be a positive number"),
+        ((4.0, 0.4, 0.0), "slope must be a positive number"),
+        ((4.0, 0.4, np.nan), "slope: nan"),
+        ((4.0, 4.0, 30.0), "at_zero must be above at_infinity, got 4.0 and 4.0"),
+        (("4", 0.4, 30.0), "at_zero: expected a number, got '4'"),
+    ],
+)
+def test_what_is_no_adaptive_gain_is_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        Adaptive(*arguments)
+
+
+def test_a_gain_is_a_positive_number_or_adaptive():
+    assert as_gain(GAIN) is GAIN
+    assert as_gain(2) == 2.0 and type(as_gain(2)) is float
+    for bad in (0, -1, np.inf, "fast", None, [1, 2], True, {}):
+        with pytest.raises(InputError, match="a positive number per second or Adaptive"):
+            as_gain(bad)

@@ -1,0 +1,54 @@
+"""The shipped scenarios end as their comments say."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+
+STALLED = {"camera_law_stalls", "local_minimum"}
+
+
+def run_of(name, *changes):
+    return rs.load_scenario(rs.examples.path(name), changes).run()
+
+
+def outcome(run):
+    return rs.Outcome(int(run.outcome)).name
+
+
+@pytest.mark.parametrize("name", rs.examples.names())
+def test_it_ends_as_it_says(name):
+    assert outcome(run_of(name)) == ("LOCAL_MINIMUM" if name in STALLED else "CONVERGED")
+
+
+def test_the_camera_law_stalls_on_the_rhino_where_the_joint_law_arrives():
+    """Erratum 7: J^+ V = 0 with V not 0, at twice the error of the start."""
+    stalled = run_of("camera_law_stalls")
+    error = stalled.error_norm.dropna("time").values
+    assert error[-1] > 2 * error[0]
+    arrived = run_of("camera_law_stalls", "task.law=joint")
+    assert outcome(arrived) == "CONVERGED"
+    assert (np.diff(arrived.error_norm.dropna("time").values) < 0).all()
+
+
+def test_feed_forward_keeps_the_plate_in_the_middle():
+    """The lag without it is some hundred times the error with it."""
+    known, none = (
+        run_of("watching_head", f"task.feed_forward={how}").error_norm.values[-100:].max()
+        for how in ("known", "none")
+    )
+    assert known < 1e-4 and none > 100 * known
+
+
+def test_one_arm_can_do_what_two_do():
+    one = run_of("second_robot", 'task.joints=["worker"]')
+    assert outcome(one) == "CONVERGED"
+    np.testing.assert_array_equal(np.nan_to_num(one.qd.values)[:, 6:], 0.0)
+
+
+def test_a_unicycle_stands_still_askew_without_docking():
+    with pytest.warns(rs.RankWarning, match="cannot move sideways"):
+        askew = run_of("unicycle_docking", "task.kind=ibvs")
+    docked = run_of("unicycle_docking")
+    assert outcome(askew) == "LOCAL_MINIMUM" and abs(askew.q_end[1]) > 0.01
+    np.testing.assert_allclose(docked.q_end, 0.0, atol=1e-4)
