@@ -109,3 +109,12 @@ def test_a_start_is_kept_as_a_value():
 def test_what_is_no_start_is_refused(start, message):
     with pytest.raises(InputError, match=message):
         Broyden(start)
+
+
+def test_a_jacobian_of_seven_joints_has_the_rank_of_a_twist():
+    """L J (8, 7) of rank 6 is a start; of rank 5 it is singular."""
+    rng = np.random.default_rng(12)
+    L, J = rng.normal(size=(8, 6)), rng.normal(size=(6, 7))
+    assert Broyden(L @ J).start.shape == (8, 7)
+    with pytest.raises(InputError, match="rank 5 where shape \\(8, 7\\) needs 6"):
+        Broyden(L[:, :5] @ J[:5])

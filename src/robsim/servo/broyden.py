@@ -13,13 +13,16 @@ from robsim.kernels import broyden as kernels
 from robsim.servo.inverse import rank
 from robsim.value import Value
 
+TWIST = 6  # motions of a camera: a Jacobian L J has no more rank, however many joints there are
+
 
 @dataclass(frozen=True, eq=False)
 class Broyden(Value):
     """The Jacobian of the features is estimated on line from what each step did to them.
 
     `start` (k, n) is the first estimate of ds/dq, unit of s per rad or m of each commanded joint,
-    of full rank; None: the modelled one at the start. See `broyden_update`.
+    of rank 6 or, where it is smaller, of full rank; None: the modelled one at the start. See
+    `broyden_update`.
 
     >>> Broyden([[1.0, 0.0], [0.5, 2.0]]).start
     array([[1. , 0. ],
@@ -38,10 +41,10 @@ def _start(value: Any) -> Array:
     if A.ndim != 2 or not A.size:
         raise InputError(f"Broyden start: expected one matrix of shape (k, n), got {A.shape}")
     found = int(rank(np.ascontiguousarray(A[..., None]))[0])
-    if found < min(A.shape):
+    needed = min(*A.shape, TWIST)
+    if found < needed:
         raise InputError(
-            f"a Broyden start that is singular: rank {found} where shape {A.shape} "
-            f"needs {min(A.shape)}"
+            f"a Broyden start that is singular: rank {found} where shape {A.shape} needs {needed}"
         )
     return A
 
