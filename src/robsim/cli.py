@@ -185,7 +185,7 @@ def _check_colors(scenario: Scenario) -> None:
 
 
 def _must_compile(scenario: Scenario) -> bool:
-    from robsim.simulate import pays
+    from robsim.loop import pays
 
     steps = scenario.settings.duration / scenario.settings.dt
     return is_cold("solve.least_squares") or (pays(1, steps) and is_cold("loop.stride"))

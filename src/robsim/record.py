@@ -13,7 +13,7 @@ from robsim.kernels import record as kernels
 from robsim.kernels.record import Track
 
 if TYPE_CHECKING:
-    from robsim.simulate import Now
+    from robsim.loop import Now
 
 Record = Literal["all", "summary"] | int
 MEMORY_BUDGET = 4e9  # bytes

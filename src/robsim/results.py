@@ -25,8 +25,8 @@ from robsim.servo.inverse import product
 from robsim.servo.sight import Sight
 
 if TYPE_CHECKING:
+    from robsim.loop import Loop
     from robsim.record import Recorder
-    from robsim.simulate import Loop
 
 VERSION = version("robsim")  # of the package that was installed
 BLOCK = 65536  # moments that are turned into poses and velocities at a time

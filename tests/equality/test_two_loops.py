@@ -1,14 +1,13 @@
 """The compiled loop and the one for anybody's features and laws give the same bits."""
 
-from importlib import import_module
 from itertools import product
 
 import numpy as np
 import pytest
 
 import robsim as rs
+from robsim import loop
 
-LOOP = import_module("robsim.simulate")  # robsim.simulate is the function
 SCHEMES = list(
     product(
         ("points", "pixels"),
@@ -35,7 +34,7 @@ def test_both_loops_give_the_same_bits(scheme, puma_scene, puma_goal, puma_start
     )
     runs = []
     for compiled in (True, False):
-        monkeypatch.setattr(LOOP, "pays", lambda runs, steps, answer=compiled: answer)
+        monkeypatch.setattr(loop, "pays", lambda runs, steps, answer=compiled: answer)
         runs.append(rs.simulate(puma_scene, task, puma_starts[:5], duration=0.6, noise=0.3))
     for name in runs[0].variables:
         np.testing.assert_array_equal(runs[0][name], runs[1][name], err_msg=name)

@@ -1,15 +1,13 @@
 """Joints in the plane: held velocities are arcs, Jacobians their derivatives, unicycles roll."""
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
+from robsim import loop
 
-LOOP = import_module("robsim.simulate")  # robsim.simulate is the function
 steady = settings(derandomize=True, max_examples=100, deadline=None)
 seeds = st.integers(0, 2**32)
 turns = st.one_of(st.just(0.0), st.floats(-20, 20), st.floats(-1e-6, 1e-6))
@@ -196,7 +194,7 @@ def test_both_loops_move_it_by_the_same_bits(name, monkeypatch):
     starts = np.random.default_rng(6).uniform(-0.2, 0.2, (4, 3)) - [0.5, 0, 0]
     runs = []
     for compiled in (True, False):
-        monkeypatch.setattr(LOOP, "pays", lambda runs, steps, answer=compiled: answer)
+        monkeypatch.setattr(loop, "pays", lambda runs, steps, answer=compiled: answer)
         runs.append(rs.simulate(drives(robot), rs.IBVS(), starts, duration=1.0, noise=0.2))
     for variable in runs[0].variables:
         np.testing.assert_array_equal(runs[0][variable], runs[1][variable], err_msg=variable)

@@ -1,6 +1,6 @@
 """The closed loop of the built-in schemes, compiled: a chunk of runs until one of them ends.
 
-It is the same sequence of kernels as in `robsim.simulate`, which runs anybody's features and
+It is the same sequence of kernels as in `robsim.loop`, which runs anybody's features and
 laws step by step; both give the same bits.
 """
 
