@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.arrays import Array, positive, shown_view
 from robsim.errors import InputError
@@ -16,7 +17,7 @@ from robsim.errors import InputError
 class Condition(Protocol):
     """When a switch is thrown: any object with this method."""
 
-    def holds(self, first: Comparison, second: Comparison) -> Array:
+    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """(B,) truth values."""
 
 
@@ -66,10 +67,10 @@ class ErrorBelow:
         if self.of not in ("first", "second"):
             raise InputError(f"of must be 'first' or 'second', got {self.of!r:.80}")
 
-    def holds(self, first: Comparison, second: Comparison) -> Array:
+    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """(B,)."""
         chosen = first if self.of == "first" else second
-        below: Array = np.abs(chosen.error_last).max(axis=0) < self.value
+        below: NDArray[np.bool_] = np.abs(chosen.error_last).max(axis=0) < self.value
         return below
 
 
@@ -91,8 +92,8 @@ class NearBorder:
         width, height = (positive(n, "size (pixels)") for n in self.size)
         object.__setattr__(self, "size", (int(width), int(height)))
 
-    def holds(self, first: Comparison, second: Comparison) -> Array:
+    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """(B,)."""
         room = np.array(self.size)[:, None] - 1 - first.pixels_last
-        near: Array = np.minimum(first.pixels_last, room).min(axis=(0, 1)) < self.margin
+        near: NDArray[np.bool_] = np.minimum(first.pixels_last, room).min(axis=(0, 1)) < self.margin
         return near
