@@ -10,7 +10,7 @@ import numpy as np
 
 import robsim as rs
 
-ARM = rs.load_scenario(rs.examples.path("eye_in_hand")).scene
+ARM = rs.load_scenario(rs.examples.path("eye_to_hand")).scene  # six joints
 SCHEMES = {
     "IBVS, compiled loop": rs.IBVS(),
     "IBVS, step by step": rs.IBVS(gain=rs.Adaptive(1.001, 1.0, 1.0)),
