@@ -19,8 +19,9 @@ def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
     """
     wanted = "(..., " + ", ".join(map(str, shape)) + ")"
     try:
-        if np.asarray(value).dtype.kind not in "iufO":
-            raise TypeError("texts, truth values and dates are no numbers, although NumPy says so")
+        given = np.asarray(value)
+        if given.dtype.kind not in "iufO" or (given.dtype.kind == "O" and None in given.ravel()):
+            raise TypeError("texts, truth values, dates and None are no numbers, as NumPy has it")
         array = np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
     except (TypeError, ValueError, OverflowError):
         kind = f"numbers of shape {wanted}" if shape else "a number"

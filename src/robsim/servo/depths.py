@@ -29,8 +29,6 @@ def as_depth(given: Any) -> Depth:
                 f"depth must be 'true', 'goal', a number of metres or a DepthFilter, got {given!r}"
             )
         return given  # type: ignore[return-value]
-    if given is None:
-        raise InputError("depth must be 'true', 'goal', metres or a DepthFilter, got None")
     return positive(given, "depth (metres)")
 
 
