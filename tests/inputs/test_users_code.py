@@ -197,3 +197,13 @@ def test_feed_forward_can_be_switched_off():
 def test_one_rotation_is_enough():
     with pytest.raises(rs.InputError, match="give one rotation only"):
         rs.Pose.at(0, 0, 0, rpy=(0, 0, 1), rotvec=(0, 0, 1))
+
+
+def test_another_kind_of_task_keeps_the_length_of_its_law():
+    path = rs.examples.path("chapter_6_1")
+    assert rs.load_scenario(path, {"task.kind": "pbvs"}).task.law == rs.CameraLaw(0.01)
+
+
+def test_none_is_no_number():
+    with pytest.raises(rs.InputError, match=r"depth \(metres\): expected a number, got None"):
+        rs.IBVS(depth=None)

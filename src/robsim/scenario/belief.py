@@ -115,8 +115,9 @@ def _without_rivals(base: Raw, over: Raw) -> Raw:
         companion for key, value, companion in _COMPANIONS if key in over and over[key] != value
     }
     old, new = (KINDS.get(str(table.get("kind"))) for table in (base, over))
-    if old and new and base["kind"] != over["kind"]:
-        gone |= old - new | {"length"}  # which weighs another law's twist
+    if old and new:
+        strangers = {companion for key, _, companion in _COMPANIONS if key in new - old}
+        gone |= (old - new) | strangers  # which there meant something else
     for group in _RIVALS:
         for spelling in group:
             if spelling & over.keys():
