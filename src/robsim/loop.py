@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,6 @@ from robsim.servo.controller import Controller
 from robsim.servo.instant import Instant
 from robsim.servo.inverse import rank
 from robsim.servo.sight import joined
-
-if TYPE_CHECKING:
-    pass
 
 WORTH_COMPILING = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
 BURST = 100_000  # steps of runs that go on in compiled code before Ctrl-C is looked for
@@ -64,6 +61,7 @@ class Loop:
         self.steady = not any(callable(motion.rates) for motion in scene.motions)
         self.still = scene.drift(0.0)
         ends = np.cumsum([0, *(len(sight.target.marks) for sight in controller.sights)])
+        self.moves = controller.sights[0].moves(controller.columns)
         self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]  # of pixels, by sight
         scheme = controller.compiled if self.steady else None
         self.scheme = scheme if scheme and pays(len(self.q0), self.steps) else None
@@ -151,7 +149,7 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.hold,
         loop.still,
         sight.constants,
-        sight.moves(controller.columns),
+        loop.moves,
         loop.scheme,
         chunk.noise,
         chunk.watch,

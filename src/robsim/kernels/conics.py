@@ -6,6 +6,7 @@ import numpy as np
 
 from robsim.kernels.jit import kernel
 from robsim.kernels.moments import mean
+from robsim.kernels.point_features import cross_columns
 from robsim.kernels.solve import least_squares
 
 RCOND = 1e-12  # points that leave a conic less certain than this do not fix one
@@ -79,10 +80,8 @@ def sphere(x, Z, radius, s):
 @kernel
 def sphere_interaction(s, radius, L):
     """L[3, 6, b] = [-I / radius, [s]x]: Fomena and Chaumette (2009), IEEE T-RO 25(4)."""
-    L[:] = 0.0
-    for b in range(s.shape[1]):
-        for r in range(3):
-            L[r, r, b] = -1.0 / radius
-        L[0, 4, b], L[0, 5, b] = -s[2, b], s[1, b]
-        L[1, 3, b], L[1, 5, b] = s[2, b], -s[0, b]
-        L[2, 3, b], L[2, 4, b] = -s[1, b], s[0, b]
+    for r in range(3):
+        for c in range(3):
+            for b in range(s.shape[1]):
+                L[r, c, b] = -1.0 / radius if c == r else 0.0
+    cross_columns(s, L)
