@@ -22,6 +22,7 @@ from robsim.servo.instant import Instant, recall, remember
 from robsim.servo.inverse import RCOND, Inverse, Transposed, rank
 from robsim.servo.law import CameraLaw, JointLaw, Law, State
 from robsim.servo.regulated import Measured, Regulated
+from robsim.servo.returned import returned
 from robsim.servo.shaping import Shaping
 from robsim.servo.sight import Sight
 
@@ -199,20 +200,9 @@ class Servo(Controller):
 
     def _commanded(self, state: State) -> Array:
         """(n, B) from the law, which may be the user's."""
-        name, wanted = type(self.law).__name__, (state.error_last.shape[1], self.columns.size)
-        value = self.law.command(state)
-        try:
-            qd = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError(
-                f"{name}.command returned {value!r:.80} where numbers are needed; "
-                "see robsim.testing"
-            ) from None
-        if qd.shape != wanted:
-            raise InputError(
-                f"{name}.command returned shape {qd.shape} where {wanted} is needed; "
-                "see robsim.testing"
-            )
+        wanted = (state.error_last.shape[1], self.columns.size)
+        who = f"{type(self.law).__name__}.command"
+        qd = returned(self.law.command(state), who, wanted)
         return np.array(last_view(qd), order="C")  # theirs may be used again
 
     @cached_property

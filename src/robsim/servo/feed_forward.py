@@ -60,11 +60,9 @@ FeedForward = Known | Estimated | None
 
 def as_feed_forward(given: Any) -> FeedForward:
     """A feed-forward from its name, itself, or None for none."""
-    named: dict[str, Known | Estimated] = {"known": Known(), "estimated": Estimated()}
     if given is None or isinstance(given, Known | Estimated):
         return given
-    if isinstance(given, str) and given == "none":
-        return None
+    named: dict[str, FeedForward] = {"none": None, "known": Known(), "estimated": Estimated()}
     if not isinstance(given, str) or given not in named:
         raise InputError(
             "feed_forward must be 'none', 'known', 'estimated' or Estimated(lag), "

@@ -22,6 +22,7 @@ from robsim.servo.goal import GoalView
 from robsim.servo.instant import Instant
 from robsim.servo.interaction import Interaction
 from robsim.servo.inverse import product
+from robsim.servo.returned import returned
 from robsim.servo.sight import Key, Sight, relative
 
 
@@ -80,20 +81,9 @@ class Bound:
 
     def _checked(self, value: Any, seen: Observation, *tail: int) -> Array:
         """The chosen components of what a method returned, the run last; shapes must be right."""
-        try:
-            array = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError(
-                f"{self.name}: a method returned {value!r:.80} where numbers are needed; "
-                "see robsim.testing"
-            ) from None
-        k = self.k if self.k is not None else array.shape[1] if array.ndim > 1 else "k"
+        k = "k" if self.k is None else self.k
         wanted = (seen.pixels_last.shape[-1], k, *tail)
-        if array.shape != wanted or not array.size:
-            raise InputError(
-                f"{self.name}: a method returned shape {array.shape} where "
-                f"({', '.join(map(str, wanted))}) is needed; see robsim.testing"
-            )
+        array = returned(value, f"{self.name}: a method", wanted)
         return np.array(self._chosen(last_view(array)), order="C")  # theirs may be used again
 
     def _chosen(self, array: Array) -> Array:
@@ -178,11 +168,10 @@ class Regulated:
 
     def twists(self, now: Instant, measured: Measured) -> dict[Key, Array]:
         """(6, 1, B) of every camera against its target, by what moves on its own."""
-        scene = self.sights[0].scene
-        columns = frozen(np.flatnonzero(scene.prescribed))
+        columns, moves = self._own_moves
         rates = np.empty((columns.size, 1, now.runs))
-        rates[:] = scene.drift(now.time)[columns, None, None]
-        J = {s.key: s.jacobian(measured.looks[s.key], s.moves(columns)) for s in self.sights}
+        rates[:] = self.sights[0].scene.drift(now.time)[columns, None, None]
+        J = {s.key: s.jacobian(measured.looks[s.key], moves[s.key]) for s in self.sights}
         return {key: product(each, rates) for key, each in J.items()}
 
     def _interaction(self, i: int, view: Observation) -> Array:
@@ -306,6 +295,12 @@ class Regulated:
     @cached_property
     def _moves(self) -> dict[Key, tree.Moves]:
         return {sight.key: sight.moves(self.columns) for sight in self.sights}
+
+    @cached_property
+    def _own_moves(self) -> tuple[NDArray[np.int64], dict[Key, tree.Moves]]:
+        """The velocities that nobody commands, and how they move each camera and target."""
+        columns = frozen(np.flatnonzero(self.sights[0].scene.prescribed))
+        return columns, {sight.key: sight.moves(columns) for sight in self.sights}
 
     @cached_property
     def _adjoints(self) -> list[Array | None]:

@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robsim.arrays import positive
 from robsim.errors import InputError
 from robsim.features import Translation
 from robsim.servo.part import Part
@@ -116,12 +115,12 @@ class Partitioned(ServoTask):
         if len(pair.marks or ()) != 2:
             raise InputError(f"segment: expected two marks, got {self.segment!r:.80}")
         put(self, "segment", pair.marks)
-        put(self, "roll", positive(self.roll, "roll (per second)"))
-        put(self, "advance", positive(self.advance, "advance (metres per second)"))
-        put(self, "length", positive(self.length, "length (metres)"))
+        law = PartitionedLaw(self.roll, self.advance, self.length)
+        for name in ("roll", "advance", "length"):
+            put(self, name, getattr(law, name))
         area = Part("region_moments", components=(0,))
         put(self, "features", [Part("points"), pair, area])
-        put(self, "law", PartitionedLaw(self.roll, self.advance, self.length))
+        put(self, "law", law)
         super().__post_init__()
 
     def bound_law(self, regulated: Regulated) -> PartitionedLaw:
