@@ -1,0 +1,1 @@
+"""How the image that a controller gets differs from the one that there is."""
