@@ -12,6 +12,7 @@ __version__ = "0.1.0"
 from robsim import examples as examples
 from robsim import robots as robots
 from robsim import units as units
+from robsim.actuation import Actuation as Actuation
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
 from robsim.errors import FileError as FileError
@@ -51,6 +52,8 @@ from robsim.robot import Robot as Robot
 from robsim.scene import Mounted as Mounted
 from robsim.scene import Object as Object
 from robsim.scene import Scene as Scene
+from robsim.sensing import Occlusion as Occlusion
+from robsim.sensing import Sensing as Sensing
 from robsim.servo import IBVS as IBVS
 from robsim.servo import PBVS as PBVS
 from robsim.servo import Adaptive as Adaptive

@@ -19,8 +19,17 @@ _DIMENSIONS: dict[str, units.Dimension] = {
     "m": "length",
     "rad/s": "turn rate",
     "m/s": "speed",
+    "rad/s^2": "turn acceleration",
+    "m/s^2": "acceleration",
 }
-_EXAMPLES = {"angle": "90 deg", "length": "5 cm", "turn rate": "30 deg/s", "speed": "5 cm/s"}
+_EXAMPLES = {
+    "angle": "90 deg",
+    "length": "5 cm",
+    "turn rate": "30 deg/s",
+    "speed": "5 cm/s",
+    "turn acceleration": "60 deg/s^2",
+    "acceleration": "1 m/s^2",
+}
 
 
 def quantity(value: Any, dimension: units.Dimension) -> float:
@@ -151,6 +160,15 @@ TurnRate = Annotated[float, Field(gt=0), _reads(quantity, "turn rate")]
 AnySpeed = Annotated[
     float, Field(gt=0), BeforeValidator(lambda value: either(value, "turn rate", "speed"))
 ]
+AnyAcceleration = Annotated[
+    float,
+    Field(gt=0),
+    BeforeValidator(lambda value: either(value, "turn acceleration", "acceleration")),
+]
+AnyStep = Annotated[
+    float, Field(ge=0), BeforeValidator(lambda value: either(value, "angle", "length"))
+]
+Instant = Annotated[float, Field(ge=0), _reads(quantity, "time")]
 Coordinate = Annotated[Any, BeforeValidator(_raw_coordinate)]
 Depth = Annotated[Any, BeforeValidator(_depth)]
 Record = Annotated[Any, BeforeValidator(_record)]

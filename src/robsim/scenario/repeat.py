@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-NEEDED = ("dt", "duration", "seed", "noise", "hold", "record", "single")
+NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 
 
 def replay(run: xr.Dataset) -> xr.Dataset:
     """The same run, or batch, or selection of consecutive runs, once more: the same bits.
 
-    Scene and task come from the run's scenario; start, seed, noise, periods, record and run
+    Scene, task and what is wrong with images and joints come from the run's scenario; start,
+    seed, periods, record and run
     number are the run's own. InputError: the run does not say how it was made.
 
     >>> from robsim import examples
@@ -38,7 +39,8 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     if lacking or _wanted(run, "q0").size == 0:
         raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
     scenario = Scenario.from_text(text, "scenario of the run")
-    again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **_settings(run))
+    told = {**scenario.settings.keywords, **_settings(run)}
+    again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **told)
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
     return again
 
@@ -52,7 +54,6 @@ def _settings(run: xr.Dataset) -> dict[str, Any]:
         "dt": dt,
         "duration": (steps - 0.5) * dt,
         "seed": int(attrs["seed"]),
-        "noise": float(attrs["noise"]),
         "hold": bool(attrs["hold"]),
         "record": record if isinstance(record, str) else int(record),
         "run": _first(_wanted(run, "run")),

@@ -5,17 +5,21 @@ A key that is not here is an error; None means that the key was not given.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, Tag
 
 from robsim.scenario.quantity import (
     Angle,
     Angles,
+    AnyAcceleration,
+    AnySpeed,
+    AnyStep,
     Color,
     Coordinate,
     Extent,
     Focal,
+    Instant,
     Length,
     Matrix,
     Name,
@@ -27,6 +31,7 @@ from robsim.scenario.quantity import (
     Reference,
     Size,
     Text,
+    forms,
 )
 from robsim.tree import Kind
 
@@ -185,9 +190,51 @@ class RunTable(Table):
     dt: Period | None = None
     duration: Period | None = None
     seed: Annotated[int, Field(ge=0, lt=2**64)] | None = None
-    noise: Annotated[float, Field(ge=0, le=1e9)] | None = None
     hold: bool | None = None
     record: Record | None = None
+
+
+class OcclusionTable(Table):
+    """robsim.Occlusion."""
+
+    marks: Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=MOST_MARKS)]
+    start: Period
+    end: Period | None = None
+    target: Name | None = None
+    camera: Name | None = None
+
+
+NotNegative = Annotated[float, Field(ge=0, le=1e9)]
+Share = Annotated[float, Field(ge=0, lt=1)]
+
+
+class SensingTable(Table):
+    """robsim.Sensing."""
+
+    noise: NotNegative | None = None
+    quantisation: NotNegative | None = None
+    outliers: Share | None = None
+    outlier_size: NotNegative | None = None
+    occlusions: Annotated[list[OcclusionTable], Field(max_length=MOST_PARTS)] | None = None
+    dropped: Share | None = None
+    latency: Instant | None = None
+    period: Period | None = None
+
+
+def _listed(one: Any) -> Any:
+    """One quantity for all, or a list of one for each."""
+    return Annotated[
+        Annotated[one, Tag("plain")] | Annotated[Coordinates, Tag("list")], forms("list")
+    ]
+
+
+class ActuationTable(Table):
+    """robsim.Actuation."""
+
+    lag: Instant | None = None
+    velocity: _listed(AnySpeed) | None = None  # type: ignore[valid-type]
+    acceleration: _listed(AnyAcceleration) | None = None  # type: ignore[valid-type]
+    encoder: _listed(AnyStep) | None = None  # type: ignore[valid-type]
 
 
 class BeliefTable(SceneTable):
