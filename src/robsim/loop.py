@@ -25,7 +25,7 @@ from robsim.record import Record, Recorder
 from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
 from robsim.sensing import Sensing
-from robsim.servo.controller import Controller
+from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
 from robsim.servo.inverse import rank
 from robsim.servo.sight import Key, joined
@@ -110,7 +110,7 @@ class Moment(NamedTuple):
 
     now: Instant  # what the controller was told
     looks: dict[Key, Look]  # what there is
-    command: Command
+    decision: Decision  # of the controller, with what it is based on
     q: Array  # (nq, B) as it is
     qd: Array  # (nv, B) commanded
 
@@ -206,7 +206,8 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     looks = [sight.look(chunk.q) for sight in sights]
     look, told = joined(looks), {s.key: each for s, each in zip(sights, looks, strict=True)}
     now = _told(loop, chunk, step, look, told)
-    command = controller.control(now)
+    decision = controller.control(now)
+    command = decision.command
     T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
@@ -235,7 +236,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         outcome,
     )
     if loop.witness:
-        loop.witness(Moment(now, told, command, chunk.q, qd))
+        loop.witness(Moment(now, told, decision, chunk.q, qd))
     return step, Now(chunk.q, qd, rates, look.pixels, command, outcome)
 
 

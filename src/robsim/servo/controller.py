@@ -66,15 +66,15 @@ class Controller(ABC):
     def note(self, now: Instant, basis: Any, qd: Array) -> None:
         """Remember that the velocities qd (n, B) were commanded in the end."""
 
-    def control(self, now: Instant) -> Command:
-        """The command at an instant; error and reach in units of one tolerance for all."""
+    def control(self, now: Instant) -> Decision:
+        """What is done at an instant; error and reach in units of one tolerance for all."""
         decision = self.decide(now)
         command = decision.command
         self.note(now, decision.basis, command.qd)
         if self._scale is None:
-            return command
+            return decision
         error, reach = command.error * self._scale, command.reach * self._scale[:, None]
-        return command._replace(error=error, reach=reach)
+        return decision._replace(command=command._replace(error=error, reach=reach))
 
     @property
     def k(self) -> int:
