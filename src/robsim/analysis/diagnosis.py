@@ -121,7 +121,8 @@ def diagnosed(again: Repeated) -> xr.Dataset:
     variables["lyapunov"][2]["units"] = again.run["lyapunov"].attrs["units"]
     variables["lyapunov_rate"][2]["units"] = f"{again.run['lyapunov'].attrs['units']}/s"
     kept = ("time", "coordinate", "mark_camera", "mark_target")
-    coordinates = {name: again.run[name].isel(time=slice(0, T), missing_dims="ignore") for name in kept}
+    lived = again.run.isel(time=slice(0, T))
+    coordinates = {name: lived[name] for name in kept}
     told = {"title": "RobSim diagnosis", "outcome": again.outcome.name, "dt": again.case.dt}
     return xr.Dataset(variables, coordinates, told)
 
@@ -172,7 +173,8 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
     for t, one in enumerate(basis):
         reach = truth.weights[:, None] * truth.rates[t][:, controller.columns]
         L, state = truth.L[t], one.state
-        if not all(np.isfinite(x).all() for x in (L, reach, state.interaction_last, state.reach_last)):
+        used = L, reach, state.interaction_last, state.reach_last
+        if not all(np.isfinite(array).all() for array in used):
             continue
         twist = replace_reach(state, state.interaction_last)
         found["stability"][t] = least_eigenvalue(L @ -law_map(JointLaw(), twist))
@@ -221,7 +223,7 @@ def least_eigenvalue(M: Array) -> float:
     return float(np.linalg.eigvalsh(0.5 * (M + M.T)).min(initial=np.inf))
 
 
-def _margins(again: Repeated, q: Array) -> dict[str, Array]:
+def _margins(again: Repeated, q: Array) -> dict[str, NDArray[Any]]:
     border, mark = _border_margins(again, q)
     limit, coordinate = _limit_margins(again.case.scene.limits, q)
     return {

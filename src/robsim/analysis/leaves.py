@@ -28,9 +28,7 @@ def changed(task: Task, change: Change) -> Task:
     if isinstance(task, ServoTask):
         return change(task)
     if isinstance(task, Switch):
-        return replace(
-            task, first=changed(task.first, change), second=changed(task.second, change)
-        )
+        return replace(task, first=changed(task.first, change), second=changed(task.second, change))
     if isinstance(task, Priorities | Together):
         return replace(task, tasks=[changed(part, change) for part in task.tasks])
     return task

@@ -59,5 +59,5 @@ def _measured(regulated: Regulated, q: Array) -> Truth:
     measured = regulated.measured(Instant(0, 1.0, q, looks, pixels, {}))
     W = regulated.weights
     error, L = measured.s - regulated.s_goal, W[:, None] * measured.L
-    first = (np.moveaxis(array, -1, 0) for array in (error, L, measured.reach))
-    return Truth(*first, W[:, 0])
+    error, L, rates = (np.moveaxis(array, -1, 0) for array in (error, L, measured.reach))
+    return Truth(error, L, rates, W[:, 0])
