@@ -66,7 +66,7 @@ def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
         return
     other, kept = pairs[type(task)], ("goal", "camera", "target", "gain", "belief", "joints")
     given = {name: getattr(task, name) for name in kept}
-    yield other.kind, f"With {other.__name__}", inquiry.patient.but(task=other(**given))
+    yield other.__name__, f"With {other.__name__}", inquiry.patient.but(task=other(**given))
 
 
 def damped(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
