@@ -165,7 +165,7 @@ def starts(puma_goal):
     return puma_goal + np.random.default_rng(2).uniform(-0.05, 0.05, (5, 6))
 
 
-SETTINGS = {"dt": 0.05, "duration": 1.0, "noise": 0.4, "seed": 2**63 + 5}
+SETTINGS = {"dt": 0.05, "duration": 1.0, "sensing": rs.Sensing(noise=0.4), "seed": 2**63 + 5}
 
 
 @pytest.fixture
@@ -287,7 +287,9 @@ def test_a_run_of_a_scenario_keeps_its_text_and_is_repeated(example):
         assert run[name].values.tobytes() == plain[name].values.tobytes(), name
 
 
-@pytest.mark.parametrize("change", [{"seed": 3}, {"noise": 1.0}, {"dt": 0.02}, {"run": 2}])
+@pytest.mark.parametrize(
+    "change", [{"seed": 3}, {"sensing": rs.Sensing(noise=1.0)}, {"dt": 0.02}, {"run": 2}]
+)
 def test_a_run_with_changes_has_a_text_that_says_them(example, change):
     run = example.run(**change)
     assert run.attrs["scenario"] != example.text

@@ -137,8 +137,9 @@ q = ["10 cm", "20 deg", "0.3 rad", "0 m", "0 m", "0 m", "0", "0", "0", "1"]
 dt = "20 ms"
 duration = "1 s"
 seed = 7
-noise = 0.5
 record = 2
+[sensing]
+noise = 0.5
 """
 
 
@@ -208,7 +209,13 @@ def test_the_rich_scenario_has_the_values_of_its_file():
     assert task.inverse == rs.Damped(0.02)
     assert task.goal == rs.Computed(rs.Pose.at(0, 0, 0.5))
     told = scenario.settings
-    assert (told.dt, told.duration, told.seed, told.noise, told.record) == (0.02, 1.0, 7, 0.5, 2)
+    assert (told.dt, told.duration, told.seed, told.sensing.noise, told.record) == (
+        0.02,
+        1.0,
+        7,
+        0.5,
+        2,
+    )
 
 
 def test_what_is_not_given_is_as_in_simulate_and_in_ibvs():
@@ -628,7 +635,7 @@ WRONG = [
     ('dt = "40 ms"', "seed = -1", ["run.seed", "0", "-1"]),
     ('dt = "40 ms"', "seed = 1.0", ["run.seed", "integer", "1.0"]),
     ('dt = "40 ms"', f"seed = {2**64}", ["run.seed", str(2**64)]),
-    ('dt = "40 ms"', "noise = -1", ["run.noise", "0", "-1"]),
+    ("[run]", "[sensing]\nnoise = -1\n[run]", ["sensing.noise", "0", "-1"]),
     ('dt = "40 ms"', "record = 0", ["run.record", "0", '"summary"']),
     ('dt = "40 ms"', 'record = "some"', ["run.record", "'some'", '"all"']),
     # NaN, infinity, zero and below

@@ -60,7 +60,7 @@ TRACKING = {
 
 def closed(scene, task, q0, **how):
     """Runs end at different times, so that chunks lose runs on their way."""
-    given = {"dt": 0.04, "duration": 3.0, "noise": 1.0, "seed": 5}
+    given = {"dt": 0.04, "duration": 3.0, "sensing": rs.Sensing(noise=1.0), "seed": 5}
     return rs.simulate(scene, task, q0, **given | how)
 
 
@@ -84,7 +84,7 @@ def check(scene, task, q0, **how):
 @pytest.mark.parametrize("task", TASKS)
 def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, noise):
     scene = arrange(name)
-    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), noise=noise)
+    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), sensing=rs.Sensing(noise=noise))
 
 
 @quiet
@@ -108,9 +108,9 @@ def test_runs_that_end_leave_the_memory_of_the_others_alone(arrange, around):
     q0 = around(scene, RUNS, spread=0.2)
     q0[[1, 2, 5]] = scene.home
     task = rs.IBVS(law=Eager(), depth=rs.DepthFilter(0.6), interaction="broyden", tolerance=1e-2)
-    whole = closed(scene, task, q0, noise=0.0)
+    whole = closed(scene, task, q0, sensing=None)
     assert len(np.unique(whole.end_time)) > 3
-    check(scene, task, q0, noise=0.0)
+    check(scene, task, q0, sensing=None)
 
 
 @pytest.mark.parametrize("features", ["points", "pixels"])
