@@ -197,7 +197,10 @@ TASK = {
         (None, "gain must be", "None"),
     ],
     "tolerance": [(0, "tolerance must be a positive number, got 0"), (NAN, "tolerance: nan")],
-    "depth_scale": [(0, "depth_scale must be a positive number, got 0"), (-2, "got -2")],
+    "depth_scale": [
+        (0, "depth_scale must be a positive number, or one for each mark, got 0"),
+        (-2, "got -2"),
+    ],
     "depth": [
         ("tru", "depth must be 'true', 'goal', a number of metres or a DepthFilter, got 'tru'"),
         (0, "depth (metres) must be a positive number, got 0"),

@@ -220,13 +220,14 @@ def test_the_rich_scenario_has_the_values_of_its_file():
 
 def test_what_is_not_given_is_as_in_simulate_and_in_ibvs():
     import inspect
-    from dataclasses import asdict
 
     scenario = read(RHINO[: RHINO.index("[start]")], "gain = 1.5", "")
     assert scenario.q0 is None and scenario.task == rs.IBVS()
     defaults = inspect.signature(rs.simulate).parameters
-    told = asdict(scenario.settings)
+    told = {**scenario.settings.keywords, "sensing": None, "actuation": None}
     assert told == {name: defaults[name].default for name in told}
+    assert scenario.settings.sensing == rs.Sensing()
+    assert scenario.settings.actuation == rs.Actuation()
 
 
 FREE = """
