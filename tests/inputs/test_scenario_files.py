@@ -639,6 +639,42 @@ WRONG = [
     ("[run]", "[sensing]\nnoise = -1\n[run]", ["sensing.noise", "0", "-1"]),
     ('dt = "40 ms"', "record = 0", ["run.record", "0", '"summary"']),
     ('dt = "40 ms"', 'record = "some"', ["run.record", "'some'", '"all"']),
+    # what is wrong with images and joints
+    ("[run]", '[sensing]\nnoise = "1 px"\n[run]', ["sensing.noise", "number", "'1 px'"]),
+    ("[run]", "[sensing]\nnose = 1\n[run]", ["sensing.nose", "did you mean 'noise'"]),
+    ("[run]", "[sensing]\nlatency = 0.04\n[run]", ["sensing.latency", "unit of time", "0.04"]),
+    ("[run]", "[sensing]\ndropped = 1.0\n[run]", ["sensing.dropped", "less than 1", "1.0"]),
+    (
+        "[run]",
+        '[sensing]\nocclusions = [{ marks = [0], start = "0 s" }]\n[run]',
+        ["sensing.occlusions[0].start", "greater than 0"],
+    ),
+    (
+        "[run]",
+        '[sensing]\nocclusions = [{ marks = [0], start = "2 s", end = "1 s" }]\n[run]',
+        ["sensing.occlusions[0]", "must end later"],
+    ),
+    ("[run]", '[actuation]\nlag = "1 m"\n[run]', ["actuation.lag", "unit of time"]),
+    (
+        "[run]",
+        '[actuation]\nvelocity = "1 m/s"\n[run]',
+        ["actuation.velocity", "unit of turn rate", "'1 m/s'"],
+    ),
+    (
+        "[run]",
+        '[actuation]\nvelocity = ["1 deg/s", "2 deg/s"]\n[run]',
+        ["actuation.velocity", "2 numbers, expected 5: shoulder"],
+    ),
+    (
+        "[run]",
+        '[actuation]\nacceleration = "1 rad/s"\n[run]',
+        ["actuation.acceleration", "rad/s^2"],
+    ),
+    (
+        "[run]",
+        '[actuation]\nencoder = "-1 deg"\n[run]',
+        ["actuation", "encoder step", "not below 0"],
+    ),
     # NaN, infinity, zero and below
     ("gain = 1.5", "gain = nan", ["task.gain", "finite", "nan"]),
     ("gain = 1.5", "gain = -inf", ["task.gain", "finite", "-inf"]),
