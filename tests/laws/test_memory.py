@@ -79,12 +79,24 @@ def check(scene, task, q0, **how):
         same(whole.isel(run=row), alone)
 
 
-@pytest.mark.parametrize("noise", [0.0, 1.0])
+SPOILT = {
+    "perfect": {"sensing": None},
+    "noise": {"sensing": rs.Sensing(noise=1.0)},
+    "everything": {
+        "sensing": rs.Sensing(
+            0.5, 0.25, 0.05, 5.0, [rs.Occlusion([1], 0.3, 0.6)], 0.2, 0.055, 0.08
+        ),
+        "actuation": rs.Actuation(0.05, 0.5, 3.0, 1e-4),
+    },
+}
+
+
+@pytest.mark.parametrize("spoilt", SPOILT)
 @pytest.mark.parametrize("name", ["eye_in_hand", "eye_to_hand"])
 @pytest.mark.parametrize("task", TASKS)
-def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, noise):
+def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, spoilt):
     scene = arrange(name)
-    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), sensing=rs.Sensing(noise=noise))
+    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), **SPOILT[spoilt])
 
 
 @quiet
