@@ -101,3 +101,11 @@ def test_the_depth_factors_must_be_one_for_each_mark():
         visp.scene and rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
     with pytest.raises(rs.InputError, match="positive number, or one for each mark"):
         rs.IBVS(depth_scale=[1, 0])
+
+
+def test_the_run_names_what_was_believed_wrongly():
+    visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    for mistake, said in (({}, "the truth"), ({"focal": 2.0}, "differs from the truth: camera")):
+        task = rs.IBVS(visp.task.goal, belief=rs.believe(visp.scene, **mistake))
+        run = rs.simulate(visp.scene, task, visp.q0, duration=0.2)
+        assert run.attrs["belief"] == said
