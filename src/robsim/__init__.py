@@ -91,6 +91,8 @@ from robsim.tree import Joint as Joint
 
 if TYPE_CHECKING:
     from robsim import plot as plot
+    from robsim.analysis.diagnosis import diagnose as diagnose
+    from robsim.analysis.explain import explain as explain
     from robsim.runfile import open_run as open_run
     from robsim.runfile import save_run as save_run
     from robsim.scenario import Scenario as Scenario
@@ -100,6 +102,8 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
+    "diagnose": "robsim.analysis.diagnosis",
+    "explain": "robsim.analysis.explain",
     "open_run": "robsim.runfile",
     "save_run": "robsim.runfile",
     "Scenario": "robsim.scenario",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ENDS = ("q_end", "outcome", "end_time")
+LONGEST = 50_000  # instants that are kept with all that was thought in them, some 10 kB each
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,9 +116,15 @@ def case_of(
 
 def repeated(case: Case, run: xr.Dataset) -> Repeated:
     """The run once more, watched; InputError unless it ends with the same bits."""
+    one = _single(run)
+    periods = round(float(one["end_time"]) / case.dt)
+    if periods > LONGEST:
+        raise InputError(
+            f"this run took {periods} control periods; at most {LONGEST} can be looked into"
+        )
     moments: list[Moment] = []
     loop = case.advanced("all", moments.append)
-    again, one = dataset(loop, case.scene, case.task), _single(run)
+    again = dataset(loop, case.scene, case.task)
     outcome = Outcome(int(one["outcome"]))
     ends = ("q_end",) if outcome is Outcome.RUNNING else ENDS
     for name in ends:

@@ -127,8 +127,14 @@ def _remarks(found: Attribution, wrong: list[Removal], experiments: bool) -> tup
         return (f"Also wrong in this run, and not examined: {names}.",)
     if not found.causes:
         return (f"Also wrong in this run, but not the cause: {names}; it fails without.",)
-    harmless = listed([one.name for one in found.harmless])
-    return (f"Not the cause, though wrong as well: {harmless}.",) if harmless else ()
+    remarks = []
+    if found.one_too_many:
+        names = listed([one.name for one in found.one_too_many])
+        remarks += [f"Only together do {names} harm: it is enough to put one of them right."]
+    if found.harmless:
+        names = listed([one.name for one in found.harmless])
+        remarks += [f"Not the cause, though wrong as well: {names}."]
+    return tuple(remarks)
 
 
 def _left_alone(inquiry: Inquiry, run: xr.Dataset) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ class Attribution:
 
     causes: tuple[Finding, ...] = ()
     harmless: tuple[Removal, ...] = ()
+    one_too_many: tuple[Removal, ...] = ()  # of which it is enough to put one right
 
 
 def converges(trial: Trial) -> str:
@@ -36,29 +37,35 @@ class Jury:
     def attributed(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
         """Put things right and look whether it goes well: all, one by one, then the fewest.
 
-        A run that is given three times its duration may take it; first none is.
+        First in the time that the run had, then in three times that.
         """
-        for changed in (case, patient(case)):
-            if wrong and (trial := self.cured(without(changed, wrong))):
-                return self._among(changed, wrong, trial)
-        return Attribution()
+        able = [c for c in (case, patient(case)) if wrong and self.cured(without(c, wrong))]
+        for changed in able:
+            alone = [(one, self.cured(one.change(changed))) for one in wrong]
+            if any(trial for _, trial in alone):
+                return self._each(alone)
+        return self._all(able[0], wrong) if able else Attribution()
 
-    def _among(self, case: Case, wrong: Sequence[Removal], all_right: Trial) -> Attribution:
-        if len(wrong) == 1:
-            return Attribution((self._alone(wrong[0], all_right, several=False),))
-        alone = [(one, self.cured(one.change(case))) for one in wrong]
+    def _each(self, alone: Sequence[tuple[Removal, Trial | None]]) -> Attribution:
+        """Some of the things that are wrong are enough to be put right."""
         found = [(one, trial) for one, trial in alone if trial]
-        if found:
-            causes = tuple(self._alone(*pair, several=len(found) > 1) for pair in found)
-            return Attribution(causes, tuple(one for one, trial in alone if not trial))
+        causes = tuple(self._alone(*pair, several=len(found) > 1) for pair in found)
+        harmless = tuple(one for one, trial in alone if not trial)
+        return Attribution(causes, harmless, tuple(one for one, _ in found) if found[1:] else ())
+
+    def _all(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
+        """None of them is enough."""
         needed = self._fewest(case, wrong)
-        together = self._together(needed, self.cured(without(case, needed)) or all_right)
+        trial = self.cured(without(case, needed))
+        assert trial is not None
+        together = self._together(needed, trial)
         return Attribution((together,), tuple(one for one in wrong if one not in needed))
 
     def _alone(self, one: Removal, trial: Trial, several: bool) -> Finding:
         evidence = one.evidence | {"converges_after_s": trial.end_time}
         right = one.undone or f"without {one.name}"
-        only = f"{right[0].upper()}{right[1:]}{' alone' if several else ''}, {self.so(trial)}."
+        rest = ", and all else as it was" if several else ""
+        only = f"{right[0].upper()}{right[1:]}{rest}, {self.so(trial)}."
         return Finding(one.about, f"{one.sentence} {only}", evidence)
 
     def _fewest(self, case: Case, wrong: Sequence[Removal]) -> list[Removal]:

@@ -81,6 +81,17 @@ def camera_law(inquiry: Inquiry) -> Finding | None:
     return Finding("camera law", sentence, {"twist": V, "rank_J": float(joints), "error_norm": e})
 
 
+def own_law(inquiry: Inquiry) -> Finding | None:
+    """A law of which nothing is known that commands nothing."""
+    last, servo = _last(inquiry), inquiry.servo
+    if last is not None and servo is not None and type(servo.law) in (JointLaw, CameraLaw):
+        return None
+    name = type(servo.law).__name__ if servo else type(inquiry.case.task).__name__
+    return Finding(
+        "law", f"{name} commands (almost) nothing here: this is an equilibrium of its own."
+    )
+
+
 def unseen_goal(inquiry: Inquiry) -> Finding | None:
     """A goal that is made of numbers, which there may be no way to reach."""
     if not any(isinstance(leaf.goal, Given) for leaf in leaves(inquiry.case.task)):
@@ -108,7 +119,7 @@ def lost_direction(inquiry: Inquiry) -> Finding | None:
         f"the posture is singular: J has rank {rank_J}, and the camera cannot move along "
         f"{_twist(J)} (v, omega) in its axes"
         if posture
-        else "the features do not see that motion"
+        else "the camera then moves as no feature sees"
     )
     sentence = (
         f"L J lost rank, from {full} to {rank}: no error changes when {which} "
@@ -278,8 +289,15 @@ def singular_feature(inquiry: Inquiry) -> Finding | None:
     """What features say about where they are not finite."""
     servo = inquiry.servo
     what = not_finite(inquiry)
-    reasons = servo.regulated.reasons.lstrip("; ") if servo and what == "a feature" else ""
-    return Finding("not finite", f"{reasons[:1].upper()}{reasons[1:]}.") if reasons else None
+    if servo is None:
+        return None
+    if what == "a feature":
+        sentence = f"{servo.regulated.names} gave a number that is not finite at this view"
+        return Finding("feature", f"{sentence}{servo.regulated.reasons}.")
+    if what == "the command":
+        sentence = f"{type(servo.law).__name__} commanded what is not finite, from finite features."
+        return Finding("law", sentence)
+    return Finding("state", "The command was so large that a coordinate overflowed.")
 
 
 def slow(inquiry: Inquiry) -> Finding | None:
@@ -335,7 +353,7 @@ _WILD = (pose_features, retreat, roll, loop_gain, misled, own_motion)
 _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.RUNNING: (),
     Outcome.CONVERGED: (retreat, near_border),
-    Outcome.LOCAL_MINIMUM: (camera_law, null_space, unseen_goal),
+    Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal),
     Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing),
     Outcome.BEHIND_CAMERA: (*_WILD, growing),
     Outcome.JOINT_LIMIT: (limit_alone, loop_gain, misled, retreat, roll, own_motion),
