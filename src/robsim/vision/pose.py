@@ -30,7 +30,7 @@ DEEP = 1 / 3  # of the depth: a larger standard deviation leaves it open
 CHUNK = 128  # runs that are refined together; one that takes long keeps few others waiting
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PoseEstimate(Value):
     """What `estimate_pose` found: the minimum of the reprojection error, and the next one.
 
@@ -56,6 +56,13 @@ class PoseEstimate(Value):
     covariance: Array
     candidates: Array
 
+    def __repr__(self) -> str:
+        if self.rms.ndim:
+            return f"<PoseEstimate batch {self.rms.shape}>"
+        where = np.round(self.T_c_o[:3, 3], 4) + 0.0
+        doubt = " ambiguous" if self.ambiguous else ""
+        return f"<PoseEstimate position {where.tolist()} rms {self.rms:.3g} px{doubt}>"
+
 
 def estimate_pose(
     marks: ArrayLike, pixels: ArrayLike, camera: Camera, *, noise: float | None = None
@@ -75,9 +82,11 @@ def estimate_pose(
 
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> marks = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
-    >>> found = estimate_pose(marks, [[240, 160], [400, 160], [400, 320], [240, 320]], camera)
-    >>> np.round(found.T_c_o[:3, 3], 9) + 0.0, bool(found.ambiguous)
-    (array([0., 0., 1.]), False)
+    >>> found = estimate_pose(marks, [[240, 158], [400, 160], [400, 320], [240, 320]], camera)
+    >>> found
+    <PoseEstimate position [-0.0022, -0.0035, 0.9964] rms 0.282 px>
+    >>> np.round(found.other[:3, 3], 4), round(float(found.other_rms), 3)
+    (array([0., 0., 1.]), 1.0)
     """
     p = _checked_marks(marks)
     u = measured(pixels, "pixels", camera, len(p))
@@ -87,7 +96,8 @@ def estimate_pose(
     x = normalised(u, camera)
     minima, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
     seen = np.ptp(x, axis=1).max(-1) > POINT  # false where NaN
-    minima[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
+    with np.errstate(all="ignore"):  # a start that is not finite leads nowhere
+        minima[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
     variance = _variance(squares[:, 0], len(p), sigma)
     covariance = _covariance(p, minima[:, 0], camera) * variance[:, None, None]
     sure = _told_apart(squares, len(p), sigma) & _depth_known(p, minima[:, 0], covariance)
