@@ -38,7 +38,9 @@ def group(kind, noise):
     angles, distances, total = [], [], 0.0
     for marks, R_true, t_true, pixels in targets(kind, noise):
         found = [solved(marks, view, kind) for view in pixels]
-        angle, distance = errors(*(np.array(part) for part in zip(*found, strict=True)), R_true, t_true)
+        angle, distance = errors(
+            *(np.array(part) for part in zip(*found, strict=True)), R_true, t_true
+        )
         angles, distances = [*angles, *rounded(angle)], [*distances, *rounded(distance)]
         total += pixels.sum()
     return {
@@ -52,7 +54,7 @@ def group(kind, noise):
 
 def motion(rng):
     """H = R + t n' (n towards the plane) and what OpenCV makes of it."""
-    t, n = rng.normal(size=3) * 0.4, rng.normal(size=3) + (0, 0, 3)
+    t, n = rng.normal(size=3) * 0.4, rng.normal([0, 0, 3])
     H = (rotation(rng) + np.outer(t, n / np.linalg.norm(n))) * rng.uniform(0.5, 2)
     if np.linalg.det(H) < 0.01:
         return motion(rng)

@@ -13,6 +13,7 @@ from robsim.pose import common_lead
 from robsim.value import Value
 
 RANK = 1e-10  # of the largest singular value: what is below does not count
+ASIDE = 1e100  # points so far off are none
 STILL = 1e-10  # of the distance of the plane: a translation below is none
 
 
@@ -42,8 +43,9 @@ def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
     lead = common_lead(a.shape[:-2], b.shape[:-2], "points_a and points_b")
     a, b = (np.broadcast_to(p, (*lead, *a.shape[-2:])).reshape(-1, *a.shape[-2:]) for p in (a, b))
     H = np.full((len(a), 3, 3), np.nan)
-    seen = np.isfinite(a).all((1, 2)) & np.isfinite(b).all((1, 2))
-    seen &= (np.ptp(a, axis=1).max(-1) > 0) & (np.ptp(b, axis=1).max(-1) > 0)
+    seen = np.ones(len(a), dtype=bool)
+    for p in (a, b):
+        seen &= (np.ptp(p, axis=1).max(-1) > 0) & (np.abs(p).max((1, 2)) < ASIDE)
     H[seen] = _linear(a[seen], b[seen])
     return H.reshape(*lead, 3, 3)
 
@@ -118,7 +120,7 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
     lead = common_lead(A.shape[:-2], p.shape[:-2], "H and points")
     A = np.broadcast_to(A, (*lead, 3, 3)).reshape(-1, 3, 3)
     known = np.isfinite(A).all((1, 2))
-    if not (np.linalg.det(A[known]) > 0).all():
+    if not (np.linalg.slogdet(A[known])[0] > 0).all():
         raise InputError("H: a plane seen from one side has a homography of positive determinant")
     R, t, n = (np.full((len(A), 4, *shape), np.nan) for shape in ((3, 3), (3,), (3,)))
     R[known], t[known], n[known] = _motions(A[known])

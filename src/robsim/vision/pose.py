@@ -21,7 +21,9 @@ from robsim.vision.orthography import mirrored, orthographic_poses
 from robsim.vision.three_marks import three_marks_poses
 
 LINE = 1e-9  # of their size: marks that leave a line by less are on it
+SMALLEST = 1e-50  # metres
 POINT = 1e-12  # normalised: an image no larger is one point
+ASIDE = 1e8  # normalised: what is so far from the axis is no image
 SAME = 1e-3  # radians, and of the distance: nearer minima are one
 ROUNDING = 1e-9  # pixels: a smaller rms error is rounding
 EXACT = 1e-6  # pixels: what three marks' minima may leave over and still be poses of theirs
@@ -84,27 +86,21 @@ def estimate_pose(
     >>> marks = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
     >>> found = estimate_pose(marks, [[240, 158], [400, 160], [400, 320], [240, 320]], camera)
     >>> found
-    <PoseEstimate position [-0.0022, -0.0035, 0.9964] rms 0.282 px>
-    >>> np.round(found.other[:3, 3], 4), round(float(found.other_rms), 3)
-    (array([0., 0., 1.]), 1.0)
+    <PoseEstimate position [0.0008, -0.0008, 0.9953] rms 0.271 px>
+    >>> estimate_pose(marks, [[240, 160], [400, 160], [400, 320], [240, 320]], camera).T_c_o[2, 3]
+    np.float64(1.0)
     """
     p = _checked_marks(marks)
     u = measured(pixels, "pixels", camera, len(p))
     sigma = None if noise is None else positive(noise, "noise")
     lead = u.shape[:-2]
-    u = u.reshape(-1, len(p), 2)
-    x = normalised(u, camera)
-    minima, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
-    seen = np.ptp(x, axis=1).max(-1) > POINT  # false where NaN
-    with np.errstate(all="ignore"):  # a start that is not finite leads nowhere
-        minima[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
+    T, squares = _all_minima(p, u.reshape(-1, len(p), 2), camera)
     variance = _variance(squares[:, 0], len(p), sigma)
-    covariance = _covariance(p, minima[:, 0], camera) * variance[:, None, None]
-    sure = _told_apart(squares, len(p), sigma) & _depth_known(p, minima[:, 0], covariance)
-    poses = homogeneous(np.moveaxis(minima.reshape(-1, 3, 4), 0, -1), (*lead, 4))
+    covariance = _covariance(p, T[:, 0], camera) * variance[:, None, None]
+    sure = _told_apart(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
+    poses = homogeneous(np.moveaxis(T.reshape(-1, 3, 4), 0, -1), (*lead, 4))
     poses[~np.isfinite(poses).all((-1, -2))] = np.nan
-    rms = np.sqrt(squares / (2 * len(p)))
-    rms[np.isinf(rms)] = np.nan
+    rms = np.sqrt(np.where(np.isinf(squares), np.nan, squares) / (2 * len(p)))
     return PoseEstimate(
         T_c_o=frozen(poses[..., 0, :, :].copy()),
         rms=frozen(rms[:, 0].reshape(lead)),
@@ -121,12 +117,22 @@ def _checked_marks(marks: ArrayLike) -> Array:
     if p.ndim != 2 or len(p) < 3:
         raise InputError(f"marks: expected (N, 3) with three marks or more, got shape {p.shape}")
     spread = np.linalg.svd(p - p.mean(0), compute_uv=False)
-    if spread[1] <= LINE * np.abs(p).max():
+    if spread[1] <= max(LINE * np.abs(p).max(), SMALLEST):
         raise InputError(
             "marks: a pose takes three that are not on one line; these are on a line "
             f"(to {LINE:g} of their size) or fewer than three places"
         )
     return frozen(p)
+
+
+def _all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
+    """`_minima` of the runs that show something; NaN and inf for the others."""
+    x = normalised(u, camera)
+    T, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
+    seen = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)  # no NaN
+    with np.errstate(all="ignore"):  # a start that is not finite leads nowhere
+        T[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
+    return T, squares
 
 
 def _minima(p: Array, x: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
@@ -259,4 +265,4 @@ def _depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
     zero, one = np.zeros_like(x), np.ones_like(x)
     rate = np.stack([zero, zero, one, y, -x, zero], axis=-1)  # of -z with the twist
     variance = (rate[:, None] @ covariance @ rate[:, :, None])[:, 0, 0]
-    return np.asarray(~(variance > np.square(DEEP * z)))
+    return np.asarray(~(np.sqrt(np.maximum(variance, 0.0)) > DEEP * z))

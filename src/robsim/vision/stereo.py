@@ -16,6 +16,7 @@ from robsim.pose import as_pose, common_lead
 from robsim.value import Value
 from robsim.vision.image import measured, normalised, pixel_rates
 
+RCOND = 1e-12  # what moves the images so little is not seen
 STEPS = 4  # of Gauss-Newton; from the midpoint two arrive, where the noise is pixels
 
 
@@ -76,26 +77,23 @@ def _likeliest(
     a: Array, b: Array, left: Camera, right: Camera, T: Array, sigma: float
 ) -> Triangulated:
     x, other = normalised(a, left), normalised(b, right)
-    weights = pixel_rates(x, left), pixel_rates(other, right)
     start = _midpoints(x, other, T)
-    seen = (start[..., 2] > 0) & np.isfinite(other).all(-1)
+    seen = (start[..., 2] > 0) & np.isfinite(start).all(-1)
     start[~seen], x[~seen], other[~seen] = (0.0, 0.0, 1.0), 0.0, 0.0
-    for w in weights:
-        w[~seen] = np.eye(2)
+    weights = pixel_rates(x, left), pixel_rates(other, right)
     ray = np.concatenate([start[..., :2], np.ones_like(start[..., :1])], axis=-1) / start[..., 2:]
     for _ in range(STEPS):
         residual, J, _ = _images(ray, x, other, weights, T)
-        Jt = np.swapaxes(J, -1, -2)
-        ray = ray - np.linalg.solve(Jt @ J, Jt @ residual[..., None])[..., 0]
+        ray = ray - (np.linalg.pinv(J, rcond=RCOND) @ residual[..., None])[..., 0]
     _, J, ahead = _images(ray, x, other, weights, T)
-    seen &= ahead & (ray[..., 2] > 0)
+    seen &= ahead & (ray[..., 2] > 0) & (np.linalg.matrix_rank(J, rtol=RCOND) == 3)
     depth = 1.0 / np.where(seen, ray[..., 2], np.nan)
     points = np.concatenate([ray[..., :2] * depth[..., None], depth[..., None]], axis=-1)
     G = np.zeros_like(J[..., :3, :])  # of the point with the ray
     G[..., 0, 0] = G[..., 1, 1] = depth
     G[..., :, 2] = -points * depth[..., None]
-    covariance = sigma**2 * (G @ np.linalg.inv(np.swapaxes(J, -1, -2) @ J) @ np.swapaxes(G, -1, -2))
-    return Triangulated(frozen(points), frozen(covariance))
+    M = sigma * (G @ np.linalg.pinv(J, rcond=RCOND))
+    return Triangulated(frozen(points), frozen(M @ np.swapaxes(M, -1, -2)))
 
 
 def _midpoints(x: Array, other: Array, T: Array) -> Array:

@@ -64,6 +64,7 @@ def _roots(quartic: Array) -> Array:
     companion = np.zeros((len(quartic), 4, 4))
     companion[:, 0] = -quartic[:, 1:] / lead[:, None]
     companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+    companion[~np.isfinite(companion)] = 0.0
     return np.asarray(np.linalg.eigvals(companion).real, dtype=np.float64)
 
 
