@@ -184,10 +184,26 @@ def test_no_pose_fits_the_image_better():
     rng = np.random.default_rng(5)
     pixels = seen(PLAIN, p, T) + rng.normal(size=(20, 5, 2))
     found = rs.estimate_pose(p, pixels, PLAIN)
-    for _ in range(20):
-        moved = rs.Pose.exp(rng.normal(size=(20, 6)) * 1e-3) @ rs.Pose(found.T_c_o)
-        rms = np.sqrt(np.square(seen(PLAIN, p, moved) - pixels).mean((-1, -2)))
-        assert (rms > found.rms).all()
+    both = np.isfinite(found.other_rms)
+    assert both.sum() > 5 and (found.other_rms[both] > found.rms[both]).all()
+    for T, least, u in (
+        (found.T_c_o, found.rms, pixels),
+        (found.other[both], found.other_rms[both], pixels[both]),
+    ):
+        for _ in range(20):
+            moved = rs.Pose.exp(rng.normal(size=(len(T), 6)) * 1e-3) @ rs.Pose(T)
+            rms = np.sqrt(np.square(seen(PLAIN, p, moved) - u).mean((-1, -2)))
+            assert (rms > least).all()
+
+
+def test_of_a_thick_target_far_away_there_is_no_other_pose():
+    """Its mirror image leads back to it, slowly."""
+    p, T = views(3, 12, 40)
+    far = T.matrix.copy()
+    far[:, :3, 3] *= 5
+    pixels = seen(PLAIN, p, rs.Pose(far)) + np.random.default_rng(3).normal(size=(40, 12, 2))
+    found = rs.estimate_pose(p, pixels, PLAIN)
+    assert np.isnan(found.other_rms).all() and not found.ambiguous.any()
 
 
 # points

@@ -29,7 +29,9 @@ ROUNDING = 1e-9  # pixels: a smaller rms error is rounding
 EXACT = 1e-6  # pixels: what three marks' minima may leave over and still be poses of theirs
 ODDS = 100.0  # to one: what is less likely wrong is told apart
 DEEP = 1 / 3  # of the depth: a larger standard deviation leaves it open
-CHUNK = 128  # runs that are refined together; one that takes long keeps few others waiting
+CHUNK = 32  # poses that are refined together
+ROUNDS = 10  # of 30 updates; a start on the wrong side of a thick far target takes some
+ARRIVED = 1e-9  # radians, and of the distance: a round that moves a pose by less is its last
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -172,15 +174,26 @@ def _largest_triangle(p: Array) -> NDArray[np.int64]:
 
 
 def _refined(p: Array, x: Array, starts: Array) -> Array:
-    """The minima (B, k, 3, 4) to which the starts lead."""
-    k, out = starts.shape[1], np.empty_like(starts)
-    for first in range(0, len(x), CHUNK):
+    """The minima (B, k, 3, 4) to which the starts lead; those that are not there yet go on."""
+    T = starts.reshape(-1, 3, 4).copy()
+    images = np.repeat(x, starts.shape[1], axis=0)
+    going = np.flatnonzero(T.any((1, 2)))
+    for _ in range(ROUNDS):
+        moved = _fitted(p, images[going], T[going])
+        far = _apart(moved, T[going]) > ARRIVED  # false where NaN
+        T[going], going = moved, going[far]
+    return T.reshape(starts.shape)
+
+
+def _fitted(p: Array, images: Array, guess: Array) -> Array:
+    """T (n, 3, 4) after at most 30 updates, a few at a time: none waits long for a slow one."""
+    out = np.empty_like(guess)
+    for first in range(0, len(images), CHUNK):
         some = slice(first, first + CHUNK)
-        images = runs_last(np.repeat(x[some], k, axis=0), 2)
-        guess = runs_last(starts[some], 2)
-        T = np.empty_like(guess)
-        fit_pose(p, images, guess, T)
-        out[some] = runs_first(T, (-1, k))
+        start = runs_last(guess[some], 2)
+        T = np.empty_like(start)
+        fit_pose(p, runs_last(images[some], 2), start, T)
+        out[some] = runs_first(T)
     return out
 
 

@@ -17,7 +17,7 @@ from robsim.value import Value
 from robsim.vision.image import measured, normalised, pixel_rates
 
 RCOND = 1e-12  # what moves the images so little is not seen
-STEPS = 4  # of Gauss-Newton; from the midpoint two arrive, where the noise is pixels
+STEPS = 4  # of Gauss-Newton: to rounding where the noise is half a pixel, to 1e-11 at three
 
 
 @dataclass(frozen=True, eq=False)
