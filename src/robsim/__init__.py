@@ -88,6 +88,13 @@ from robsim.servo import Transposed as Transposed
 from robsim.servo import Truncated as Truncated
 from robsim.simulate import simulate as simulate
 from robsim.tree import Joint as Joint
+from robsim.vision import HomographyMotions as HomographyMotions
+from robsim.vision import PoseEstimate as PoseEstimate
+from robsim.vision import Triangulated as Triangulated
+from robsim.vision import decompose_homography as decompose_homography
+from robsim.vision import estimate_pose as estimate_pose
+from robsim.vision import homography as homography
+from robsim.vision import triangulate as triangulate
 
 if TYPE_CHECKING:
     from robsim import plot as plot
