@@ -22,7 +22,7 @@ from robsim.scene import Scene
 from robsim.servo import Computed, Shown, Task
 from robsim.simulate import Progress, simulate
 
-_OURS = {"scene", "task", "q0", "run", "progress"}  # keywords of simulate that are no settings
+_OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no settings
 
 
 @dataclass(frozen=True, eq=False)
