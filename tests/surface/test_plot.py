@@ -659,7 +659,7 @@ def test_each_scheme_has_its_image_with_the_pixels_of_its_run(compared):
 def test_the_distance_of_the_farthest_mark_is_drawn_over_time(compared):
     axes = plot.comparison(compared).axes[3]
     assert (axes.get_xlabel(), axes.get_yscale()) == ("time (s)", "log")
-    assert axes.get_ylabel() == "distance of the farthest mark (px)"
+    assert axes.get_ylabel() == "farthest mark from its goal (px)"
     for name, run in compared.runs.items():
         lived = run.dropna("time")
         away = np.linalg.norm(lived["pixels"].values - run["pixels_goal"].values, axis=2).max(

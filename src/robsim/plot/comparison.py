@@ -55,8 +55,10 @@ def comparison(comparison: Comparison) -> Figure:
 
 
 def look(i: int) -> dict[str, Any]:
-    """Colour and line style of the i-th scheme."""
-    return {"color": palette.nth(i), "linestyle": palette.LINES[i % len(palette.LINES)]}
+    """Colour, line and marker (at its end) of the i-th scheme."""
+    line, marker = palette.LINES[i % len(palette.LINES)], _MARKERS[i % len(_MARKERS)]
+    color = {"color": palette.nth(i), "linewidth": 1.8}
+    return {**color, "linestyle": line, "marker": marker, "markevery": [-1], "markersize": 6}
 
 
 # ---- single runs ----
@@ -67,6 +69,7 @@ def _slide(found: Comparison) -> Figure:
     columns = -(-len(found.names) // rows)
     height = rows * (2.8 if columns < 4 else 2.0)
     figure = new_figure(12.8, height + BELOW)
+    figure.set_layout_engine("constrained", h_pad=0.08, w_pad=0.08)
     grid = figure.add_gridspec(2, 1, height_ratios=(height, BELOW))
     _draw_images(figure, grid[0].subgridspec(rows, columns), found)
     below = grid[1].subgridspec(1, 3, width_ratios=(1, 1.15, 1))
@@ -107,10 +110,10 @@ def _draw_errors(axes: Axes, found: Comparison) -> None:
         one = history.single(run)
         norm = one["error_norm"].values
         values = pixels_away(one)[0].max(axis=1) if seen else norm / (norm[0] or 1.0)
-        axes.plot(one["time"].values, values, label=name, linewidth=1.8, **look(i))
+        axes.plot(one["time"].values, values, label=name, **look(i))
         shown = values[(values > 0) & np.isfinite(values)]
         low, high = min([low, *shown]), max([high, *shown])
-    label = "distance of the farthest mark (px)" if seen else "error / error at the start"
+    label = "farthest mark from its goal (px)" if seen else "error / error at the start"
     axes.set(xlabel="time (s)", ylabel=label)
     if high > 0:
         axes.set(yscale="log", ylim=(max(low, 1e-6 * high) / 2, 2 * high))
@@ -168,9 +171,7 @@ def _draw_ways(axes: Axes, found: Comparison) -> None:
     spans = np.ptp(np.concatenate(list(ways.values())), axis=0)
     across, up = sorted(np.argsort(-spans, kind="stable")[:2])
     for i, way in enumerate(ways.values()):
-        axes.plot(way[:, across], way[:, up], linewidth=1.8, **look(i))
-        dot: dict[str, Any] = {"marker": _MARKERS[i % len(_MARKERS)], "markersize": 6}
-        axes.plot(*way[-1, [across, up]], color=palette.nth(i), linestyle="none", **dot)
+        axes.plot(way[:, across], way[:, up], **look(i))
     starts = np.unique([way[0, [across, up]] for way in ways.values()], axis=0)
     black: dict[str, Any] = {"color": palette.BLACK, "linestyle": "none"}
     axes.plot(*starts.T, marker=palette.ASTERISK, markersize=9, label="start", **black)
