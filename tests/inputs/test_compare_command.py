@@ -83,8 +83,8 @@ def test_files_become_schemes_each_in_its_own_scene(robsim):
     assert files("out") == [
         *("comparison-2.nc", "comparison.csv", "comparison.nc", "turn-2.nc", "turn.nc")
     ]
-    assert "note: not the scene of turn: comparison-2\n" in out
-    assert "note: not the start of turn: turn-2\n" in out
+    assert "note: another scene than turn: comparison-2\n" in out
+    assert "note: another start than turn: turn-2\n" in out
 
 
 def test_files_and_values_are_all_combined_after_what_is_set(robsim):
@@ -179,4 +179,4 @@ def test_examples_can_be_compared(robsim):
     paths = [examples.path(name) for name in names]
     status, out, _ = robsim("compare", *paths, "-o", "out")
     assert status == 0 and Path("out/comparison.png").stat().st_size > 20_000
-    assert "note: not the scene of visp_tutorial: chapter_6_2" in out
+    assert "note: another scene than visp_tutorial: chapter_6_2" in out

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import robsim as rs
 from robsim.analysis import measures
@@ -126,6 +127,23 @@ def test_a_carried_target_is_measured_where_the_camera_stands():
     assert found["retreat"] == 0.0 and found["peak_speed"] == pytest.approx(0.3, rel=1e-9)
 
 
+def test_rotation_is_what_the_camera_turned_forth_and_back():
+    """A camera that swings 0.15 rad out and back, by a law that follows the clock."""
+
+    class Swing:
+        name, in_camera = "swing", False
+
+        def command(self, state):
+            rate = 0.15 if state.time < 0.999 else -0.15
+            return np.tile([0, 0, 0, 0, rate, 0], (state.error.shape[0], 1))
+
+    scene = rs.load_scenario(rs.examples.path("visp_tutorial")).scene
+    task = rs.IBVS(rs.Pose.at(0, 0.05, -1), law=Swing())
+    found = one(rs.compare(scene, {"a": task}, rs.Pose.at(0, 0, -1), dt=0.1, duration=2))
+    assert found["rotation"] == pytest.approx(0.3, rel=1e-9)
+    assert found["path_length"] == pytest.approx(0.0, abs=1e-12)
+
+
 # ---- hand-made runs: what is measured of marks and joints ----
 
 
@@ -224,6 +242,13 @@ def test_a_row_of_a_batch_has_the_bits_of_the_run_alone(batch):
             np.testing.assert_array_equal(found.data[key].values[:, row], alone.data[key].values)
 
 
+def test_a_batch_is_measured_in_blocks_of_any_size(batch, monkeypatch):
+    scene, tasks, starts, found = batch
+    monkeypatch.setattr("robsim.analysis.compare.BLOCK", 1000)  # of 376 moments: two runs
+    again = rs.compare(scene, tasks, starts, duration=15)
+    xr.testing.assert_identical(again.data, found.data)
+
+
 def test_of_a_batch_the_table_has_shares_and_medians(batch):
     *_, found = batch
     arrived = found.data.outcome.values == rs.Outcome.CONVERGED
@@ -290,9 +315,9 @@ def test_schemes_may_have_scenes_starts_and_settings_of_their_own(free_scene):
     assert compared([first]).notes == ()
     found = compared([first, second])
     assert found.notes == (
-        "note: not the scene of a: b",
-        "note: not the start of a: b",
-        "note: not the run settings of a: b",
+        "note: another scene than a: b",
+        "note: another start than a: b",
+        "note: other run settings than a: b",
     )
     assert str(found).endswith("\n".join(found.notes))
 

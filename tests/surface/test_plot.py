@@ -653,7 +653,7 @@ def test_each_scheme_has_its_image_with_the_pixels_of_its_run(compared):
         np.testing.assert_array_equal(starts, pixels[0])
         np.testing.assert_array_equal(goals, run["pixels_goal"].values)
         assert axes.get_title().startswith(name)
-    assert figure.axes[2].get_title() == "slow: time limit after 8 s"
+    assert figure.axes[2].get_title() == "slow\ntime limit after 8 s"
 
 
 def test_the_distance_of_the_farthest_mark_is_drawn_over_time(compared):

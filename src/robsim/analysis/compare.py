@@ -18,6 +18,7 @@ from robsim.analysis.measures import MEASURES, distance, retreat
 from robsim.arrays import Array
 from robsim.errors import InputError, Interrupted, RankWarning, suggest
 from robsim.outcome import Outcome
+from robsim.results import BLOCK
 from robsim.scene import Scene
 from robsim.servo import Computed, Shown, Task
 from robsim.simulate import Progress, simulate
@@ -259,10 +260,19 @@ def _measured(schemes: Sequence[Scheme], runs: dict[str, xr.Dataset]) -> Compari
 
 def _measures(scheme: Scheme, run: xr.Dataset) -> dict[str, Array]:
     """(B,) of each measure."""
+    of: dict[str, Any] = {key: each.of for key, each in MEASURES.items()}
+    of["retreat"] = partial(retreat, goal=_goal_distance(scheme, run))
     with np.errstate(all="ignore"):  # a run that went wrong is data
-        found = {key: each.of(run, scheme.scene) for key, each in MEASURES.items()}
-        found["retreat"] = retreat(run, scheme.scene, _goal_distance(scheme, run))
-    return found
+        parts = [{k: f(part, scheme.scene) for k, f in of.items()} for part in _blocks(run)]
+    return {key: np.concatenate([part[key] for part in parts]) for key in of}
+
+
+def _blocks(run: xr.Dataset) -> list[xr.Dataset]:
+    """Some runs at a time, since each moment has poses and Jacobians."""
+    if "run" not in run.dims:
+        return [run]
+    size = max(1, BLOCK // run.sizes["time"])
+    return [run.isel(run=slice(i, i + size)) for i in range(0, run.sizes["run"], size)]
 
 
 def _goal_distance(scheme: Scheme, run: xr.Dataset) -> float:
@@ -285,13 +295,15 @@ def _differences(schemes: Sequence[Scheme]) -> Iterable[str]:
     """What besides the task is not the same for all."""
     first, *others = schemes
     differ = {
-        "scene": [each.name for each in others if each.scene != first.scene],
-        "start": [each.name for each in others if not np.array_equal(each.start, first.start)],
-        "run settings": [each.name for each in others if each.settings != first.settings],
+        "another scene": [each.name for each in others if each.scene != first.scene],
+        "another start": [
+            each.name for each in others if not np.array_equal(each.start, first.start)
+        ],
+        "other run settings": [each.name for each in others if each.settings != first.settings],
     }
     for what, names in differ.items():
         if names:
-            yield f"note: not the {what} of {first.name}: {', '.join(names)}"
+            yield f"note: {what} than {first.name}: {', '.join(names)}"
 
 
 def _quantile(values: xr.DataArray, share: float) -> xr.DataArray:

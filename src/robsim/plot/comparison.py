@@ -46,7 +46,7 @@ def comparison(comparison: Comparison) -> Figure:
     >>> tasks = {"image": IBVS(one.task.goal), "pose": PBVS(one.task.goal)}
     >>> figure = comparison(compare(one.scene, tasks, one.q0, duration=2))
     >>> [axes.get_title() for axes in figure.axes[:2]]
-    ['image: time limit after 2 s', 'pose: time limit after 2 s']
+    ['image\\ntime limit after 2 s', 'pose\\ntime limit after 2 s']
     """
     if not {"runs", "data", "scenes"} <= set(dir(comparison)):
         raise InputError(f"expected a Comparison as compare returns it, got {comparison!r:.80}")
@@ -83,9 +83,7 @@ def _draw_images(figure: Figure, grid: Any, found: Comparison) -> None:
         axes, one = figure.add_subplot(grid[divmod(i, grid.ncols)]), history.single(run)
         _draw_image(axes, history.seen_by(one, None), palette.nth(i))
         ended = int(run["outcome"]) == Outcome.CONVERGED
-        small = grid.ncols > 3 and not ended
-        title = name if ended else f"{name}: {history.ending(one)}"
-        axes.set_title(title, fontsize=8 if small else 10)
+        axes.set_title(name if ended else f"{name}\n{history.ending(one)}", fontsize=9)
 
 
 def _draw_image(axes: Axes, view: xr.Dataset, color: str) -> None:
