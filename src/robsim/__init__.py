@@ -98,6 +98,8 @@ from robsim.vision import triangulate as triangulate
 
 if TYPE_CHECKING:
     from robsim import plot as plot
+    from robsim.analysis.compare import Comparison as Comparison
+    from robsim.analysis.compare import compare as compare
     from robsim.runfile import open_run as open_run
     from robsim.runfile import save_run as save_run
     from robsim.scenario import Scenario as Scenario
@@ -107,6 +109,8 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
+    "Comparison": "robsim.analysis.compare",
+    "compare": "robsim.analysis.compare",
     "open_run": "robsim.runfile",
     "save_run": "robsim.runfile",
     "Scenario": "robsim.scenario",
