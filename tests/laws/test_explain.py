@@ -168,7 +168,7 @@ KNOWN = [
     (half_turn, "DIVERGED", "camera retreat", "1 m away .* 180 degrees about the optical axis"),
     (limited, "JOINT_LIMIT", "joint limit", "lower limit of joint 'forearm'.* nothing else"),
     (stretched, "SINGULAR", "singularity", "from 2 to 1: no error changes when link1 and link2"),
-    (noisy, "TIME_LIMIT", "noise", r"noise of 0\.5 px .* tolerance is 1e-05"),
+    (noisy, "TIME_LIMIT", "noise", r"noise of 0\.5 px: .* tolerance is 1e-05"),
     (slow, "TIME_LIMIT", "too little time", r"gain of 0\.3 per second.* after 32\.7 s"),
     (lost_by_pose, "OUT_OF_IMAGE", "no control of the image", "position-based"),
     (moving, "TIME_LIMIT", "own motion", r"'conveyor' moves on its own.*/ 2 = 0\.0125"),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from robsim.analysis.case import Case
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.removal import Removal, Trial, cures, patient, without
-from robsim.analysis.explanation.wording import listed, number
+from robsim.analysis.explanation.wording import listed
 
 Cure = Callable[[Case], Trial | None]  # the trial of a case, if it goes well
 
@@ -24,7 +24,7 @@ class Attribution:
 
 def converges(trial: Trial) -> str:
     """How it goes when it goes well."""
-    return f"the same run converges after {number(trial.end_time)} s"
+    return f"the same run {trial.told}"
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from robsim.analysis.explanation.wording import counted, length, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.analysis.truth import true_features
 from robsim.motion import Motion
+from robsim.outcome import Outcome
 from robsim.sensing import Sensing
 from robsim.servo import DepthFilter
 
@@ -50,23 +51,15 @@ def _with(told: Told, change: Any) -> tuple[str, Any, dict[str, float]]:
 
 
 def _noise(again: Repeated) -> Told:
-    floor, tolerance = _floor(again), again.loop.controller.tolerance
     sigma = again.case.sensing.noise
-    sentence = (
-        f"Pixel noise of {number(sigma)} px keeps the largest error at about {number(floor)}, and "
-        f"the tolerance is {number(tolerance)}."
-    )
-    return sentence, {"noise_px": sigma, "floor": floor, "tolerance": tolerance}
+    told, evidence = _floor(again, f"There is pixel noise of {number(sigma)} px")
+    return told, {"noise_px": sigma, **evidence}
 
 
 def _quantisation(again: Repeated) -> Told:
-    floor, tolerance = _floor(again), again.loop.controller.tolerance
     step = again.case.sensing.quantisation
-    sentence = (
-        f"Pixels are rounded to {number(step)} px: the error goes in steps and stays at about "
-        f"{number(floor)}, and the tolerance is {number(tolerance)}."
-    )
-    return sentence, {"quantisation_px": step, "floor": floor, "tolerance": tolerance}
+    told, evidence = _floor(again, f"Pixels are rounded to {number(step)} px")
+    return told, {"quantisation_px": step, **evidence}
 
 
 def _outliers(again: Repeated) -> Told:
@@ -106,8 +99,10 @@ def _latency(again: Repeated) -> Told:
             f": with such a delay the loop is unstable where gain times period exceeds "
             f"{number(limit)}, and it is {number(product)}."
         )
-    else:
+    elif product <= limit:
         told += f"; gain times period is {number(product)}, and {number(limit)} is the limit."
+    else:
+        told += "."
     evidence = {"periods": periods, "gain_dt": product, "limit": limit, "gain": gain}
     return told, evidence
 
@@ -128,8 +123,8 @@ def _lag(again: Repeated) -> Told:
     damping = 0.5 / np.sqrt(lag * gain)
     sentence = (
         f"The joints follow their command with a lag of {number(lag)} s: at a gain of "
-        f"{number(gain)} per second the damping ratio of the loop is {number(damping)}, without "
-        "the periods of the command."
+        f"{number(gain)} per second the damping ratio of the loop is {number(damping)}, and "
+        "below 1 it oscillates."
     )
     return sentence, {"lag_s": lag, "gain": gain, "damping": float(damping)}
 
@@ -144,9 +139,13 @@ def _acceleration(again: Repeated) -> Told:
 
 def _cut(again: Repeated, which: str) -> Told:
     """How often the joints did not move as commanded."""
-    actual, wanted = again.run["qd_actual"].values, again.run["qd"].values
-    late = np.abs(actual[1:] - wanted[:-1]) > 1e-9 * (1.0 + np.abs(wanted[:-1]))
-    share = float(late.any(axis=1)[: len(again.moments) - 1].mean()) if len(late) else 0.0
+    columns, scene = again.loop.controller.columns, again.case.scene
+    limit = again.case.actuation.limits(which, scene.nv)[columns]
+    wanted, actual = (
+        again.run[name].values[: len(again.moments), columns] for name in ("qd", "qd_actual")
+    )
+    asked = wanted if which == "velocity" else (wanted - actual) / again.case.dt
+    share = float((np.abs(asked) > limit).any(axis=1).mean())
     sentence = (
         f"The {which} limits of the joints change the command in {number(100 * share)} percent "
         "of the periods, and with it the direction of the motion."
@@ -156,12 +155,8 @@ def _cut(again: Repeated, which: str) -> Told:
 
 def _encoder(again: Repeated) -> Told:
     step = float(np.max(again.case.actuation.encoder))
-    floor, tolerance = _floor(again), again.loop.controller.tolerance
-    sentence = (
-        f"The encoders count in steps of {number(step)} (rad or m): the error stays at about "
-        f"{number(floor)}, and the tolerance is {number(tolerance)}."
-    )
-    return sentence, {"step": step, "floor": floor, "tolerance": tolerance}
+    told, evidence = _floor(again, f"The encoders count in steps of {number(step)} (rad or m)")
+    return told, {"step": step, **evidence}
 
 
 SENSING: dict[str, tuple[str, Teller]] = {
@@ -190,9 +185,15 @@ def _depths(again: Repeated) -> Iterator[Removal]:
         yield Removal("depth scale", "the wrong depths", *_with(told, change), undone)
     odd = [leaf.depth for leaf in leaves(again.case.task) if leaf.depth != "true"]
     if odd:
-        sentence = f"The depth in L is {_said(odd[0])}, not the true one."
-        change = _each_leaf(depth="true")
-        yield Removal("depth", "the assumed depth", sentence, change, {}, "with the true depth")
+        depths = views.mean_depths(again)
+        low, high = float(depths.min()), float(depths.max())
+        sentence = (
+            f"The depth in L is {_said(odd[0])}, not the true one, which goes from {length(low)} "
+            f"to {length(high)}."
+        )
+        change, evidence = _each_leaf(depth="true"), {"least_m": low, "most_m": high}
+        undone = "with the true depth"
+        yield Removal("depth", "the assumed depth", sentence, change, evidence, undone)
 
 
 def _said(depth: Any) -> str:
@@ -229,15 +230,18 @@ def _motions(again: Repeated) -> Iterator[Removal]:
     drift, gain = _drift(again), views.gain_of(again.case)
     known = any(leaf.feed_forward is not None for leaf in leaves(again.case.task))
     how = "and its feed-forward does not make up for it" if known else "and the law does not know"
-    sentence = (
-        f"{names} moves on its own, {how}: a law of gain {number(gain)} per second lags behind by "
-        f"the drift of the error over the gain, {number(drift)} / {number(gain)} = "
-        f"{number(drift / gain)}."
-    )
+    sentence = f"{names} moves on its own, {how}"
+    if np.isfinite(drift / gain):
+        sentence += (
+            f": a law of gain {number(gain)} per second lags behind by the drift of the error "
+            f"over the gain, {number(drift)} / {number(gain)} = {number(drift / gain)}"
+        )
     still = [Motion(m.robot, np.zeros(scene.robot(m.robot).nv)) for m in scene.motions]
     evidence = {"drift": drift, "gain": gain, "lag": drift / gain}
     undone = f"with {names} standing still"
-    yield Removal("own motion", "what moves on its own", sentence, _stands(still), evidence, undone)
+    yield Removal(
+        "own motion", "what moves on its own", f"{sentence}.", _stands(still), evidence, undone
+    )
 
 
 def _stands(still: list[Motion]) -> Any:
@@ -254,10 +258,17 @@ def _drift(again: Repeated) -> float:
     return float(np.linalg.norm(truth.rates[0] @ own))
 
 
-def _floor(again: Repeated) -> float:
-    """Median of max|e| over the last third of the run."""
-    sizes = views.largest_errors(again)
-    return float(np.median(sizes[-max(len(sizes) // 3, 1) :]))
+def _floor(again: Repeated, what: str) -> Told:
+    """Something that lets no error vanish, with the median of max|e| over the last third."""
+    if again.outcome is not Outcome.TIME_LIMIT:
+        return f"{what}.", {}
+    sizes, tolerance = views.largest_errors(again), again.loop.controller.tolerance
+    floor = float(np.median(sizes[-max(len(sizes) // 3, 1) :]))
+    sentence = (
+        f"{what}: the largest error stays at about {number(floor)}, and the tolerance is "
+        f"{number(tolerance)}."
+    )
+    return sentence, {"floor": floor, "tolerance": tolerance}
 
 
 def _periods(count: float) -> str:

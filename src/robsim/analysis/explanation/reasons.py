@@ -204,7 +204,7 @@ def border_alone(inquiry: Inquiry) -> Finding | None:
         return None
     sentence = (
         "Only the border of the image stands in the way: with an image without one the same run "
-        f"converges after {number(trial.end_time)} s."
+        f"{trial.told}."
     )
     return Finding("border", sentence, {"converges_after_s": trial.end_time})
 
@@ -216,7 +216,7 @@ def limit_alone(inquiry: Inquiry) -> Finding | None:
     if trial is None:
         return None
     if trial.converged:
-        end = f"without limits the same run converges after {number(trial.end_time)} s."
+        end = f"without limits the same run {trial.told}."
         return Finding(
             "joint limit",
             f"The {side} limit of {name} stands in the way, and nothing else: {end}",

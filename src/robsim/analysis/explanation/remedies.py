@@ -29,7 +29,7 @@ def remedies(inquiry: Inquiry) -> list[Finding]:
         for about, how, case in remedy(inquiry):
             trial = tried(case) if case is not None and len(found) < ENOUGH else None
             if trial is not None and trial.converged:
-                sentence = f"{how} the same start converges after {number(trial.end_time)} s."
+                sentence = f"{how} the same start {trial.told}."
                 evidence = {"converges_after_s": trial.end_time}
                 found.append(Finding(about, sentence, evidence))
                 if remedy is gain_lower:

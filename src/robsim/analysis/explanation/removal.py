@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robsim.analysis.case import Case
+from robsim.analysis.explanation.wording import number
 from robsim.errors import InputError
 from robsim.loop import Loop
 from robsim.outcome import Outcome
@@ -36,6 +37,13 @@ class Trial:
     outcome: Outcome
     end_time: float
     loop: Loop
+
+    @property
+    def told(self) -> str:
+        """What is said of it where it converged; one that was held did so by its end."""
+        if self.loop.hold:
+            return "has converged at its end"
+        return f"converges after {number(self.end_time)} s"
 
     @property
     def converged(self) -> bool:
