@@ -375,14 +375,14 @@ def _report(result: xr.Dataset, folder: Path) -> None:
                 click.echo(f"{count:7} {outcome.name}")
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
+        if int(result.outcome) != Outcome.CONVERGED:
+            click.echo(f"why          robsim explain {folder}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
         if not math.isnan(away):  # a goal given as numbers has no image
             click.echo(f"final error  {away:.3g} px")
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
     click.echo(f"results      {folder}")
-    if "run" not in result.dims and int(result.outcome) != Outcome.CONVERGED:
-        click.echo(f"why          robsim explain {folder}")
 
 
 def _free_folder(name: str) -> Path:

@@ -129,6 +129,30 @@ def rounded():
     return fly(rs.IBVS(), scene=scene, sensing=rs.Sensing(quantisation=1.0), duration=20)
 
 
+def coarse():
+    """Encoders that tell little more than the sign of a joint: J is that of another posture."""
+    wrong = {"actuation": rs.Actuation(encoder=2.5), "sensing": rs.Sensing(latency=0.04)}
+    return example("eye_to_hand", duration=15, **wrong)
+
+
+def too_far():
+    """A constant depth of 8 m in L, where it is some 1.2 m."""
+    return fly(rs.IBVS(gain=10.0, depth=8.0))
+
+
+def lossy():
+    scene = flying(camera=eye(size=None))
+    task = rs.IBVS(gain=24.0, tolerance=1e-8)
+    return fly(task, scene=scene, sensing=rs.Sensing(dropped=0.8), duration=1.0)
+
+
+def wrong_base():
+    scenario = rs.load_scenario(examples.path("eye_to_hand"))
+    arm = replace(scenario.scene.robots[0], base=rs.Pose.at(0, 0, 0, rotvec=(0, 0, 2.2)))
+    task = replace(scenario.task, belief=scenario.scene.replacing(arm))
+    return rs.simulate(scenario.scene, task, scenario.q0, duration=20)
+
+
 def wild_marks():
     return fly(rs.IBVS(tolerance=1e-3), sensing=rs.Sensing(noise=0.05, outliers=0.05))
 
@@ -177,6 +201,10 @@ KNOWN = [
     (lagging, "TIME_LIMIT", "lag", r"lag of 0\.5 s: .* damping ratio of the loop is 0\.158"),
     (rounded, "TIME_LIMIT", "quantisation", "rounded to 1 px"),
     (wild_marks, "TIME_LIMIT", "outliers", "5 percent of the marks"),
+    (coarse, "TIME_LIMIT", "encoder", r"steps of 2\.5 \(rad or m\)"),
+    (too_far, "BEHIND_CAMERA", "depth", "taken as 8 m, not the true one, which goes from"),
+    (lossy, "TIME_LIMIT", "dropped", "80 percent of the images are lost"),
+    (wrong_base, "OUT_OF_IMAGE", "base", "'puma560' is believed 126 degrees"),
     (rare, "TIME_LIMIT", "period", r"every 0\.2 s only, 5 control periods.* is 2\.4"),
     (weak, "TIME_LIMIT", "velocity", "velocity limits of the joints change the command in 100"),
     (sluggish, "TIME_LIMIT", "acceleration", "acceleration limits of the joints"),
@@ -301,6 +329,25 @@ def test_a_camera_that_believes_it_has_arrived_is_told_where_it_stands():
     assert [cause.about for cause in told.causes] == ["final pose", "intrinsics"]
     assert "82.5 mm" in told.causes[0].sentence and "focal length 960 px" in str(told)
     assert "Note: " in str(told) and "Why: " not in str(told)
+
+
+def test_hidden_marks_and_a_wrong_model_leave_a_camera_elsewhere():
+    hidden = rs.Sensing(occlusions=rs.Occlusion((0, 1), 0.5), noise=1e-7)
+    told = rs.explain(fly(rs.IBVS(), sensing=hidden))
+    assert [cause.about for cause in told.causes] == ["final pose", "occlusions"]
+    larger, goal = flying(1.3 * SQUARE), rs.Computed(rs.Pose.at(0, 0, 1))
+    told = rs.explain(fly(rs.PBVS(goal, belief=larger), duration=20))
+    assert [cause.about for cause in told.causes] == ["final pose", "target model"]
+    assert told.causes[0].evidence["off_m"] == pytest.approx(0.3 / 1.3, rel=1e-3)
+
+
+def test_a_run_that_was_held_is_told_how_it_stood_at_the_end():
+    task, sensing = rs.IBVS(gain=15.0), rs.Sensing(latency=0.12)
+    told = rs.explain(fly(task, START, flying(camera=eye(size=None)), sensing=sensing, hold=True))
+    assert told.causes[0].about == "latency"
+    assert "Without latency, the same run has converged at its end" in told.causes[0].sentence
+    told = rs.explain(fly(rs.IBVS(gain=2.0), hold=True))
+    assert told.what.startswith("After 10 s the run was followed to the end")
 
 
 def test_a_retreat_and_a_mark_near_the_border_are_noted():

@@ -356,7 +356,7 @@ _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal),
     Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing),
     Outcome.BEHIND_CAMERA: (*_WILD, growing),
-    Outcome.JOINT_LIMIT: (limit_alone, loop_gain, misled, retreat, roll, own_motion),
+    Outcome.JOINT_LIMIT: (loop_gain, misled, limit_alone, retreat, roll, own_motion),
     Outcome.SINGULAR: (lost_direction,),
     Outcome.DIVERGED: (retreat, roll, loop_gain, misled, growing),
     Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
