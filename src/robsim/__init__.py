@@ -101,6 +101,7 @@ if TYPE_CHECKING:
     from robsim.analysis.compare import Comparison as Comparison
     from robsim.analysis.compare import compare as compare
     from robsim.analysis.diagnosis import diagnose as diagnose
+    from robsim.analysis.explain import Explanation as Explanation
     from robsim.analysis.explain import explain as explain
     from robsim.runfile import open_run as open_run
     from robsim.runfile import save_run as save_run
@@ -114,6 +115,7 @@ _LAZY = {
     "Comparison": "robsim.analysis.compare",
     "compare": "robsim.analysis.compare",
     "diagnose": "robsim.analysis.diagnosis",
+    "Explanation": "robsim.analysis.explain",
     "explain": "robsim.analysis.explain",
     "open_run": "robsim.runfile",
     "save_run": "robsim.runfile",

@@ -766,7 +766,7 @@ def test_a_diagnosis_says_how_it_ended_and_has_units(examined, run):
     figure = plot.diagnosis(examined)
     assert figure.get_suptitle() == f"time limit after {float(run['end_time']):.3g} s"
     labels = [axes.get_ylabel() for axes in figure.axes]
-    assert labels == ["V (–)", "condition", "eigenvalue", "to the border (px)"]
+    assert labels == ["V (–)", "largest / smallest σ", "eigenvalue", "to the border (px)"]
     assert [axes.get_xlabel() for axes in figure.axes[2:]] == ["time (s)"] * 2
 
 

@@ -15,7 +15,7 @@ from robsim.analysis.explanation.imperfections import imperfections
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.reasons import reasons
 from robsim.analysis.explanation.remedies import remedies
-from robsim.analysis.explanation.removal import Removal, tried
+from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
 from robsim.outcome import Outcome
 from robsim.scene import Scene
@@ -101,7 +101,7 @@ def explain(
     found = Jury().attributed(case, wrong) if experiments else Attribution()
     causes = found.causes or tuple(reasons(inquiry))
     advice = tuple(remedies(inquiry)) if experiments else ()
-    return _explanation(inquiry, causes, advice, _remarks(found, wrong, experiments))
+    return _explanation(inquiry, causes, advice, _remarks(case, found, wrong, experiments))
 
 
 def _explanation(
@@ -118,7 +118,19 @@ def _ended(inquiry: Inquiry) -> bool:
     return inquiry.outcome is Outcome.CONVERGED
 
 
-def _remarks(found: Attribution, wrong: list[Removal], experiments: bool) -> tuple[str, ...]:
+def _all_right(case: Case, wrong: list[Removal]) -> str:
+    """How a run ends that fails also with everything put right."""
+    trial = tried(without(patient(case), wrong))
+    if trial is None:
+        return "with all of it put right the run makes no sense"
+    if trial.converged:
+        return "but only time is lacking"
+    return f"with all of it put right the run ends as {trial.outcome.name} {trial.end}"
+
+
+def _remarks(
+    case: Case, found: Attribution, wrong: list[Removal], experiments: bool
+) -> tuple[str, ...]:
     """What of the things that are wrong is not the cause."""
     if not wrong:
         return ()
@@ -126,7 +138,7 @@ def _remarks(found: Attribution, wrong: list[Removal], experiments: bool) -> tup
     if not experiments:
         return (f"Also wrong in this run, and not examined: {names}.",)
     if not found.causes:
-        return (f"Also wrong in this run, but not the cause: {names}; it fails without.",)
+        return (f"Wrong as well: {names}; {_all_right(case, wrong)}.",)
     remarks = []
     if found.one_too_many:
         names = listed([one.name for one in found.one_too_many])

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LOWEST = 1e-16  # of the largest V: below it there is rounding only
+TITLES = ("Lyapunov function", "condition number", "", "margins")  # the legend is the third
 DEEP = 3.0  # how far below zero stability is shown
 
 
@@ -32,17 +33,18 @@ def diagnosis(diagnosis: xr.Dataset) -> Figure:
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
     >>> figure = diagnosis(diagnose(run))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['V (–)', 'condition', 'eigenvalue', 'to the border (px)']
+    ['V (–)', 'largest / smallest σ', 'eigenvalue', 'to the border (px)']
     """
     if getattr(diagnosis, "attrs", {}).get("title") != "RobSim diagnosis":
         kind = type(diagnosis).__name__
         raise InputError(f"expected a diagnosis as diagnose returns it, got {kind}")
     with style():
-        figure = new_figure(9.6, 5.4)
+        figure = new_figure(9.6, 5.6)
         panels = figure.subplots(2, 2, sharex=True)
         draws = _draw_lyapunov, _draw_conditions, _draw_stability, _draw_margins
-        for axes, draw in zip(panels.ravel(), draws, strict=True):
+        for axes, draw, title in zip(panels.ravel(), draws, TITLES, strict=True):
             draw(axes, diagnosis)
+            axes.set_title(title, loc="left")
             axes.grid(True)
             axes.spines[["top", "right"]].set_visible(False)
         end = float(diagnosis["time"].values[-1])
@@ -69,7 +71,7 @@ def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
         ("condition_reach", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
     ):
         axes.plot(time, found[name].values, line, color=color, label=label, **_dot(time))
-    axes.set_ylabel("condition")
+    axes.set_ylabel("largest / smallest σ")
     both = [found[f"condition_{name}"].values for name in ("interaction", "reach")]
     _logarithmic(axes, np.concatenate(both), wide=True)
     _legend(axes)
@@ -78,9 +80,9 @@ def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
 def _draw_stability(axes: Axes, found: xr.Dataset) -> None:
     time, least = found["time"].values, found["stability_motion"].values
     radius = found["contraction"].values
-    axes.plot(time, least, color=palette.GREEN, label="of a motion, least", **_dot(time))
-    dashed = "of a period, largest"
-    axes.plot(time, radius, "--", color=palette.PURPLE, label=dashed, **_dot(time))
+    axes.plot(time, least, color=palette.GREEN, label="stability (above 0)", **_dot(time))
+    below = "contraction (below 1)"
+    axes.plot(time, radius, "--", color=palette.PURPLE, label=below, **_dot(time))
     for level in (0.0, 1.0):
         axes.axhline(level, color=palette.GREY, linewidth=0.8)
     shown = np.concatenate([least, radius, [-0.1, 1.1]])
@@ -127,4 +129,4 @@ def _legend(axes: Axes) -> None:
 
 def _dot(time: Array) -> dict[str, Any]:
     """A line of one point is not seen without a marker."""
-    return {"linewidth": 1.4} if len(time) > 1 else {"marker": "."}
+    return {"linewidth": 1.8} if len(time) > 1 else {"marker": "."}

@@ -81,6 +81,23 @@ def camera_law(inquiry: Inquiry) -> Finding | None:
     return Finding("camera law", sentence, {"twist": V, "rank_J": float(joints), "error_norm": e})
 
 
+def ascending(inquiry: Inquiry) -> Finding | None:
+    """A camera law under which V grows, because the joints cannot follow every twist."""
+    last, servo = _last(inquiry), inquiry.servo
+    rates = inquiry.diagnosis["lyapunov_rate"].values
+    if last is None or servo is None or type(servo.law) is not CameraLaw:
+        return None
+    rank, steepest = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0])), np.nanmax(rates)
+    if rank >= 6 or not steepest > 0:
+        return None
+    sentence = (
+        f"Under the camera law the error grows: the joints move the camera in {rank} of 6 ways "
+        f"only, J^+ follows the twist that is asked for as well as that goes, and V' is up to "
+        f"{number(float(steepest))} on the way. The joint law descends V wherever L and J are right."
+    )
+    return Finding("camera law", sentence, {"rank_J": float(rank), "steepest": float(steepest)})
+
+
 def own_law(inquiry: Inquiry) -> Finding | None:
     """A law of which nothing is known that commands nothing."""
     last, servo = _last(inquiry), inquiry.servo
@@ -349,16 +366,16 @@ def near_border(inquiry: Inquiry) -> Finding | None:
 
 
 _LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
-_WILD = (pose_features, retreat, roll, loop_gain, misled, own_motion)
+_WILD = (pose_features, ascending, retreat, roll, loop_gain, misled, own_motion)
 _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.RUNNING: (),
     Outcome.CONVERGED: (retreat, near_border),
     Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal),
     Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing),
     Outcome.BEHIND_CAMERA: (*_WILD, growing),
-    Outcome.JOINT_LIMIT: (loop_gain, misled, limit_alone, retreat, roll, own_motion),
+    Outcome.JOINT_LIMIT: (ascending, loop_gain, misled, limit_alone, retreat, roll, own_motion),
     Outcome.SINGULAR: (lost_direction,),
-    Outcome.DIVERGED: (retreat, roll, loop_gain, misled, growing),
+    Outcome.DIVERGED: (ascending, retreat, roll, loop_gain, misled, growing),
     Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
-    Outcome.TIME_LIMIT: (slow, loop_gain, misled, retreat, lagging),
+    Outcome.TIME_LIMIT: (slow, ascending, loop_gain, misled, retreat, lagging),
 }

@@ -149,5 +149,5 @@ _REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
     Outcome.SINGULAR: (interaction, damped, law, other_scheme),
     Outcome.DIVERGED: (gain_lower, interaction, law, other_scheme),
     Outcome.NOT_FINITE: (gain_lower, interaction, law),
-    Outcome.TIME_LIMIT: (feed_forward, gain_higher, longer, gain_lower, tolerance),
+    Outcome.TIME_LIMIT: (feed_forward, gain_higher, longer, gain_lower, law, tolerance),
 }

@@ -39,11 +39,16 @@ class Trial:
     loop: Loop
 
     @property
+    def end(self) -> str:
+        """When it ended."""
+        return f"after {number(self.end_time)} s"
+
+    @property
     def told(self) -> str:
         """What is said of it where it converged; one that was held did so by its end."""
         if self.loop.hold:
             return "has converged at its end"
-        return f"converges after {number(self.end_time)} s"
+        return f"converges {self.end}"
 
     @property
     def converged(self) -> bool:
