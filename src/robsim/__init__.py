@@ -12,6 +12,9 @@ __version__ = "0.1.0"
 from robsim import examples as examples
 from robsim import robots as robots
 from robsim import units as units
+from robsim.analysis.equilibria import equilibria as equilibria
+from robsim.analysis.equilibrium import Equilibria as Equilibria
+from robsim.analysis.equilibrium import Equilibrium as Equilibrium
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
 from robsim.errors import FileError as FileError

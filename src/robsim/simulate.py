@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.arrays import Array, numbers, positive
+from robsim.arrays import Array, numbers, positive, whole
 from robsim.errors import InputError, Interrupted
 from robsim.interrupt import undisturbed
 from robsim.loop import Loop
@@ -63,23 +63,25 @@ def simulate(
     """
     from robsim.results import dataset
 
-    _check_kinds(scene, task, progress)
+    check_kinds(scene, task)
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
     controller = task.bind(scene)
     starts = scene.coordinates(scene.home if q0 is None else q0, "q0")
     if starts.ndim > 2 or starts.size == 0:
         raise InputError(f"q0: expected shape ({scene.nq},) or (B, {scene.nq}), got {starts.shape}")
     dt, duration = positive(dt, "dt (seconds)"), positive(duration, "duration (seconds)")
-    chunk = _whole(chunk, "chunk", 1)
-    threads = _whole(_processors() if threads is None else threads, "threads", 1, 1025)
+    chunk = whole(chunk, "chunk", 1)
+    threads = whole(_processors() if threads is None else threads, "threads", 1, 1025)
     loop = Loop(
         controller,
         np.ascontiguousarray(starts.reshape(-1, scene.nq)),
         dt,
         _whole_periods(dt, duration),
-        _whole(seed, "seed", 0, 2**64),
+        whole(seed, "seed", 0, 2**64),
         _noise(noise),
         _flag(hold, "hold"),
-        _whole(run, "run", 0, 2**62),
+        whole(run, "run", 0, 2**62),
         record,
     )
     finished = _work(loop, threads, chunk, progress)
@@ -132,13 +134,12 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
             return
 
 
-def _check_kinds(scene: object, task: object, progress: object) -> None:
+def check_kinds(scene: object, task: object) -> None:
+    """InputError unless these are a scene and a task."""
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     if isinstance(task, type) or not isinstance(task, Task):
         raise InputError(f"task: expected a task such as IBVS(...), got {task!r:.80}")
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
 
 
 def _processors() -> int:
@@ -158,15 +159,6 @@ def _whole_periods(dt: float, duration: float) -> int:
             "at most 10 million are simulated"
         )
     return max(1, math.ceil(steps))
-
-
-def _whole(value: Any, what: str, low: int, below: int | None = None) -> int:
-    number = numbers(value, what, ())
-    if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
-        raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")
-    if below is not None and int(value) >= below:
-        raise InputError(f"{what} must be below {below}, got {value!r}")
-    return int(value)
 
 
 def _flag(value: Any, what: str) -> bool:

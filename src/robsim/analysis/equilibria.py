@@ -1,0 +1,151 @@
+"""Equilibria of a task: where it commands no motion, and whether runs end there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.analysis.classify import Points, distinct, kinds, sets
+from robsim.analysis.equilibrium import KINDS, Equilibria, Equilibrium
+from robsim.analysis.field import Field
+from robsim.analysis.newton import refined
+from robsim.analysis.starts import drawn
+from robsim.arrays import Array, first_view, frozen, positive, runs_first, runs_last, whole
+from robsim.errors import InputError
+from robsim.loop import Loop
+from robsim.scene import Scene
+from robsim.servo.task import Task
+from robsim.simulate import check_kinds
+
+NEAR = 0.02  # metres and radians from an equilibrium, within which a run has ended there
+CHUNK = 256  # runs in lockstep
+PERIODS = 0.1  # of a run's step, in units of the time 1/rate of the fastest motion
+PATIENCE = 100.0  # the duration of a run, in units of the time 1/pace of the slowest
+LONGEST = 20_000  # steps
+
+
+def equilibria(
+    scene: Scene,
+    task: Task,
+    starts: Any = None,
+    *,
+    count: int = 200,
+    seed: int = 0,
+    distance: tuple[float, float] = (0.6, 1.4),
+    cone: float = np.pi / 4,
+    dt: float | None = None,
+    duration: float | None = None,
+) -> Equilibria:
+    """The states in which a task commands no motion, found from many starts and classified.
+
+    From every start a run goes to its end, as in `simulate`, though no image has a border and no
+    joint a limit. Newton's method then looks for f(q) = 0, with qdot = f(q) what the task commands,
+    from all ends, from all starts (which finds saddles as well) and from the goal where it was
+    shown. What is found depends on the starts: nobody promises that it is all there is. Each one
+    is classified by its error and by the eigenvalues of df/dq (Chaumette 1998; Colotti et al. 2024
+    compute all equilibria of four points algebraically).
+
+    starts     (B, nq) coordinates, or {robot: q}; None: they are drawn
+    count      how many are drawn
+    seed       of the drawing
+    distance   for one flying camera: it looks at the middle of the marks from a distance that is
+               uniform between these two, in units of that at the goal,
+    cone       in a direction that is uniform within this half angle (radians) about that at the
+               goal, and with a roll uniform over the full circle. For other robots every
+               commanded joint is uniform within its limits, or +-0.5 m and a full turn around home
+               where it has none. Draws with a mark that is not in front of its camera are dropped
+    dt         control period of the runs in seconds; None: a tenth of the fastest time constant at
+               the goal
+    duration   of the runs in seconds; None: a hundred times 1/gain
+
+    InputError: a task that remembers (Broyden, DepthFilter, estimated feed-forward, a smooth
+    start, a latched switch), a scene that moves on its own, or starts of no use.
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("local_minimum"))
+    >>> found = equilibria(scenario.scene, scenario.task, count=40)
+    >>> [each.kind for each in found][:2], round(found.minima[0].error_norm, 5)
+    (['goal', 'minimum'], 0.00231)
+    """
+    check_kinds(scene, task)
+    task.bind(scene)  # errors and warnings of a run
+    field = Field.of(scene, task)
+    count, seed = whole(count, "count", 1), whole(seed, "seed", 0, 2**64)
+    q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
+    dt, steps = _times(field, q0, dt, duration)
+    ends, outcomes = _runs(field, q0, dt, steps)
+    seeds = [q0, ends] if field.goal is None else [field.goal, q0, ends]
+    q = refined(field, np.concatenate(seeds, axis=1))
+    return _told(field, q, q0, ends, outcomes)
+
+
+def _given(field: Field, starts: Any) -> Array:
+    """Checked starts (nq, B)."""
+    given = field.scene.coordinates(starts, "starts", limits=False)
+    if given.ndim != 2 or not given.size:
+        raise InputError(f"starts: expected shape (B, {field.scene.nq}), got {given.shape}")
+    q = runs_last(given, 1)
+    behind = np.flatnonzero(~field.in_front(q))
+    if behind.size:
+        raise InputError(f"starts: row {behind[0]} has a mark that is not in front of its camera")
+    return q
+
+
+def _times(field: Field, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
+    """Period, and how many of them; by the fastest and the slowest motion where not given."""
+    if dt is None:
+        J = first_view(field.jacobian(q0 if field.goal is None else field.goal))
+        J = J[np.isfinite(J).all(axis=(1, 2))]
+        rates = np.abs(np.linalg.eigvals(J)).max(axis=1)
+        fastest = float(np.median(rates)) if rates.size else 0.0
+        dt = PERIODS / max(fastest, field.controller.pace)
+    dt = positive(dt, "dt (seconds)")
+    told = duration is not None
+    seconds = positive(duration, "duration (seconds)") if told else PATIENCE / field.controller.pace
+    return dt, max(1, int(min(np.ceil(seconds / dt), LONGEST)))
+
+
+def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArray[np.int8]]:
+    """Where the runs end (nq, B), and why."""
+    loop = Loop(field.controller, runs_first(q0), dt, steps, 0, 0.0, False, 0, "summary")
+    loop.limits = np.full(loop.limits.shape, [-np.inf, np.inf])
+    rows = np.arange(q0.shape[1])
+    for first in range(0, rows.size, CHUNK):
+        loop.advance(rows[first : first + CHUNK], lambda share: None)
+    return runs_last(loop.recorder.last.q[:, 0], 1), loop.recorder.outcome
+
+
+def _told(field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]) -> Equilibria:
+    """All that was found, in order: by kind, then by share, then by error."""
+    points = distinct(field, q)
+    first, named = sets(points), kinds(field, points)
+    ended = _ended(field, points, first, ends)
+    counts = np.bincount(ended[ended >= 0], minlength=first.size)
+    order = [[KINDS.index(kind) for kind in named], -counts, points.error_norm]
+    listed = [i for i in np.lexsort(np.array(order[::-1])).tolist() if first[i] == i]
+    T, shares = field.pose(points.q).matrix, counts / ended.size
+    found = [
+        Equilibrium(
+            frozen(points.q[:, i].copy()),
+            frozen(T[i].copy()),
+            named[i],
+            float(points.error_norm[i]),
+            frozen(points.eigenvalues[:, i].copy()),
+            int(points.free[i]),
+            float(shares[i]),
+        )
+        for i in listed
+    ]
+    number = np.full(first.size + 1, -1)  # the last is for runs that ended at none
+    number[listed] = np.arange(len(listed))
+    return Equilibria(tuple(found), frozen(runs_first(q0)), frozen(number[ended]), frozen(outcomes))
+
+
+def _ended(field: Field, points: Points, first: Any, ends: Array) -> NDArray[np.int64]:
+    """(B,) the first point of the set near which each run ended; -1 if near none."""
+    if not first.size:
+        return np.full(ends.shape[1], -1)
+    far = field.apart(ends, points.q)
+    return np.where(far.min(axis=1) < NEAR, first[far.argmin(axis=1)], -1)
