@@ -77,7 +77,7 @@ def simulate(
         controller,
         np.ascontiguousarray(starts.reshape(-1, scene.nq)),
         dt,
-        _whole_periods(dt, duration),
+        whole_periods(dt, duration),
         whole(seed, "seed", 0, 2**64),
         _noise(noise),
         _flag(hold, "hold"),
@@ -149,7 +149,8 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
-def _whole_periods(dt: float, duration: float) -> int:
+def whole_periods(dt: float, duration: float) -> int:
+    """How many periods a duration has, at least one; InputError if it is none, or too many."""
     if dt > duration:
         raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
     steps = duration / dt - 1e-9  # infinite if dt is tiny

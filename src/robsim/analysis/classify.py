@@ -64,10 +64,11 @@ def sets(points: Points) -> NDArray[np.int64]:
     Along a set of equilibria with L' e = 0 the norm of the error does not change, as its
     differential is e' L dq: degenerate points of one norm are listed once.
     """
-    first = np.arange(points.zero.size)
-    free, norm = points.free, points.error_norm
-    for i in np.flatnonzero(free):
-        same = (free[:i] > 0) & (np.abs(norm[:i] - norm[i]) <= SAME * (norm[i] + SAME))
+    first, norm = np.arange(points.zero.size), points.error_norm
+    loose = (points.free > 0) | np.isnan(points.eigenvalues).any(axis=0)
+    for i in np.flatnonzero(loose):
+        close = np.abs(norm[:i] - norm[i]) <= SAME * norm[i]
+        same = loose[:i] & (close | (points.zero[:i] & points.zero[i]))
         first[i] = np.append(np.flatnonzero(same), i)[0]
     return first
 

@@ -7,17 +7,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.classify import Points, distinct, kinds, sets
+from robsim.analysis.classify import SAME, Points, distinct, kinds, sets
 from robsim.analysis.equilibrium import KINDS, Equilibria, Equilibrium
 from robsim.analysis.field import Field
 from robsim.analysis.newton import refined
 from robsim.analysis.starts import drawn
 from robsim.arrays import Array, first_view, frozen, positive, runs_first, runs_last, whole
+from robsim.camera import Visibility
 from robsim.errors import InputError
 from robsim.loop import Loop
+from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
+from robsim.servo.controller import Controller
 from robsim.servo.task import Task
-from robsim.simulate import check_kinds
+from robsim.simulate import check_kinds, whole_periods
 
 NEAR = 0.02  # metres and radians from an equilibrium, within which a run has ended there
 CHUNK = 256  # runs in lockstep
@@ -70,7 +73,7 @@ def equilibria(
     (['goal', 'minimum'], 0.00231)
     """
     check_kinds(scene, task)
-    task.bind(scene)  # errors and warnings of a run
+    real = task.bind(scene)  # with the errors and warnings of a run
     field = Field.of(scene, task)
     count, seed = whole(count, "count", 1), whole(seed, "seed", 0, 2**64)
     q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
@@ -78,7 +81,7 @@ def equilibria(
     ends, outcomes = _runs(field, q0, dt, steps)
     seeds = [q0, ends] if field.goal is None else [field.goal, q0, ends]
     q = refined(field, np.concatenate(seeds, axis=1))
-    return _told(field, q, q0, ends, outcomes)
+    return _told(real, field, q, q0, ends, outcomes)
 
 
 def _given(field: Field, starts: Any) -> Array:
@@ -102,9 +105,9 @@ def _times(field: Field, q0: Array, dt: Any, duration: Any) -> tuple[float, int]
         fastest = float(np.median(rates)) if rates.size else 0.0
         dt = PERIODS / max(fastest, field.controller.pace)
     dt = positive(dt, "dt (seconds)")
-    told = duration is not None
-    seconds = positive(duration, "duration (seconds)") if told else PATIENCE / field.controller.pace
-    return dt, max(1, int(min(np.ceil(seconds / dt), LONGEST)))
+    if duration is None:
+        return dt, int(min(np.ceil(PATIENCE / (field.controller.pace * dt)), LONGEST))
+    return dt, whole_periods(dt, positive(duration, "duration (seconds)"))
 
 
 def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArray[np.int8]]:
@@ -117,15 +120,19 @@ def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArra
     return runs_last(loop.recorder.last.q[:, 0], 1), loop.recorder.outcome
 
 
-def _told(field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]) -> Equilibria:
-    """All that was found, in order: by kind, then by share, then by error."""
+def _told(
+    real: Controller, field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]
+) -> Equilibria:
+    """All that was found, in order: by kind, then by share, then by error; the shown goal first."""
     points = distinct(field, q)
     first, named = sets(points), kinds(field, points)
     ended = _ended(field, points, first, ends)
     counts = np.bincount(ended[ended >= 0], minlength=first.size)
-    order = [[KINDS.index(kind) for kind in named], -counts, points.error_norm]
-    listed = [i for i in np.lexsort(np.array(order[::-1])).tolist() if first[i] == i]
-    T, shares = field.pose(points.q).matrix, counts / ended.size
+    other = np.ones(first.size) if field.goal is None else field.apart(points.q, field.goal)[:, 0]
+    ranks = np.array([KINDS.index(kind) for kind in named])
+    order = np.lexsort(np.array([points.error_norm, -counts, other > SAME, ranks]))
+    listed = [i for i in order.tolist() if first[i] == i]
+    T, inside = field.pose(points.q).matrix, _inside(real, points.q)
     found = [
         Equilibrium(
             frozen(points.q[:, i].copy()),
@@ -134,13 +141,22 @@ def _told(field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.i
             float(points.error_norm[i]),
             frozen(points.eigenvalues[:, i].copy()),
             int(points.free[i]),
-            float(shares[i]),
+            bool(inside[i]),
+            float(counts[i] / ended.size),
         )
         for i in listed
     ]
     number = np.full(first.size + 1, -1)  # the last is for runs that ended at none
     number[listed] = np.arange(len(listed))
     return Equilibria(tuple(found), frozen(runs_first(q0)), frozen(number[ended]), frozen(outcomes))
+
+
+def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
+    """(E,) whether all joints are within their limits and all marks in their images."""
+    low, high = real.scene.limits.T[..., None]
+    within = (low - LIMIT_SLACK <= q) & (q <= high + LIMIT_SLACK)
+    seen = [sight.look(q).visibility == Visibility.IN_IMAGE for sight in real.sights]
+    return np.asarray(np.concatenate([within, *seen]).all(axis=0))
 
 
 def _ended(field: Field, points: Points, first: Any, ends: Array) -> NDArray[np.int64]:

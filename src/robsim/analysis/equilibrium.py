@@ -17,6 +17,7 @@ from robsim.value import Value
 
 Kind = Literal["goal", "false goal", "minimum", "degenerate", "saddle", "source", "not smooth"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+ROWS = 20  # of the table that is printed
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,7 @@ class Equilibrium(Value):
                   NaN where f has no derivative
     free          how many eigenvalues count as zero: below a ten-thousandth of the slowest rate at
                   which the error is to decay, which is the gain where the inverse is no transpose
+    inside        whether all joints are within their limits and all marks in the images
     share         of the starts, whose runs ended there, 0 to 1
     """
 
@@ -43,6 +45,7 @@ class Equilibrium(Value):
     error_norm: float
     eigenvalues: NDArray[np.complex128]
     free: int
+    inside: bool
     share: float
 
     @property
@@ -52,16 +55,25 @@ class Equilibrium(Value):
 
     def __str__(self) -> str:
         pose = Pose(self.T_c_o)
-        low, high = (self.eigenvalues.real[[0, -1]] + 0.0).round(4)
-        turns = " *" if (np.abs(self.eigenvalues.imag) > 1e-6).any() else ""
         place, turn = (" ".join(f"{x:8.4f}" for x in part) for part in (pose.position, pose.rotvec))
-        values = f"{low:9.4f} to {high:8.4f}{turns:2}"
-        return f"{self.kind:11}{self.share:7.1%}{self.error_norm:11.3g}  {values}  {place} |{turn}"
+        values = "no derivative"
+        if np.isfinite(self.eigenvalues).all():
+            low, high = (self.eigenvalues.real[[0, -1]] + 0.0).round(4)
+            turns = " *" if (np.abs(self.eigenvalues.imag) > 1e-6).any() else ""
+            values = f"{low:9.4f} to {high:8.4f}{turns}"
+        away = "" if self.inside else "  outside"
+        row = f"{self.kind:11}{self.share:7.1%}{self.error_norm:11.3g}  {values:23}"
+        return f"{row}  {place} |{turn}{away}"
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibria(Value, Sequence[Equilibrium]):
     """The equilibria that were found: goals first, then traps, then what repels.
+
+    The table that `print` shows has in each row the kind, the share of the starts, ||e||, the
+    smallest and the largest real part of the eigenvalues (* where some are complex), the pose of
+    the target in the camera as position and rotation vector, and whether it is outside of the
+    limits of a joint or of an image.
 
     found      what they are
     starts     (B, nq) where the runs started
@@ -120,7 +132,9 @@ class Equilibria(Value, Sequence[Equilibrium]):
             f"{'kind':11}{'share':>7}{'||e||':>11}  {'eigenvalues (1/s)':23}  "
             "target in camera (m | rad)"
         )
-        rows = [head, columns, *map(str, self.found)]
+        rows = [head, columns, *map(str, self.found[:ROWS])]
+        if len(self) > ROWS:
+            rows.append(f"... and {len(self) - ROWS} more")
         if self.lost:
             ended, counts = np.unique(self.outcomes[self.ends < 0], return_counts=True)
             each = zip(ended, counts, strict=True)

@@ -125,6 +125,15 @@ class Field:
         tree.integrate(joints.kind, joints.iq, joints.iv, velocities, 1.0, out)
         return out
 
+    def within_limits(self, q: Array) -> Array:
+        """The states, their joints turned fully about as often as brings them into their limits."""
+        joints, limits, out = self.scene.tree.joints, self.scene.limits, q.copy()
+        for i in joints.iq[joints.kind == REVOLUTE]:
+            low, high = limits[i]
+            if np.isfinite(low) and np.isfinite(high):
+                out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
+        return out
+
     def differences(self, q: Array) -> tuple[Array, Array]:
         """F (n, n, B) after a STEP along (second index) each commanded velocity, and against it."""
         n, runs = self.n, q.shape[1]

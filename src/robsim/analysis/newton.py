@@ -32,7 +32,13 @@ def refined(field: Field, q: Array) -> Array:
         if not q.shape[1]:
             break
         q, f = _step(field, q, f)
-    return np.ascontiguousarray(np.concatenate(found, axis=1))
+    return _turned(field, np.ascontiguousarray(np.concatenate(found, axis=1)), enough)
+
+
+def _turned(field: Field, q: Array, enough: float) -> Array:
+    """Within the limits where that is an equilibrium too: a secondary motion may not have turns."""
+    turned = field.within_limits(q)
+    return np.where(_length(field.rates(turned)) <= enough, turned, q)
 
 
 def _step(field: Field, q: Array, f: Array) -> tuple[Array, Array]:
