@@ -24,7 +24,8 @@ from robsim.simulate import check_kinds, whole_periods
 
 NEAR = 0.02  # metres and radians from an equilibrium, within which a run has ended there
 CHUNK = 256  # runs in lockstep
-PERIODS = 0.1  # of a run's step, in units of the time 1/rate of the fastest motion
+PAIRS = 200  # of ends, at least, between which Newton's method starts
+PERIODS = 0.02  # of a run's step, in units of the time 1/rate of the fastest motion
 PATIENCE = 100.0  # the duration of a run, in units of the time 1/pace of the slowest
 LONGEST = 20_000  # steps
 
@@ -45,10 +46,13 @@ def equilibria(
 
     From every start a run goes to its end, as in `simulate`, though no image has a border and no
     joint a limit. Newton's method then looks for f(q) = 0, with qdot = f(q) what the task commands,
-    from all ends, from all starts (which finds saddles as well) and from the goal where it was
-    shown. What is found depends on the starts: nobody promises that it is all there is. Each one
-    is classified by its error and by the eigenvalues of df/dq (Chaumette 1998; Colotti et al. 2024
-    compute all equilibria of four points algebraically).
+    from all ends, from all starts, from states at random between two ends, where saddles are, and
+    from the goal where it was shown. What is found depends on the starts: nobody promises that it
+    is all there is. Each one is classified by its error and by the eigenvalues of df/dq. Spurious
+    minima and how they trap: Chaumette 1998, "Potential problems of stability and convergence in
+    image-based and position-based visual servoing"; all equilibria of a task by algebra: Colotti,
+    Fontan, Goldsztejn, Briot, Chaumette and Kermorgant 2024, "Determination of all stable and
+    unstable equilibria for image-point-based visual servoing".
 
     starts     (B, nq) coordinates, or {robot: q}; None: they are drawn
     count      how many are drawn
@@ -59,8 +63,8 @@ def equilibria(
                goal, and with a roll uniform over the full circle. For other robots every
                commanded joint is uniform within its limits, or +-0.5 m and a full turn around home
                where it has none. Draws with a mark that is not in front of its camera are dropped
-    dt         control period of the runs in seconds; None: a tenth of the fastest time constant at
-               the goal
+    dt         control period of the runs in seconds; None: a fiftieth of the fastest time constant
+               at the goal
     duration   of the runs in seconds; None: a hundred times 1/gain
 
     InputError: a task that remembers (Broyden, DepthFilter, estimated feed-forward, a smooth
@@ -79,7 +83,9 @@ def equilibria(
     q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
     dt, steps = _times(field, q0, dt, duration)
     ends, outcomes = _runs(field, q0, dt, steps)
-    seeds = [q0, ends] if field.goal is None else [field.goal, q0, ends]
+    seeds = [q0, ends, _between(field, ends, seed)]
+    if field.goal is not None:
+        seeds.insert(0, field.goal)
     q = refined(field, np.concatenate(seeds, axis=1))
     return _told(real, field, q, q0, ends, outcomes)
 
@@ -118,6 +124,13 @@ def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArra
     for first in range(0, rows.size, CHUNK):
         loop.advance(rows[first : first + CHUNK], lambda share: None)
     return runs_last(loop.recorder.last.q[:, 0], 1), loop.recorder.outcome
+
+
+def _between(field: Field, ends: Array, seed: int) -> Array:
+    """States between the ends of runs, drawn at random: a saddle parts two basins."""
+    rng, pairs = np.random.default_rng([seed, 1]), max(PAIRS, ends.shape[1])
+    i, j = rng.integers(ends.shape[1], size=(2, pairs))
+    return field.between(ends[:, i], ends[:, j], rng.uniform(size=pairs))
 
 
 def _told(

@@ -134,6 +134,17 @@ class Field:
                 out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
         return out
 
+    def between(self, a: Array, b: Array, share: Array) -> Array:
+        """States (nq, B) on the way from a to b (nq, B): coordinates in proportion, (B,) 0 to 1."""
+        joints, b = self.scene.tree.joints, b.copy()
+        turns = [slice(i + 3, i + 7) for i in joints.iq[joints.kind == FLOATING]]
+        for turn in turns:  # q and -q are one rotation
+            b[turn] *= np.where((a[turn] * b[turn]).sum(axis=0) < 0, -1.0, 1.0)
+        q = (1.0 - share) * a + share * b
+        for turn in turns:
+            q[turn] /= np.sqrt((q[turn] ** 2).sum(axis=0))
+        return np.asarray(q)
+
     def differences(self, q: Array) -> tuple[Array, Array]:
         """F (n, n, B) after a STEP along (second index) each commanded velocity, and against it."""
         n, runs = self.n, q.shape[1]
