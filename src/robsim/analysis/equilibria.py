@@ -81,6 +81,7 @@ def equilibria(
     field = Field.of(scene, task)
     count, seed = whole(count, "count", 1), whole(seed, "seed", 0, 2**64)
     q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
+    field.check_forgetful(q0)
     dt, steps = _times(field, q0, dt, duration)
     ends, outcomes = _runs(field, q0, dt, steps)
     seeds = [q0, ends, _between(field, ends, seed)]

@@ -55,9 +55,7 @@ class Field:
             )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # told where the user bound the task
-            field = cls(_borderless_task(task).bind(_borderless(scene)))
-        field._check_forgetful()
-        return field
+            return cls(_borderless_task(task).bind(_borderless(scene)))
 
     @property
     def scene(self) -> Scene:
@@ -107,10 +105,12 @@ class Field:
         return self.controller.control(self._instant(q))
 
     def rates(self, q: Array) -> Array:
-        """F (n, B), NaN where a mark is not in front of its camera."""
-        with np.errstate(all="ignore"):  # a state of no use is data
-            qd = self.command(q).qd
-        return np.where(self.in_front(q), qd, np.nan)
+        """F (n, B), NaN where a mark is not in front of its camera: there nothing is asked."""
+        out, front = np.full((self.n, q.shape[1]), np.nan), self.in_front(q)
+        if front.any():
+            with np.errstate(all="ignore"):  # a state of no use is data
+                out[:, front] = self.command(np.ascontiguousarray(q[:, front])).qd
+        return out
 
     def in_front(self, q: Array) -> Any:
         """Whether (B,) every camera of the task has all its marks in front."""
@@ -189,9 +189,9 @@ class Field:
         pixels = {key: look.pixels for key, look in looks.items()}
         return Instant(0, 1.0, q, looks, pixels, {})
 
-    def _check_forgetful(self) -> None:
-        """InputError if a law of the user keeps something for the next instant."""
-        now = self._instant(np.ascontiguousarray(self.scene.home[:, None]))
+    def check_forgetful(self, q: Array) -> None:
+        """InputError if a law of the user keeps something of states q for the next instant."""
+        now = self._instant(q)
         with np.errstate(all="ignore"):
             self.controller.control(now)
         kept = list(_kept(now.memory))

@@ -64,6 +64,11 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
     T_w_o = Pose(homogeneous(sight.look(home).T_w_o)[0])
     middle = T_w_o @ sight.target.marks.mean(axis=0)
     way = (T_w_o @ field.goal_pose.inv()).position - middle
+    if not way.any():
+        raise InputError(
+            "starts: a goal given as numbers says nothing about where to start, and home is in "
+            "the middle of the marks; give starts, of shape (B, nq)"
+        )
     place = Pose(homogeneous(tree.joints.place[body][..., None])[0])
 
     def draw(rng: np.random.Generator, count: int) -> Array:
