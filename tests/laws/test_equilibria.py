@@ -333,6 +333,15 @@ def test_it_is_a_sequence_that_says_who_ended_where(free_scene):
         equilibria.goal.q[0] = 1.0
 
 
+def test_none_may_be_found(free_scene):
+    """Turned by 180 degrees the camera backs away for ever, and so does Newton's method."""
+    task = rs.IBVS(goal=rs.Computed(rs.Pose.at(0, 0, 0.5)))
+    start = rs.Pose.at(0, 0, -0.5, rotvec=(0, 0, np.pi)).q
+    nothing = rs.equilibria(free_scene(SQUARE), task, start[None], duration=0.1)
+    assert len(nothing) == 0 and nothing.lost == 1.0 and nothing.minima == ()
+    assert str(nothing).endswith("elsewhere   100.0%  1 time limit")
+
+
 def test_the_table_says_what_is_there(free_scene):
     text = str(found(free_scene, "tilted", count=60))
     assert text.startswith("3 equilibria; runs from 60 starts\n")

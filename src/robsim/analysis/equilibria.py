@@ -138,6 +138,9 @@ def _told(
     real: Controller, field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]
 ) -> Equilibria:
     """All that was found, in order: by kind, then by share, then by error; the shown goal first."""
+    starts = frozen(runs_first(q0))
+    if not q.shape[1]:
+        return Equilibria((), starts, frozen(np.full(len(starts), -1)), frozen(outcomes))
     points = distinct(field, q)
     first, named = sets(points), kinds(field, points)
     ended = _ended(field, points, first, ends)
@@ -162,7 +165,7 @@ def _told(
     ]
     number = np.full(first.size + 1, -1)  # the last is for runs that ended at none
     number[listed] = np.arange(len(listed))
-    return Equilibria(tuple(found), frozen(runs_first(q0)), frozen(number[ended]), frozen(outcomes))
+    return Equilibria(tuple(found), starts, frozen(number[ended]), frozen(outcomes))
 
 
 def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
@@ -175,7 +178,5 @@ def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
 
 def _ended(field: Field, points: Points, first: Any, ends: Array) -> NDArray[np.int64]:
     """(B,) the first point of the set near which each run ended; -1 if near none."""
-    if not first.size:
-        return np.full(ends.shape[1], -1)
     far = field.apart(ends, points.q)
     return np.where(far.min(axis=1) < NEAR, first[far.argmin(axis=1)], -1)
