@@ -49,10 +49,9 @@ def equilibria(
     from all ends, from all starts, from states at random between two ends, where saddles are, and
     from the goal where it was shown. What is found depends on the starts: nobody promises that it
     is all there is. Each one is classified by its error and by the eigenvalues of df/dq. Spurious
-    minima and how they trap: Chaumette 1998, "Potential problems of stability and convergence in
-    image-based and position-based visual servoing"; all equilibria of a task by algebra: Colotti,
-    Fontan, Goldsztejn, Briot, Chaumette and Kermorgant 2024, "Determination of all stable and
-    unstable equilibria for image-point-based visual servoing".
+    minima: Chaumette 1998, "Potential problems of stability and convergence in image-based and
+    position-based visual servoing"; all equilibria of points: Colotti et al. 2024, "Determination
+    of all stable and unstable equilibria for image-point-based visual servoing".
 
     starts     (B, nq) coordinates, or {robot: q}; None: they are drawn
     count      how many are drawn
