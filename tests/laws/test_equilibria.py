@@ -183,7 +183,7 @@ def test_about_46_percent_of_the_starts_are_trapped(free_scene):
 
 
 def test_three_points_have_four_poses_without_error(free_scene):
-    """The marks look as at the goal from four places, which are all stable (chapter, eq. 18)."""
+    """The marks look as at the goal from four places, which are all stable: k = 6 is no cure."""
     equilibria = found(free_scene, "three")
     assert kinds(equilibria) == ["goal"] + 3 * ["false goal"]
     points, goal = CASES["three"]
@@ -193,6 +193,14 @@ def test_three_points_have_four_poses_without_error(free_scene):
         np.testing.assert_allclose(each.eigenvalues, -1.0, atol=1e-6)
     np.testing.assert_allclose(camera(equilibria.goal).matrix, goal.matrix, atol=1e-12)
     assert sum(each.share for each in equilibria) + equilibria.lost == pytest.approx(1)
+
+
+def test_the_goal_is_known_where_it_is_computed_too(free_scene):
+    """The pose that was computed is the goal, and the three others of three points are not."""
+    points, goal = CASES["three"]
+    equilibria = rs.equilibria(free_scene(points), rs.IBVS(goal=rs.Computed(goal.inv())))
+    assert kinds(equilibria) == ["goal"] + 3 * ["false goal"]
+    np.testing.assert_allclose(camera(equilibria.goal).matrix, goal.matrix, atol=1e-9)
 
 
 def test_two_points_leave_a_set_of_goals(free_scene):
@@ -303,6 +311,17 @@ def test_other_tasks_without_memory_have_their_goal(free_scene, task):
     assert kinds(equilibria) == ["goal"] and equilibria.goal.stable
     np.testing.assert_allclose(camera(equilibria.goal).matrix, FACING.matrix, atol=1e-8)
     assert equilibria.goal.share > 0.9
+
+
+def test_the_period_of_the_runs_suits_the_fastest_motion(free_scene):
+    """With the transpose the eigenvalues at the goal are -sigma^2 of L, and no run diverges."""
+    goal = rs.Computed(FACING.inv())
+    task = rs.IBVS(goal=goal, inverse="transposed")
+    equilibria = rs.equilibria(free_scene(SQUARE), task, count=20, duration=50.0)
+    _, L = image(FACING.matrix, SQUARE)
+    sigma = np.linalg.svd(L, compute_uv=False)
+    np.testing.assert_allclose(equilibria.goal.eigenvalues, -(sigma**2), atol=1e-7)
+    assert set(equilibria.outcomes) == {rs.Outcome.TIME_LIMIT}  # sigma^2 differs 4000-fold
 
 
 def test_a_wrong_belief_keeps_a_shown_goal_and_moves_its_eigenvalues(free_scene):

@@ -38,19 +38,20 @@ def distinct(field: Field, q: Array) -> Points:
     command = field.command(q)
     zero = np.abs(command.error).max(axis=0) < field.controller.tolerance
     error_norm = np.sqrt(((command.s - field.controller.s_goal) ** 2).sum(axis=0))
-    eigenvalues = _eigenvalues(field, q)
-    free = (np.abs(eigenvalues) < FREE * field.controller.pace).sum(axis=0)
-    return Points(q, error_norm, zero, eigenvalues, np.asarray(free))
+    values = eigenvalues(field, q)
+    free = (np.abs(values) < FREE * field.controller.pace).sum(axis=0)
+    return Points(q, error_norm, zero, values, np.asarray(free))
 
 
-def _eigenvalues(field: Field, q: Array) -> NDArray[np.complex128]:
+def eigenvalues(field: Field, q: Array) -> NDArray[np.complex128]:
     """Of df/dq (n, E), sorted by real part; NaN where f is not smooth.
 
     A unicycle has a coordinate more than velocities, and one more eigenvalue, which is zero.
     """
     ahead, behind = field.differences(q)
     size = np.abs(ahead - behind).max(axis=(0, 1))
-    smooth = np.abs(ahead + behind).max(axis=(0, 1)) <= ROUGH * size
+    bend = np.abs(ahead + behind - 2.0 * field.rates(q)[:, None]).max(axis=(0, 1))
+    smooth = bend <= ROUGH * size
     J = np.where(smooth, (ahead - behind) / (2.0 * STEP), 0.0)
     values = np.linalg.eigvals(first_view(J)).astype(np.complex128)
     values = np.concatenate([values, np.zeros((len(values), field.unreached))], axis=1)
@@ -76,22 +77,21 @@ def sets(points: Points) -> NDArray[np.int64]:
 def kinds(field: Field, points: Points) -> list[Kind]:
     """What each point is."""
     away = np.zeros(points.zero.size, dtype=np.bool_)
-    if field.goal is not None:
-        here, there = field.pose(points.q), field.pose(field.goal)
-        far = here.matrix - there.matrix
+    if field.true_goal is not None:
+        far = field.pose(points.q).matrix - field.true_goal.matrix
         away = np.asarray(np.abs(far).max(axis=(1, 2)) > 10 * SAME)
     each = points.zero.tolist(), away.tolist(), points.free.tolist(), points.eigenvalues.T
     return [_kind(*one) for one in zip(*each, strict=True)]
 
 
-def _kind(zero: bool, away: bool, free: int, eigenvalues: Any) -> Kind:
+def _kind(zero: bool, away: bool, free: int, values: Any) -> Kind:
     if zero:
         return "false goal" if away and not free else "goal"
-    if np.isnan(eigenvalues).any():
+    if np.isnan(values).any():
         return "not smooth"
     if free:
         return "degenerate"
-    grows = (eigenvalues.real > 0).sum()
+    grows = (values.real > 0).sum()
     if not grows:
         return "minimum"
-    return "source" if grows == eigenvalues.size else "saddle"
+    return "source" if grows == values.size else "saddle"

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.classify import SAME, Points, distinct, kinds, sets
+from robsim.analysis.classify import SAME, Points, distinct, eigenvalues, kinds, sets
 from robsim.analysis.equilibrium import KINDS, Equilibria, Equilibrium
 from robsim.analysis.field import Field
 from robsim.analysis.newton import refined
 from robsim.analysis.starts import drawn
-from robsim.arrays import Array, first_view, frozen, positive, runs_first, runs_last, whole
+from robsim.arrays import Array, frozen, positive, runs_first, runs_last, whole
 from robsim.camera import Visibility
 from robsim.errors import InputError
 from robsim.loop import Loop
@@ -105,11 +105,9 @@ def _given(field: Field, starts: Any) -> Array:
 def _times(field: Field, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
     """Period, and how many of them; by the fastest and the slowest motion where not given."""
     if dt is None:
-        J = first_view(field.jacobian(q0 if field.goal is None else field.goal))
-        J = J[np.isfinite(J).all(axis=(1, 2))]
-        rates = np.abs(np.linalg.eigvals(J)).max(axis=1)
-        fastest = float(np.median(rates)) if rates.size else 0.0
-        dt = PERIODS / max(fastest, field.controller.pace)
+        rates = np.abs(eigenvalues(field, q0 if field.goal is None else field.goal)).max(axis=0)
+        fastest = np.median(rates[np.isfinite(rates)]) if np.isfinite(rates).any() else 0.0
+        dt = PERIODS / max(float(fastest), field.controller.pace)
     dt = positive(dt, "dt (seconds)")
     if duration is None:
         return dt, int(min(np.ceil(PATIENCE / (field.controller.pace * dt)), LONGEST))

@@ -26,7 +26,8 @@ class Equilibrium(Value):
 
     q             coordinates (nq,) of the scene
     T_c_o         pose (4, 4) of the first target in the first camera
-    kind          "goal": e = 0; "false goal": e = 0 elsewhere than where the goal was shown;
+    kind          "goal": e = 0; "false goal": e = 0 with the camera elsewhere (three points
+                  look alike from up to four poses), where the pose of the goal is known;
                   "minimum": e is not 0 and all motions decay, a trap; "saddle": some decay and some
                   grow; "source": all grow; "degenerate": some neither, one of a set of equilibria;
                   "not smooth": f has no derivative there

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -86,6 +86,15 @@ class Field:
     def goal(self) -> Array | None:
         """Coordinates (nq, 1) at which the goal was shown, if it was."""
         return None if self._regulated is None else self._regulated.q_goal
+
+    @property
+    def true_goal(self) -> Pose | None:
+        """T_c_o where the goal was shown, or computed by a belief that is the truth; else None."""
+        if self.goal is not None:
+            return self.pose(self.goal)[0]
+        regulated = self._regulated
+        known = regulated is not None and regulated.exact and regulated.given is None
+        return self.goal_pose if known else None
 
     def pose(self, q: Array) -> Pose:
         """T_c_o (B) of the first target in the first camera."""
@@ -237,7 +246,8 @@ def _borderless_task(task: Any) -> Any:
     }
     if isinstance(getattr(task, "belief", None), Scene):
         changes["belief"] = _borderless(task.belief)
-    return replace(task, **changes) if changes else task
+    whole = not changes or not is_dataclass(task)  # a task of a user may be of any class
+    return task if whole else replace(task, **changes)
 
 
 def _borderless(scene: Scene) -> Scene:
