@@ -45,9 +45,8 @@ nearest.legend(frameon=False, loc="lower left")
 figure.savefig("desired_through_the_target.png", dpi=150)
 
 theta = np.interp(np.radians(starts), middle + np.sin(middle), middle)
-print("roll (degrees)  smallest depth (m)  closed form (m)")
 for row in zip(starts, smallest.values, np.cos(theta), strict=True):
-    print("{:14}  {:18.4f}  {:15.4f}".format(*row))
+    print("from {:3} degrees: smallest depth {:.4f} m, closed form {:.4f} m".format(*row))
 for dt in (1e-3, 5e-4, 2.5e-4):
     fine = np.arange(145.5, 148, 0.02)
     through = (depths(fine, dt) < 0).any("time").values

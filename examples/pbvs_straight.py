@@ -22,10 +22,9 @@ def ways(form, dt):
 def bend(way):
     """Largest distance from the chord over the length of the chord."""
     chord = way[-1] - way[0]
-    along = (way - way[0]) @ chord / (chord @ chord)
-    return np.linalg.norm(way - way[0] - along[:, None] * chord, axis=1).max() / np.linalg.norm(
-        chord
-    )
+    gone, length = way - way[0], np.linalg.norm(chord)
+    along = gone @ chord / length**2
+    return np.linalg.norm(gone - along[:, None] * chord, axis=1).max() / length
 
 
 plt.rcParams.update({"font.size": 9})
