@@ -49,8 +49,8 @@ class Loop:
     dt: float
     steps: int
     seed: int = 0
-    sensing: Sensing = Sensing()
-    actuation: Actuation = Actuation()
+    sensing: Sensing = field(default_factory=Sensing)
+    actuation: Actuation = field(default_factory=Actuation)
     hold: bool = False
     first_run: int = 0
     record: Record = "summary"

@@ -344,7 +344,7 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         rs.compare(scene, {"a": rs.IBVS(GOAL), "b": bad}, GOAL)
     task = {"a": rs.IBVS(GOAL)}
     for message, more in {
-        "no setting 'gain'; .*settings: chunk, dt, duration": {"gain": 3},
+        "no setting 'gain'; .*settings: actuation, chunk, dt, duration": {"gain": 3},
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
         "record='summary': a comparison measures the way": {"record": "summary"},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
