@@ -13,6 +13,7 @@ from robsim import examples as examples
 from robsim import robots as robots
 from robsim import units as units
 from robsim.actuation import Actuation as Actuation
+from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
 from robsim.errors import FileError as FileError

@@ -100,5 +100,7 @@ def _each(value: Any, what: str, zero: bool) -> float | tuple[float, ...]:
     low = (given >= 0).all() if zero else (given > 0).all()
     if given.ndim > 1 or not given.size or not low:
         sign = "not below 0" if zero else "above 0"
-        raise InputError(f"{what}: expected a number {sign}, or one for each, got {value!r:.80}")
+        raise InputError(
+            f"{what}: expected a number {sign}, or one for each, got {given.tolist()!r:.80}"
+        )
     return tuple(given.tolist()) if given.ndim else float(given)

@@ -119,13 +119,11 @@ def check_sensing(sensing: Sensing, sights: Sequence[Sight], dt: float) -> None:
     """InputError if an occlusion hides what does not exist, or periods do not fit."""
     sensing.periods(dt)
     for occlusion in sensing.occlusions:
-        for i, name in enumerate((occlusion.camera, occlusion.target)):
-            known = sorted({sight.key[i] for sight in sights})
+        for i, kind in enumerate(("camera", "target")):
+            name, known = getattr(occlusion, kind), sorted({sight.key[i] for sight in sights})
             if name is not None and name not in known:
-                kind = ("cameras", "targets")[i]
-                raise InputError(
-                    f"occlusion: {name!r} is not watched; {suggest(name, known, kind)}"
-                )
+                hint = suggest(name, known, f"{kind}s of the task")
+                raise InputError(f"occlusion: the task has no {kind} {name!r}; {hint}")
         for sight in sights:
             mine = occlusion.hides(occlusion.start, *sight.key)
             if mine and max(occlusion.marks) >= len(sight.target.marks):

@@ -228,11 +228,22 @@ def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
     by_name = isinstance(task.interaction, str)
     return {
         "goal": kinds.get(type(task.goal), "shown"),
-        "belief": "the truth" if task.belief in (None, scene) else "differs from the truth",
+        "belief": _belief(task.belief, scene),
         "law": repr(task.law),
         "inverse": repr(task.inverse),
         "interaction": task.interaction if by_name else type(task.interaction).__name__,
     }
+
+
+def _belief(belief: Scene | None, truth: Scene) -> str:
+    """What is believed wrongly, by name."""
+    if belief in (None, truth):
+        return "the truth"
+    assert belief is not None
+    kinds = ("robots", "objects", "cameras", "motions")
+    true = [part for kind in kinds for part in getattr(truth, kind)]
+    wrong = [p.name for kind in kinds for p in getattr(belief, kind) if p not in true]
+    return f"differs from the truth: {', '.join(wrong) or 'in the order of its parts'}"
 
 
 def _images(sights: Sequence[Sight]) -> dict[str, Any]:

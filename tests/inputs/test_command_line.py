@@ -70,7 +70,8 @@ robots = [{ model = "free_camera" }]
 objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm", "0, 10, 100 cm"] }]
 cameras = [{ name = "eye", on = "free_camera.body", focal = 800, center = [320, 240] }]
 task = { kind = "ibvs", tolerance = 1e-12 }
-run = { dt = "1 ms", duration = "3000 s", noise = 1.0, record = 1000 }
+run = { dt = "1 ms", duration = "3000 s", record = 1000 }
+sensing = { noise = 1.0 }
 """
 
 

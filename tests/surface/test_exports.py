@@ -111,8 +111,8 @@ def test_a_member_that_users_rely_on_is_there(name):
 
 def test_the_defaults_of_a_run_are_those_of_the_documentation():
     given = inspect.signature(rs.simulate).parameters
-    defaults = {name: given[name].default for name in ("q0", "dt", "duration", "seed", "noise")}
-    assert defaults == {"q0": None, "dt": 0.04, "duration": 10.0, "seed": 0, "noise": 0.0}
+    defaults = {name: given[name].default for name in ("q0", "dt", "duration", "seed", "sensing")}
+    assert defaults == {"q0": None, "dt": 0.04, "duration": 10.0, "seed": 0, "sensing": None}
 
 
 def test_robots_of_the_library_are_functions_by_name():

@@ -14,7 +14,7 @@ from robsim.scenario.problems import shown
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
 _LONGEST = 200  # characters of a quantity
-_DIMENSIONS: dict[str, units.Dimension] = {
+DIMENSIONS: dict[str, units.Dimension] = {
     "rad": "angle",
     "m": "length",
     "rad/s": "turn rate",
@@ -48,7 +48,7 @@ def coordinate(value: Any, unit: str) -> float:
     The numbers of a quaternion, of unit "1", are bare.
     """
     if unit != "1":
-        return quantity(value, _DIMENSIONS[unit])
+        return quantity(value, DIMENSIONS[unit])
     try:
         return _within(float(value), value)
     except (TypeError, ValueError, OverflowError):
@@ -159,14 +159,6 @@ Speed = Annotated[float, Field(gt=0), _reads(quantity, "speed")]
 TurnRate = Annotated[float, Field(gt=0), _reads(quantity, "turn rate")]
 AnySpeed = Annotated[
     float, Field(gt=0), BeforeValidator(lambda value: either(value, "turn rate", "speed"))
-]
-AnyAcceleration = Annotated[
-    float,
-    Field(gt=0),
-    BeforeValidator(lambda value: either(value, "turn acceleration", "acceleration")),
-]
-AnyStep = Annotated[
-    float, Field(ge=0), BeforeValidator(lambda value: either(value, "angle", "length"))
 ]
 Instant = Annotated[float, Field(ge=0), _reads(quantity, "time")]
 Coordinate = Annotated[Any, BeforeValidator(_raw_coordinate)]

@@ -5,16 +5,13 @@ A key that is not here is an error; None means that the key was not given.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, Tag
 
 from robsim.scenario.quantity import (
     Angle,
     Angles,
-    AnyAcceleration,
-    AnySpeed,
-    AnyStep,
     Color,
     Coordinate,
     Extent,
@@ -221,20 +218,19 @@ class SensingTable(Table):
     period: Period | None = None
 
 
-def _listed(one: Any) -> Any:
-    """One quantity for all, or a list of one for each."""
-    return Annotated[
-        Annotated[one, Tag("plain")] | Annotated[Coordinates, Tag("list")], forms("list")
-    ]
+# one quantity for all, or a list of one for each
+Each = Annotated[
+    Annotated[Coordinate, Tag("plain")] | Annotated[Coordinates, Tag("list")], forms("list")
+]
 
 
 class ActuationTable(Table):
     """robsim.Actuation."""
 
     lag: Instant | None = None
-    velocity: _listed(AnySpeed) | None = None  # type: ignore[valid-type]
-    acceleration: _listed(AnyAcceleration) | None = None  # type: ignore[valid-type]
-    encoder: _listed(AnyStep) | None = None  # type: ignore[valid-type]
+    velocity: Each | None = None
+    acceleration: Each | None = None
+    encoder: Each | None = None
 
 
 class BeliefTable(SceneTable):
