@@ -34,7 +34,10 @@ late, whole = np.linspace(0, 3, 181), np.arange(4)
 left.plot(late, [limit(d) for d in late], color=palette.GREY, label="limit: roots of the loop")
 closed = 2 * np.sin(np.pi / (2 * (2 * whole + 1)))
 left.plot(whole, closed, "ks", markersize=4, label="2 sin(π / (2 (2d + 1)))")
-looks = {True: (".", palette.BLUE, "run that settles"), False: ("x", palette.VERMILLION, "does not")}
+looks = {
+    True: (".", palette.BLUE, "run that settles"),
+    False: ("x", palette.VERMILLION, "does not"),
+}
 print("latency (periods)   limit   5 percent below   5 percent above")
 for periods in np.arange(0, 3.1, 0.25):
     gains = limit(periods) * np.array([0.95, 1.05])

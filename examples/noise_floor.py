@@ -39,7 +39,9 @@ for gain_dt in gains:
     x, _, z = 1000 * run.q_end.values[:, :3].std(axis=0)
     scale = np.sqrt(gain_dt / (2 - gain_dt))
     told = marks, np.sqrt(0.75) * scale, x, 1000 * pose[0] * scale, z, 1000 * pose[2] * scale
-    print("{:13}   {:10.3f}   {:9.3f}   {:6.3f}   {:9.3f}   {:6.3f}   {:9.3f}".format(gain_dt, *told))
+    print(
+        "{:13}   {:10.3f}   {:9.3f}   {:6.3f}   {:9.3f}   {:6.3f}   {:9.3f}".format(gain_dt, *told)
+    )
     left.plot(gain_dt, marks, "o", color=palette.BLUE)
     right.plot(gain_dt, x, "o", color=palette.VERMILLION)
     right.plot(gain_dt, z, "s", color=palette.GREEN)

@@ -31,7 +31,10 @@ plt.rcParams["font.size"] = 9
 figure, (left, right) = plt.subplots(1, 2, figsize=(7, 3.2), layout="constrained")
 n = np.arange(1, 9)
 left.plot(n, 2 / n, "s-", color=palette.GREY, markersize=3, label="limit: 2 / n")
-looks = {True: (".", palette.BLUE, "run that settles"), False: ("x", palette.VERMILLION, "does not")}
+looks = {
+    True: (".", palette.BLUE, "run that settles"),
+    False: ("x", palette.VERMILLION, "does not"),
+}
 for periods in n:
     for share in (0.95, 1.05):
         gain_dt = share * 2 / periods

@@ -39,7 +39,9 @@ for axes, run, title in zip(panels, (docked, askew), ("docking", "position-based
         for (a, b, turn), fill in ((start, "none"), (end, palette.nth(i))):
             wedge = (3, 0, np.degrees(turn) - 90)  # a triangle that points ahead
             place = (a / cm, b / cm)
-            axes.plot(*place, marker=wedge, color=palette.nth(i), markerfacecolor=fill, markersize=9)
+            axes.plot(
+                *place, marker=wedge, color=palette.nth(i), markerfacecolor=fill, markersize=9
+            )
     axes.plot(0, 0, "k+", markersize=14)
     axes.set(title=title, xlabel="x (cm)", aspect="equal", xlim=(-66, 8), ylim=(-22, 22))
 
