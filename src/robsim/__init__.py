@@ -88,9 +88,18 @@ from robsim.servo import Transposed as Transposed
 from robsim.servo import Truncated as Truncated
 from robsim.simulate import simulate as simulate
 from robsim.tree import Joint as Joint
+from robsim.vision import HomographyMotions as HomographyMotions
+from robsim.vision import PoseEstimate as PoseEstimate
+from robsim.vision import Triangulated as Triangulated
+from robsim.vision import decompose_homography as decompose_homography
+from robsim.vision import estimate_pose as estimate_pose
+from robsim.vision import homography as homography
+from robsim.vision import triangulate as triangulate
 
 if TYPE_CHECKING:
     from robsim import plot as plot
+    from robsim.analysis.compare import Comparison as Comparison
+    from robsim.analysis.compare import compare as compare
     from robsim.runfile import open_run as open_run
     from robsim.runfile import save_run as save_run
     from robsim.scenario import Scenario as Scenario
@@ -100,6 +109,8 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
+    "Comparison": "robsim.analysis.compare",
+    "compare": "robsim.analysis.compare",
     "open_run": "robsim.runfile",
     "save_run": "robsim.runfile",
     "Scenario": "robsim.scenario",

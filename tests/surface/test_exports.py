@@ -34,6 +34,7 @@ SIGNATURES = {
     "Scene.view": "self q camera points",
     "IBVS": "goal camera target features",
     "simulate": "scene task q0 dt duration seed",
+    "compare": "scene tasks q0",
     "load_scenario": "path",
     "save_run": "run path",
     "open_run": "path",
@@ -41,6 +42,7 @@ SIGNATURES = {
     "plot.image": "run",
     "plot.velocity": "run",
     "plot.run": "run scene",
+    "plot.comparison": "comparison",
     "robots.names": "",
     "robots.load": "name",
     "units.parse": "text dimension",
@@ -140,12 +142,12 @@ def test_classic_gives_exactly_the_ten_names_of_the_chapter():
 
 def test_plot_gives_its_functions():
     assert rs.plot is plot
-    assert {"scene", "image", "velocity", "run"} <= set(dir(plot))
+    assert {"comparison", "scene", "image", "velocity", "run"} <= set(dir(plot))
 
 
 def test_the_command_line_has_its_commands_with_a_sentence_each():
     assert isinstance(cli.cli, click.Group)
-    assert {"demo", "run", "check", "robots", "examples"} <= set(cli.cli.commands)
+    assert {"demo", "run", "compare", "check", "robots", "examples"} <= set(cli.cli.commands)
     for command in cli.cli.commands.values():
         assert command.help and command.help.split("\n")[0].endswith(".")
 

@@ -41,6 +41,7 @@ def loaded_by(code):
         ("import robsim.testing, robsim.examples", ()),
         ("import robsim as rs; rs.load_scenario", ("pydantic",)),
         ("import robsim as rs; rs.open_run", ("xarray", "pandas")),
+        ("import robsim as rs; rs.compare", ("xarray", "pandas")),
         ("import robsim.cli", ("click",)),
         ("import robsim.classic", ()),
     ],
