@@ -46,15 +46,15 @@ class Loop:
 
     controller: Controller
     q0: Array  # (runs, nq)
-    single: bool  # whether one start was given, not a batch of one
     dt: float
     steps: int
-    seed: int
-    sensing: Sensing
-    actuation: Actuation
-    hold: bool
-    first_run: int
-    record: Record
+    seed: int = 0
+    sensing: Sensing = field(default_factory=Sensing)
+    actuation: Actuation = field(default_factory=Actuation)
+    hold: bool = False
+    first_run: int = 0
+    record: Record = "summary"
+    single: bool = False  # whether one start was given, not a batch of one
     witness: Witness | None = None
     stopped: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
