@@ -13,6 +13,9 @@ from robsim import examples as examples
 from robsim import robots as robots
 from robsim import units as units
 from robsim.actuation import Actuation as Actuation
+from robsim.analysis.equilibria import equilibria as equilibria
+from robsim.analysis.equilibrium import Equilibria as Equilibria
+from robsim.analysis.equilibrium import Equilibrium as Equilibrium
 from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility

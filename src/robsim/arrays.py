@@ -86,3 +86,13 @@ def positive(value: Any, what: str) -> float:
     if number.ndim or not number > 0:
         raise InputError(f"{what} must be a positive number, got {value!r}")
     return float(number)
+
+
+def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
+    """A whole number from `low` on, or an InputError that names `what`."""
+    number = numbers(value, what, ())
+    if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
+        raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")
+    if below is not None and int(value) >= below:
+        raise InputError(f"{what} must be below {below}, got {value!r}")
+    return int(value)

@@ -55,8 +55,8 @@ def believe(
     InputError: what there is not, or what is no pose or number.
 
     >>> eye = Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
-    >>> believe(Scene(cameras=eye), focal=1.1).camera().camera.K[0, 0]
-    880.0000000000001
+    >>> believe(Scene(cameras=eye), focal=1.5).camera().camera.K[0]
+    array([1200.,    0.,  320.])
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")

@@ -217,12 +217,10 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
 
 def _compare(scenarios: dict[str, Scenario], folder: Path, figures: bool) -> None:
     """Run all, write, draw and print the table. What was simulated before Ctrl-C is kept."""
-    from dataclasses import asdict
-
     from robsim.analysis.compare import Scheme, compared
 
     schemes = [
-        Scheme(name, one.scene, one.task, one.q0, asdict(one.settings))
+        Scheme(name, one.scene, one.task, one.q0, one.settings.keywords)
         for name, one in scenarios.items()
     ]
     if any(_must_compile(scenario) for scenario in scenarios.values()):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from robsim.actuation import Actuation
-from robsim.arrays import Array, numbers, positive
+from robsim.arrays import Array, positive, whole
 from robsim.errors import InputError, Interrupted
 from robsim.interrupt import undisturbed
 from robsim.loop import Loop, Witness
@@ -71,8 +71,8 @@ def simulate(
 
     if progress is not None and not callable(progress):
         raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
-    chunk = _whole(chunk, "chunk", 1)
-    threads = _whole(_processors() if threads is None else threads, "threads", 1, 1025)
+    chunk = whole(chunk, "chunk", 1)
+    threads = whole(_processors() if threads is None else threads, "threads", 1, 1025)
     loop = loop_of(
         scene,
         task,
@@ -110,7 +110,7 @@ def loop_of(
     witness: Witness | None = None,
 ) -> Loop:
     """The loop that `simulate` runs, with everything checked; a witness sees every instant."""
-    _check_kinds(scene, task)
+    check_kinds(scene, task)
     controller = task.bind(scene)
     starts = scene.coordinates(scene.home if q0 is None else q0, "q0")
     if starts.ndim > 2 or starts.size == 0:
@@ -119,15 +119,15 @@ def loop_of(
     return Loop(
         controller,
         np.ascontiguousarray(starts.reshape(-1, scene.nq)),
-        starts.ndim == 1,
         dt,
-        _whole_periods(dt, duration),
-        _whole(seed, "seed", 0, 2**64),
+        whole_periods(dt, duration),
+        whole(seed, "seed", 0, 2**64),
         _instance(sensing, Sensing, "sensing"),
         _instance(actuation, Actuation, "actuation"),
         _flag(hold, "hold"),
-        _whole(run, "run", 0, 2**62),
+        whole(run, "run", 0, 2**62),
         record,
+        starts.ndim == 1,
         witness,
     )
 
@@ -174,7 +174,7 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
             return
 
 
-def _check_kinds(scene: object, task: object) -> None:
+def check_kinds(scene: object, task: object) -> None:
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     if isinstance(task, type) or not isinstance(task, Task):
@@ -188,7 +188,8 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
-def _whole_periods(dt: float, duration: float) -> int:
+def whole_periods(dt: float, duration: float) -> int:
+    """How many periods a duration has, at least one; InputError if it is none, or too many."""
     if dt > duration:
         raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
     steps = duration / dt - 1e-9  # infinite if dt is tiny
@@ -198,15 +199,6 @@ def _whole_periods(dt: float, duration: float) -> int:
             "at most 10 million are simulated"
         )
     return max(1, math.ceil(steps))
-
-
-def _whole(value: Any, what: str, low: int, below: int | None = None) -> int:
-    number = numbers(value, what, ())
-    if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
-        raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")
-    if below is not None and int(value) >= below:
-        raise InputError(f"{what} must be below {below}, got {value!r}")
-    return int(value)
 
 
 def _flag(value: Any, what: str) -> bool:

@@ -268,7 +268,7 @@ def test_of_a_batch_the_table_has_shares_and_medians(batch):
 def test_noise_is_that_of_the_same_seed_and_run_for_all(batch):
     scene, tasks, starts, _ = batch
     same = {"a": tasks["image"], "b": tasks["image"]}
-    settings = {"noise": 0.5, "seed": 3, "duration": 1}
+    settings = {"sensing": rs.Sensing(noise=0.5), "seed": 3, "duration": 1}
     found = rs.compare(scene, same, starts[:3], **settings)
     np.testing.assert_array_equal(found.runs["a"].q, found.runs["b"].q)
     expected = rs.simulate(scene, tasks["image"], starts[:3], **settings)
@@ -344,7 +344,7 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         rs.compare(scene, {"a": rs.IBVS(GOAL), "b": bad}, GOAL)
     task = {"a": rs.IBVS(GOAL)}
     for message, more in {
-        "no setting 'gain'; .*settings: chunk, dt, duration": {"gain": 3},
+        "no setting 'gain'; .*settings: actuation, chunk, dt, duration": {"gain": 3},
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
         "record='summary': a comparison measures the way": {"record": "summary"},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
