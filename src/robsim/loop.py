@@ -208,7 +208,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     looks = [sight.look(chunk.q) for sight in sights]
     look, told = joined(looks), {s.key: each for s, each in zip(sights, looks, strict=True)}
     now = _told(loop, chunk, step, look, told)
-    decision = controller.control(now)
+    decision = controller.decided(now)
     command = decision.command
     T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)

@@ -272,6 +272,23 @@ def test_a_camera_law_that_climbs_is_found_before_it_stalls():
     assert "law" in [advice.about for advice in told.advice]
 
 
+def test_a_local_minimum_is_one():
+    """V is larger all around the place where the run stands still."""
+    run = local_minimum()
+    told = rs.explain(run)
+    assert told.causes[0].evidence["least_curvature"] > 0
+    scene = rs.load_scenario(examples.path("local_minimum")).scene
+    robot, camera = scene.robots[0], scene.cameras[0].camera
+    goal = camera.normalise(run.pixels_goal.values)
+
+    def V(q):
+        return 0.5 * ((camera.normalise(scene.view(q).pixels) - goal) ** 2).sum()
+
+    rng, here = np.random.default_rng(0), V(run.q_end.values)
+    around = [robot.integrate(run.q_end.values, 1e-2 * rng.normal(size=6), 1.0) for _ in range(200)]
+    assert min(V(q) for q in around) > here == pytest.approx(float(run.lyapunov.dropna("time")[-1]))
+
+
 def test_the_advice_was_tried():
     told = rs.explain(local_minimum())
     assert [advice.about for advice in told.advice] == ["interaction", "interaction", "PBVS"]

@@ -176,7 +176,7 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
         used = L, reach, state.interaction_last, state.reach_last
         if not all(np.isfinite(array).all() for array in used):
             continue
-        twist = replace_reach(state, state.interaction_last)
+        twist = replace(state, reach_last=state.interaction_last)  # as if it were commanded
         found["stability"][t] = least_eigenvalue(L @ -law_map(JointLaw(), twist))
         if linear:
             M = over_motions(-law_map(controller.law, state), reach)
@@ -203,11 +203,6 @@ def law_map(law: Law, state: State) -> Array:
         gain=1.0,
     )
     return np.array(last_view(law.command(unit)))
-
-
-def replace_reach(state: State, reach: Array) -> State:
-    """The state of a robot whose commands are what `reach` (k, m, B) multiplies."""
-    return replace(state, reach_last=reach)
 
 
 def over_motions(P: Array, reach: Array) -> Array:

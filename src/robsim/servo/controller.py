@@ -66,8 +66,12 @@ class Controller(ABC):
     def note(self, now: Instant, basis: Any, qd: Array) -> None:
         """Remember that the velocities qd (n, B) were commanded in the end."""
 
-    def control(self, now: Instant) -> Decision:
-        """What is done at an instant; error and reach in units of one tolerance for all."""
+    def control(self, now: Instant) -> Command:
+        """The command at an instant; error and reach in units of one tolerance for all."""
+        return self.decided(now).command
+
+    def decided(self, now: Instant) -> Decision:
+        """That command with what it is based on."""
         decision = self.decide(now)
         command = decision.command
         self.note(now, decision.basis, command.qd)

@@ -16,7 +16,7 @@ from robsim.analysis.explanation.wording import number
 from robsim.arrays import Array
 from robsim.outcome import Outcome
 from robsim.pose import Pose
-from robsim.servo.controller import Servo
+from robsim.servo.controller import Assessment, Servo
 from robsim.servo.sight import Sight
 
 if TYPE_CHECKING:
@@ -49,6 +49,12 @@ class Inquiry:
     def servo(self) -> Servo | None:
         """The controller, if it is that of one servo task."""
         return views.servo_of(self.again)
+
+    @property
+    def last(self) -> Assessment | None:
+        """What the last command is based on, if it is that of one servo task."""
+        basis = self.again.moments[-1].decision.basis
+        return basis if isinstance(basis, Assessment) else None
 
     @cached_property
     def errors(self) -> Array:
