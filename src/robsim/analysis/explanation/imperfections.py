@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.actuation import Actuation
 from robsim.analysis.case import Case, Repeated
+from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
 from robsim.analysis.explanation.removal import Removal, put
@@ -216,10 +217,18 @@ def _scaled(again: Repeated, scale: Any) -> Told:
         return sentence, evidence
     sentence = (
         f"The depths that the law assumes are wrong by factors from {number(low)} to "
-        f"{number(high)}, not the same for all marks: some motions are then steered away from the "
-        "goal (Malis and Rives 2003)."
+        f"{number(high)}, not the same for all marks, to which the loop is sensitive (Malis and "
+        "Rives 2003)"
     )
-    return sentence, evidence
+    slowest = diagnosed(again)["contraction"].values[-1]
+    if not np.isfinite(slowest):
+        return f"{sentence}.", evidence
+    ideal = abs(1 - views.gain_of(again.case) * again.case.dt)
+    sentence += (
+        f": of the motion that is served worst, {number(slowest)} of it are left after a period, "
+        f"where {number(ideal)} should be."
+    )
+    return sentence, evidence | {"contraction": float(slowest), "ideal": ideal}
 
 
 def _motions(again: Repeated) -> Iterator[Removal]:
