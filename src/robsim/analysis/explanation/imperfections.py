@@ -225,8 +225,8 @@ def _scaled(again: Repeated, scale: Any) -> Told:
         return f"{sentence}.", evidence
     ideal = abs(1 - views.gain_of(again.case) * again.case.dt)
     sentence += (
-        f": of the motion that is served worst, {number(slowest)} of it are left after a period, "
-        f"where {number(ideal)} should be."
+        f": of the error of the motion that is served worst {100 * slowest:.4g} percent are left "
+        f"after a period, where {100 * ideal:.4g} should be."
     )
     return sentence, evidence | {"contraction": float(slowest), "ideal": ideal}
 
