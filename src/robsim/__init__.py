@@ -12,6 +12,11 @@ __version__ = "0.1.0"
 from robsim import examples as examples
 from robsim import robots as robots
 from robsim import units as units
+from robsim.actuation import Actuation as Actuation
+from robsim.analysis.equilibria import equilibria as equilibria
+from robsim.analysis.equilibrium import Equilibria as Equilibria
+from robsim.analysis.equilibrium import Equilibrium as Equilibrium
+from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
 from robsim.errors import FileError as FileError
@@ -51,6 +56,8 @@ from robsim.robot import Robot as Robot
 from robsim.scene import Mounted as Mounted
 from robsim.scene import Object as Object
 from robsim.scene import Scene as Scene
+from robsim.sensing import Occlusion as Occlusion
+from robsim.sensing import Sensing as Sensing
 from robsim.servo import IBVS as IBVS
 from robsim.servo import PBVS as PBVS
 from robsim.servo import Adaptive as Adaptive
@@ -84,9 +91,21 @@ from robsim.servo import Transposed as Transposed
 from robsim.servo import Truncated as Truncated
 from robsim.simulate import simulate as simulate
 from robsim.tree import Joint as Joint
+from robsim.vision import HomographyMotions as HomographyMotions
+from robsim.vision import PoseEstimate as PoseEstimate
+from robsim.vision import Triangulated as Triangulated
+from robsim.vision import decompose_homography as decompose_homography
+from robsim.vision import estimate_pose as estimate_pose
+from robsim.vision import homography as homography
+from robsim.vision import triangulate as triangulate
 
 if TYPE_CHECKING:
     from robsim import plot as plot
+    from robsim.analysis.compare import Comparison as Comparison
+    from robsim.analysis.compare import compare as compare
+    from robsim.analysis.diagnosis import diagnose as diagnose
+    from robsim.analysis.explain import Explanation as Explanation
+    from robsim.analysis.explain import explain as explain
     from robsim.runfile import open_run as open_run
     from robsim.runfile import save_run as save_run
     from robsim.scenario import Scenario as Scenario
@@ -96,6 +115,11 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
+    "Comparison": "robsim.analysis.compare",
+    "compare": "robsim.analysis.compare",
+    "diagnose": "robsim.analysis.diagnosis",
+    "Explanation": "robsim.analysis.explain",
+    "explain": "robsim.analysis.explain",
     "open_run": "robsim.runfile",
     "save_run": "robsim.runfile",
     "Scenario": "robsim.scenario",

@@ -12,10 +12,13 @@ Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
 
 
-def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
+def numbers(
+    value: ArrayLike, what: str, shape: tuple[int | str, ...], *, gaps: bool = False
+) -> Array:
     """A finite float64 copy whose last axes have `shape` (a word stands for any size).
 
-    InputError names `what` if it is not numeric, not finite, or of another shape.
+    InputError names `what` if it is not numeric, not finite, or of another shape. With `gaps`,
+    NaN may stand for what is not there.
     """
     wanted = "(..., " + ", ".join(map(str, shape)) + ")"
     try:
@@ -31,8 +34,9 @@ def numbers(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
         isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
     ):
         raise InputError(f"{what}: expected shape {wanted}, got {array.shape}")
-    if not np.isfinite(array).all():
-        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+    finite = np.isfinite(array) | (np.isnan(array) if gaps else False)
+    if not finite.all():
+        where = tuple(int(i) for i in np.argwhere(~finite)[0])
         place = f" at index {where}" if where else ""
         raise InputError(f"{what}: {array[where]}{place}; every number must be finite")
     return array
@@ -82,3 +86,13 @@ def positive(value: Any, what: str) -> float:
     if number.ndim or not number > 0:
         raise InputError(f"{what} must be a positive number, got {value!r}")
     return float(number)
+
+
+def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
+    """A whole number from `low` on, or an InputError that names `what`."""
+    number = numbers(value, what, ())
+    if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
+        raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")
+    if below is not None and int(value) >= below:
+        raise InputError(f"{what} must be below {below}, got {value!r}")
+    return int(value)

@@ -1,11 +1,11 @@
-"""The command line: demo, run, check, examples, robots."""
+"""The command line: demo, run, compare, check, explain, examples, robots."""
 
 from __future__ import annotations
 
 import math
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,11 +21,14 @@ from robsim.outcome import Outcome
 if TYPE_CHECKING:
     import xarray as xr
 
+    from robsim.analysis.compare import Comparison, Scheme
     from robsim.scenario import Scenario
 
 BAD_INPUT, STOPPED = 2, 130  # exit status; 130 is the shell's number for Ctrl-C
 FIGURES = ("image.png", "scene.png", "velocity.png")
 FILES = ("run.nc", "scenario.toml", *FIGURES)  # of one run
+COMPILING = "compiling the kernels, once on this machine: this takes a few seconds"
+COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -68,6 +71,33 @@ def run(
 
 
 @cli.command()
+@click.argument(
+    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
+)
+@click.option("--vary", metavar="KEY=V1,V2,...", help="One scheme for each value.")
+@_output
+@_set
+def compare(
+    files: tuple[Path, ...],
+    vary: str | None,
+    output: Path | None,
+    force: bool,
+    no_figures: bool,
+    changes: tuple[str, ...],
+) -> None:
+    """Simulate the scenarios in FILE... and measure them beside each other."""
+    from robsim.analysis.variants import variants
+
+    scenarios = {name: _load(file, (*changes, *more)) for name, file, more in variants(files, vary)}
+    if not no_figures:
+        for scenario in scenarios.values():
+            _check_colors(scenario)
+    names = [*COMPARED, *(f"{name}.nc" for name in scenarios)]
+    folder = _folder(output or _free_folder("robsim-compare"), force, names)
+    _compare(scenarios, folder, not no_figures)
+
+
+@cli.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @_set
 def check(file: Path, changes: tuple[str, ...]) -> None:
@@ -81,6 +111,23 @@ def check(file: Path, changes: tuple[str, ...]) -> None:
     click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
     click.echo(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
     click.echo(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")
+
+
+@cli.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--no-experiments", is_flag=True, help="Only read the run; repeat nothing.")
+def explain(run: Path, no_experiments: bool) -> None:
+    """Say why RUN, a run.nc or the folder that holds it, ended as it did, and what to try."""
+    from robsim.analysis.explain import explain as explained
+    from robsim.runfile import open_run
+
+    path = run / "run.nc" if _exists(run) and run.is_dir() else run
+    found = open_run(path)
+    try:
+        told = explained(found, experiments=not no_experiments)
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    click.echo(str(told))
 
 
 @cli.command("examples")
@@ -143,7 +190,7 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
         _check_colors(scenario)
     click.echo(scenario.title or "simulating")
     if _must_compile(scenario):
-        click.echo("compiling the kernels, once on this machine: this takes a few seconds")
+        click.echo(COMPILING)
     try:
         with _warnings_as_lines(), _progress() as progress:
             result = scenario.run(progress)
@@ -166,6 +213,64 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
         except KeyboardInterrupt:
             click.echo("stopped while drawing; the run is complete", err=True)
             sys.exit(STOPPED)
+
+
+def _compare(scenarios: dict[str, Scenario], folder: Path, figures: bool) -> None:
+    """Run all, write, draw and print the table. What was simulated before Ctrl-C is kept."""
+    from robsim.analysis.compare import Scheme, compared
+
+    schemes = [
+        Scheme(name, one.scene, one.task, one.q0, one.settings.keywords)
+        for name, one in scenarios.items()
+    ]
+    if any(_must_compile(scenario) for scenario in scenarios.values()):
+        click.echo(COMPILING)
+    try:
+        with _warnings_as_lines(), _progress() as progress:
+            found = compared(schemes, progress)
+    except Interrupted as stop:
+        click.echo("stopping: saving what was simulated so far", err=True)
+        _save_comparison(stop.run, schemes, folder)
+        click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
+        sys.exit(STOPPED)
+    except (RobSimError, KeyboardInterrupt):
+        with suppress(OSError):
+            folder.rmdir()  # if it is empty: nothing was simulated
+        raise
+    stopped = _save_comparison(found, schemes, folder)
+    click.echo(f"{found}\nresults: {folder}")
+    if stopped:
+        sys.exit(STOPPED)
+    if figures:
+        try:
+            _draw_comparison(found, folder)
+        except KeyboardInterrupt:
+            click.echo("stopped while drawing; the runs are complete", err=True)
+            sys.exit(STOPPED)
+
+
+def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> bool:
+    """Write runs, measures and table whole; tells whether Ctrl-C came meanwhile."""
+    from robsim.runfile import save_run
+
+    with undisturbed() as stops:
+        for scheme in schemes:
+            with _writing(folder / f"{scheme.name}.nc") as path:
+                path.unlink(missing_ok=True)  # of the comparison that was here before
+        for name, run in found.runs.items():
+            save_run(run, folder / f"{name}.nc")
+        save_run(found.data, folder / "comparison.nc")
+        _write(folder / "comparison.csv", found.csv())
+        with _writing(folder / "comparison.png") as path:
+            path.unlink(missing_ok=True)
+    return bool(stops)
+
+
+def _draw_comparison(found: Comparison, folder: Path) -> None:
+    from robsim import plot
+
+    with _writing(folder / "comparison.png") as path:
+        plot.comparison(found).savefig(path, dpi=200)
 
 
 def _check_colors(scenario: Scenario) -> None:
@@ -268,6 +373,8 @@ def _report(result: xr.Dataset, folder: Path) -> None:
                 click.echo(f"{count:7} {outcome.name}")
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
+        if int(result.outcome) != Outcome.CONVERGED:
+            click.echo(f"why          robsim explain {folder}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
         if not math.isnan(away):  # a goal given as numbers has no image
@@ -282,9 +389,9 @@ def _free_folder(name: str) -> Path:
     return next(folder for folder in candidates if not _exists(folder))
 
 
-def _folder(folder: Path, force: bool) -> Path:
+def _folder(folder: Path, force: bool, files: Sequence[str] = FILES) -> Path:
     """The folder, made and found writable before anything is computed."""
-    taken = [name for name in FILES if _exists(folder / name)]
+    taken = [name for name in files if _exists(folder / name)]
     if taken and not force:
         raise FileError(
             f"{folder} has {', '.join(taken)} already; choose another folder with -o, or --force"

@@ -10,21 +10,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.actuation import Actuation
 from robsim.arrays import Array, runs_last
+from robsim.drives import Drives, Held
 from robsim.errors import InputError
+from robsim.frames import Frames, check_sensing
 from robsim.kernels import loop as kernels
-from robsim.kernels import tree
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
 from robsim.kernels.loop import Command, Noise
+from robsim.kernels.sight import Look
 from robsim.outcome import Outcome
 from robsim.record import Record, Recorder
 from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
-from robsim.servo.controller import Controller
+from robsim.sensing import Sensing
+from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
-from robsim.servo.inverse import rank
-from robsim.servo.sight import joined
+from robsim.servo.inverse import product, rank
+from robsim.servo.sight import Key, joined
 
 WORTH_COMPILING = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
 BURST = 100_000  # steps of runs that go on in compiled code before Ctrl-C is looked for
@@ -44,17 +48,22 @@ class Loop:
     q0: Array  # (runs, nq)
     dt: float
     steps: int
-    seed: int
-    noise: float
-    hold: bool
-    first_run: int
-    record: Record
+    seed: int = 0
+    sensing: Sensing = field(default_factory=Sensing)
+    actuation: Actuation = field(default_factory=Actuation)
+    hold: bool = False
+    first_run: int = 0
+    record: Record = "summary"
+    single: bool = False  # whether one start was given, not a batch of one
+    witness: Witness | None = None
     stopped: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
 
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
-        widths = (scene.nq, scene.nv, controller.k, controller.goal_pixels.size)
+        self.drives = Drives(self.actuation, scene, controller.columns)
+        rates = scene.nv if self.actuation.moves else 0
+        widths = (scene.nq, scene.nv, rates, controller.k, controller.goal_pixels.size)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         self.limits = np.ascontiguousarray(scene.limits + slack)
@@ -63,7 +72,11 @@ class Loop:
         ends = np.cumsum([0, *(len(sight.target.marks) for sight in controller.sights)])
         self.moves = controller.sights[0].moves(controller.columns)
         self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]  # of pixels, by sight
-        scheme = controller.compiled if self.steady else None
+        check_sensing(self.sensing, controller.sights, self.dt)
+        self.actuation.check(scene.velocity_names, scene.coordinate_names)
+        self.prompt = self.sensing.only_noise and not self.actuation.counts
+        plain = self.steady and self.prompt and not (self.actuation.moves or self.witness)
+        scheme = controller.compiled if plain else None
         self.scheme = scheme if scheme and pays(len(self.q0), self.steps) else None
 
     @property
@@ -76,20 +89,33 @@ class Loop:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
         step, chunk = 0, _Chunk.start(self, rows)
         go_on = _stride if self.scheme else _step
-        joints = self.scene.tree.joints
         while not self.stopped or step:  # a chunk that has begun is left at a recorded instant
             step, now = go_on(self, chunk, step)
-            over, qd = (now.outcome > 0) | self.stopped, now.qd
+            over, held = (now.outcome > 0) | self.stopped, Held(chunk.q, chunk.rates, now.qd)
             if over.any():
                 _tell_singular(self.controller, now)
                 self.recorder.end(step, chunk.rows, now, chunk.watch.length, over)
-                chunk, qd = chunk.without(over), _keep(now.qd, ~over)
+                chunk, held = chunk.without(over), Held(*(_keep(part, ~over) for part in held))
             if not chunk.rows.size:
                 break
-            tree.integrate(joints.kind, joints.iq, joints.iv, qd, self.dt, chunk.q)
+            chunk.frames.note(held)
+            chunk.q, chunk.rates = self.drives.advance(held, self.dt)
             step += 1
             done(step / (self.steps + 1))
         done(1.0)
+
+
+class Moment(NamedTuple):
+    """What a witness of the loop is told of an instant."""
+
+    now: Instant  # what the controller was told
+    looks: dict[Key, Look]  # what there is
+    decision: Decision  # of the controller, with what it is based on
+    q: Array  # (nq, B) as it is
+    qd: Array  # (nv, B) commanded
+
+
+Witness = Callable[[Moment], None]
 
 
 class Now(NamedTuple):
@@ -97,6 +123,7 @@ class Now(NamedTuple):
 
     q: Array  # (nq, B)
     qd: Array  # (nv, B)
+    rates: Array  # (nv, B) of the joints where they do not follow at once; else no rows
     pixels: Array  # (N, 2, B) of all sights, without noise
     command: Command
     outcome: NDArray[np.int8]
@@ -108,8 +135,11 @@ class _Chunk:
 
     rows: NDArray[np.int64]
     q: Array
+    rates: Array  # (nv, B) velocities of the joints
     noise: Noise
+    frames: Frames
     watch: Watch
+    near: NDArray[np.int64]  # (B,) instants in a row at which the run seemed to have converged
     memory: dict[str, Any]  # of the controller, run first
 
     @classmethod
@@ -119,15 +149,20 @@ class _Chunk:
         still, before = np.empty(runs, dtype=np.int64), np.empty((3, runs))
         watch = Watch(np.empty(runs), np.empty(runs), still, before, np.empty(runs))
         number = (rows + loop.first_run).astype(np.uint64)
-        noise = Noise(loop.noise, np.uint64(loop.seed), number)
-        return cls(rows, runs_last(loop.q0[rows], 1), noise, watch, {})
+        noise = Noise(loop.sensing.noise, np.uint64(loop.seed), number)
+        frames = Frames(loop.sensing, loop.controller.sights, loop.drives, loop.dt)
+        q, rates = runs_last(loop.q0[rows], 1), np.zeros((loop.scene.nv, runs))
+        return cls(rows, q, rates, noise, frames, watch, np.zeros(runs, dtype=np.int64), {})
 
     def without(self, over: NDArray[np.bool_]) -> _Chunk:
         """The chunk that goes on when some runs are over."""
         noise = self.noise._replace(runs=self.noise.runs[~over])
         watch = Watch(*(_keep(array, ~over) for array in self.watch))
         memory = _remembered(self.memory, ~over)
-        return _Chunk(self.rows[~over], _keep(self.q, ~over), noise, watch, memory)
+        q, rates = _keep(self.q, ~over), _keep(self.rates, ~over)
+        frames = self.frames.without(over)
+        near = self.near[~over]
+        return _Chunk(self.rows[~over], q, rates, noise, frames, watch, near, memory)
 
 
 def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
@@ -157,12 +192,13 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         recorder.every or 0,
         recorder.series,
         chunk.q,
+        chunk.rates[:0],
         look,
         command,
         qd,
         outcome,
     )
-    return step, Now(chunk.q, qd, look.pixels, command, outcome)
+    return step, Now(chunk.q, qd, chunk.rates[:0], look.pixels, command, outcome)
 
 
 def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
@@ -170,21 +206,22 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     controller, runs = loop.controller, chunk.rows.size
     sights = controller.sights
     looks = [sight.look(chunk.q) for sight in sights]
-    look = joined(looks)
-    pixels = np.empty_like(look.pixels)
-    kernels.measure(look.pixels, chunk.noise, step, pixels)
-    seen = {sight.key: each for sight, each in zip(sights, looks, strict=True)}
-    measured = {sight.key: pixels[rows] for sight, rows in zip(sights, loop.rows, strict=True)}
-    now = Instant(step, loop.dt, chunk.q, seen, measured, chunk.memory)
-    command = controller.control(now)
+    look, told = joined(looks), {s.key: each for s, each in zip(sights, looks, strict=True)}
+    now = _told(loop, chunk, step, look, told)
+    decision = controller.decided(now)
+    command = decision.command
     T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
+    drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
+    rates = chunk.rates[:0]
+    if loop.actuation.moves:
+        rates = np.where(loop.scene.prescribed[:, None], drift[:, None], chunk.rates)
     kernels.settle(
         step,
         loop.steps,
         loop.limits,
         loop.hold,
-        loop.still if loop.steady else loop.scene.drift(step * loop.dt),
+        drift,
         controller.columns,
         controller.pace,
         controller.tolerance,
@@ -193,13 +230,63 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.recorder.every or 0,
         loop.recorder.series,
         chunk.q,
+        rates,
         look,
         T,
         command,
         qd,
         outcome,
     )
-    return step, Now(chunk.q, qd, look.pixels, command, outcome)
+    if not loop.prompt or loop.actuation.moves:
+        _wait(loop, chunk, step, command, rates, outcome)
+    if loop.witness:
+        loop.witness(Moment(now, told, decision, chunk.q, qd))
+    return step, Now(chunk.q, qd, rates, look.pixels, command, outcome)
+
+
+def _wait(
+    loop: Loop,
+    chunk: _Chunk,
+    step: int,
+    command: Command,
+    rates: Array,
+    outcome: NDArray[np.int8],
+) -> None:
+    """A run that only passes its goal goes on: it moved since its image was taken, or will yet.
+
+    The error must have been below the tolerance in every period since then; and what the joints
+    do otherwise than commanded must not move a feature by the tolerance in the time 1/pace.
+    """
+    controller = loop.controller
+    near = (np.abs(command.error) < controller.tolerance).all(axis=0)
+    if loop.actuation.moves:
+        lag = np.ascontiguousarray((rates[controller.columns] - command.qd)[:, None])
+        change = product(command.reach, lag)[:, 0]
+        near &= (np.abs(change) < controller.tolerance * controller.pace).all(axis=0)
+    chunk.near = np.where(near, chunk.near + 1, 0)
+    passing = (outcome == Outcome.CONVERGED) & (chunk.near <= chunk.frames.old(step))
+    outcome[passing] = Outcome.TIME_LIMIT if step == loop.steps else Outcome.RUNNING
+
+
+def _told(loop: Loop, chunk: _Chunk, step: int, look: Look, looks: dict[Key, Look]) -> Instant:
+    """What the controller learns of an instant; late or spoilt, if that is asked for."""
+    if loop.prompt:
+        pixels = np.empty_like(look.pixels)
+        kernels.measure(look.pixels, chunk.noise, step, pixels)
+        measured = {key: pixels[rows] for key, rows in zip(looks, loop.rows, strict=True)}
+        return Instant(step, loop.dt, chunk.q, looks, measured, chunk.memory)
+    frame, each = chunk.frames.at(step, chunk.q, chunk.noise), zip(looks, loop.rows, strict=True)
+    parts = {key: frame.of(rows) for key, rows in each}
+    return Instant(
+        step,
+        loop.dt,
+        loop.drives.counted(chunk.q),
+        {key: looks[key]._replace(depth=part.depth) for key, part in parts.items()},
+        {key: part.pixels for key, part in parts.items()},
+        chunk.memory,
+        {key: part.hidden for key, part in parts.items()} if frame.hidden.any() else {},
+        prompt=False,
+    )
 
 
 def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:

@@ -30,15 +30,15 @@ def every(record: Record) -> int | None:
     raise InputError(f"record must be 'all', 'summary' or every n-th step, got {record!r:.80}")
 
 
-def _empty(runs: int, moments: int, widths: tuple[int, int, int, int]) -> Track:
-    """Room for `widths` numbers of q, qd, s and pixels; NaN where nothing is put."""
+def _empty(runs: int, moments: int, widths: tuple[int, ...]) -> Track:
+    """Room for `widths` numbers of q, qd, rates, s and pixels; NaN where nothing is put."""
     return Track(*(np.full((runs, moments, width), np.nan) for width in widths))
 
 
 class Recorder:
     """The chosen moments, and for each run its end. Chunks write to rows of their own."""
 
-    def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, int, int, int]):
+    def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):
         self.every = every(record)
         moments = 0 if self.every is None else steps // self.every + 1
         _check_memory(runs, moments, sum(widths))
@@ -57,7 +57,7 @@ class Recorder:
         over: NDArray[np.bool_],
     ) -> None:
         """Keep how those of the runs ended that are over."""
-        values = now.q, now.qd, now.command.s, now.pixels
+        values = now.q, now.qd, now.rates, now.command.s, now.pixels
         ended = (np.ascontiguousarray(value[..., over]) for value in values)
         kernels.store(rows[over], 0, *ended, self.last)
         self.outcome[rows[over]] = now.outcome[over]

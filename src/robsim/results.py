@@ -44,6 +44,7 @@ UNITS = {
 DESCRIPTIONS = {
     "q": "coordinates of the robots",
     "qd": "commanded velocities, held for one period",
+    "qd_actual": "velocities of the joints, which follow the command with a lag or under limits",
     "camera_pose": "pose of the camera in the world",
     "camera_velocity": "twist (v, omega) of the camera in its own axes",
     "s": "features as measured",
@@ -63,7 +64,7 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: Task, single: bool) -> xr.Dataset:
+def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
     """The record of a finished (or stopped) simulation as a Dataset."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
@@ -79,14 +80,14 @@ def dataset(loop: Loop, scene: Scene, task: Task, single: bool) -> xr.Dataset:
             **_ends(loop, goal),
         }
     attributes = _attributes(controller.units, scene)
-    absent = {dim for dim, gone in (("run", single), ("time", recorder.every is None)) if gone}
+    absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
         del coordinates["time"]
     return xr.Dataset(
         {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
         {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
-        _provenance(loop, scene, task, single),
+        _provenance(loop, scene, task),
     )
 
 
@@ -108,10 +109,12 @@ def _simulated(recorder: Recorder) -> Track:
 
 def _motion(scene: Scene, camera: str, series: Track, tall: list[str]) -> dict[str, Any]:
     """q, qd, and what they mean for the camera."""
-    poses, twists = _camera_motion(scene, camera, series.q, series.qd)
+    follows = series.rates.shape[-1] == 0
+    poses, twists = _camera_motion(scene, camera, series.q, series.qd if follows else series.rates)
     return {
         "q": ([*tall, "coordinate"], series.q),
         "qd": ([*tall, "velocity"], series.qd),
+        **({} if follows else {"qd_actual": ([*tall, "velocity"], series.rates)}),
         "camera_pose": ([*tall, "row", "column"], poses),
         "camera_velocity": ([*tall, "twist"], twists),
     }
@@ -184,18 +187,19 @@ def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
     }
 
 
-def _provenance(loop: Loop, scene: Scene, task: Task, single: bool) -> dict[str, Any]:
+def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
     """Who computed this, from what."""
     settings: dict[str, Any] = {
         "dt": loop.dt,
         "duration": loop.steps * loop.dt,
         "seed": loop.seed,
-        "noise": loop.noise,
+        "sensing": loop.sensing,
+        "actuation": loop.actuation,
         "hold": loop.hold,
         "record": loop.record,
     }
     try:
-        text = describe.scenario(scene, task, settings, loop.q0[0] if single else None)
+        text = describe.scenario(scene, task, settings, loop.q0[0] if loop.single else None)
     except (describe.NoDescription, InputError) as reason:
         text, settings["no_scenario"] = "", str(reason)
     return {
@@ -205,14 +209,16 @@ def _provenance(loop: Loop, scene: Scene, task: Task, single: bool) -> dict[str,
         "numpy": np.__version__,
         "numba": numba.__version__,
         "machine": platform.machine(),
-        **settings,
+        **{key: value for key, value in settings.items() if key not in ("sensing", "actuation")},
         "seed": str(loop.seed),  # may exceed what a file's integers hold
         "hold": int(loop.hold),
         "task": type(task).__name__,
         **(_scheme(task, scene) if isinstance(task, ServoTask) else {}),
         "tolerance": loop.controller.tolerance,
         **_images(loop.controller.sights),
-        "single": int(single),
+        "sensing": repr(loop.sensing),
+        "actuation": repr(loop.actuation),
+        "single": int(loop.single),
         "scenario": text,
     }
 
@@ -222,11 +228,22 @@ def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
     by_name = isinstance(task.interaction, str)
     return {
         "goal": kinds.get(type(task.goal), "shown"),
-        "belief": "the truth" if task.belief in (None, scene) else "differs from the truth",
+        "belief": _belief(task.belief, scene),
         "law": repr(task.law),
         "inverse": repr(task.inverse),
         "interaction": task.interaction if by_name else type(task.interaction).__name__,
     }
+
+
+def _belief(belief: Scene | None, truth: Scene) -> str:
+    """What is believed wrongly, by name."""
+    if belief in (None, truth):
+        return "the truth"
+    assert belief is not None
+    kinds = ("robots", "objects", "cameras", "motions")
+    true = [part for kind in kinds for part in getattr(truth, kind)]
+    wrong = [p.name for kind in kinds for p in getattr(belief, kind) if p not in true]
+    return f"differs from the truth: {', '.join(wrong) or 'in the order of its parts'}"
 
 
 def _images(sights: Sequence[Sight]) -> dict[str, Any]:
@@ -249,7 +266,7 @@ def _attributes(features: Sequence[str], scene: Scene) -> dict[str, dict[str, An
     units = {
         **UNITS,
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
-        "qd": f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s",
+        **dict.fromkeys(("qd", "qd_actual"), f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"),
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
         "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
     }

@@ -6,21 +6,24 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from robsim.arrays import Array, numbers, positive
+from robsim.actuation import Actuation
+from robsim.arrays import Array, positive, whole
 from robsim.errors import InputError, Interrupted
 from robsim.interrupt import undisturbed
-from robsim.loop import Loop
+from robsim.loop import Loop, Witness
 from robsim.record import LONGEST, Record
 from robsim.scene import Scene
+from robsim.sensing import Sensing
 from robsim.servo.task import Task
 
 if TYPE_CHECKING:
     import xarray as xr
 
+T = TypeVar("T", Sensing, Actuation)
 Progress = Callable[[float], None]
 
 
@@ -32,7 +35,8 @@ def simulate(
     dt: float = 0.04,
     duration: float = 10.0,
     seed: int = 0,
-    noise: float = 0.0,
+    sensing: Sensing | None = None,
+    actuation: Actuation | None = None,
     hold: bool = False,
     record: Record = "all",
     run: int = 0,
@@ -45,7 +49,9 @@ def simulate(
     q0          start (nq,), or a batch of them (B, nq); or {robot: q}; None is home
     dt          control period in seconds: a command is held for it, and the motion is exact
     duration    seconds, rounded up to whole periods
-    noise       standard deviation of the measured pixels, keyed by (seed, run) and step
+    seed        of all that is random, with the number of the run and the step
+    sensing     what is wrong with the images (`Sensing`: noise, latency, ...); None for nothing
+    actuation   what is wrong with the joints (`Actuation`: lag, limits, ...); None for nothing
     hold        go on to the end of the duration, also after convergence: to follow what moves
     record      "all", every n-th step, or "summary": the end of each run
     run         number of the first run, to repeat one row of a batch alone with its noise
@@ -63,31 +69,67 @@ def simulate(
     """
     from robsim.results import dataset
 
-    _check_kinds(scene, task, progress)
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
+    chunk = whole(chunk, "chunk", 1)
+    threads = whole(_processors() if threads is None else threads, "threads", 1, 1025)
+    loop = loop_of(
+        scene,
+        task,
+        q0,
+        dt=dt,
+        duration=duration,
+        seed=seed,
+        sensing=sensing,
+        actuation=actuation,
+        hold=hold,
+        record=record,
+        run=run,
+    )
+    finished = _work(loop, threads, chunk, progress)
+    with undisturbed() as stops:
+        result = dataset(loop, scene, task)
+    if stops or not finished:
+        raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
+    return result
+
+
+def loop_of(
+    scene: Scene,
+    task: Task,
+    q0: Any = None,
+    *,
+    dt: float = 0.04,
+    duration: float = 10.0,
+    seed: int = 0,
+    sensing: Sensing | None = None,
+    actuation: Actuation | None = None,
+    hold: bool = False,
+    record: Record = "all",
+    run: int = 0,
+    witness: Witness | None = None,
+) -> Loop:
+    """The loop that `simulate` runs, with everything checked; a witness sees every instant."""
+    check_kinds(scene, task)
     controller = task.bind(scene)
     starts = scene.coordinates(scene.home if q0 is None else q0, "q0")
     if starts.ndim > 2 or starts.size == 0:
         raise InputError(f"q0: expected shape ({scene.nq},) or (B, {scene.nq}), got {starts.shape}")
     dt, duration = positive(dt, "dt (seconds)"), positive(duration, "duration (seconds)")
-    chunk = _whole(chunk, "chunk", 1)
-    threads = _whole(_processors() if threads is None else threads, "threads", 1, 1025)
-    loop = Loop(
+    return Loop(
         controller,
         np.ascontiguousarray(starts.reshape(-1, scene.nq)),
         dt,
-        _whole_periods(dt, duration),
-        _whole(seed, "seed", 0, 2**64),
-        _noise(noise),
+        whole_periods(dt, duration),
+        whole(seed, "seed", 0, 2**64),
+        _instance(sensing, Sensing, "sensing"),
+        _instance(actuation, Actuation, "actuation"),
         _flag(hold, "hold"),
-        _whole(run, "run", 0, 2**62),
+        whole(run, "run", 0, 2**62),
         record,
+        starts.ndim == 1,
+        witness,
     )
-    finished = _work(loop, threads, chunk, progress)
-    with undisturbed() as stops:
-        result = dataset(loop, scene, task, single=starts.ndim == 1)
-    if stops or not finished:
-        raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
-    return result
 
 
 def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:
@@ -132,13 +174,11 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
             return
 
 
-def _check_kinds(scene: object, task: object, progress: object) -> None:
+def check_kinds(scene: object, task: object) -> None:
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     if isinstance(task, type) or not isinstance(task, Task):
         raise InputError(f"task: expected a task such as IBVS(...), got {task!r:.80}")
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
 
 
 def _processors() -> int:
@@ -148,7 +188,8 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
-def _whole_periods(dt: float, duration: float) -> int:
+def whole_periods(dt: float, duration: float) -> int:
+    """How many periods a duration has, at least one; InputError if it is none, or too many."""
     if dt > duration:
         raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
     steps = duration / dt - 1e-9  # infinite if dt is tiny
@@ -160,23 +201,15 @@ def _whole_periods(dt: float, duration: float) -> int:
     return max(1, math.ceil(steps))
 
 
-def _whole(value: Any, what: str, low: int, below: int | None = None) -> int:
-    number = numbers(value, what, ())
-    if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
-        raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")
-    if below is not None and int(value) >= below:
-        raise InputError(f"{what} must be below {below}, got {value!r}")
-    return int(value)
-
-
 def _flag(value: Any, what: str) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise InputError(f"{what} must be True or False, got {value!r:.80}")
     return bool(value)
 
 
-def _noise(value: Any) -> float:
-    number = numbers(value, "noise (pixels)", ())
-    if number.ndim or number < 0:
-        raise InputError(f"noise (pixels) must be a number not below 0, got {value!r}")
-    return float(number)
+def _instance(value: Any, kind: type[T], what: str) -> T:
+    """One of this kind; None for the one in which nothing is wrong."""
+    made = kind() if value is None else value
+    if not isinstance(made, kind):
+        raise InputError(f"{what}: expected a robsim.{kind.__name__}, got {value!r:.80}")
+    return made

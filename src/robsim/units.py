@@ -17,7 +17,9 @@ m, cm, mm, um = 1.0, 1e-2, 1e-3, 1e-6
 rad, deg = 1.0, math.pi / 180.0
 s, ms = 1.0, 1e-3
 
-Dimension = Literal["length", "angle", "time", "speed", "turn rate"]
+Dimension = Literal[
+    "length", "angle", "time", "speed", "turn rate", "acceleration", "turn acceleration"
+]
 # a power of ten is applied to the decimal number, so "22.86 cm" is the double nearest 0.2286
 _UNITS: dict[str, dict[str, int | float]] = {
     "length": {"m": 0, "cm": -2, "mm": -3, "um": -6},
@@ -25,8 +27,10 @@ _UNITS: dict[str, dict[str, int | float]] = {
     "time": {"s": 0, "ms": -3},
     "speed": {"m/s": 0, "cm/s": -2, "mm/s": -3},
     "turn rate": {"rad/s": 0, "deg/s": deg},
+    "acceleration": {"m/s^2": 0, "cm/s^2": -2, "mm/s^2": -3},
+    "turn acceleration": {"rad/s^2": 0, "deg/s^2": deg},
 }
-_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)([a-zA-Zµ%/]*)\s*")
+_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)([a-zA-Zµ%/]*(?:\^2)?)\s*")
 
 
 @overload

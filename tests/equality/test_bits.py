@@ -7,7 +7,7 @@ import robsim as rs
 
 VARIANTS = {
     "plain": (rs.IBVS, {}, {}),
-    "noise": (rs.IBVS, {"tolerance": 3e-3}, {"noise": 0.5, "seed": 11}),
+    "noise": (rs.IBVS, {"tolerance": 3e-3}, {"sensing": rs.Sensing(noise=0.5), "seed": 11}),
     "pixels mean camera law": (
         rs.IBVS,
         {"features": rs.PixelPoints(), "interaction": "mean", "law": rs.CameraLaw(0.01)},
@@ -16,7 +16,7 @@ VARIANTS = {
     "desired damped goal depth": (
         rs.IBVS,
         {"interaction": "desired", "depth": "goal", "inverse": rs.Damped(0.02), "tolerance": 5e-3},
-        {"noise": 1.0},
+        {"sensing": rs.Sensing(noise=1.0)},
     ),
 }
 SETTINGS = {"dt": 0.05, "duration": 4.0}
@@ -93,7 +93,9 @@ def test_another_seed_or_run_number_gives_other_noise(puma_scene, puma_goal, pum
     task = rs.IBVS(goal=puma_goal)
 
     def s(**changes):
-        run = rs.simulate(puma_scene, task, puma_starts[0], noise=1.0, duration=0.2, **changes)
+        run = rs.simulate(
+            puma_scene, task, puma_starts[0], sensing=rs.Sensing(noise=1.0), duration=0.2, **changes
+        )
         return run.s.values
 
     assert not np.array_equal(s(seed=1), s(seed=2))

@@ -110,12 +110,31 @@ def any_task(rng, scene):
     )
 
 
+def any_sensing(rng):
+    hidden = rs.Occlusion([0, 2], rng.uniform(0.1, 1), target=[None, "plate"][rng.integers(2)])
+    while_ = rs.Occlusion(1, 0.5, 0.5 + rng.uniform(0.1, 1), camera="eye")
+    numbers = rng.uniform(0.01, 0.9, 7)
+    full = rs.Sensing(*numbers[:4], [hidden, while_], *numbers[4:])
+    return [rs.Sensing(), rs.Sensing(noise=numbers[0]), full][rng.integers(3)]
+
+
+def any_actuation(rng, scene):
+    each = rs.Actuation(
+        rng.uniform(),
+        rng.uniform(0.1, 1, scene.nv),
+        rng.uniform(0.1, 1, scene.nv),
+        rng.uniform(0, 1, scene.nq),
+    )
+    return [rs.Actuation(), rs.Actuation(*rng.uniform(0.1, 1, 4)), each][rng.integers(3)]
+
+
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_any_scenario_comes_back_from_its_text_bit_for_bit(seed):
     rng = np.random.default_rng(seed)
     scene = any_scene(rng)
-    told = Settings(rng.uniform(0.001, 0.1), rng.uniform(1, 9), int(rng.integers(2**63)), 0.3, 7)
+    dt, seed = rng.uniform(0.001, 0.1), int(rng.integers(2**63))
+    told = Settings(dt, rng.uniform(1, 9), seed, any_sensing(rng), any_actuation(rng, scene), 7)
     q0 = [None, scene.home][rng.integers(2)]
     scenario = Scenario(scene, any_task(rng, scene), q0, told, title='"quoted" \\ 50 %')
     text = scenario.to_toml()
@@ -165,7 +184,7 @@ def starts(puma_goal):
     return puma_goal + np.random.default_rng(2).uniform(-0.05, 0.05, (5, 6))
 
 
-SETTINGS = {"dt": 0.05, "duration": 1.0, "noise": 0.4, "seed": 2**63 + 5}
+SETTINGS = {"dt": 0.05, "duration": 1.0, "sensing": rs.Sensing(noise=0.4), "seed": 2**63 + 5}
 
 
 @pytest.fixture
@@ -255,13 +274,14 @@ def test_a_shape_that_a_file_cannot_hold_does_not_stop_a_run(
 def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
     wheel = rs.Wheel(np.float32(0.5), np.float64(0.1), n=np.int64(7))
     scene = dataclasses.replace(puma_scene, objects=[rs.Object("wheel", wheel)])
-    told = Settings(np.float32(0.5), np.float64(1), np.int64(3), np.float32(0), np.int64(2))
+    sensing, actuation = rs.Sensing(np.float32(0.5)), rs.Actuation(encoder=np.float32(0.5))
+    told = Settings(np.float32(0.5), np.float64(1), np.int64(3), sensing, actuation, np.int64(2))
     inverse = rs.Truncated(np.float32(0.25))
     again = Scenario.from_text(
         Scenario(scene, rs.IBVS(puma_goal, inverse=inverse), None, told).to_toml()
     )
     assert again.scene.object("wheel").shapes == (rs.Wheel(0.5, 0.1, 7),)
-    assert again.settings == Settings(0.5, 1.0, 3, 0.0, 2)
+    assert again.settings == Settings(0.5, 1.0, 3, rs.Sensing(0.5), rs.Actuation(encoder=0.5), 2)
     assert again.task.inverse == rs.Truncated(0.25)
 
 
@@ -287,7 +307,9 @@ def test_a_run_of_a_scenario_keeps_its_text_and_is_repeated(example):
         assert run[name].values.tobytes() == plain[name].values.tobytes(), name
 
 
-@pytest.mark.parametrize("change", [{"seed": 3}, {"noise": 1.0}, {"dt": 0.02}, {"run": 2}])
+@pytest.mark.parametrize(
+    "change", [{"seed": 3}, {"sensing": rs.Sensing(noise=1.0)}, {"dt": 0.02}, {"run": 2}]
+)
 def test_a_run_with_changes_has_a_text_that_says_them(example, change):
     run = example.run(**change)
     assert run.attrs["scenario"] != example.text

@@ -376,7 +376,9 @@ FLYING = {
 def repeated(scene, task, q0=None, **told):
     task_again = again(scene, task)
     assert task_again == task
-    run = rs.simulate(scene, task, q0, **{"duration": 0.4, "noise": 0.3, "seed": 5, **told})
+    run = rs.simulate(
+        scene, task, q0, **{"duration": 0.4, "sensing": rs.Sensing(noise=0.3), "seed": 5, **told}
+    )
     assert run.sizes["time"] > 5 and np.isfinite(run["q"].values[:3]).all()
     once_more = replay(run)
     assert once_more.identical(run)

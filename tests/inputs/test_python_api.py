@@ -116,12 +116,14 @@ SIMULATE = {
         ([1, 2], "seed", "got [1, 2]"),
         (2**64, "seed must be below", str(2**64)),
     ],
-    "noise": [
-        (-0.5, "noise (pixels) must be a number not below 0, got -0.5"),
-        (NAN, "noise (pixels): nan"),
-        (INF, "noise (pixels): inf"),
-        ("0.5 px", "noise (pixels)", "'0.5 px'"),
-        ([0.5, 0.5], "noise (pixels)", "[0.5, 0.5]"),
+    "sensing": [
+        (0.5, "sensing: expected a robsim.Sensing, got 0.5"),
+        (rs.Actuation(), "sensing: expected a robsim.Sensing, got Actuation("),
+        (rs.Sensing(period=0.05), "0.05 s, must be a multiple of the control period, 0.04 s"),
+    ],
+    "actuation": [
+        ({"lag": 1}, "actuation: expected a robsim.Actuation, got {'lag': 1}"),
+        (rs.Actuation(velocity=[1, 2]), "actuation: 2 numbers of velocity for 6: "),
     ],
     "record": [
         ("summry", "record must be 'all', 'summary' or every n-th step, got 'summry'"),
@@ -195,7 +197,10 @@ TASK = {
         (None, "gain must be", "None"),
     ],
     "tolerance": [(0, "tolerance must be a positive number, got 0"), (NAN, "tolerance: nan")],
-    "depth_scale": [(0, "depth_scale must be a positive number, got 0"), (-2, "got -2")],
+    "depth_scale": [
+        (0, "depth_scale must be a positive number, or one for each mark, got 0"),
+        (-2, "got -2"),
+    ],
     "depth": [
         ("tru", "depth must be 'true', 'goal', a number of metres or a DepthFilter, got 'tru'"),
         (0, "depth (metres) must be a positive number, got 0"),
@@ -608,7 +613,7 @@ def test_an_exception_in_one_thread_stops_the_others():
         return 1e-6 * rs.JointLaw().command(state)
 
     task = {"law": law(command), "tolerance": 1e-12}  # which noise does not let the good one reach
-    settings = {"duration": 0.04 * steps, "record": 1000, "noise": 0.5}
+    settings = {"duration": 0.04 * steps, "record": 1000, "sensing": rs.Sensing(noise=0.5)}
     with pytest.raises(Oops):
         simulate([near, far], threads=2, chunk=1, task=task, **settings)
     assert met == {False, True} and 1 <= calls["good"] < steps // 2
@@ -890,7 +895,7 @@ def listening():
     signal.signal(signal.SIGINT, before)
 
 
-ENDLESS = {"dt": 0.04, "duration": 400_000.0, "noise": 0.5, "record": 100}
+ENDLESS = {"dt": 0.04, "duration": 400_000.0, "sensing": rs.Sensing(noise=0.5), "record": 100}
 TASKS = {"built in": {"tolerance": 1e-12}, "a user's": {"tolerance": 1e-12, "law": Law()}}
 
 

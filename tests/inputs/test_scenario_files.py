@@ -137,8 +137,9 @@ q = ["10 cm", "20 deg", "0.3 rad", "0 m", "0 m", "0 m", "0", "0", "0", "1"]
 dt = "20 ms"
 duration = "1 s"
 seed = 7
-noise = 0.5
 record = 2
+[sensing]
+noise = 0.5
 """
 
 
@@ -208,18 +209,25 @@ def test_the_rich_scenario_has_the_values_of_its_file():
     assert task.inverse == rs.Damped(0.02)
     assert task.goal == rs.Computed(rs.Pose.at(0, 0, 0.5))
     told = scenario.settings
-    assert (told.dt, told.duration, told.seed, told.noise, told.record) == (0.02, 1.0, 7, 0.5, 2)
+    assert (told.dt, told.duration, told.seed, told.sensing.noise, told.record) == (
+        0.02,
+        1.0,
+        7,
+        0.5,
+        2,
+    )
 
 
 def test_what_is_not_given_is_as_in_simulate_and_in_ibvs():
     import inspect
-    from dataclasses import asdict
 
     scenario = read(RHINO[: RHINO.index("[start]")], "gain = 1.5", "")
     assert scenario.q0 is None and scenario.task == rs.IBVS()
     defaults = inspect.signature(rs.simulate).parameters
-    told = asdict(scenario.settings)
+    told = {**scenario.settings.keywords, "sensing": None, "actuation": None}
     assert told == {name: defaults[name].default for name in told}
+    assert scenario.settings.sensing == rs.Sensing()
+    assert scenario.settings.actuation == rs.Actuation()
 
 
 FREE = """
@@ -628,9 +636,45 @@ WRONG = [
     ('dt = "40 ms"', "seed = -1", ["run.seed", "0", "-1"]),
     ('dt = "40 ms"', "seed = 1.0", ["run.seed", "integer", "1.0"]),
     ('dt = "40 ms"', f"seed = {2**64}", ["run.seed", str(2**64)]),
-    ('dt = "40 ms"', "noise = -1", ["run.noise", "0", "-1"]),
+    ("[run]", "[sensing]\nnoise = -1\n[run]", ["sensing.noise", "0", "-1"]),
     ('dt = "40 ms"', "record = 0", ["run.record", "0", '"summary"']),
     ('dt = "40 ms"', 'record = "some"', ["run.record", "'some'", '"all"']),
+    # what is wrong with images and joints
+    ("[run]", '[sensing]\nnoise = "1 px"\n[run]', ["sensing.noise", "number", "'1 px'"]),
+    ("[run]", "[sensing]\nnose = 1\n[run]", ["sensing.nose", "did you mean 'noise'"]),
+    ("[run]", "[sensing]\nlatency = 0.04\n[run]", ["sensing.latency", "unit of time", "0.04"]),
+    ("[run]", "[sensing]\ndropped = 1.0\n[run]", ["sensing.dropped", "less than 1", "1.0"]),
+    (
+        "[run]",
+        '[sensing]\nocclusions = [{ marks = [0], start = "0 s" }]\n[run]',
+        ["sensing.occlusions[0].start", "greater than 0"],
+    ),
+    (
+        "[run]",
+        '[sensing]\nocclusions = [{ marks = [0], start = "2 s", end = "1 s" }]\n[run]',
+        ["sensing.occlusions[0]", "must end later"],
+    ),
+    ("[run]", '[actuation]\nlag = "1 m"\n[run]', ["actuation.lag", "unit of time"]),
+    (
+        "[run]",
+        '[actuation]\nvelocity = "1 m/s"\n[run]',
+        ["actuation.velocity", "unit of turn rate", "'1 m/s'"],
+    ),
+    (
+        "[run]",
+        '[actuation]\nvelocity = ["1 deg/s", "2 deg/s"]\n[run]',
+        ["actuation.velocity", "2 numbers, expected 5: shoulder"],
+    ),
+    (
+        "[run]",
+        '[actuation]\nacceleration = "1 rad/s"\n[run]',
+        ["actuation.acceleration", "rad/s^2"],
+    ),
+    (
+        "[run]",
+        '[actuation]\nencoder = "-1 deg"\n[run]',
+        ["actuation", "encoder step", "not below 0"],
+    ),
     # NaN, infinity, zero and below
     ("gain = 1.5", "gain = nan", ["task.gain", "finite", "nan"]),
     ("gain = 1.5", "gain = -inf", ["task.gain", "finite", "-inf"]),

@@ -178,6 +178,19 @@ def test_normalise_undoes_a_pinhole_with_skew(seed):
     close(x, points[:, :2] / points[:, 2:], 1e-15)
 
 
+def test_how_a_pixel_moves_with_its_point_is_the_derivative_with_skew_and_lens():
+    camera = Camera([[800, 3, 320], [0, 700, 240], [0, 0, 1]], distortion=(-0.2, 0.05, 0.01, -0.02))
+    x = np.random.default_rng(3).uniform(-0.4, 0.4, (9, 2, 1))
+    J, step = np.empty((9, 2, 2, 1)), 1e-6
+    kernels.pixel_rates(x, camera.K, camera.lens, J)
+    for c in range(2):
+        ahead, behind = (
+            camera.project(np.c_[x[:, :, 0] + d * np.eye(2)[c], np.ones(9)], Pose.at())
+            for d in (step, -step)
+        )
+        np.testing.assert_allclose(J[:, :, c, 0], (ahead - behind) / (2 * step), atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("lens", "reach"),
     [

@@ -42,7 +42,7 @@ def test_a_filtered_depth_serves_under_a_pixel_of_noise(arrange, around, wrong, 
     Z = scene.view(points="plate").depth.mean()
     task = rs.IBVS(features="pixels", tolerance=3.0, depth=rs.DepthFilter(wrong * float(Z)))
     q0 = around(scene, STARTS, spread=0.15, seed=1)
-    run = rs.simulate(scene, task, q0, duration=20, noise=1.0, seed=2)
+    run = rs.simulate(scene, task, q0, duration=20, sensing=rs.Sensing(noise=1.0), seed=2)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
     assert (run.pixel_error < 8.0).all()
 
@@ -56,7 +56,7 @@ def test_a_filtered_depth_is_right_at_the_end(arrange, around, wrong, name):
     Z = scene.view(points="plate").depth.mean()
     task = rs.IBVS(features="pixels", depth=rs.DepthFilter(wrong * float(Z)))
     q0 = around(scene, STARTS, spread=0.2, seed=1)
-    run = rs.simulate(scene, task, q0, duration=5, noise=1.0, seed=2, hold=True)
+    run = rs.simulate(scene, task, q0, duration=5, sensing=rs.Sensing(noise=1.0), seed=2, hold=True)
     assert (run.outcome == rs.Outcome.TIME_LIMIT).all()
     error, sigma = filtered(scene, task, run)
     assert (np.abs(error) < 0.1).mean() >= 0.9 and np.median(np.abs(error)) < 0.02
@@ -126,6 +126,8 @@ def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange
 def test_an_estimated_pose_serves_under_a_pixel_of_noise(arrange, around, task):
     """A small plate seen from in front, whose tilt the noise hides."""
     scene = arrange("eye_in_hand")
-    run = rs.simulate(scene, task, around(scene, 10), duration=5, noise=1.0, seed=3, hold=True)
+    run = rs.simulate(
+        scene, task, around(scene, 10), duration=5, sensing=rs.Sensing(noise=1.0), seed=3, hold=True
+    )
     assert set(run.outcome.values.tolist()) <= {rs.Outcome.TIME_LIMIT, rs.Outcome.CONVERGED}
     assert run.pixel_error.max() < 10.0

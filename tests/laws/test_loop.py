@@ -158,7 +158,7 @@ def test_constant_depth_equals_scaled_goal_depth_where_all_depths_are_equal(free
 def test_noise_has_the_deviation_asked_for_and_does_not_enter_the_true_pixels(free_scene):
     scene = free_scene(SQUARE, K=[[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     task = rs.IBVS(goal=GOAL, features=rs.PixelPoints())
-    run = rs.simulate(scene, task, GOAL, noise=0.4, duration=100, seed=3)
+    run = rs.simulate(scene, task, GOAL, sensing=rs.Sensing(noise=0.4), duration=100, seed=3)
     noise = run.s.values - run.pixels.values.reshape(-1, 8)
     assert noise.std() == pytest.approx(0.4, rel=0.03)
     assert abs(noise.mean()) < 0.02

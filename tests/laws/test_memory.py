@@ -60,7 +60,7 @@ TRACKING = {
 
 def closed(scene, task, q0, **how):
     """Runs end at different times, so that chunks lose runs on their way."""
-    given = {"dt": 0.04, "duration": 3.0, "noise": 1.0, "seed": 5}
+    given = {"dt": 0.04, "duration": 3.0, "sensing": rs.Sensing(noise=1.0), "seed": 5}
     return rs.simulate(scene, task, q0, **given | how)
 
 
@@ -79,12 +79,24 @@ def check(scene, task, q0, **how):
         same(whole.isel(run=row), alone)
 
 
-@pytest.mark.parametrize("noise", [0.0, 1.0])
+SPOILT = {
+    "perfect": {"sensing": None},
+    "noise": {"sensing": rs.Sensing(noise=1.0)},
+    "everything": {
+        "sensing": rs.Sensing(
+            0.5, 0.25, 0.05, 5.0, [rs.Occlusion([1], 0.3, 0.6)], 0.2, 0.055, 0.08
+        ),
+        "actuation": rs.Actuation(0.05, 0.5, 3.0, 1e-4),
+    },
+}
+
+
+@pytest.mark.parametrize("spoilt", SPOILT)
 @pytest.mark.parametrize("name", ["eye_in_hand", "eye_to_hand"])
 @pytest.mark.parametrize("task", TASKS)
-def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, noise):
+def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, spoilt):
     scene = arrange(name)
-    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), noise=noise)
+    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), **SPOILT[spoilt])
 
 
 @quiet
@@ -108,9 +120,9 @@ def test_runs_that_end_leave_the_memory_of_the_others_alone(arrange, around):
     q0 = around(scene, RUNS, spread=0.2)
     q0[[1, 2, 5]] = scene.home
     task = rs.IBVS(law=Eager(), depth=rs.DepthFilter(0.6), interaction="broyden", tolerance=1e-2)
-    whole = closed(scene, task, q0, noise=0.0)
+    whole = closed(scene, task, q0, sensing=None)
     assert len(np.unique(whole.end_time)) > 3
-    check(scene, task, q0, noise=0.0)
+    check(scene, task, q0, sensing=None)
 
 
 @pytest.mark.parametrize("features", ["points", "pixels"])

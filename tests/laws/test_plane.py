@@ -195,7 +195,11 @@ def test_both_loops_move_it_by_the_same_bits(name, monkeypatch):
     runs = []
     for compiled in (True, False):
         monkeypatch.setattr(loop, "pays", lambda runs, steps, answer=compiled: answer)
-        runs.append(rs.simulate(drives(robot), rs.IBVS(), starts, duration=1.0, noise=0.2))
+        runs.append(
+            rs.simulate(
+                drives(robot), rs.IBVS(), starts, duration=1.0, sensing=rs.Sensing(noise=0.2)
+            )
+        )
     for variable in runs[0].variables:
         np.testing.assert_array_equal(runs[0][variable], runs[1][variable], err_msg=variable)
     one = runs[0].isel(run=2)  # and each step is the arc of its command

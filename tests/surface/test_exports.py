@@ -34,6 +34,7 @@ SIGNATURES = {
     "Scene.view": "self q camera points",
     "IBVS": "goal camera target features",
     "simulate": "scene task q0 dt duration seed",
+    "compare": "scene tasks q0",
     "load_scenario": "path",
     "save_run": "run path",
     "open_run": "path",
@@ -41,6 +42,10 @@ SIGNATURES = {
     "plot.image": "run",
     "plot.velocity": "run",
     "plot.run": "run scene",
+    "plot.comparison": "comparison",
+    "plot.diagnosis": "diagnosis",
+    "diagnose": "run scene task sensing actuation",
+    "explain": "run scene task sensing actuation experiments",
     "robots.names": "",
     "robots.load": "name",
     "units.parse": "text dimension",
@@ -111,8 +116,8 @@ def test_a_member_that_users_rely_on_is_there(name):
 
 def test_the_defaults_of_a_run_are_those_of_the_documentation():
     given = inspect.signature(rs.simulate).parameters
-    defaults = {name: given[name].default for name in ("q0", "dt", "duration", "seed", "noise")}
-    assert defaults == {"q0": None, "dt": 0.04, "duration": 10.0, "seed": 0, "noise": 0.0}
+    defaults = {name: given[name].default for name in ("q0", "dt", "duration", "seed", "sensing")}
+    assert defaults == {"q0": None, "dt": 0.04, "duration": 10.0, "seed": 0, "sensing": None}
 
 
 def test_robots_of_the_library_are_functions_by_name():
@@ -140,12 +145,12 @@ def test_classic_gives_exactly_the_ten_names_of_the_chapter():
 
 def test_plot_gives_its_functions():
     assert rs.plot is plot
-    assert {"scene", "image", "velocity", "run"} <= set(dir(plot))
+    assert {"comparison", "diagnosis", "scene", "image", "velocity", "run"} <= set(dir(plot))
 
 
 def test_the_command_line_has_its_commands_with_a_sentence_each():
     assert isinstance(cli.cli, click.Group)
-    assert {"demo", "run", "check", "robots", "examples"} <= set(cli.cli.commands)
+    assert {"demo", "run", "compare", "check", "robots", "examples"} <= set(cli.cli.commands)
     for command in cli.cli.commands.values():
         assert command.help and command.help.split("\n")[0].endswith(".")
 

@@ -626,3 +626,169 @@ def test_where_windows_open_pyplot_shows_the_figure(scene, monkeypatch):
     figure = plot.scene(scene)
     assert [plt.figure(n) for n in plt.get_fignums()] == [figure]
     plt.close(figure)
+
+
+# --- several schemes beside each other
+
+
+@pytest.fixture(scope="module")
+def compared(scene):
+    """Three schemes, of which one is too slow to arrive."""
+    tasks = {
+        "current": rs.IBVS(scene.home, gain=2),
+        "pose": rs.PBVS(scene.home, gain=2),
+        "slow": rs.IBVS(scene.home, gain=0.2),
+    }
+    return rs.compare(scene, tasks, scene.home + OFFSET, duration=8)
+
+
+def test_each_scheme_has_its_image_with_the_pixels_of_its_run(compared):
+    figure = plot.comparison(compared)
+    for axes, (name, run) in zip(figure.axes, compared.runs.items(), strict=False):
+        pixels = run["pixels"].dropna("time").values
+        ways = [line.get_xydata() for line in axes.get_lines()[: pixels.shape[1]]]
+        np.testing.assert_array_equal(ways, np.moveaxis(pixels, 1, 0))
+        [starts] = [line.get_xydata() for line in asterisks(axes)]
+        [goals] = [line.get_xydata() for line in axes.get_lines() if line.get_marker() == "s"]
+        np.testing.assert_array_equal(starts, pixels[0])
+        np.testing.assert_array_equal(goals, run["pixels_goal"].values)
+        assert axes.get_title().startswith(name)
+    assert figure.axes[2].get_title() == "slow\ntime limit after 8 s"
+
+
+def test_the_distance_of_the_farthest_mark_is_drawn_over_time(compared):
+    axes = plot.comparison(compared).axes[3]
+    assert (axes.get_xlabel(), axes.get_yscale()) == ("time (s)", "log")
+    assert axes.get_ylabel() == "farthest mark from its goal (px)"
+    for name, run in compared.runs.items():
+        lived = run.dropna("time")
+        away = np.linalg.norm(lived["pixels"].values - run["pixels_goal"].values, axis=2).max(
+            axis=1
+        )
+        np.testing.assert_allclose(lines(axes, name).get_xdata(), lived["time"].values)
+        np.testing.assert_allclose(lines(axes, name).get_ydata(), away, rtol=1e-12)
+    assert legend(axes) == ["current", "pose", "slow"]
+
+
+def test_measures_are_drawn_as_shares_of_the_largest_and_hollow_where_nothing_converged(compared):
+    axes = plot.comparison(compared).axes[4]
+    labels = [text.get_text() for text in axes.get_yticklabels()]
+    shown = [text.split("\n")[0] for text in labels]
+    assert shown[:2] == ["time to converge", "image excursion"] and "angular effort" in shown
+    dots = [line for line in axes.get_lines() if line.get_marker() not in ("None", None)]
+    values = compared.data["path_length"].values
+    row = shown.index("camera path")
+    assert labels[row] == f"camera path\n1 = {values.max():.3g} m"
+    for dot, value in zip(dots, values, strict=True):
+        x, y = dot.get_xydata()[row]
+        assert x == pytest.approx(value / values.max()) and abs(y - row) < 0.5
+    assert [dot.get_markerfacecolor() == "none" for dot in dots] == [False, False, True]
+    assert len({dot.get_marker() for dot in dots}) == len({dot.get_color() for dot in dots}) == 3
+
+
+def test_the_way_is_that_of_the_camera_in_the_two_axes_of_its_largest_extent(compared):
+    axes = plot.comparison(compared).axes[5]
+    ways = [run["camera_pose"].dropna("time").values[:, :3, 3] for run in compared.runs.values()]
+    spans = np.ptp(np.concatenate(ways), axis=0)
+    drawn = sorted(np.argsort(spans)[1:])
+    assert [axes.get_xlabel(), axes.get_ylabel()] == [f"{'xyz'[i]} (m)" for i in drawn]
+    tracks = [line.get_xydata() for line in axes.get_lines() if len(line.get_xydata()) > 1]
+    for track, way in zip(tracks, ways, strict=True):
+        np.testing.assert_allclose(track, way[:, drawn], atol=1e-12)
+    assert axes.get_aspect() == 1
+
+
+def test_of_batches_the_boxes_are_the_quartiles_of_what_converged(scene):
+    shares = np.linspace(0.1, 1.2, 12)[:, None]
+    tasks = {"current": rs.IBVS(scene.home, gain=2), "slow": rs.IBVS(scene.home, gain=1)}
+    found = rs.compare(scene, tasks, scene.home + shares * OFFSET, duration=8)
+    figure = plot.comparison(found)
+    bars = figure.axes[0].patches
+    assert sum(bar.get_width() for bar in bars) == pytest.approx(200)
+    arrived = 100 * found.converged().values
+    np.testing.assert_allclose([bar.get_width() for bar in bars[:2]], arrived)
+    assert figure.axes[1].get_xlabel() == "time to converge (s)"
+    for i, box in enumerate(figure.axes[1].patches):
+        times = found.data["time"].values[i]
+        quartiles = np.quantile(times[np.isfinite(times)], [0.25, 0.75])
+        np.testing.assert_allclose(np.unique(box.get_path().vertices[:, 0]), quartiles)
+    assert arrived[0] == 100 and 0 < arrived[1] < 100
+    assert figure.get_suptitle() == "12 starts; boxes are of the runs that converged"
+
+
+def test_what_is_no_comparison_is_refused(run):
+    with pytest.raises(rs.InputError, match="expected a Comparison as compare returns it"):
+        plot.comparison(run)
+
+
+@pytest.mark.parametrize("count", [1, 2, 6, 8])
+def test_any_number_of_schemes_has_room(scene, count):
+    tasks = {f"scheme {i}": rs.IBVS(scene.home, gain=1 + i) for i in range(count)}
+    figure = plot.comparison(rs.compare(scene, tasks, scene.home + OFFSET, duration=0.4))
+    assert len(figure.axes) == count + 3
+    boxes = [axes.get_window_extent() for axes in figure.axes]
+    assert min(box.width for box in boxes) > 20
+
+
+def test_schemes_whose_goal_has_no_image_show_their_relative_error(scene, run):
+    given = rs.IBVS(rs.Given(run["s_goal"].values))
+    found = rs.compare(scene, {"given": given}, scene.home + OFFSET, duration=1)
+    axes = plot.comparison(found).axes[1]
+    assert axes.get_ylabel() == "error / error at the start"
+    norm = found.runs["given"]["error_norm"].values
+    np.testing.assert_allclose(lines(axes, "given").get_ydata(), norm / norm[0])
+
+
+# ---- diagnosis ----
+
+
+@pytest.fixture(scope="module")
+def examined(run):
+    return rs.diagnose(run)
+
+
+def test_a_diagnosis_is_drawn_as_it_is(examined):
+    V, condition, stability, border = plot.diagnosis(examined).axes
+    time = examined["time"].values
+    for axes, names in (
+        (V, ["lyapunov"]),
+        (condition, ["condition_interaction", "condition_reach"]),
+        (stability, ["stability_motion", "contraction"]),
+        (border, ["border_margin"]),
+    ):
+        for line, name in zip(axes.get_lines(), names, strict=False):
+            np.testing.assert_array_equal(line.get_xdata(), time)
+            np.testing.assert_array_equal(line.get_ydata(), examined[name])
+    assert V.get_yscale() == condition.get_yscale() == "log"
+
+
+def test_a_diagnosis_says_how_it_ended_and_has_units(examined, run):
+    figure = plot.diagnosis(examined)
+    assert figure.get_suptitle() == f"time limit after {float(run['end_time']):.3g} s"
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["V (–)", "largest / smallest σ", "eigenvalue", "to the border (px)"]
+    assert [axes.get_xlabel() for axes in figure.axes[2:]] == ["time (s)"] * 2
+
+
+def test_joint_limits_have_an_axis_of_their_own():
+    scenario = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    found = rs.diagnose(scenario.run(duration=0.4))
+    right = plot.diagnosis(found).axes[4]
+    np.testing.assert_array_equal(right.get_lines()[0].get_ydata(), 100 * found["limit_margin"])
+    assert right.get_ylabel() == "to a joint limit (% of its range)"
+    assert right.get_ylim()[0] == 0
+
+
+def test_a_diagnosis_of_one_moment_and_of_nothing_known_is_drawn(scene, still):
+    assert plot.diagnosis(rs.diagnose(still)).axes[0].get_lines()[0].get_marker() == "."
+    both = rs.Priorities([rs.IBVS(), rs.PBVS()])
+    found = rs.diagnose(rs.simulate(scene, both, scene.home + OFFSET, duration=0.2))
+    assert np.isnan(plot.diagnosis(found).axes[2].get_lines()[0].get_ydata()).all()
+
+
+@pytest.mark.parametrize("given", [3, [1]])
+def test_what_is_no_diagnosis_is_refused(given, run):
+    with pytest.raises(rs.InputError, match="expected a diagnosis as diagnose returns it, got"):
+        plot.diagnosis(given)
+    with pytest.raises(rs.InputError, match="got Dataset"):
+        plot.diagnosis(run)

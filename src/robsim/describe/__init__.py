@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from robsim.describe.imperfection import spoilt
 from robsim.describe.scene import scene
 from robsim.describe.task import belief_of, task
 from robsim.describe.values import NoDescription as NoDescription
@@ -29,17 +30,17 @@ def scenario(
         table["belief"] = {"complete": True, **scene(belief)}
     if q0 is not None:
         table["start"] = {"q": coordinates(q0, truth.coordinate_units)}
+    table |= {key: part for key, part in spoilt(settings, truth).items() if part}
     return tomli_w.dumps({**table, "run": run(settings)})
 
 
 def run(value: Mapping[str, Any]) -> Table:
-    """dt, duration, seed, noise, hold, record."""
+    """dt, duration, seed, hold, record."""
     record = value["record"]
     return {
         "dt": quantity(value["dt"], "s"),
         "duration": quantity(value["duration"], "s"),
         "seed": int(value["seed"]),
-        "noise": float(value["noise"]),
         "hold": bool(value["hold"]),
         "record": record if isinstance(record, str) else int(record),
     }

@@ -100,7 +100,9 @@ def _servo(value: ServoTask, truth: Scene, units: Units, apart: bool) -> Table:
     if value.target is not None:
         table["target"] = value.target
     table |= option.interaction(value.interaction)
-    table |= {"depth": option.depth(value.depth), "depth_scale": value.depth_scale}
+    scale = value.depth_scale
+    table |= {"depth": option.depth(value.depth)}
+    table["depth_scale"] = list(scale) if isinstance(scale, tuple) else scale
     table |= option.inverse(value.inverse)
     if value.tolerance is not None:
         table["tolerance"] = value.tolerance

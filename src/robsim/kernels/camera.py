@@ -88,6 +88,17 @@ def pinhole(x, y, K):
 
 
 @kernel
+def pixel_rates(x, K, lens, J):
+    """J[n, 2, 2, b]: how the pixel (column, row) moves with the normalised point x[n, 2, b]."""
+    k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            xx, xy, yy = distort_jacobian(x[n, 0, b], x[n, 1, b], k)
+            J[n, 0, 0, b], J[n, 0, 1, b] = K[0, 0] * xx + K[0, 1] * xy, K[0, 0] * xy + K[0, 1] * yy
+            J[n, 1, 0, b], J[n, 1, 1, b] = K[1, 1] * xy, K[1, 1] * yy
+
+
+@kernel
 def _bends(lens):
     total = 0.0
     for i in range(lens.size):

@@ -68,12 +68,12 @@ def choose_interaction(which, L_goal, L):
 
 @kernel
 def choose_depth(which, metres, scale, Z_goal, Z, out):
-    """out[n, b] = scale times the depth Z, or that at the goal Z_goal[n, 1], or a constant."""
+    """out[n, b] = scale[n, 1] times the depth Z, that at the goal Z_goal[n, 1], or a constant."""
     for n in range(Z.shape[0]):
         for b in range(Z.shape[1]):
             if which == TRUE:
-                out[n, b] = scale * Z[n, b]
+                out[n, b] = scale[n, 0] * Z[n, b]
             elif which == GOAL:
-                out[n, b] = scale * Z_goal[n, 0]
+                out[n, b] = scale[n, 0] * Z_goal[n, 0]
             else:
-                out[n, b] = scale * metres
+                out[n, b] = scale[n, 0] * metres

@@ -21,7 +21,7 @@ class Scheme(NamedTuple):
     interaction: int  # features.CURRENT, DESIRED, MEAN
     depth: int  # features.TRUE, GOAL, CONSTANT
     metres: float
-    depth_scale: float
+    depth_scale: Any  # (N, 1)
     Z_goal: Any  # (N, 1)
     s_goal: Any  # (k, 1)
     L_goal: Any  # (k, 6, 1)
@@ -56,7 +56,7 @@ class Command(NamedTuple):
 def measure(pixels, noise, step, out):
     """Out = pixels[n, 2, b] with the noise of this step."""
     if noise.sigma > 0.0:
-        random.normal_pairs(noise.seed, noise.runs, step, out)
+        random.normal_pairs(noise.seed, noise.runs, step, 0, out)
     for n in range(out.shape[0]):
         for r in range(2):
             for b in range(out.shape[2]):
@@ -122,6 +122,7 @@ def settle(
     every,
     track,
     q,
+    rates,
     seen,
     T,
     command,
@@ -131,7 +132,8 @@ def settle(
     """The rest of an instant once the command is known; returns how many runs have ended.
 
     Fills qd of all joints, where those that are not commanded have the velocities `drift`, and
-    outcome; keeps every so many steps in `track`. T is the pose whose way is measured.
+    outcome; keeps every so many steps in `track`, with the velocities `rates` of the joints, which
+    has no rows where they are those commanded. T is the pose whose way is measured.
     """
     tree.spread(columns, command.qd, drift, qd)
     if step == 0:
@@ -153,7 +155,7 @@ def settle(
         outcome,
     )
     if every > 0 and step % every == 0:
-        record.store(rows, step // every, q, qd, command.s, seen.pixels, track)
+        record.store(rows, step // every, q, qd, rates, command.s, seen.pixels, track)
     return ended
 
 
@@ -176,6 +178,7 @@ def stride(
     every,
     track,
     q,
+    rates,
     seen,
     command,
     qd,
@@ -208,6 +211,7 @@ def stride(
             every,
             track,
             q,
+            rates,
             seen,
             seen.T_w_c if eye.moves else seen.T_w_o,
             command,

@@ -10,6 +10,7 @@ class Track(NamedTuple):
 
     q: Any
     qd: Any
+    rates: Any
     s: Any
     pixels: Any
 
@@ -23,10 +24,11 @@ def _store(values, rows, moment, out):
 
 
 @kernel
-def store(rows, moment, q, qd, s, pixels, track):
+def store(rows, moment, q, qd, rates, s, pixels, track):
     """One moment of the runs `rows`."""
     _store(q, rows, moment, track.q)
     _store(qd, rows, moment, track.qd)
+    _store(rates, rows, moment, track.rates)
     _store(s, rows, moment, track.s)
     for n in range(pixels.shape[0]):
         for r in range(2):

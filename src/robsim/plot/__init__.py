@@ -4,6 +4,8 @@ Where Matplotlib opens windows, plt.show() shows them; elsewhere they are the ca
 save with figure.savefig("name.pdf").
 """
 
+from robsim.plot.comparison import comparison as comparison
+from robsim.plot.diagnosis import diagnosis as diagnosis
 from robsim.plot.image import image as image
 from robsim.plot.run import run as run
 from robsim.plot.scene import scene as scene

@@ -68,7 +68,7 @@ def draw(axes: Axes, run: xr.Dataset, camera: str | None = None) -> None:
         _draw_numbers(axes, tracks[0], numbers)
     seen = np.concatenate([tracks.reshape(-1, 2), goal])
     size, centre = view.attrs["image_size"], view.attrs["image_centre"]
-    _frame(axes, seen, size, centre)
+    frame(axes, seen, size, centre)
     several = len(set(run["mark_camera"].values.tolist())) > 1
     axes.set_title(f"{view['mark_camera'].values[0]}: {title}" if several else f"image: {title}")
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
@@ -122,7 +122,7 @@ def _draw_numbers(axes: Axes, track: Array, numbers: Array) -> None:
             )
 
 
-def _frame(axes: Axes, seen: Array, size: Any, centre: Any) -> None:
+def frame(axes: Axes, seen: Array, size: Any, centre: Any) -> None:
     """Rows grow downwards, pixels are square, and the border of the image is in view."""
     points = seen[np.isfinite(seen).all(axis=1)]
     if centre is not None:

@@ -14,13 +14,22 @@ from robsim.scenario.problems import shown
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
 _LONGEST = 200  # characters of a quantity
-_DIMENSIONS: dict[str, units.Dimension] = {
+DIMENSIONS: dict[str, units.Dimension] = {
     "rad": "angle",
     "m": "length",
     "rad/s": "turn rate",
     "m/s": "speed",
+    "rad/s^2": "turn acceleration",
+    "m/s^2": "acceleration",
 }
-_EXAMPLES = {"angle": "90 deg", "length": "5 cm", "turn rate": "30 deg/s", "speed": "5 cm/s"}
+_EXAMPLES = {
+    "angle": "90 deg",
+    "length": "5 cm",
+    "turn rate": "30 deg/s",
+    "speed": "5 cm/s",
+    "turn acceleration": "60 deg/s^2",
+    "acceleration": "1 m/s^2",
+}
 
 
 def quantity(value: Any, dimension: units.Dimension) -> float:
@@ -39,7 +48,7 @@ def coordinate(value: Any, unit: str) -> float:
     The numbers of a quaternion, of unit "1", are bare.
     """
     if unit != "1":
-        return quantity(value, _DIMENSIONS[unit])
+        return quantity(value, DIMENSIONS[unit])
     try:
         return _within(float(value), value)
     except (TypeError, ValueError, OverflowError):
@@ -151,6 +160,7 @@ TurnRate = Annotated[float, Field(gt=0), _reads(quantity, "turn rate")]
 AnySpeed = Annotated[
     float, Field(gt=0), BeforeValidator(lambda value: either(value, "turn rate", "speed"))
 ]
+Instant = Annotated[float, Field(ge=0), _reads(quantity, "time")]
 Coordinate = Annotated[Any, BeforeValidator(_raw_coordinate)]
 Depth = Annotated[Any, BeforeValidator(_depth)]
 Record = Annotated[Any, BeforeValidator(_record)]

@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-NEEDED = ("dt", "duration", "seed", "noise", "hold", "record", "single")
+NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 
 
 def replay(run: xr.Dataset) -> xr.Dataset:
     """The same run, or batch, or selection of consecutive runs, once more: the same bits.
 
-    Scene and task come from the run's scenario; start, seed, noise, periods, record and run
+    Scene, task and what is wrong with images and joints come from the run's scenario; start,
+    seed, periods, record and run
     number are the run's own. InputError: the run does not say how it was made.
 
     >>> from robsim import examples
@@ -28,31 +29,41 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     >>> replay(run).identical(run)
     True
     """
-    if not isinstance(getattr(run, "attrs", None), dict):
-        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
-    text = run.attrs.get("scenario", "")
-    if not text:
-        reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
-        raise InputError(f"this run cannot be repeated from its own text: {reason}")
-    lacking = [name for name in NEEDED if name not in run.attrs]
-    if lacking or _wanted(run, "q0").size == 0:
-        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
-    scenario = Scenario.from_text(text, "scenario of the run")
-    again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **_settings(run))
+    check_run(run)
+    scenario = scenario_of(run)
+    told = {**scenario.settings.keywords, **settings_of(run)}
+    again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **told)
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
     return again
 
 
-def _settings(run: xr.Dataset) -> dict[str, Any]:
+def check_run(run: object) -> None:
+    """InputError if this is no run."""
+    if not isinstance(getattr(run, "attrs", None), dict):
+        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
+
+
+def scenario_of(run: xr.Dataset) -> Scenario:
+    """What the text of a run says; InputError if it has none."""
+    text = run.attrs.get("scenario", "")
+    if not text:
+        reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
+        raise InputError(f"this run cannot be repeated from its own text: {reason}")
+    return Scenario.from_text(text, "scenario of the run")
+
+
+def settings_of(run: xr.Dataset) -> dict[str, Any]:
     """The keywords of `simulate`, as they were; whole periods, whatever the rounding."""
     attrs = run.attrs
+    lacking = [name for name in NEEDED if name not in attrs]
+    if lacking or _wanted(run, "q0").size == 0:
+        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
     dt, record = float(attrs["dt"]), attrs["record"]
     steps = round(float(attrs["duration"]) / dt)
     return {
         "dt": dt,
         "duration": (steps - 0.5) * dt,
         "seed": int(attrs["seed"]),
-        "noise": float(attrs["noise"]),
         "hold": bool(attrs["hold"]),
         "record": record if isinstance(record, str) else int(record),
         "run": _first(_wanted(run, "run")),

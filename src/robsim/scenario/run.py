@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
+from robsim.actuation import Actuation
 from robsim.arrays import Array
 from robsim.errors import InputError
 from robsim.pose import Pose
@@ -12,7 +14,10 @@ from robsim.scenario import schema
 from robsim.scenario.build import configuration, pose
 from robsim.scenario.problems import under
 from robsim.scene import Scene
+from robsim.sensing import Sensing
 from robsim.tree import COORDINATE_UNITS
+
+_PERFECT, _EXACT = Sensing(), Actuation()
 
 
 @dataclass(frozen=True)
@@ -26,9 +31,15 @@ class Settings:
     dt: float = 0.04
     duration: float = 10.0
     seed: int = 0
-    noise: float = 0.0
+    sensing: Sensing = _PERFECT
+    actuation: Actuation = _EXACT
     record: Record = "all"
     hold: bool = False
+
+    @property
+    def keywords(self) -> dict[str, Any]:
+        """For `simulate`."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
 
 def start(table: schema.StartTable, scene: Scene, what: str = "q") -> Array | None:
@@ -43,10 +54,12 @@ def start(table: schema.StartTable, scene: Scene, what: str = "q") -> Array | No
         return scene.coordinates(q, what)
 
 
-def settings(table: schema.RunTable) -> Settings:
-    """dt, duration, seed, noise, hold, record."""
+def settings(
+    table: schema.RunTable, sensing: Sensing = _PERFECT, actuation: Actuation = _EXACT
+) -> Settings:
+    """dt, duration, seed, hold, record; and what is wrong with images and joints."""
     given = {key: value for key, value in table if value is not None}
-    made = Settings(**given)
+    made = Settings(**given, sensing=sensing, actuation=actuation)
     if made.duration / made.dt > LONGEST:
         raise InputError(
             f"duration {made.duration:g} s in periods of {made.dt:g} s are more than "

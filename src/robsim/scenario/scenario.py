@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from robsim import describe
@@ -13,6 +13,7 @@ from robsim.arrays import Array
 from robsim.errors import FileError, GoalError, InputError, Interrupted
 from robsim.scenario import build
 from robsim.scenario.belief import merge
+from robsim.scenario.imperfection import actuation, sensing
 from robsim.scenario.library import expanded
 from robsim.scenario.override import Changes, overridden
 from robsim.scenario.problems import Problems, shown
@@ -83,7 +84,7 @@ class Scenario:
         The run keeps this scenario's text, so that `replay` can repeat it; or an exact
         description, where that text does not say what was run.
         """
-        told = {"q0": self.q0, **asdict(self.settings), **changes}
+        told = {"q0": self.q0, **self.settings.keywords, **changes}
         try:
             with _named(self.source):
                 run = simulate(self.scene, self.task, **told, progress=progress)
@@ -101,7 +102,7 @@ class Scenario:
         if q0 is not None and q0.ndim != 1:
             raise InputError(f"q0: a file holds one start, not a batch of shape {q0.shape}")
         try:
-            return describe.scenario(self.scene, self.task, asdict(self.settings), q0, self.title)
+            return describe.scenario(self.scene, self.task, self.settings.keywords, q0, self.title)
         except describe.NoDescription as reason:
             raise InputError(f"this scenario has no text: {reason}") from None
 
@@ -145,8 +146,13 @@ def _read(raw: Raw, source: str) -> tuple[Scene, Task, Array | None, Settings]:
     q0 = None
     with problems.at("start"):
         q0 = start(table.start, truth)
+    told = Settings()
+    with problems.at("sensing"):
+        told = replace(told, sensing=sensing(table.sensing))
+    with problems.at("actuation"):
+        told = replace(told, actuation=actuation(table.actuation, truth))
     with problems.at("run"):
-        told = settings(table.run)
+        told = settings(table.run, told.sensing, told.actuation)
     problems.stop()
     return truth, what, q0, told
 

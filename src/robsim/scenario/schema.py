@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, Tag
 
 from robsim.scenario.quantity import (
     Angle,
@@ -16,6 +16,7 @@ from robsim.scenario.quantity import (
     Coordinate,
     Extent,
     Focal,
+    Instant,
     Length,
     Matrix,
     Name,
@@ -27,6 +28,7 @@ from robsim.scenario.quantity import (
     Reference,
     Size,
     Text,
+    forms,
 )
 from robsim.tree import Kind
 
@@ -185,9 +187,50 @@ class RunTable(Table):
     dt: Period | None = None
     duration: Period | None = None
     seed: Annotated[int, Field(ge=0, lt=2**64)] | None = None
-    noise: Annotated[float, Field(ge=0, le=1e9)] | None = None
     hold: bool | None = None
     record: Record | None = None
+
+
+class OcclusionTable(Table):
+    """robsim.Occlusion."""
+
+    marks: Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=MOST_MARKS)]
+    start: Period
+    end: Period | None = None
+    target: Name | None = None
+    camera: Name | None = None
+
+
+NotNegative = Annotated[float, Field(ge=0, le=1e9)]
+Share = Annotated[float, Field(ge=0, lt=1)]
+
+
+class SensingTable(Table):
+    """robsim.Sensing."""
+
+    noise: NotNegative | None = None
+    quantisation: NotNegative | None = None
+    outliers: Share | None = None
+    outlier_size: NotNegative | None = None
+    occlusions: Annotated[list[OcclusionTable], Field(max_length=MOST_PARTS)] | None = None
+    dropped: Share | None = None
+    latency: Instant | None = None
+    period: Period | None = None
+
+
+# one quantity for all, or a list of one for each
+Each = Annotated[
+    Annotated[Coordinate, Tag("plain")] | Annotated[Coordinates, Tag("list")], forms("list")
+]
+
+
+class ActuationTable(Table):
+    """robsim.Actuation."""
+
+    lag: Instant | None = None
+    velocity: Each | None = None
+    acceleration: Each | None = None
+    encoder: Each | None = None
 
 
 class BeliefTable(SceneTable):

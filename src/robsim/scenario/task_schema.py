@@ -22,10 +22,12 @@ from robsim.scenario.quantity import (
     forms,
 )
 from robsim.scenario.schema import (
+    ActuationTable,
     Coordinates,
     PoseKeys,
     RunTable,
     SceneTable,
+    SensingTable,
     StartTable,
     Table,
 )
@@ -149,7 +151,10 @@ class ServoTable(ShapedTable):
     interaction: Interaction | None = None
     broyden_start: Rows | None = None
     depth: Depths | None = None
-    depth_scale: Positive | None = None
+    depth_scale: (
+        Annotated[Annotated[Positive, Tag("plain")] | Annotated[Vector, Tag("list")], forms("list")]
+        | None
+    ) = None
     inverse: Literal["truncated", "damped", "transposed"] | None = None
     rcond: Share | None = None
     damping: Positive | None = None
@@ -290,4 +295,6 @@ class ScenarioFile(SceneTable):
     task: TaskTable
     belief: Any = None
     start: StartTable = StartTable()
+    sensing: SensingTable = SensingTable()
+    actuation: ActuationTable = ActuationTable()
     run: RunTable = RunTable()

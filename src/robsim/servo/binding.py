@@ -47,6 +47,8 @@ def regulated_by(
     both = zip(truths, sights, strict=True)
     goals = {t.key: view_of(task.goal, t, b, sights[0]) for t, b in both}
     q_goal, depths = configuration(task.goal, scene), Depths(task.depth, task.depth_scale)
+    for each in sights:
+        depths.check(len(each.target.marks), each.target.name)
     bound = [_bound(*pair, depths) for pair in zip(task.parts, belief, strict=True)]
     which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
     given = task.goal.s if isinstance(task.goal, Given) else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -68,13 +68,17 @@ class Controller(ABC):
 
     def control(self, now: Instant) -> Command:
         """The command at an instant; error and reach in units of one tolerance for all."""
+        return self.decided(now).command
+
+    def decided(self, now: Instant) -> Decision:
+        """That command with what it is based on."""
         decision = self.decide(now)
         command = decision.command
         self.note(now, decision.basis, command.qd)
         if self._scale is None:
-            return command
+            return decision
         error, reach = command.error * self._scale, command.reach * self._scale[:, None]
-        return command._replace(error=error, reach=reach)
+        return decision._replace(command=command._replace(error=error, reach=reach))
 
     @property
     def k(self) -> int:
@@ -120,6 +124,8 @@ class Servo(Controller):
         error = np.empty(measured.s.shape)
         kernels.difference(measured.s, self.s_goal, error)
         reach = measured.reach if self.broyden is None else self._learnt(now, measured)
+        if measured.hidden is not None:
+            measured, error, reach = _left_out(measured, error, reach)
         return Assessment(measured, error, reach, self._state(now, measured, error, reach))
 
     def decide(self, now: Instant) -> Decision:
@@ -154,6 +160,8 @@ class Servo(Controller):
             weighted, L = self._weights * error, self._weights[:, None] * L
             reach = self._weights[:, None] * reach
         drift = self._drift(now, measured, weighted)
+        if drift is not None and measured.hidden is not None:
+            drift = np.where(measured.hidden, 0.0, drift)
         if drift is not None:
             weighted = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
         memory = now.memory.setdefault("law", {})
@@ -236,7 +244,7 @@ class Servo(Controller):
         return Scheme(
             kinds[type(part.feature)],
             self.regulated.code,
-            *self.regulated.depths.numbers,
+            *self.regulated.depths.numbers(len(self.goal_pixels)),
             self.regulated.goals[self.sights[0].key].depth,
             self.s_goal,
             self.regulated.L_goal,
@@ -247,6 +255,14 @@ class Servo(Controller):
             *self.inverse.numbers,
             self.tolerance,
         )
+
+
+def _left_out(measured: Measured, error: Array, reach: Array) -> tuple[Measured, Array, Array]:
+    """What is hidden has no error, and nothing moves it."""
+    hidden = measured.hidden
+    assert hidden is not None
+    L, reach = (np.where(hidden[:, None], 0.0, array) for array in (measured.L, reach))
+    return replace(measured, L=L), np.where(hidden, 0.0, error), reach
 
 
 def pace(regulated: Regulated, gain: float | Adaptive, inverse: Inverse) -> float:

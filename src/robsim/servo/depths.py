@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robsim.arrays import Array, positive
+from robsim.arrays import Array, frozen, numbers, positive
 from robsim.errors import InputError
 from robsim.features import Observation
 from robsim.kernels import features as kernels
@@ -17,6 +17,7 @@ from robsim.servo.inverse import product
 from robsim.servo.sight import Key
 
 Depth = Literal["true", "goal"] | float | DepthFilter
+Scale = float | tuple[float, ...]  # for all marks, or for each
 
 
 def as_depth(given: Any) -> Depth:
@@ -32,12 +33,22 @@ def as_depth(given: Any) -> Depth:
     return positive(given, "depth (metres)")
 
 
+def as_scale(given: Any) -> Scale:
+    """A factor above zero for all marks, or one for each."""
+    factors = numbers(given, "depth_scale", ())
+    if factors.ndim > 1 or not factors.size or not (factors > 0).all():
+        raise InputError(
+            f"depth_scale must be a positive number, or one for each mark, got {given!r:.80}"
+        )
+    return tuple(factors.tolist()) if factors.ndim else float(factors)
+
+
 @dataclass(frozen=True)
 class Depths:
     """A choice of depth, times a scale (a wrong one, on purpose)."""
 
     which: Depth
-    scale: float
+    scale: Scale
 
     @property
     def filtered(self) -> bool:
@@ -49,17 +60,28 @@ class Depths:
         """Whether it follows the marks, so that a feature may be made of it."""
         return self.which == "true" or self.filtered
 
-    @property
-    def numbers(self) -> tuple[int, float, float]:
-        """(which, metres, scale) for the kernels."""
+    def check(self, marks: int, target: str) -> None:
+        """InputError if there is not one factor for all marks of a target, or one for each."""
+        if isinstance(self.scale, tuple) and len(self.scale) != marks:
+            raise InputError(
+                f"depth_scale: {len(self.scale)} factors for the {marks} marks of '{target}'"
+            )
+
+    def numbers(self, marks: int) -> tuple[int, float, Array]:
+        """(which, metres, scale (N, 1)) for the kernels."""
+        scale = self._scale(marks)
         if isinstance(self.which, float):
-            return kernels.CONSTANT, self.which, self.scale
-        return (kernels.GOAL if self.which == "goal" else kernels.TRUE), 0.0, self.scale
+            return kernels.CONSTANT, self.which, scale
+        return (kernels.GOAL if self.which == "goal" else kernels.TRUE), 0.0, scale
+
+    def _scale(self, marks: int) -> Array:
+        return frozen(np.full((marks, 1), np.reshape(self.scale, (-1, 1))))
 
     def of(self, seen: Observation, now: Instant, key: Key, Z_goal: Array) -> Array:
         """(N, B) of what a camera sees now."""
         if isinstance(self.which, DepthFilter):
-            return self.scale * self._filtered(self.which, seen, now, f"{key[0]} {key[1]}")
+            Z = self._filtered(self.which, seen, now, f"{key[0]} {key[1]}")
+            return self._scale(len(Z)) * Z
         return self._chosen(now.looks[key].depth, Z_goal)
 
     def at_goal(self, Z_goal: Array) -> Array:
@@ -68,7 +90,7 @@ class Depths:
 
     def _chosen(self, Z: Array, Z_goal: Array) -> Array:
         depth = np.empty(Z.shape)
-        kernels.choose_depth(*self.numbers, Z_goal, Z, depth)
+        kernels.choose_depth(*self.numbers(len(Z)), Z_goal, Z, depth)
         return depth
 
     def _filtered(self, filter: DepthFilter, seen: Observation, now: Instant, name: str) -> Array:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.arrays import Array, first_view, last_view
 from robsim.kernels.sight import Look
@@ -18,10 +19,12 @@ class Instant:
 
     step: int
     dt: float
-    q: Array  # (nq, B)
-    looks: dict[Key, Look]  # of each camera at its target, as things are
+    q: Array  # (nq, B) as measured
+    looks: dict[Key, Look]  # of each camera at its target, as things are; depth as in the image
     pixels: dict[Key, Array]  # (N, 2, B) as measured
     memory: dict[str, Any]  # arrays with the run first, until the next instant
+    hidden: dict[Key, NDArray[np.bool_]] = field(default_factory=dict)  # (N, B), if any mark is
+    prompt: bool = True  # whether q and pixels are those of this instant
 
     @property
     def time(self) -> float:

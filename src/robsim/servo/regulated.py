@@ -108,6 +108,7 @@ class Measured:
     twists: dict[Key, Array]  # J of every sight
     looks: dict[Key, Look]  # what is where, as believed
     each: list[Array]  # L (k, 6, B) of every part for its own camera; none if L is a constant
+    hidden: NDArray[np.bool_] | None = None  # (k, B) what is not seen now, and left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,14 +134,38 @@ class Regulated:
 
     def measured(self, now: Instant) -> Measured:
         """What the controller makes of an instant."""
-        looks = now.looks if self.exact else {s.key: s.look(now.q) for s in self.sights}
+        as_is = self.exact and now.prompt
+        looks = now.looks if as_is else {s.key: s.look(now.q) for s in self.sights}
         seen = {}
         for sight in self.sights:
             key, look = sight.key, looks[sight.key]
             T_c_o = relative(look.T_w_c, look.T_w_o)
             seen[key] = _observed(sight, now.pixels[key], T_c_o)
             seen[key].depth_last = self.depths.of(seen[key], now, key, self.goals[key].depth)
-        return self._measured(seen, looks)
+        measured = self._measured(seen, looks)
+        if now.hidden:
+            return replace(measured, hidden=self._hidden(now, seen, looks))
+        return measured
+
+    def _hidden(
+        self, now: Instant, seen: dict[Key, Observation], looks: dict[Key, Look]
+    ) -> NDArray[np.bool_]:
+        """(k, B): the numbers that depend on hidden marks, where others of their feature do not.
+
+        These are found by hiding the marks: what becomes NaN depends on them.
+        """
+        blind = {}
+        for sight in self.sights:
+            key, hidden = sight.key, now.hidden[sight.key]
+            pixels = np.where(hidden[:, None], np.nan, now.pixels[key])
+            depth = np.where(hidden, np.nan, seen[key].depth_last)
+            blind[key] = Observation.of(pixels, depth, sight.eye.camera)
+            blind[key].model, blind[key].guess_last = seen[key].model, seen[key].guess_last
+        lost = []
+        for part in self.parts:
+            gone = np.isnan(part.measure(part.observation(blind, looks)))
+            lost.append(gone & ~gone.all(axis=0))
+        return np.concatenate(lost)
 
     def _measured(self, seen: dict[Key, Observation], looks: dict[Key, Look]) -> Measured:
         views = [part.observation(seen, looks) for part in self.parts]

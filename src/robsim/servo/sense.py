@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from typing import TYPE_CHECKING, Any
 
@@ -121,7 +122,7 @@ def warn_of_rank(controller: Servo) -> None:
             f"motions of camera '{first.eye.name}' at the goal: {cause}"
             f"use {advice}",
             RankWarning,
-            stacklevel=4,
+            stacklevel=_callers(),
         )
 
 
@@ -134,8 +135,16 @@ def warn_of_wheels(controller: Servo) -> None:
             "a unicycle cannot move sideways, and no smooth law drives it to a pose (Brockett "
             "1983): use Docking, or no more features than it has velocities",
             RankWarning,
-            stacklevel=4,
+            stacklevel=_callers(),
         )
+
+
+def _callers() -> int:
+    """How many frames up the user's code is, for whom a warning is."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] == "robsim":
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def collinear(marks: Any) -> bool:

@@ -13,7 +13,7 @@ from robsim.scene import Scene
 from robsim.servo.binding import regulated_by, sights_of
 from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Controller, Servo, pace, rank_at_goal, rcond_of
-from robsim.servo.depths import Depth, as_depth
+from robsim.servo.depths import Depth, as_depth, as_scale
 from robsim.servo.feed_forward import as_feed_forward
 from robsim.servo.gain import Adaptive, as_gain
 from robsim.servo.goal import as_goal
@@ -51,7 +51,7 @@ class ServoTask(Shaped):
     features: Any = field(default_factory=Points)
     interaction: Any = "current"
     depth: Depth = "true"
-    depth_scale: float = 1.0
+    depth_scale: Any = 1.0
     law: Any = "joint"
     gain: float | Adaptive = 1.0
     inverse: Any = "truncated"
@@ -71,7 +71,7 @@ class ServoTask(Shaped):
         put(self, "law", as_law(self.law))
         put(self, "inverse", as_inverse(self.inverse))
         put(self, "gain", as_gain(self.gain))
-        put(self, "depth_scale", positive(self.depth_scale, "depth_scale"))
+        put(self, "depth_scale", as_scale(self.depth_scale))
         put(self, "depth", as_depth(self.depth))
         put(self, "interaction", as_interaction(self.interaction))
         put(self, "feed_forward", as_feed_forward(self.feed_forward))

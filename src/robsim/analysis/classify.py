@@ -1,0 +1,97 @@
+"""Of which kind each equilibrium is, by its error and by how the closed loop moves near it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.analysis.equilibrium import Kind
+from robsim.analysis.field import STEP, Field
+from robsim.arrays import Array, first_view
+
+SAME = 1e-5  # metres and radians between two that are one
+FREE = 1e-4  # an eigenvalue below this share of the controller's pace counts as zero
+ROUGH = 0.02  # how far f ahead and behind may differ in size, as a share, where f is smooth
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Distinct states in which nothing is commanded, and what the controller makes of them."""
+
+    q: Array  # (nq, E)
+    error_norm: Array  # (E,)
+    zero: NDArray[np.bool_]  # (E,) whether the error is below the tolerance
+    eigenvalues: NDArray[np.complex128]  # (n, E)
+    free: NDArray[np.int64]  # (E,) how many eigenvalues count as zero
+
+
+def distinct(field: Field, q: Array) -> Points:
+    """Each state once."""
+    kept, rest = [], q
+    while rest.shape[1]:
+        kept.append(rest[:, :1])
+        rest = rest[:, field.apart(kept[-1], rest)[0] > SAME]
+    q = np.ascontiguousarray(np.concatenate([q[:, :0], *kept], axis=1))
+    command = field.command(q)
+    zero = np.abs(command.error).max(axis=0) < field.controller.tolerance
+    error_norm = np.sqrt(((command.s - field.controller.s_goal) ** 2).sum(axis=0))
+    values = eigenvalues(field, q)
+    free = (np.abs(values) < FREE * field.controller.pace).sum(axis=0)
+    return Points(q, error_norm, zero, values, np.asarray(free))
+
+
+def eigenvalues(field: Field, q: Array) -> NDArray[np.complex128]:
+    """Of df/dq (n, E), sorted by real part; NaN where f is not smooth.
+
+    A unicycle has a coordinate more than velocities, and one more eigenvalue, which is zero.
+    """
+    ahead, behind = field.differences(q)
+    size = np.abs(ahead - behind).max(axis=(0, 1))
+    bend = np.abs(ahead + behind - 2.0 * field.rates(q)[:, None]).max(axis=(0, 1))
+    smooth = bend <= ROUGH * size
+    J = np.where(smooth, (ahead - behind) / (2.0 * STEP), 0.0)
+    values = np.linalg.eigvals(first_view(J)).astype(np.complex128)
+    values = np.concatenate([values, np.zeros((len(values), field.unreached))], axis=1)
+    values = np.take_along_axis(values, np.lexsort((values.imag, values.real)), axis=1)
+    return np.where(smooth, values.T, np.nan)
+
+
+def sets(points: Points) -> NDArray[np.int64]:
+    """(E,) the first point of the set to which each belongs: itself, where none is free.
+
+    Along a set of equilibria with L' e = 0 the norm of the error does not change, as its
+    differential is e' L dq: degenerate points of one norm are listed once.
+    """
+    first, norm = np.arange(points.zero.size), points.error_norm
+    loose = (points.free > 0) | np.isnan(points.eigenvalues).any(axis=0)
+    for i in np.flatnonzero(loose):
+        close = np.abs(norm[:i] - norm[i]) <= SAME * norm[i]
+        same = loose[:i] & (close | (points.zero[:i] & points.zero[i]))
+        first[i] = np.append(np.flatnonzero(same), i)[0]
+    return first
+
+
+def kinds(field: Field, points: Points) -> list[Kind]:
+    """What each point is."""
+    away = np.zeros(points.zero.size, dtype=np.bool_)
+    if field.true_goal is not None:
+        far = field.pose(points.q).matrix - field.true_goal.matrix
+        away = np.asarray(np.abs(far).max(axis=(1, 2)) > 10 * SAME)
+    each = points.zero.tolist(), away.tolist(), points.free.tolist(), points.eigenvalues.T
+    return [_kind(*one) for one in zip(*each, strict=True)]
+
+
+def _kind(zero: bool, away: bool, free: int, values: Any) -> Kind:
+    if zero:
+        return "false goal" if away and not free else "goal"
+    if np.isnan(values).any():
+        return "not smooth"
+    if free:
+        return "degenerate"
+    grows = (values.real > 0).sum()
+    if not grows:
+        return "minimum"
+    return "source" if grows == values.size else "saddle"

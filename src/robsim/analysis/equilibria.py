@@ -1,0 +1,179 @@
+"""Equilibria of a task: where it commands no motion, and whether runs end there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.analysis.classify import SAME, Points, distinct, eigenvalues, kinds, sets
+from robsim.analysis.equilibrium import KINDS, Equilibria, Equilibrium
+from robsim.analysis.field import Field
+from robsim.analysis.newton import refined
+from robsim.analysis.starts import drawn
+from robsim.arrays import Array, frozen, positive, runs_first, runs_last, whole
+from robsim.camera import Visibility
+from robsim.errors import InputError
+from robsim.loop import Loop
+from robsim.robot import LIMIT_SLACK
+from robsim.scene import Scene
+from robsim.servo.controller import Controller
+from robsim.servo.task import Task
+from robsim.simulate import check_kinds, whole_periods
+
+NEAR = 0.02  # metres and radians from an equilibrium, within which a run has ended there
+CHUNK = 256  # runs in lockstep
+PAIRS = 200  # of ends, at least, between which Newton's method starts
+PERIODS = 0.02  # of a run's step, in units of the time 1/rate of the fastest motion
+PATIENCE = 100.0  # the duration of a run, in units of the time 1/pace of the slowest
+LONGEST = 20_000  # steps
+
+
+def equilibria(
+    scene: Scene,
+    task: Task,
+    starts: Any = None,
+    *,
+    count: int = 200,
+    seed: int = 0,
+    distance: tuple[float, float] = (0.6, 1.4),
+    cone: float = np.pi / 4,
+    dt: float | None = None,
+    duration: float | None = None,
+) -> Equilibria:
+    """The states in which a task commands no motion, found from many starts and classified.
+
+    From every start a run goes to its end, as in `simulate`, though no image has a border and no
+    joint a limit. Newton's method then looks for f(q) = 0, with qdot = f(q) what the task commands,
+    from all ends, from all starts, from states at random between two ends, where saddles are, and
+    from the goal where it was shown. What is found depends on the starts: nobody promises that it
+    is all there is. Each one is classified by its error and by the eigenvalues of df/dq. Spurious
+    minima: Chaumette 1998, "Potential problems of stability and convergence in image-based and
+    position-based visual servoing"; all equilibria of points: Colotti et al. 2024, "Determination
+    of all stable and unstable equilibria for image-point-based visual servoing".
+
+    starts     (B, nq) coordinates, or {robot: q}; None: they are drawn
+    count      how many are drawn
+    seed       of the drawing
+    distance   for one flying camera: it looks at the middle of the marks from a distance that is
+               uniform between these two, in units of that at the goal,
+    cone       in a direction that is uniform within this half angle (radians) about that at the
+               goal, and with a roll uniform over the full circle. For other robots every
+               commanded joint is uniform within its limits, or +-0.5 m and a full turn around home
+               where it has none. Draws with a mark that is not in front of its camera are dropped
+    dt         control period of the runs in seconds; None: a fiftieth of the fastest time constant
+               at the goal
+    duration   of the runs in seconds; None: a hundred times 1/gain
+
+    InputError: a task that remembers (Broyden, DepthFilter, estimated feed-forward, a smooth
+    start, a latched switch), a scene that moves on its own, or starts of no use.
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("local_minimum"))
+    >>> found = equilibria(scenario.scene, scenario.task, count=40)
+    >>> [each.kind for each in found][:2], round(found.minima[0].error_norm, 5)
+    (['goal', 'minimum'], 0.00231)
+    """
+    check_kinds(scene, task)
+    real = task.bind(scene)  # with the errors and warnings of a run
+    field = Field.of(scene, task)
+    count, seed = whole(count, "count", 1), whole(seed, "seed", 0, 2**64)
+    q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
+    field.check_forgetful(q0)
+    dt, steps = _times(field, q0, dt, duration)
+    ends, outcomes = _runs(field, q0, dt, steps)
+    seeds = [q0, ends, _between(field, ends, seed)]
+    if field.goal is not None:
+        seeds.insert(0, field.goal)
+    q = refined(field, np.concatenate(seeds, axis=1))
+    return _told(real, field, q, q0, ends, outcomes)
+
+
+def _given(field: Field, starts: Any) -> Array:
+    """Checked starts (nq, B)."""
+    given = field.scene.coordinates(starts, "starts", limits=False)
+    if given.ndim != 2 or not given.size:
+        raise InputError(f"starts: expected shape (B, {field.scene.nq}), got {given.shape}")
+    q = runs_last(given, 1)
+    behind = np.flatnonzero(~field.in_front(q))
+    if behind.size:
+        raise InputError(f"starts: row {behind[0]} has a mark that is not in front of its camera")
+    return q
+
+
+def _times(field: Field, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
+    """Period, and how many of them; by the fastest and the slowest motion where not given."""
+    if dt is None:
+        rates = np.abs(eigenvalues(field, q0 if field.goal is None else field.goal)).max(axis=0)
+        fastest = np.median(rates[np.isfinite(rates)]) if np.isfinite(rates).any() else 0.0
+        dt = PERIODS / max(float(fastest), field.controller.pace)
+    dt = positive(dt, "dt (seconds)")
+    if duration is None:
+        return dt, int(min(np.ceil(PATIENCE / (field.controller.pace * dt)), LONGEST))
+    return dt, whole_periods(dt, positive(duration, "duration (seconds)"))
+
+
+def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArray[np.int8]]:
+    """Where the runs end (nq, B), and why."""
+    loop = Loop(field.controller, runs_first(q0), dt, steps)
+    loop.limits = np.full(loop.limits.shape, [-np.inf, np.inf])
+    rows = np.arange(q0.shape[1])
+    for first in range(0, rows.size, CHUNK):
+        loop.advance(rows[first : first + CHUNK], lambda share: None)
+    return runs_last(loop.recorder.last.q[:, 0], 1), loop.recorder.outcome
+
+
+def _between(field: Field, ends: Array, seed: int) -> Array:
+    """States between the ends of runs, drawn at random: a saddle parts two basins."""
+    rng, pairs = np.random.default_rng([seed, 1]), max(PAIRS, ends.shape[1])
+    i, j = rng.integers(ends.shape[1], size=(2, pairs))
+    return field.between(ends[:, i], ends[:, j], rng.uniform(size=pairs))
+
+
+def _told(
+    real: Controller, field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]
+) -> Equilibria:
+    """All that was found, in order: by kind, then by share, then by error; the shown goal first."""
+    starts = frozen(runs_first(q0))
+    if not q.shape[1]:
+        return Equilibria((), starts, frozen(np.full(len(starts), -1)), frozen(outcomes))
+    points = distinct(field, q)
+    first, named = sets(points), kinds(field, points)
+    ended = _ended(field, points, first, ends)
+    counts = np.bincount(ended[ended >= 0], minlength=first.size)
+    other = np.ones(first.size) if field.goal is None else field.apart(points.q, field.goal)[:, 0]
+    ranks = np.array([KINDS.index(kind) for kind in named])
+    order = np.lexsort(np.array([points.error_norm, -counts, other > SAME, ranks]))
+    listed = [i for i in order.tolist() if first[i] == i]
+    T, inside = field.pose(points.q).matrix, _inside(real, points.q)
+    found = [
+        Equilibrium(
+            frozen(points.q[:, i].copy()),
+            frozen(T[i].copy()),
+            named[i],
+            float(points.error_norm[i]),
+            frozen(points.eigenvalues[:, i].copy()),
+            int(points.free[i]),
+            bool(inside[i]),
+            float(counts[i] / ended.size),
+        )
+        for i in listed
+    ]
+    number = np.full(first.size + 1, -1)  # the last is for runs that ended at none
+    number[listed] = np.arange(len(listed))
+    return Equilibria(tuple(found), starts, frozen(number[ended]), frozen(outcomes))
+
+
+def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
+    """(E,) whether all joints are within their limits and all marks in their images."""
+    low, high = real.scene.limits.T[..., None]
+    within = (low - LIMIT_SLACK <= q) & (q <= high + LIMIT_SLACK)
+    seen = [sight.look(q).visibility == Visibility.IN_IMAGE for sight in real.sights]
+    return np.asarray(np.concatenate([within, *seen]).all(axis=0))
+
+
+def _ended(field: Field, points: Points, first: Any, ends: Array) -> NDArray[np.int64]:
+    """(B,) the first point of the set near which each run ended; -1 if near none."""
+    far = field.apart(ends, points.q)
+    return np.where(far.min(axis=1) < NEAR, first[far.argmin(axis=1)], -1)

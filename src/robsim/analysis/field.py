@@ -1,0 +1,286 @@
+"""The vector field of a task: which velocities it commands at any state, and how they change."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, is_dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robsim.arrays import Array, runs_last
+from robsim.errors import InputError, RankWarning
+from robsim.kernels import tree
+from robsim.kernels.loop import Command
+from robsim.kernels.tree import FLOATING, PRISMATIC, REVOLUTE, UNICYCLE
+from robsim.pose import Pose, homogeneous
+from robsim.scene import Scene
+from robsim.servo.broyden import Broyden
+from robsim.servo.controller import Controller, Servo
+from robsim.servo.depth import DepthFilter
+from robsim.servo.feed_forward import Estimated
+from robsim.servo.instant import Instant
+from robsim.servo.regulated import Regulated
+from robsim.servo.sight import relative
+from robsim.servo.switch import Switch
+from robsim.servo.task import Task
+
+STEP = 1e-5  # metres and radians, of central differences
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """qdot = f(q) of a task that remembers nothing, in a scene whose images have no border.
+
+    Coordinates q are (nq, B), and tangent coordinates (n, B) are those of the commanded
+    velocities: q moves by dq along the motion of velocities dq that are held for one second.
+    """
+
+    controller: Controller
+
+    @classmethod
+    def of(cls, scene: Scene, task: Task) -> Field:
+        """The field of a task; InputError if it remembers something or the scene moves alone."""
+        if scene.motions:
+            raise InputError(
+                f"equilibria: robot '{scene.motions[0].robot}' moves on its own, and a scene "
+                "that changes with time has none"
+            )
+        for what in _memories(task):
+            raise InputError(
+                f"equilibria: the command of this task depends on what was before ({what}), "
+                "not on the state alone; leave that out"
+            )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RankWarning)  # told where the user bound the task
+            return cls(_borderless_task(task).bind(_borderless(scene)))
+
+    @property
+    def scene(self) -> Scene:
+        """The true one, its images without border."""
+        scene: Scene = self.controller.scene
+        return scene
+
+    @property
+    def n(self) -> int:
+        """How many velocities are commanded."""
+        return int(self.controller.columns.size)
+
+    @cached_property
+    def unreached(self) -> int:
+        """How many coordinates no command changes at once: the way sideways of each unicycle."""
+        bodies = np.unique(self.scene.tree.body[self.controller.columns])
+        return int((self.scene.tree.joints.kind[bodies] == UNICYCLE).sum())
+
+    @cached_property
+    def goal_pose(self) -> Pose:
+        """T_c_o of the first camera and target at the goal, as believed; of numbers, at home."""
+        sight = self.controller.sights[0]
+        if self._regulated is not None:
+            return Pose(homogeneous(self._regulated.goals[sight.key].T_c_o)[0])
+        return self.pose(runs_last(self.scene.home, 1))[0]
+
+    @property
+    def goal(self) -> Array | None:
+        """Coordinates (nq, 1) at which the goal was shown, if it was."""
+        return None if self._regulated is None else self._regulated.q_goal
+
+    @property
+    def true_goal(self) -> Pose | None:
+        """T_c_o where the goal was shown, or computed by a belief that is the truth; else None."""
+        if self.goal is not None:
+            return self.pose(self.goal)[0]
+        regulated = self._regulated
+        known = regulated is not None and regulated.exact and regulated.given is None
+        return self.goal_pose if known else None
+
+    def pose(self, q: Array) -> Pose:
+        """T_c_o (B) of the first target in the first camera."""
+        look = self.controller.sights[0].look(q)
+        return Pose(homogeneous(relative(look.T_w_c, look.T_w_o)))
+
+    @property
+    def _regulated(self) -> Regulated | None:
+        """Of the first of all tasks; None if it is of the user's own kind."""
+        part: Any = self.controller
+        while hasattr(part, "parts"):
+            part = part.parts[0]
+        return part.regulated if isinstance(part, Servo) else None
+
+    def command(self, q: Array) -> Command:
+        """What the controller makes of states as if each were the first instant of a run."""
+        return self.controller.control(self._instant(q))
+
+    def rates(self, q: Array) -> Array:
+        """F (n, B), NaN where a mark is not in front of its camera: there nothing is asked."""
+        out, front = np.full((self.n, q.shape[1]), np.nan), self.in_front(q)
+        if front.any():
+            with np.errstate(all="ignore"):  # a state of no use is data
+                out[:, front] = self.command(np.ascontiguousarray(q[:, front])).qd
+        return out
+
+    def in_front(self, q: Array) -> Any:
+        """Whether (B,) every camera of the task has all its marks in front."""
+        depths = [sight.look(q).depth.min(axis=0) for sight in self.controller.sights]
+        return np.min(depths, axis=0) > 0
+
+    def moved(self, q: Array, dq: Array) -> Array:
+        """The states (nq, B) that lie dq (n, B) away."""
+        joints, out = self.scene.tree.joints, q.copy()
+        velocities = np.zeros((self.scene.nv, q.shape[1]))
+        velocities[self.controller.columns] = dq
+        tree.integrate(joints.kind, joints.iq, joints.iv, velocities, 1.0, out)
+        return out
+
+    def within_limits(self, q: Array) -> Array:
+        """The states, their joints turned fully about as often as brings them into their limits."""
+        joints, limits, out = self.scene.tree.joints, self.scene.limits, q.copy()
+        for i in joints.iq[joints.kind == REVOLUTE]:
+            low, high = limits[i]
+            if np.isfinite(low) and np.isfinite(high):
+                out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
+        return out
+
+    def between(self, a: Array, b: Array, share: Array) -> Array:
+        """States (nq, B) on the way from a to b (nq, B): coordinates in proportion, (B,) 0 to 1."""
+        joints, b = self.scene.tree.joints, b.copy()
+        turns = [slice(i + 3, i + 7) for i in joints.iq[joints.kind == FLOATING]]
+        for turn in turns:  # q and -q are one rotation
+            b[turn] *= np.where((a[turn] * b[turn]).sum(axis=0) < 0, -1.0, 1.0)
+        q = (1.0 - share) * a + share * b
+        for turn in turns:
+            q[turn] /= np.sqrt((q[turn] ** 2).sum(axis=0))
+        return np.asarray(q)
+
+    def differences(self, q: Array) -> tuple[Array, Array]:
+        """F (n, n, B) after a STEP along (second index) each commanded velocity, and against it."""
+        n, runs = self.n, q.shape[1]
+        shape = n, 2, n, runs  # of tangent coordinate, sign, velocity, run
+        steps = np.zeros(shape)
+        for j in range(n):
+            steps[j, :, j] = np.array([[STEP], [-STEP]])
+        wide = np.broadcast_to(q[:, None, None], (len(q), *shape[1:]))
+        states = np.ascontiguousarray(wide).reshape(len(q), -1)
+        ahead, behind = np.moveaxis(
+            self.rates(self.moved(states, steps.reshape(n, -1))).reshape(shape), 1, 0
+        )
+        return ahead, behind
+
+    def jacobian(self, q: Array) -> Array:
+        """Df/dq (n, n, B) by central differences: how the closed loop moves near a state."""
+        ahead, behind = self.differences(q)
+        return (ahead - behind) / (2.0 * STEP)
+
+    def apart(self, a: Array, b: Array) -> Array:
+        """How far (A, B) states (nq, A) and (nq, B) are apart, the largest of metres and radians.
+
+        A turn is compared modulo 2 pi, a floating joint by its way and its angle.
+        """
+        joints = self.scene.tree.joints
+        far = np.zeros((a.shape[1], b.shape[1]))
+        for kind, i in zip(joints.kind[1:], joints.iq[1:], strict=True):
+            if kind == FLOATING:
+                place, turn = slice(i, i + 3), slice(i + 3, i + 7)
+                ways = [_norm(a[place], b[place]), _angle(a[turn], b[turn])]
+            elif kind == REVOLUTE:
+                ways = [_turn(a[i], b[i])]
+            elif kind == PRISMATIC:
+                ways = [_norm(a[i : i + 1], b[i : i + 1])]
+            else:
+                ways = [_norm(a[i : i + 2], b[i : i + 2]), _turn(a[i + 2], b[i + 2])]
+            far = np.maximum(far, np.max(ways, axis=0))
+        return far
+
+    def _instant(self, q: Array) -> Instant:
+        looks = {sight.key: sight.look(q) for sight in self.controller.sights}
+        pixels = {key: look.pixels for key, look in looks.items()}
+        return Instant(0, 1.0, q, looks, pixels, {})
+
+    def check_forgetful(self, q: Array) -> None:
+        """InputError if a law of the user keeps something of states q for the next instant."""
+        now = self._instant(q)
+        with np.errstate(all="ignore"):
+            self.controller.control(now)
+        kept = list(_kept(now.memory))
+        if kept:
+            raise InputError(
+                f"equilibria: the law of this task remembers {kept[0]!r}; its command must "
+                "depend on the state alone"
+            )
+
+
+def _memories(task: Any) -> Iterator[str]:
+    """What of a task, or of the tasks in it, depends on more than the state."""
+    if isinstance(task, Switch) and task.latch:
+        yield "Switch with latch=True"
+    for part in _parts(task).values():
+        for one in part if isinstance(part, tuple) else (part,):
+            yield from _memories(one)
+    for name, kind in (
+        ("interaction", Broyden),
+        ("depth", DepthFilter),
+        ("feed_forward", Estimated),
+    ):
+        if isinstance(getattr(task, name, None), kind):
+            yield f"{name}={kind.__name__}(...)"
+    if getattr(task, "smooth_start", None) is not None:
+        yield f"smooth_start={task.smooth_start:g}"
+
+
+def _parts(task: Any) -> dict[str, Any]:
+    """The tasks of a task of several, by the names of their fields."""
+    return {
+        name: getattr(task, name) for name in ("first", "second", "tasks") if hasattr(task, name)
+    }
+
+
+def _borderless_task(task: Any) -> Any:
+    """The same task, with a believed scene whose images have no border either."""
+    changes = {
+        name: tuple(map(_borderless_task, part))
+        if isinstance(part, tuple)
+        else _borderless_task(part)
+        for name, part in _parts(task).items()
+    }
+    if isinstance(getattr(task, "belief", None), Scene):
+        changes["belief"] = _borderless(task.belief)
+    whole = not changes or not is_dataclass(task)  # a task of a user may be of any class
+    return task if whole else replace(task, **changes)
+
+
+def _borderless(scene: Scene) -> Scene:
+    eyes = (replace(eye, camera=replace(eye.camera, size=None)) for eye in scene.cameras)
+    return scene.replacing(*eyes)
+
+
+def _kept(memory: dict[str, Any]) -> Iterator[str]:
+    """Names of all that is remembered."""
+    for name, value in memory.items():
+        if isinstance(value, dict):
+            yield from _kept(value)
+        else:
+            yield name
+
+
+def _norm(a: Array, b: Array) -> Array:
+    """|a - b| (A, B) of points (m, A) and (m, B)."""
+    way: Array = np.sqrt(((a[:, :, None] - b[:, None]) ** 2).sum(axis=0))
+    return way
+
+
+def _turn(a: Array, b: Array) -> Array:
+    """The smaller turn (A, B) from angles (A,) to (B,)."""
+    turn = a[:, None] - b
+    return np.abs(turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
+
+
+def _angle(a: Array, b: Array) -> Array:
+    """The angle (A, B) between rotations, as unit quaternions (4, A) and (4, B).
+
+    |a -+ b| = 2 sin(angle/4), for the sign that brings the two together.
+    """
+    chord = np.minimum(_norm(a, b), _norm(a, -b))
+    angle: Array = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
+    return angle

@@ -1,0 +1,68 @@
+"""Newton's method for f(q) = 0, for many starts at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robsim.analysis.field import Field
+from robsim.arrays import Array, first_view
+
+ITERATIONS = 40
+LONGEST = 0.5  # metres or radians of one step
+SHORTER = np.array([1.0, 0.5, 0.2, 0.05])  # shares of a step that are tried
+RCOND = 1e-7  # singular values of df/dq below this share of the largest count as zero
+RESIDUAL = 1e-11  # of f = 0, metres or radians in 1/pace
+
+
+def refined(field: Field, q: Array) -> Array:
+    """The equilibria (nq, E) near states (nq, B); a state from which none is found is left out.
+
+    Damped Newton steps dq = -(df/dq)^+ f: of some shares of a step the one with the smallest
+    residual ||f|| is taken, and a run for which none makes it smaller is given up.
+    """
+    q, found, enough = q.copy(), [], RESIDUAL * field.controller.pace
+    f = field.rates(q)
+    for _ in range(ITERATIONS):
+        residual = _length(f)  # NaN where given up
+        there, going = residual <= enough, residual > enough
+        found.append(q[:, there])
+        q, f = (np.ascontiguousarray(array[:, going]) for array in (q, f))
+        if not q.shape[1]:
+            break
+        q, f = _step(field, q, f)
+    return _turned(field, np.ascontiguousarray(np.concatenate(found, axis=1)), enough)
+
+
+def _turned(field: Field, q: Array, enough: float) -> Array:
+    """Within the limits where that is an equilibrium too: a secondary motion may not have turns."""
+    turned = field.within_limits(q)
+    return np.where(_length(field.rates(turned)) <= enough, turned, q)
+
+
+def _step(field: Field, q: Array, f: Array) -> tuple[Array, Array]:
+    """The next states and their f, NaN where no share of the step helps."""
+    J = first_view(field.jacobian(q))
+    usable = np.asarray(np.isfinite(J).all(axis=(1, 2)))
+    inverse = np.linalg.pinv(np.where(usable[:, None, None], J, 0.0), rcond=RCOND)
+    dq = -np.einsum("bij,jb->ib", inverse, f)
+    dq *= np.minimum(1.0, LONGEST / np.maximum(_length(dq), 1e-300))
+    tried = (SHORTER[:, None, None] * dq).transpose(1, 0, 2)
+    shape = len(q), len(SHORTER), q.shape[1]
+    wide = np.ascontiguousarray(np.broadcast_to(q[:, None], shape)).reshape(len(q), -1)
+    states = field.moved(wide, np.ascontiguousarray(tried).reshape(len(dq), -1))
+    rates = field.rates(states).reshape(len(f), *shape[1:])
+    residuals = np.nan_to_num(_length(rates), nan=np.inf)
+    best = residuals.argmin(axis=0), np.arange(q.shape[1])
+    worse = ~(residuals[best] < _length(f))
+    after = np.where(worse, np.nan, rates[:, *best])
+    return np.ascontiguousarray(states.reshape(shape)[:, *best]), np.ascontiguousarray(after)
+
+
+def _length(x: Array) -> Any:
+    """Euclidean length over the first axis, term by term: the same for any batch."""
+    square = np.zeros(x.shape[1:])
+    for row in x:
+        square = square + row * row
+    return np.sqrt(square)

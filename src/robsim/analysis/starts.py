@@ -1,0 +1,130 @@
+"""Where runs may start: around the goal for a flying camera, anywhere for other robots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from robsim.analysis.field import Field
+from robsim.arrays import Array, numbers, runs_last
+from robsim.errors import InputError
+from robsim.kernels.tree import FLOATING, PRISMATIC, REVOLUTE
+from robsim.pose import Pose, homogeneous
+
+AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
+ROUNDS = 100  # of draws, before too few of them see the marks
+Draw = Callable[[np.random.Generator, int], Array]
+
+
+def drawn(field: Field, count: int, seed: int, distance: Any, cone: Any) -> Array:
+    """Starts (nq, count) from which every camera has all its marks in front; see `equilibria`."""
+    draw = _around_the_goal(field, *_cap(distance, cone)) if _flies(field) else _anywhere(field)
+    rng, kept, found = np.random.default_rng(seed), [], 0
+    for _ in range(ROUNDS):
+        q = draw(rng, count)
+        kept.append(q[:, field.in_front(q)])
+        found += kept[-1].shape[1]
+        if found >= count:
+            return np.ascontiguousarray(np.concatenate(kept, axis=1)[:, :count])
+    raise InputError(
+        f"starts: of {ROUNDS * count} that were drawn only {found} have all marks in front of the "
+        "camera; give starts of your own, of shape (B, nq)"
+    )
+
+
+def _cap(distance: Any, cone: Any) -> tuple[float, float, float]:
+    """Nearest and farthest, and the half angle of the cone; or an InputError."""
+    pair, angle = numbers(distance, "distance", (2,)), numbers(cone, "cone (radians)", ())
+    if pair.ndim != 1 or not 0 < pair[0] <= pair[1]:
+        raise InputError(
+            "distance: expected (nearest, farthest) above 0, in units of the distance at the "
+            f"goal, got {distance!r:.80}"
+        )
+    if angle.ndim or not 0 <= angle <= np.pi:
+        raise InputError(f"cone: expected a half angle from 0 to pi radians, got {cone!r:.80}")
+    return float(pair[0]), float(pair[1]), float(angle)
+
+
+def _flies(field: Field) -> bool:
+    """Whether one floating joint, which hangs from the world, carries the first camera."""
+    tree, columns = field.scene.tree, field.controller.columns
+    body, _ = tree.find(field.controller.sights[0].eye.name)
+    free = tree.joints.kind[body] == FLOATING and tree.joints.parent[body] == 0
+    return bool(free and (tree.body[columns] == body).all())
+
+
+def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw:
+    """Poses that look at the middle of the marks, in a cone about the line of sight at the goal."""
+    sight, tree = field.controller.sights[0], field.scene.tree
+    home = runs_last(field.scene.home, 1)
+    body, T_b_c = tree.find(sight.eye.name)
+    first = tree.joints.iq[body]
+    T_w_o = Pose(homogeneous(sight.look(home).T_w_o)[0])
+    middle = T_w_o @ sight.target.marks.mean(axis=0)
+    way = (T_w_o @ field.goal_pose.inv()).position - middle
+    if not way.any():
+        raise InputError(
+            "starts: a goal given as numbers says nothing about where to start, and home is in "
+            "the middle of the marks; give starts, of shape (B, nq)"
+        )
+    place = Pose(homogeneous(tree.joints.place[body][..., None])[0])
+
+    def draw(rng: np.random.Generator, count: int) -> Array:
+        scale, roll = rng.uniform(near, far, count), rng.uniform(-np.pi, np.pi, count)
+        out = _in_cone(way / np.linalg.norm(way), cone, rng, count)
+        T = np.tile(np.eye(4), (count, 1, 1))
+        T[:, :3, :3] = _facing(-out, roll)
+        T[:, :3, 3] = middle + np.linalg.norm(way) * scale[:, None] * out
+        q = np.repeat(home, count, axis=1)
+        q[first : first + 7] = (place.inv() @ Pose(T) @ Pose(T_b_c).inv()).q.T
+        return q
+
+    return draw
+
+
+def _in_cone(axis: Array, cone: float, rng: np.random.Generator, count: int) -> Array:
+    """Unit vectors (count, 3), uniform on the part of the sphere within `cone` of the axis."""
+    along, round_ = rng.uniform(np.cos(cone), 1.0, count), rng.uniform(-np.pi, np.pi, count)
+    turn = _facing(axis[None], np.zeros(1))[0]
+    across = np.sqrt(1.0 - along**2)
+    inside = np.stack([across * np.cos(round_), across * np.sin(round_), along], axis=1)
+    return np.asarray(inside @ turn.T)
+
+
+def _facing(z: Array, roll: Array) -> Array:
+    """Rotations (B, 3, 3) whose third axes are z (B, 3), turned about them by `roll`."""
+    helper = np.eye(3)[np.argmin(np.abs(z), axis=1)]
+    x = np.cross(helper, z)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    y, (c, s) = np.cross(z, x), (np.cos(roll)[:, None], np.sin(roll)[:, None])
+    return np.stack([c * x + s * y, c * y - s * x, z], axis=2)
+
+
+def _anywhere(field: Field) -> Draw:
+    """Coordinates of what is commanded, uniform within their limits; the others at home."""
+    scene, tree = field.scene, field.scene.tree
+    home = runs_last(scene.home, 1)
+    bodies = np.unique(tree.body[field.controller.columns])
+    kinds, starts = tree.joints.kind[bodies].tolist(), tree.joints.iq[bodies].tolist()
+    low, high = scene.limits.T
+
+    def draw(rng: np.random.Generator, count: int) -> Array:
+        q = np.repeat(home, count, axis=1)
+        for kind, i in zip(kinds, starts, strict=True):
+            if kind == FLOATING:
+                q[i : i + 3] += rng.uniform(-AROUND, AROUND, (3, count))
+                quaternion = rng.standard_normal((4, count))
+                q[i + 3 : i + 7] = quaternion / np.linalg.norm(quaternion, axis=0)
+            elif kind in (REVOLUTE, PRISMATIC):
+                reach = np.pi if kind == REVOLUTE else AROUND
+                ends = np.array([low[i], high[i]])
+                ends = np.where(np.isfinite(ends), ends, home[i] + reach * np.array([-1, 1]))
+                q[i] = rng.uniform(ends[0], ends[1], count)
+            else:
+                q[i : i + 2] += rng.uniform(-AROUND, AROUND, (2, count))
+                q[i + 2] += rng.uniform(-np.pi, np.pi, count)
+        return q
+
+    return draw

@@ -1,0 +1,77 @@
+"""Which schemes a command line asks for: files, and what is varied in them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from robsim.errors import InputError
+
+
+class Variant(NamedTuple):
+    """A scheme: its name, which is that of a file as well, and how it is read."""
+
+    name: str
+    file: Path
+    changes: tuple[str, ...]
+
+
+def variants(files: Sequence[Path], vary: str | None = None) -> list[Variant]:
+    """One for each file, or with `vary` ("key=value,value,...") one for each file and value.
+
+    The name is the file's stem, or the value, or of several files both; equal names are numbered.
+
+    >>> [v.name for v in variants([Path("a.toml"), Path("b/a.toml")])]
+    ['a', 'a-2']
+    >>> [(v.name, *v.changes) for v in variants([Path("a.toml")], "task.gain=1,2")]
+    [('1', 'task.gain=1'), ('2', 'task.gain=2')]
+    """
+    found: list[Variant] = []
+    for file in files:
+        for value, changes in _changes(vary):
+            parts = [file.stem] if not value else [value] if len(files) == 1 else [file.stem, value]
+            found.append(Variant(_free("-".join(map(_plain, parts)), found), file, changes))
+    return found
+
+
+def _changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
+    """(value, change) of each value; without any, one that changes nothing."""
+    if vary is None:
+        return [("", ())]
+    key, equals, text = vary.partition("=")
+    values = [value.strip() for value in _split(text)]
+    if not equals or not key.strip() or not all(values):
+        raise InputError(
+            f"--vary: expected key=value,value, as in task.interaction=current,mean, got {vary!r}"
+        )
+    return [(value, (f"{key.strip()}={value}",)) for value in values]
+
+
+def _split(text: str) -> list[str]:
+    """At commas, but for those within brackets, braces or quotes."""
+    parts, depth, quote = [""], 0, ""
+    for letter in text:
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "\"'":
+            quote = letter
+        depth += 0 if quote else (letter in "[{") - (letter in "]}")
+        if letter == "," and not depth and not quote:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+def _plain(text: str) -> str:
+    """As the name of a file, which has no room for everything."""
+    return re.sub(r"[^\w.+]+", "-", text).strip("-.")[:60] or "scheme"
+
+
+def _free(name: str, taken: Sequence[Variant]) -> str:
+    """The name, numbered if it is taken; a file of measures is called comparison already."""
+    names = {variant.name for variant in taken} | {"comparison"}
+    numbered = (name if i == 1 else f"{name}-{i}" for i in range(1, len(names) + 2))
+    return next(each for each in numbered if each not in names)

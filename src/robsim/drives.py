@@ -1,0 +1,81 @@
+"""The joints of a chunk of runs: what they do while a command is held, and what encoders say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.actuation import Actuation
+from robsim.arrays import Array, frozen
+from robsim.kernels import actuation as kernels
+from robsim.kernels import tree
+from robsim.scene import Scene
+
+
+class Held(NamedTuple):
+    """One period: where it began, and what was commanded; the run last."""
+
+    q: Array  # (nq, B)
+    rates: Array  # (nv, B) velocities when it began
+    qd: Array  # (nv, B)
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """How commanded velocities, of the numbers `columns`, move the joints of a scene."""
+
+    actuation: Actuation
+    scene: Scene
+    columns: NDArray[np.int64]
+
+    def advance(self, held: Held, dt: float) -> tuple[Array, Array]:
+        """Coordinates and velocities after a period, or a part of it."""
+        q, rates, mean = held.q.copy(), held.qd, held.qd
+        if self.actuation.moves:
+            rates, mean = self._follow(held, dt)
+        joints = self.scene.tree.joints
+        tree.integrate(joints.kind, joints.iq, joints.iv, mean, dt, q)
+        return q, rates
+
+    def moved(self, held: Held, seconds: float) -> Array:
+        """Coordinates (nq, B) some time after a period began."""
+        return held.q if seconds == 0.0 else self.advance(held, seconds)[0]
+
+    def counted(self, q: Array) -> Array:
+        """Coordinates (nq, B) as the encoders say."""
+        if not self.actuation.counts:
+            return q
+        out = np.empty_like(q)
+        kernels.count(self._steps, q, out)
+        return out
+
+    def _follow(self, held: Held, dt: float) -> tuple[Array, Array]:
+        """Velocities (nv, B) at the end, and their mean; those that nobody commands are given."""
+        wanted = np.ascontiguousarray(held.qd[self.columns])
+        v, mean = held.rates[self.columns], np.empty(wanted.shape)
+        kernels.follow(wanted, self.actuation.lag, *self._limits, dt, v, mean)
+        after, between = held.qd.copy(), held.qd.copy()
+        after[self.columns], between[self.columns] = v, mean
+        return after, between
+
+    @cached_property
+    def _limits(self) -> tuple[Array, Array]:
+        velocity, acceleration = (
+            frozen(self.actuation.limits(which, self.scene.nv)[self.columns])
+            for which in ("velocity", "acceleration")
+        )
+        return velocity, acceleration
+
+    @cached_property
+    def _steps(self) -> Array:
+        """(nq,) of the encoders; zero where a joint has none."""
+        joints, steps = self.scene.tree.joints, np.zeros(self.scene.nq)
+        given = np.full(self.scene.nq, self.actuation.encoder, dtype=float)
+        for kind, i in zip(joints.kind, joints.iq, strict=True):
+            if kind in (tree.REVOLUTE, tree.PRISMATIC):
+                steps[i] = given[i]
+        return frozen(steps)

@@ -1,0 +1,253 @@
+"""Several schemes beside each other: images, errors, measures and ways, or their distributions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robsim.analysis.measures import MEASURES, moving_path, pixels_away
+from robsim.arrays import Array
+from robsim.errors import InputError
+from robsim.outcome import Outcome
+from robsim.plot import history, palette
+from robsim.plot.canvas import new_figure, style
+from robsim.plot.image import frame as frame_image
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.analysis.compare import Comparison
+    from robsim.scene import Scene
+
+IN_A_ROW, BELOW = 7, 4.4  # images in a row; inches, the height of what is below them
+SHOWN = ("time", "image_excursion", "image_detour", "path_length", "retreat", "rotation")
+EFFORTS = ("effort_angular", "effort_linear")
+MARGINS = ("border_margin", "limit_margin")
+NOTHING = 1e-9  # below it a measure is rounding
+_MARKERS = "osD^v<>"
+_OUTCOMES = {Outcome.CONVERGED: palette.LIGHT_GREY, Outcome.LOCAL_MINIMUM: palette.BLACK}
+
+
+def comparison(comparison: Comparison) -> Figure:
+    """What `compare` found, on one slide; each scheme keeps its colour, line and marker.
+
+    Of single runs: the image of each (asterisks are the start, squares the goal, circles the end),
+    the distance of the farthest mark from its goal over time, the measures as shares of the
+    largest among the schemes (hollow where the run did not converge), and the way of the camera in
+    the two axes of the world in which it goes farthest. Of batches: how the runs ended, and the
+    distribution of each measure over those that converged: the median, the quartiles as a box, and
+    5 to 95 percent as whiskers.
+
+    >>> from robsim import IBVS, PBVS, compare, examples, load_scenario
+    >>> one = load_scenario(examples.path("camera_retreat"))
+    >>> tasks = {"image": IBVS(one.task.goal), "pose": PBVS(one.task.goal)}
+    >>> figure = comparison(compare(one.scene, tasks, one.q0, duration=2))
+    >>> [axes.get_title() for axes in figure.axes[:2]]
+    ['image\\ntime limit after 2 s', 'pose\\ntime limit after 2 s']
+    """
+    if not {"runs", "data", "scenes"} <= set(dir(comparison)):
+        raise InputError(f"expected a Comparison as compare returns it, got {comparison!r:.80}")
+    with style():
+        return _distributions(comparison) if comparison.batch else _slide(comparison)
+
+
+def look(i: int) -> dict[str, Any]:
+    """Colour, line and marker (at its end) of the i-th scheme."""
+    line, marker = palette.LINES[i % len(palette.LINES)], _MARKERS[i % len(_MARKERS)]
+    color = {"color": palette.nth(i), "linewidth": 1.8}
+    return {**color, "linestyle": line, "marker": marker, "markevery": [-1], "markersize": 6}
+
+
+# ---- single runs ----
+
+
+def _slide(found: Comparison) -> Figure:
+    rows = -(-len(found.names) // IN_A_ROW)
+    columns = -(-len(found.names) // rows)
+    height = rows * (2.8 if columns < 4 else 2.0)
+    figure = new_figure(12.8, height + BELOW)
+    figure.set_layout_engine("constrained", h_pad=0.08, w_pad=0.08)
+    grid = figure.add_gridspec(2, 1, height_ratios=(height, BELOW))
+    _draw_images(figure, grid[0].subgridspec(rows, columns), found)
+    below = grid[1].subgridspec(1, 3, width_ratios=(1, 1.15, 1))
+    for i, draw in enumerate((_draw_errors, _draw_measures, _draw_ways)):
+        draw(figure.add_subplot(below[i]), found)
+    return figure
+
+
+def _draw_images(figure: Figure, grid: Any, found: Comparison) -> None:
+    for i, (name, run) in enumerate(found.runs.items()):
+        axes, one = figure.add_subplot(grid[divmod(i, grid.ncols)]), history.single(run)
+        _draw_image(axes, history.seen_by(one, None), palette.nth(i))
+        ended = int(run["outcome"]) == Outcome.CONVERGED
+        axes.set_title(name if ended else f"{name}\n{history.ending(one)}", fontsize=9)
+
+
+def _draw_image(axes: Axes, view: xr.Dataset, color: str) -> None:
+    """The ways of the marks of one run in the image of its first camera."""
+    way, goal = view["pixels"].values, view["pixels_goal"].values
+    for n in range(way.shape[1]):
+        axes.plot(*way[:, n].T, color=color, linewidth=1.3)
+    dots: dict[str, Any] = {"linestyle": "none", "zorder": 3}
+    axes.plot(*way[0].T, color=palette.BLACK, marker=palette.ASTERISK, markersize=6, **dots)
+    axes.plot(*way[-1].T, color=color, marker="o", markersize=4, **dots)
+    axes.plot(*goal.T, color=palette.BLACK, marker="s", markersize=8, fillstyle="none", **dots)
+    seen = np.concatenate([way.reshape(-1, 2), goal])
+    frame_image(axes, seen, view.attrs["image_size"], None)
+    axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
+
+
+def _draw_errors(axes: Axes, found: Comparison) -> None:
+    """The distance of the farthest mark from its goal; of what has no goal image, the error."""
+    seen = all(np.isfinite(run["pixels_goal"]).all() for run in found.runs.values())
+    low, high = np.inf, 0.0
+    for i, (name, run) in enumerate(found.runs.items()):
+        one = history.single(run)
+        norm = one["error_norm"].values
+        values = pixels_away(one)[0].max(axis=1) if seen else norm / (norm[0] or 1.0)
+        axes.plot(one["time"].values, values, label=name, **look(i))
+        shown = values[(values > 0) & np.isfinite(values)]
+        low, high = min([low, *shown]), max([high, *shown])
+    label = "farthest mark from its goal (px)" if seen else "error / error at the start"
+    axes.set(xlabel="time (s)", ylabel=label)
+    if high > 0:
+        axes.set(yscale="log", ylim=(max(low, 1e-6 * high) / 2, 2 * high))
+    axes.set_xlim(left=0)
+    axes.grid(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
+
+
+def normalised(found: Comparison) -> dict[str, tuple[float, Array]]:
+    """{measure: (its largest value, shares of it (schemes,))} of those where less is better."""
+    shares = {}
+    for key in (*SHOWN, *EFFORTS):
+        values = found.data[key].values
+        largest = float(np.nanmax([*values, 0.0]))
+        if np.isfinite(largest) and largest > NOTHING:
+            shares[key] = largest, values / largest
+    return shares
+
+
+def _draw_measures(axes: Axes, found: Comparison) -> None:
+    """A dot for each scheme; in a row that several share, one beside the other."""
+    shares, count = normalised(found), len(found.names)
+    ended = found.data["outcome"].values == Outcome.CONVERGED
+    for i in range(count):
+        rows = np.arange(len(shares)) + 0.6 * ((i + 0.5) / count - 0.5)
+        values = [share[i] for _, share in shares.values()]
+        face = palette.nth(i) if ended[i] else "none"
+        dots: dict[str, Any] = {
+            "marker": _MARKERS[i % len(_MARKERS)],
+            "markersize": 6,
+            "linestyle": "none",
+        }
+        axes.plot(values, rows, color=palette.nth(i), markerfacecolor=face, **dots)
+    names = [_row_label(key, largest) for key, (largest, _) in shares.items()]
+    axes.set(yticks=range(len(shares)), yticklabels=names, ylim=(len(shares) - 0.5, -0.5))
+    axes.set(xlim=(-0.04, 1.06), xlabel="share of the largest (less is better)")
+    for edge in np.arange(1, len(shares)) - 0.5:
+        axes.axhline(edge, color=palette.LIGHT_GREY, linewidth=0.6)
+    axes.grid(True, axis="x")
+    axes.spines[["top", "right"]].set_visible(False)
+    if not ended.all():
+        axes.set_title("hollow: did not converge", loc="right", fontsize=9)
+
+
+def _row_label(key: str, largest: float) -> str:
+    """The name of a measure, and what 1 stands for."""
+    unit = MEASURES[key].unit.replace("^2", "²")
+    return f"{MEASURES[key].label}\n1 = {largest:.3g}{'' if unit == '1' else ' ' + unit}"
+
+
+def _draw_ways(axes: Axes, found: Comparison) -> None:
+    """Where the camera went, in the two axes of the world in which it went farthest."""
+    ways = {name: _way(run, found.scenes[name]) for name, run in found.runs.items()}
+    spans = np.ptp(np.concatenate(list(ways.values())), axis=0)
+    across, up = sorted(np.argsort(-spans, kind="stable")[:2])
+    for i, way in enumerate(ways.values()):
+        axes.plot(way[:, across], way[:, up], **look(i))
+    starts = np.unique([way[0, [across, up]] for way in ways.values()], axis=0)
+    black: dict[str, Any] = {"color": palette.BLACK, "linestyle": "none"}
+    axes.plot(*starts.T, marker=palette.ASTERISK, markersize=9, label="start", **black)
+    axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_title("way of the camera", fontsize=9)
+    axes.grid(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
+
+
+def _way(run: xr.Dataset, scene: Scene) -> Array:
+    """(moments, 3) of one run, as long as it lasted."""
+    way: Array = moving_path(history.single(run), scene)[0]
+    return way
+
+
+# ---- batches ----
+
+
+def _distributions(found: Comparison) -> Figure:
+    arrived = found.data.where(found.data["outcome"] == Outcome.CONVERGED)
+    keys = [k for k in (*SHOWN, *EFFORTS, *MARGINS) if _varies(arrived[k].values)][:7]
+    rows = 1 + len(keys) // 4
+    figure = new_figure(12.8, 1.2 + rows * (0.9 + 0.32 * len(found.names)))
+    panels = np.atleast_2d(figure.subplots(rows, 4, sharey=True)).ravel()
+    _draw_endings(panels[0], found)
+    for axes, key in zip(panels[1:], keys, strict=False):
+        _draw_boxes(axes, arrived[key].values, key)
+    for axes in panels[1 + len(keys) :]:
+        axes.set_axis_off()
+    count = found.data.sizes["run"]
+    figure.suptitle(f"{count} starts; boxes are of the runs that converged")
+    return figure
+
+
+def _varies(values: Array) -> bool:
+    """Whether there is anything to tell apart."""
+    shown = values[np.isfinite(values)]
+    return bool(shown.size) and float(np.ptp(shown)) > NOTHING * max(1.0, np.abs(shown).max())
+
+
+def _draw_endings(axes: Axes, found: Comparison) -> None:
+    """The share of each outcome, as bars one after the other, with a hatch for each."""
+    outcomes = found.data["outcome"].values
+    left = np.zeros(len(outcomes))
+    several = [o for o in Outcome if (outcomes == o).any()]
+    for i, outcome in enumerate(several):
+        share = (outcomes == outcome).mean(axis=1)
+        name = outcome.name.lower().replace("_", " ")
+        color = _OUTCOMES.get(outcome, palette.CYCLE[(i + 1) % 6])
+        axes.barh(range(len(share)), 100 * share, left=left, color=color, label=name, height=0.6)
+        left += 100 * share
+    axes.set(yticks=range(len(found.names)), yticklabels=found.names, xlim=(0, 100))
+    axes.set(xlabel="share of the runs (%)", ylim=(len(found.names) - 0.4, -0.6))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False, fontsize=8)
+
+
+def _draw_boxes(axes: Axes, values: Array, key: str) -> None:
+    """A box for each scheme from values (schemes, runs), NaN where a run did not converge."""
+    rows = [row[np.isfinite(row)] for row in values]
+    line = {"linewidth": 1.2}
+    boxes: Any = axes.boxplot(
+        rows,
+        positions=range(len(rows)),
+        widths=0.6,
+        orientation="horizontal",
+        whis=(5, 95),
+        showfliers=False,
+        patch_artist=True,
+        manage_ticks=False,
+        boxprops=line,
+        medianprops={"color": palette.BLACK, "linewidth": 2},
+    )
+    for i, box in enumerate(boxes["boxes"]):
+        box.set(facecolor=palette.nth(i), alpha=0.6)
+    unit = MEASURES[key].unit.replace("^2", "²")
+    axes.set_xlabel(MEASURES[key].label + ("" if unit == "1" else f" ({unit})"))
+    axes.grid(True, axis="x")
+    axes.spines[["top", "right"]].set_visible(False)

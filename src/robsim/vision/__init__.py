@@ -1,0 +1,9 @@
+"""What images of known or unknown points tell: poses, homographies, points in space."""
+
+from robsim.vision.plane import HomographyMotions as HomographyMotions
+from robsim.vision.plane import decompose_homography as decompose_homography
+from robsim.vision.plane import homography as homography
+from robsim.vision.pose import PoseEstimate as PoseEstimate
+from robsim.vision.pose import estimate_pose as estimate_pose
+from robsim.vision.stereo import Triangulated as Triangulated
+from robsim.vision.stereo import triangulate as triangulate

@@ -1,0 +1,36 @@
+"""What is measured in an image: pixels that may be missing, normalised, and how far one reaches."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.arrays import Array, numbers, runs_first, runs_last
+from robsim.camera import Camera
+from robsim.errors import InputError
+from robsim.kernels import camera as kernels
+
+
+def measured(pixels: ArrayLike, what: str, camera: Any, count: int | str = "N") -> Array:
+    """Pixels (..., count, 2) as they are given; NaN where a mark is not seen."""
+    if not isinstance(camera, Camera):
+        raise InputError(f"{what}: expected a Camera that saw them, got {camera!r:.80}")
+    return numbers(pixels, what, (count, 2), gaps=True)
+
+
+def normalised(pixels: Array, camera: Camera) -> Array:
+    """(..., N, 2) of pixels (..., N, 2); NaN for what is not seen or the lens cannot reach."""
+    last = runs_last(pixels, 2)
+    x = np.empty_like(last)
+    kernels.normalise(last, camera.K, camera.lens, camera.reach, x)
+    return runs_first(x, pixels.shape[:-2])
+
+
+def pixel_rates(x: Array, camera: Camera) -> Array:
+    """(..., N, 2, 2): how pixels move with the normalised points x (..., N, 2)."""
+    last = runs_last(x, 2)
+    J = np.empty((len(last), 2, 2, last.shape[-1]))
+    kernels.pixel_rates(last, camera.K, camera.lens, J)
+    return runs_first(J, x.shape[:-2])

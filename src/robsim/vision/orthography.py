@@ -1,0 +1,81 @@
+"""The two poses of a target that is taken for flat and far."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.arrays import Array
+from robsim.vision.three_marks import unit
+
+
+def orthographic_poses(marks: Array, x: Array) -> Array:
+    """T_c_o (B, 2, 3, 4) of marks (N, 3) from normalised points x (B, N, 2), both tilts.
+
+    The marks are put on their plane (of least squares), and the image is taken for affine about
+    the centroid, x - d = J p: with B the projection along the ray (d, 1), J = B A / Z. A, the
+    first two rows and columns of the rotation from the plane to axes along that ray, is
+    U diag(1, c) V' with c the cosine of the tilt; its sign is not seen (Oberkampf, DeMenthon and
+    Davis 1996; in this form Collins and Bartoli 2014, section 4). Depths follow from the scale.
+    """
+    centre = marks.mean(0)
+    plane = plane_axes(marks)
+    ray = x.mean(1)
+    J = np.swapaxes(np.linalg.pinv((marks - centre) @ plane[:2].T) @ (x - ray[:, None]), -1, -2)
+    along = _turned_to(unit(np.concatenate([ray, np.ones_like(ray[:, :1])], axis=-1)))
+    project = along[:, :2, :2] - ray[:, :, None] * along[:, 2:, :2]
+    U, scale, Vt = np.linalg.svd(np.linalg.solve(project, J))
+    depth = 1.0 / scale[:, 0]
+    c = scale[:, 1] * depth
+    s = np.sqrt((1.0 - c) * (1.0 + c))
+    R = [along @ _in_space(U) @ _tilt(c, sign * s) @ _in_space(Vt) @ plane for sign in (1, -1)]
+    R_c_o = np.stack(R, axis=1)
+    middle = np.concatenate([ray, np.ones_like(ray[:, :1])], axis=-1) * depth[:, None]
+    t = middle[:, None] - R_c_o @ centre
+    return np.concatenate([R_c_o, t[..., None]], axis=-1)
+
+
+def mirrored(marks: Array, T_c_o: Array) -> Array:
+    """The pose (B, 3, 4) that looks most like T_c_o: the tilt is turned to the other side.
+
+    The target's plane is reflected along the ray to its centroid, and the target in its plane: in
+    orthographic projection the image of flat targets stays the same.
+    """
+    centre, normal = marks.mean(0), plane_axes(marks)[2]
+    middle = T_c_o[..., :3] @ centre + T_c_o[..., 3]
+    R = _reflection(unit(middle)) @ T_c_o[..., :3] @ _reflection(normal)
+    return np.concatenate([R, (middle - R @ centre)[..., None]], axis=-1)
+
+
+def plane_axes(marks: Array) -> Array:
+    """Rows: two axes in the plane nearest to the marks, and its normal; a rotation."""
+    axes = np.linalg.svd(marks - marks.mean(0), full_matrices=False)[2]
+    handed: Array = np.array([1.0, 1.0, np.copysign(1.0, np.linalg.det(axes))])
+    return np.asarray(axes * handed[:, None])
+
+
+def _reflection(n: Array) -> Array:
+    """(..., 3, 3): I - 2 n n' for unit vectors n (..., 3)."""
+    return np.eye(3) - 2.0 * n[..., :, None] * n[..., None, :]
+
+
+def _turned_to(d: Array) -> Array:
+    """(B, 3, 3): the shortest rotation from the optical axis to unit vectors d, d_z > 0."""
+    x, y, z = d.T
+    k = 1.0 / (1.0 + z)
+    rows = [1 - k * x * x, -k * x * y, x, -k * x * y, 1 - k * y * y, y, -x, -y, z]
+    return np.stack(rows, axis=-1).reshape(-1, 3, 3)
+
+
+def _in_space(A: Array) -> Array:
+    """(B, 3, 3): A (B, 2, 2), orthogonal, as the rotation with these first rows and columns."""
+    out = np.zeros((len(A), 3, 3))
+    out[:, :2, :2] = A
+    out[:, 2, 2] = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
+    return out
+
+
+def _tilt(c: Array, s: Array) -> Array:
+    """(B, 3, 3): rotations about x with cosine c and sine s."""
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    rows = [one, zero, zero, zero, c, -s, zero, s, c]
+    return np.stack(rows, axis=-1).reshape(-1, 3, 3)

@@ -1,0 +1,167 @@
+"""A plane in two images: the homography between them, and the motions that it can come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robsim.arrays import Array, frozen, numbers
+from robsim.errors import InputError
+from robsim.pose import common_lead
+from robsim.value import Value
+
+RANK = 1e-10  # of the largest singular value: what is below does not count
+ASIDE = 1e100  # points so far off are none
+STILL = 1e-10  # of the distance of the plane: a translation below is none
+
+
+def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
+    """H (..., 3, 3) with (x_b, 1) ~ H (x_a, 1), from four points (..., N, 2) of a plane or more.
+
+    The normalised direct linear transform (Hartley and Zisserman 2004, algorithm 4.2). H is scaled
+    so that its middle singular value is 1, and for normalised points of a plane in front of both
+    cameras it is then H = R + t n'/d itself (Ma, Soatto, Kosecka and Sastry 2004, lemma 5.18),
+    with the sign for which H (x_a, 1) is a positive multiple of (x_b, 1), as depths are. Pixels
+    are taken too: H = K_b (R + t n'/d) K_a^-1 up to scale. NaN where a point is NaN, or where the
+    points leave H open: three of four on a line.
+
+    >>> square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
+    >>> np.round(homography(square, square + 0.5), 9) + 0.0
+    array([[1. , 0. , 0.5],
+           [0. , 1. , 0.5],
+           [0. , 0. , 1. ]])
+    """
+    a = numbers(points_a, "points_a", ("N", 2), gaps=True)
+    b = numbers(points_b, "points_b", ("N", 2), gaps=True)
+    if a.shape[-2] != b.shape[-2] or a.shape[-2] < 4:
+        raise InputError(
+            "points_a and points_b: a homography takes four points or more, the same in both "
+            f"images; got {a.shape[-2]} and {b.shape[-2]}"
+        )
+    lead = common_lead(a.shape[:-2], b.shape[:-2], "points_a and points_b")
+    a, b = (np.broadcast_to(p, (*lead, *a.shape[-2:])).reshape(-1, *a.shape[-2:]) for p in (a, b))
+    H = np.full((len(a), 3, 3), np.nan)
+    seen = np.ones(len(a), dtype=bool)
+    for p in (a, b):
+        seen &= (np.ptp(p, axis=1).max(-1) > 0) & (np.abs(p).max((1, 2)) < ASIDE)
+    H[seen] = _linear(a[seen], b[seen])
+    return H.reshape(*lead, 3, 3)
+
+
+def _linear(a: Array, b: Array) -> Array:
+    """H (B, 3, 3) of finite points (B, N, 2) that are not all one."""
+    (p, Ta), (q, Tb) = _about_zero(a), _about_zero(b)
+    p, zero = _with_one(p), np.zeros((*p.shape[:-1], 3))
+    rows = [  # of h, row by row, in (q, 1) x H (p, 1) = 0
+        np.concatenate([p, zero, -q[..., :1] * p], axis=-1),
+        np.concatenate([zero, p, -q[..., 1:] * p], axis=-1),
+        np.zeros((*p.shape[:-1], 9)),  # nine rows at least, for nine right singular vectors
+    ]
+    _, s, Vt = np.linalg.svd(np.concatenate(rows, axis=1), full_matrices=False)
+    H = np.linalg.inv(Tb) @ Vt[:, -1].reshape(-1, 3, 3) @ Ta
+    middle = np.linalg.svd(H, compute_uv=False)[:, 1]
+    forward = (_with_one(b) * (_with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
+    good = (s[:, 7] > RANK * s[:, 0]) & (middle > 0)
+    scale = np.where(good, np.copysign(middle, forward), np.nan)
+    scaled: Array = H / scale[:, None, None]
+    return scaled
+
+
+def _about_zero(a: Array) -> tuple[Array, Array]:
+    """Points (B, N, 2) moved to their centroid, at a mean distance of sqrt 2; T that does it."""
+    centre = a.mean(1)
+    size = np.sqrt(np.square(a - centre[:, None]).sum(-1)).mean(1) / np.sqrt(2)
+    T = np.zeros((len(a), 3, 3))
+    T[:, 0, 0] = T[:, 1, 1] = 1.0 / size
+    T[:, :2, 2] = -centre / size[:, None]
+    T[:, 2, 2] = 1.0
+    return (a - centre[:, None]) / size[:, None, None], T
+
+
+def _with_one(a: Array) -> Array:
+    return np.concatenate([a, np.ones_like(a[..., :1])], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class HomographyMotions(Value):
+    """The motions H = R + t n'/d can come from: X_b = R X_a + t, with n'X_a = d on the plane.
+
+    rotations (..., 4, 3, 3) R_b_a; translations (..., 4, 3) t / d, in axes of camera b; normals
+    (..., 4, 3) in axes of camera a. in_front (..., 4): the points are before both cameras, which
+    two motions of a general plane grant. A motion whose translation is along the normal stands
+    there twice. Where nothing but a rotation happened, it is the first, with translation 0 and
+    normal NaN, and the others are NaN.
+    """
+
+    rotations: Array
+    translations: Array
+    normals: Array
+    in_front: NDArray[np.bool_]
+
+
+def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> HomographyMotions:
+    """Rotations, translations and normals of H (..., 3, 3) between normalised image points.
+
+    From the singular value decomposition of H (Faugeras and Lustman 1988; in this form Ma, Soatto,
+    Kosecka and Sastry 2004, section 5.3.3). H may have any positive scale. `points` (..., N, 2)
+    are normalised points of the plane in camera a, by which `in_front` is told; the centre of the
+    image by default. InputError for an H without inverse or with a negative determinant, which no
+    motion before one side of a plane gives; NaN where H is NaN.
+
+    >>> found = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
+    >>> np.round(found.translations[found.in_front], 9) + 0.0
+    array([[0.00499376, 0.        , 0.09987523],
+           [0.1       , 0.        , 0.        ]])
+    """
+    A = numbers(H, "H", (3, 3), gaps=True)
+    p = numbers(points, "points", ("N", 2))
+    lead = common_lead(A.shape[:-2], p.shape[:-2], "H and points")
+    A = np.broadcast_to(A, (*lead, 3, 3)).reshape(-1, 3, 3)
+    known = np.isfinite(A).all((1, 2))
+    if not (np.linalg.slogdet(A[known])[0] > 0).all():
+        raise InputError("H: a plane seen from one side has a homography of positive determinant")
+    R, t, n = (np.full((len(A), 4, *shape), np.nan) for shape in ((3, 3), (3,), (3,)))
+    R[known], t[known], n[known] = _motions(A[known])
+    R, t, n = R.reshape(*lead, 4, 3, 3), t.reshape(*lead, 4, 3), n.reshape(*lead, 4, 3)
+    ahead = (n @ np.swapaxes(_with_one(p), -1, -2) > 0).all(-1)
+    ahead |= np.isfinite(t).all(-1) & np.isnan(n).all(-1)
+    return HomographyMotions(frozen(R), frozen(t), frozen(n), frozen(np.asarray(ahead)))
+
+
+def _motions(H: Array) -> tuple[Array, Array, Array]:
+    """R (B, 4, 3, 3), t/d (B, 4, 3) and n (B, 4, 3)."""
+    s, Vt = np.linalg.svd(H)[1:]
+    H = H / s[:, 1, None, None]
+    v1, v2, v3 = (Vt[:, i] for i in range(3))
+    up, down = s[:, 0] / s[:, 1] - 1.0, 1.0 - s[:, 2] / s[:, 1]
+    rest = up + down <= STILL
+    # plane and camera are in common directions that H leaves as long as they are: v2 and u
+    along = np.sqrt(down * (2.0 - down))[:, None] * v1
+    across = np.sqrt(up * (2.0 + up))[:, None] * v3
+    length = np.sqrt(np.where(rest, 1.0, (up + down) * (2.0 + up - down)))[:, None]
+    R, t, n = [], [], []
+    for u in ((along + across) / length, (along - across) / length):
+        normal = np.cross(v2, u)
+        turned = _triad(H @ v2[..., None], H @ u[..., None])
+        rotation = turned @ np.stack([v2, u, normal], axis=-2)
+        shift = ((H - rotation) @ normal[..., None])[..., 0]
+        R += [rotation, rotation]
+        t += [shift, -shift]
+        n += [normal, -normal]
+    out = np.stack(R, 1), np.stack(t, 1), np.stack(n, 1)
+    _set_rotations(H, rest, *out)
+    return out
+
+
+def _triad(a: Array, b: Array) -> Array:
+    """Axes (B, 3, 3) as columns: a (B, 3, 1), b, and across both."""
+    return np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)
+
+
+def _set_rotations(H: Array, rest: NDArray[np.bool_], R: Array, t: Array, n: Array) -> None:
+    """Where nothing moves: H itself, no translation, and one motion only."""
+    U, _, Vt = np.linalg.svd(H[rest])
+    n[rest], R[rest], t[rest] = np.nan, np.nan, np.nan
+    R[rest, 0], t[rest, 0] = U @ Vt, 0.0

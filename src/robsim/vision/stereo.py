@@ -1,0 +1,126 @@
+"""Points in space from the images of two cameras, and how well they are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.arrays import Array, frozen, positive, runs_first, runs_last
+from robsim.camera import Camera
+from robsim.errors import InputError
+from robsim.kernels import stereo as kernels
+from robsim.pose import as_pose, common_lead
+from robsim.value import Value
+from robsim.vision.image import measured, normalised, pixel_rates
+
+RCOND = 1e-12  # what moves the images so little is not seen
+STEPS = 4  # of Gauss-Newton: to rounding where the noise is half a pixel, to 1e-11 at three
+
+
+@dataclass(frozen=True, eq=False)
+class Triangulated(Value):
+    """Points (..., N, 3) in axes of the left camera, metres, and covariance (..., N, 3, 3), m^2.
+
+    NaN in both where the images do not tell how far a point is: rays that are parallel, or that
+    part from each other, or a pixel that is NaN.
+    """
+
+    points: Array
+    covariance: Array
+
+
+def triangulate(
+    pixels_left: ArrayLike,
+    pixels_right: ArrayLike,
+    left: Camera,
+    right: Camera,
+    T_left_right: Any,
+    *,
+    noise: float = 1.0,
+) -> Triangulated:
+    """Points from pixels (..., N, 2) in both images; T_left_right (..., 4, 4) is the right camera.
+
+    The points of least squared distances in both images, which is the likeliest where every pixel
+    coordinate has independent noise of the standard deviation `noise`. Gauss-Newton in (x, y, 1/Z),
+    in which the left image is linear and far points do no harm, from the midpoint of the rays
+    (`robsim.kernels.stereo.triangulate`). The covariance is noise^2 (J' J)^-1, to first order
+    (Hartley and Zisserman 2004, section 5.2); in a parallel rig with baseline b its last entry is
+    sigma_Z^2 = 2 (Z^2 noise / (f b))^2 on the midline.
+
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
+    >>> rig = np.eye(4)
+    >>> rig[0, 3] = 0.1
+    >>> found = triangulate([[340, 240]], [[300, 240]], camera, camera, rig)
+    >>> found.points, np.round(np.sqrt(found.covariance[0, 2, 2]), 6)
+    (array([[0.05, 0.  , 2.  ]]), np.float64(0.070711))
+    """
+    a = measured(pixels_left, "pixels_left", left)
+    b = measured(pixels_right, "pixels_right", right)
+    T, sigma = as_pose(T_left_right).matrix, positive(noise, "noise")
+    if a.shape[-2] != b.shape[-2]:
+        raise InputError(
+            f"pixels_left and pixels_right: the same points in both images, got {a.shape[-2]} "
+            f"and {b.shape[-2]}"
+        )
+    if (T[..., :3, 3] == 0).all(-1).any():
+        raise InputError("T_left_right: both cameras are in one place, where no depth is seen")
+    lead = common_lead(a.shape[:-2], b.shape[:-2], "pixels_left and pixels_right")
+    lead = common_lead(lead, T.shape[:-2], "pixels and T_left_right")
+    a, b = (np.broadcast_to(p, (*lead, *a.shape[-2:])) for p in (a, b))
+    return _likeliest(a, b, left, right, np.broadcast_to(T, (*lead, 4, 4)), sigma)
+
+
+def _likeliest(
+    a: Array, b: Array, left: Camera, right: Camera, T: Array, sigma: float
+) -> Triangulated:
+    x, other = normalised(a, left), normalised(b, right)
+    start = _midpoints(x, other, T)
+    seen = (start[..., 2] > 0) & np.isfinite(start).all(-1)
+    start[~seen], x[~seen], other[~seen] = (0.0, 0.0, 1.0), 0.0, 0.0
+    weights = pixel_rates(x, left), pixel_rates(other, right)
+    ray = np.concatenate([start[..., :2], np.ones_like(start[..., :1])], axis=-1) / start[..., 2:]
+    for _ in range(STEPS):
+        residual, J, _ = _images(ray, x, other, weights, T)
+        ray = ray - (np.linalg.pinv(J, rcond=RCOND) @ residual[..., None])[..., 0]
+    _, J, ahead = _images(ray, x, other, weights, T)
+    seen &= ahead & (ray[..., 2] > 0) & (np.linalg.matrix_rank(J, rtol=RCOND) == 3)
+    depth = 1.0 / np.where(seen, ray[..., 2], np.nan)
+    points = np.concatenate([ray[..., :2] * depth[..., None], depth[..., None]], axis=-1)
+    G = np.zeros_like(J[..., :3, :])  # of the point with the ray
+    G[..., 0, 0] = G[..., 1, 1] = depth
+    G[..., :, 2] = -points * depth[..., None]
+    M = sigma * (G @ np.linalg.pinv(J, rcond=RCOND))
+    return Triangulated(frozen(points), frozen(M @ np.swapaxes(M, -1, -2)))
+
+
+def _midpoints(x: Array, other: Array, T: Array) -> Array:
+    """(..., N, 3): where the rays pass each other."""
+    between = runs_last(T[..., :3, :], 2)
+    X = np.empty((x.shape[-2], 3, between.shape[-1]))
+    kernels.triangulate(runs_last(x, 2), runs_last(other, 2), between, X)
+    return runs_first(X, x.shape[:-2])
+
+
+def _images(
+    ray: Array, x: Array, other: Array, weights: tuple[Array, Array], T: Array
+) -> tuple[Array, Array, Any]:
+    """Residuals (..., N, 4) in pixels, their rates J (..., N, 4, 3) with rays (x, y, 1/Z), and
+    whether the point is before the right camera (...); lenses are taken as linear about the pixels.
+    """
+    R = np.swapaxes(T[..., :3, :3], -1, -2)
+    D = np.concatenate([R[..., :2], -R @ T[..., :3, 3:]], axis=-1)  # of q with the ray
+    D = np.broadcast_to(D[..., None, :, :], (*ray.shape[:-1], 3, 3))
+    q = (D @ ray[..., None])[..., 0] + R[..., None, :, 2]  # along the point in the right camera
+    ahead = q[..., 2] > 0
+    q = np.where(ahead[..., None], q, 1.0)
+    seen = q[..., :2] / q[..., 2:]
+    rates = (D[..., :2, :] - seen[..., None] * D[..., 2:, :]) / q[..., 2:, None]
+    first, second = weights
+    J = np.zeros((*ray.shape[:-1], 4, 3))
+    J[..., :2, :2], J[..., 2:, :] = first, second @ rates
+    misses = np.stack([ray[..., :2] - x, seen - other], axis=-2)
+    both = np.stack([first, second], axis=-3)
+    return (both @ misses[..., None])[..., 0].reshape(J.shape[:-1]), J, ahead

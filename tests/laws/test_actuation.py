@@ -1,0 +1,176 @@
+"""Each imperfection of the joints has an effect of known size."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+from robsim.kernels.actuation import count, follow
+
+INF = np.inf
+
+
+def followed(u, v, lag, limit, rate, dt):
+    """Velocity after dt, and its mean."""
+    v, mean = np.array([[v]]), np.empty((1, 1))
+    follow(np.array([[u]]), lag, np.array([limit]), np.array([rate]), dt, v, mean)
+    return v[0, 0], mean[0, 0]
+
+
+def integrated(u, v, lag, limit, rate, dt, steps):
+    """The same by the midpoint rule of the differential equation."""
+    goal, h, way = np.clip(u, -limit, limit), dt / steps, 0.0
+
+    def slope(v):
+        return np.clip((goal - v) / lag, -rate, rate)
+
+    for _ in range(steps):
+        middle = v + 0.5 * h * slope(v)
+        way += h * middle
+        v += h * slope(middle)
+    return v, way / dt
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(
+    st.floats(-3, 3), st.floats(-3, 3), st.floats(0.02, 1), st.floats(0.5, 4), st.floats(0.5, 50)
+)
+def test_the_response_is_that_of_the_differential_equation(u, v, lag, limit, rate):
+    """The midpoint rule errs by h^2, at the end of the ramp, where the slope bends, as well."""
+    exact, rough = (
+        followed(u, v, lag, limit, rate, 0.3),
+        integrated(u, v, lag, limit, rate, 0.3, 3000),
+    )
+    np.testing.assert_allclose(exact, rough, rtol=0, atol=2e-5)
+
+
+@pytest.mark.parametrize("t", [1e-6, 0.01, 0.3, 5.0])
+def test_a_lag_alone_is_an_exponential(t):
+    tau = 0.2
+    after, mean = followed(1.5, -0.5, tau, INF, INF, t)
+    np.testing.assert_allclose(after, 1.5 - 2.0 * np.exp(-t / tau), rtol=1e-15)
+    np.testing.assert_allclose(mean, 1.5 + 2.0 * tau * np.expm1(-t / tau) / t, rtol=1e-12)
+
+
+def test_an_acceleration_alone_is_a_ramp_and_then_the_command():
+    assert followed(1.0, 0.0, 0.0, INF, 4.0, 0.1) == pytest.approx((0.4, 0.2), abs=1e-15)
+    assert followed(1.0, 0.0, 0.0, INF, 4.0, 0.5) == pytest.approx((1.0, 0.75), abs=1e-15)
+    assert followed(-1.0, 1.0, 0.0, 0.5, 4.0, 1.0)[0] == -0.5
+
+
+def test_without_limits_the_command_is_followed_at_once():
+    assert followed(0.7, -2.0, 0.0, INF, INF, 0.04) == (0.7, pytest.approx(0.7, rel=1e-15))
+
+
+@pytest.fixture
+def arm():
+    """A camera on a planar arm that looks down on three points."""
+    robot = rs.robots.planar_2r()
+    eye = rs.Mounted(
+        "eye", rs.Camera(np.eye(3)), f"{robot.name}.fore", rs.Pose.at(rpy=(np.pi, 0, 0))
+    )
+    x, y, _ = robot.fk(robot.home + 0.2)[:3, 3]
+    marks = np.add([[0.1, 0, 0], [-0.1, 0.1, 0], [0, -0.1, 0]], [x, y, -1.0])
+    return rs.Scene([robot], [rs.Object("dots", marks=marks)], [eye])
+
+
+def closed(scene, **actuation):
+    q0 = np.add(scene.home, [0.4, 0.5])
+    task = rs.IBVS(scene.home + 0.2, gain=1.0)
+    return rs.simulate(
+        scene, task, q0, dt=0.02, duration=2.0, actuation=rs.Actuation(**actuation), hold=True
+    )
+
+
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+def test_the_joints_go_as_the_response_says(arm):
+    """q moves by the mean, and qd_actual is the velocity, of each period."""
+    told = {"lag": 0.05, "velocity": 0.3, "acceleration": 1.5}
+    run = closed(arm, **told)
+    q, qd, v = run.q.values, run.qd.values, run.qd_actual.values
+    np.testing.assert_array_equal(v[0], 0.0)
+    for k in range(len(q) - 1):
+        for j in range(2):
+            after, mean = followed(qd[k, j], v[k, j], 0.05, 0.3, 1.5, 0.02)
+            assert v[k + 1, j] == after
+            assert q[k + 1, j] == pytest.approx(q[k, j] + 0.02 * mean, abs=1e-15)
+    assert np.abs(v).max() <= 0.3 and np.abs(np.diff(v, axis=0)).max() <= 1.5 * 0.02 + 1e-12
+    assert np.abs(qd).max() > 0.3  # it was asked for more
+
+
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+def test_limits_that_are_never_reached_change_nothing(arm):
+    plain, loose = closed(arm), closed(arm, velocity=1e9, acceleration=1e15)
+    np.testing.assert_allclose(loose.q.values, plain.q.values, rtol=0, atol=1e-12)
+    assert "qd_actual" not in plain
+
+
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+def test_a_joint_has_its_own_limit(arm):
+    run = closed(arm, velocity=[0.1, 0.4])
+    top = np.abs(run.qd_actual.values).max(axis=0)
+    np.testing.assert_allclose(top, [0.1, 0.4])
+
+
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+def test_the_camera_velocity_is_that_of_the_joints_not_of_the_command(arm):
+    run = closed(arm, lag=0.2)
+    robot = arm.robot()
+    for k in (0, 5, 50):
+        J = robot.jacobian(run.q.values[k], "fore")
+        speed = np.linalg.norm(J[:3] @ run.qd_actual.values[k])
+        assert np.linalg.norm(run.camera_velocity.values[k, :3]) == pytest.approx(speed, abs=1e-12)
+
+
+class Seen:
+    """A law that keeps what it is told of the joints."""
+
+    def __init__(self):
+        self.q = []
+
+    def command(self, state):
+        self.q.append(state.q.copy())
+        return np.full((len(state.q), 2), 0.3)
+
+
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
+    law, step = Seen(), 0.01
+    run = rs.simulate(
+        arm,
+        rs.IBVS(arm.home, law=law),
+        np.add(arm.home, [0.013, -0.007]),
+        dt=0.02,
+        duration=1.0,
+        actuation=rs.Actuation(encoder=[step, 0.0]),
+        hold=True,
+    )
+    told, true = np.concatenate(law.q), run.q.values
+    np.testing.assert_array_equal(told[:, 1], true[:, 1])  # its step is zero
+    np.testing.assert_allclose(told[:, 0] / step, np.round(told[:, 0] / step), atol=1e-9)
+    assert 0.4 * step < np.abs(told[:, 0] - true[:, 0]).max() <= 0.5 * step + 1e-12
+
+
+def test_a_count_is_the_nearest_one():
+    out = np.empty((2, 3))
+    count(np.array([0.5, 0.0]), np.array([[0.24, 0.26, -0.8], [0.1, 0.2, 0.3]]), out)
+    np.testing.assert_array_equal(out, [[0.0, 0.5, -1.0], [0.1, 0.2, 0.3]])
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        ({"lag": -1}, "lag (seconds) must be a number not below 0, got -1"),
+        ({"lag": [1, 2]}, "lag (seconds) must be a number not below 0"),
+        ({"velocity": 0}, "velocity limit: expected a number above 0, or one for each, got 0"),
+        ({"acceleration": [1, -2]}, "acceleration limit: expected a number above 0"),
+        ({"encoder": -0.1}, "encoder step: expected a number not below 0"),
+        ({"velocity": "fast"}, "velocity limit: expected a number, got 'fast'"),
+        ({"encoder": np.nan}, "encoder step: nan"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(made, words):
+    with pytest.raises(rs.InputError) as error:
+        rs.Actuation(**made)
+    assert words in str(error.value)

@@ -1,0 +1,111 @@
+"""A believed scene is the true one with the mistakes that were named, and no other."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+
+ROWS = np.array([[0.1, 0.3, 0.02, -1.2], [0.0, 0.0, 0.4, 0.3], [-0.2, 0.1, 0.1, 0.7]])
+LENS = rs.Camera([[800, 2, 320], [0, 820, 240], [0, 0, 1]], (640, 480))
+
+
+def scene(rows=ROWS, convention="standard", joints="RPR"):
+    arm = rs.Robot.from_dh(rows, convention, joints, name="arm", links=["a", "b", "c"])
+    cup = rs.Object("cup", marks=[[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], pose=rs.Pose.at(1, 0, 1))
+    return rs.Scene([arm], [cup], [rs.Mounted("eye", LENS, "arm.c", rs.Pose.at(0, 0, 0.1))])
+
+
+def test_without_a_mistake_it_is_the_truth():
+    assert rs.believe(scene()) == scene()
+
+
+@pytest.mark.parametrize("convention", ["standard", "modified"])
+@pytest.mark.parametrize("joints", ["RRR", "RPR", "PPR"])
+@pytest.mark.parametrize("row", range(3))
+def test_errors_of_a_row_are_those_of_the_table(convention, joints, row):
+    errors = np.array([0.05, 0.02, -0.03, 0.04])
+    wrong = ROWS.copy()
+    wrong[row] += errors
+    told = {"abc"[row]: dict(zip(("theta", "d", "a", "alpha"), errors, strict=True))}
+    truth = scene(ROWS, convention, joints)
+    believed = rs.believe(truth, dh=told, convention=convention)
+    q = [0.3, 0.2, -0.7]
+    for link in "abc":
+        np.testing.assert_allclose(
+            believed.robot().fk(q, link),
+            scene(wrong, convention, joints).robot().fk(q, link),
+            atol=1e-15,
+        )
+
+
+def test_intrinsics():
+    eye = rs.believe(scene(), focal=1.1, center=(3, -2)).camera().camera
+    np.testing.assert_allclose(eye.K, [[880, 2, 323], [0, 902, 238], [0, 0, 1]])
+    assert eye.size == (640, 480)
+    both = rs.believe(scene(), focal=(1.1, 0.9), distortion=[0.1, 0, 0, 0]).camera().camera
+    np.testing.assert_allclose(np.diag(both.K), [880, 738, 1])
+    assert both.distortion == (0.1, 0, 0, 0)
+
+
+def test_hand_eye_base_and_place_are_errors_at_the_end_of_the_true_pose():
+    error = rs.Pose.at(0.01, 0.02, 0.03, rpy=(0.1, 0.2, 0.3))
+    believed = rs.believe(scene(), hand_eye=error, base=error, place=error)
+    assert believed.camera().pose == rs.Pose.at(0, 0, 0.1) @ error
+    assert believed.robot().base == error
+    assert believed.object().pose == rs.Pose.at(1, 0, 1) @ error
+
+
+def test_the_target():
+    np.testing.assert_allclose(rs.believe(scene(), size=1.5).object().marks[1], [0.15, 0, 0])
+    other = [[0, 0, 0.1], [0.1, 0, 0], [0, 0.1, 0]]
+    np.testing.assert_array_equal(rs.believe(scene(), marks=other).object().marks, other)
+
+
+def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors_are_equal():
+    visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    goal, told = visp.task.goal, {"duration": 1.0}
+    one = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=1.3), visp.q0, **told)
+    four = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1.3] * 4), visp.q0, **told)
+    uneven = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1, 1, 1, 1.3]), visp.q0, **told)
+    np.testing.assert_array_equal(one.q.values, four.q.values)
+    assert np.abs(one.q.values - uneven.q.values).max() > 1e-3
+    assert rs.replay(uneven).identical(uneven)
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        ({"focal": 0}, "focal: expected one factor above 0, or two, got 0"),
+        ({"focal": [1, 2, 3]}, "focal: expected one factor above 0, or two"),
+        ({"center": 3}, "center (pixels): expected shape"),
+        ({"hand_eye": 3}, "hand_eye (an error)"),
+        ({"dh": {"d": {"a": 1}}}, "no link 'd' in 'arm'; links: base, a, b, c"),
+        ({"dh": {"a": {"b": 1}}}, "dh of 'a': expected errors of theta, d, a, alpha"),
+        ({"dh": {"a": {"d": "1 cm"}}}, "dh of a.d: expected a number, got '1 cm'"),
+        ({"dh": [1]}, "dh: expected {link: {'a': metres, ...}}, got [1]"),
+        ({"dh": {"a": {"d": 1}}, "convention": "craig"}, "convention must be 'standard' or"),
+        ({"marks": [[0, 0, 0]]}, "marks of 'cup': expected shape (3, 3), got (1, 3)"),
+        ({"size": -1}, "size (a factor) must be a positive number, got -1"),
+        ({"camera": "eve", "focal": 2}, "no camera 'eve' in the scene; did you mean 'eye'?"),
+    ],
+)
+def test_a_mistake_in_a_mistake_is_refused(made, words):
+    with pytest.raises(rs.InputError) as error:
+        rs.believe(scene(), **made)
+    assert words in str(error.value)
+
+
+def test_the_depth_factors_must_be_one_for_each_mark():
+    with pytest.raises(rs.InputError, match="3 factors for the 4 marks of"):
+        visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
+        visp.scene and rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
+    with pytest.raises(rs.InputError, match="positive number, or one for each mark"):
+        rs.IBVS(depth_scale=[1, 0])
+
+
+def test_the_run_names_what_was_believed_wrongly():
+    visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    for mistake, said in (({}, "the truth"), ({"focal": 2.0}, "differs from the truth: camera")):
+        task = rs.IBVS(visp.task.goal, belief=rs.believe(visp.scene, **mistake))
+        run = rs.simulate(visp.scene, task, visp.q0, duration=0.2)
+        assert run.attrs["belief"] == said

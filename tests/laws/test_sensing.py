@@ -1,0 +1,244 @@
+"""Each imperfection of the images has an effect of known size, and none where it is off."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.servo.instant import Instant
+from robsim.servo.sight import Sight
+from robsim.simulate import loop_of
+
+VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
+SCENE, TASK, Q0 = VISP.scene, VISP.task, VISP.q0
+GOAL = TASK.goal.q
+F = SCENE.camera().camera.K[0, 0]
+DT = 0.04
+
+
+def closed(task=TASK, q0=Q0, duration=2.0, dt=DT, actuation=None, **sensing):
+    told = rs.Sensing(**sensing)
+    return rs.simulate(
+        SCENE, task, q0, dt=dt, duration=duration, sensing=told, actuation=actuation, hold=True
+    )
+
+
+def in_pixels(**changes):
+    return rs.IBVS(goal=GOAL, features="pixels", gain=0.5, **changes)
+
+
+def flat(pixels):
+    return pixels.values.reshape(*pixels.shape[:-2], -1)
+
+
+def same(a, b):
+    for name in b.data_vars:
+        np.testing.assert_array_equal(a[name].values, b[name].values, err_msg=name)
+
+
+@pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL), rs.Hybrid(GOAL)])
+def test_what_is_off_changes_no_bit(task):
+    plain = rs.simulate(SCENE, task, Q0, duration=2.0)
+    perfect = rs.Sensing(noise=0, quantisation=0, outliers=0, dropped=0, latency=0, period=None)
+    exact = rs.Actuation(lag=0, velocity=None, acceleration=None, encoder=0)
+    told = rs.simulate(SCENE, task, Q0, duration=2.0, sensing=perfect, actuation=exact)
+    assert told.identical(plain)
+
+
+@pytest.mark.parametrize("believed", [SCENE, rs.believe(SCENE)])
+def test_a_belief_that_is_the_truth_changes_no_bit(believed):
+    same(
+        rs.simulate(SCENE, rs.IBVS(GOAL, belief=believed), Q0, duration=2.0),
+        rs.simulate(SCENE, rs.IBVS(GOAL), Q0, duration=2.0),
+    )
+
+
+@pytest.mark.parametrize(
+    "nothing",
+    [
+        {"period": DT},  # an image in every period
+        {"occlusions": [rs.Occlusion([0], 100.0)]},  # after the end
+        {"dropped": 1e-300},  # never
+        {"outliers": 1e-300},
+    ],
+)
+def test_the_long_way_round_gives_the_same_bits(nothing):
+    """What goes through frames, but spoils nothing, is the plain loop."""
+    same(closed(**nothing), closed())
+
+
+def test_a_pixel_of_noise_has_the_predicted_variance_in_s():
+    """1 px in pixels, 1/f in normalised points, to 5 sigma of the estimate from 1,632 numbers."""
+    starts = np.repeat(Q0[None], 4, axis=0)
+    for task, sigma in ((in_pixels(), 1.0), (TASK, 1.0 / F)):
+        run = closed(task, starts, noise=1.0)
+        error = run.s.values - (flat(run.pixels) if sigma == 1.0 else _normalised(run))
+        count = error.size
+        assert error.var() / sigma**2 == pytest.approx(1.0, abs=5 * np.sqrt(2 / count))
+        assert abs(error.mean()) / sigma < 5 / np.sqrt(count)
+
+
+def _normalised(run):
+    K = SCENE.camera().camera.K
+    x = (run.pixels.values - K[:2, 2]) / np.diag(K)[:2]
+    return x.reshape(*x.shape[:-2], -1)
+
+
+@pytest.mark.parametrize("step", [1.0, 0.25])
+def test_quantised_pixels_are_whole_steps_and_err_by_their_uniform_distribution(step):
+    starts = rs.Pose(SCENE.pose("camera", Q0).matrix).q + np.random.default_rng(1).uniform(
+        -0.02, 0.02, (50, 7)
+    ) * [1, 1, 1, 0, 0, 0, 0]
+    run = closed(in_pixels(), starts, quantisation=step, duration=0.4)
+    s, error = run.s.values / step, run.s.values - flat(run.pixels)
+    np.testing.assert_allclose(s, np.round(s), rtol=0, atol=1e-9)
+    assert np.abs(error).max() <= step / 2 + 1e-9
+    assert error.var() == pytest.approx(step**2 / 12, rel=0.05)
+
+
+def test_outliers_are_the_share_and_the_size_that_was_asked_for():
+    starts = np.repeat(Q0[None], 100, axis=0)
+    run = closed(in_pixels(), starts, outliers=0.2, outlier_size=30.0, duration=0.8)
+    away = (run.s.values - flat(run.pixels)).reshape(-1, 4, 2)
+    hit = np.abs(away).max(axis=-1) > 1e-9
+    share = hit.mean()
+    assert share == pytest.approx(0.2, abs=5 * np.sqrt(0.2 * 0.8 / hit.size))
+    assert away[hit].std() == pytest.approx(30.0, rel=0.05)
+    at_once = hit.reshape(100, -1, 4)
+    assert len(np.unique(at_once.sum(axis=(1, 2)))) > 5  # runs differ
+
+
+def test_a_lost_image_is_the_one_before_to_the_bit():
+    starts = np.repeat(Q0[None], 60, axis=0)
+    run = closed(in_pixels(), starts, dropped=0.3, duration=2.0)
+    s, true = run.s.values, flat(run.pixels)
+    fresh = (s == true).all(axis=-1)
+    assert fresh[:, 0].all()
+    assert (~fresh).mean() == pytest.approx(0.3, abs=5 * np.sqrt(0.21 / fresh.size) + 0.3 / 51)
+    for row in range(60):
+        for k in np.flatnonzero(~fresh[row]):
+            np.testing.assert_array_equal(s[row, k], s[row, k - 1])
+
+
+@pytest.mark.parametrize("periods", [1, 2, 5])
+def test_late_by_whole_periods_the_features_are_those_of_then_to_the_bit(periods):
+    run = closed(in_pixels(), latency=periods * DT)
+    s, true = run.s.values, flat(run.pixels)
+    np.testing.assert_array_equal(s[periods:], true[:-periods])
+    for k in range(periods):  # until then, the first image
+        np.testing.assert_array_equal(s[k], true[0])
+
+
+@pytest.mark.parametrize("task", [TASK, in_pixels(interaction="mean"), rs.PBVS(GOAL)])
+def test_the_command_is_the_law_on_the_features_of_the_step_before_to_the_bit(task):
+    run = closed(task, latency=DT, duration=0.8)
+    loop = loop_of(SCENE, task, Q0)
+    eye = Sight(SCENE, SCENE.camera(), SCENE.object())
+    for k in range(1, 20):
+        then, now = (np.ascontiguousarray(run.q.values[i][:, None]) for i in (k - 1, k))
+        look = eye.look(then)
+        told = Instant(k, DT, now, {eye.key: look}, {eye.key: look.pixels}, {}, prompt=False)
+        command = loop.controller.control(told)
+        np.testing.assert_array_equal(command.qd[:, 0], run.qd.values[k])
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 1.75])
+def test_late_by_a_part_of_a_period_the_image_was_taken_on_the_arc_between(share):
+    """The camera flew T exp(V t), whose image a camera that stands there sees."""
+    run, whole = closed(in_pixels(), latency=share * DT), int(np.ceil(share))
+    for k in range(whole, 30):
+        V = run.qd.values[k - whole]
+        T = rs.Pose(run.camera_pose.values[k - whole]) @ rs.Pose.exp(V * (whole - share) * DT)
+        np.testing.assert_allclose(
+            run.s.values[k], SCENE.view(T.q).pixels.ravel(), rtol=0, atol=1e-9
+        )
+
+
+def test_a_slow_camera_repeats_its_image():
+    run = closed(in_pixels(), period=3 * DT)
+    s, true = run.s.values, flat(run.pixels)
+    for k in range(len(s)):
+        np.testing.assert_array_equal(s[k], true[3 * (k // 3)])
+
+
+def test_hidden_marks_are_left_out_and_keep_their_last_place():
+    """While mark 1 is hidden, the command is that of a task of the other three."""
+    hidden = rs.Occlusion([1], 0.5, 1.0)
+    run = closed(in_pixels(), occlusions=hidden)
+    steps = np.flatnonzero(np.isin(run.time.values.round(6), np.arange(0.52, 1.0, 0.04).round(6)))
+    three = rs.IBVS(GOAL, features=[rs.Part("pixels", marks=[0, 2, 3])], gain=0.5)
+    assert len(steps) == 12
+    for k in steps:
+        np.testing.assert_array_equal(run.s.values[k, 2:4], flat(run.pixels)[steps[0] - 1, 2:4])
+        alone = rs.simulate(SCENE, three, run.q.values[k], duration=DT, dt=DT)
+        np.testing.assert_allclose(run.qd.values[k], alone.qd.values[0], rtol=0, atol=1e-12)
+    after = steps[-1] + 1
+    np.testing.assert_array_equal(run.s.values[after:], flat(run.pixels)[after:])
+
+
+def test_three_marks_are_enough_to_arrive():
+    """Near the goal. Hidden from 0.5 s on, far away, the camera finds another of the poses from
+    which three marks are seen at the same places.
+    """
+    for start, there in ((4.0, True), (0.5, False)):
+        told = rs.Sensing(occlusions=[rs.Occlusion([3], start)])
+        run = rs.simulate(SCENE, TASK, Q0, duration=30, sensing=told)
+        assert run.outcome == rs.Outcome.CONVERGED
+        away = SCENE.view(run.q_end.values).pixels - SCENE.view(GOAL).pixels
+        assert np.abs(away[:3]).max() < 0.02
+        assert (np.abs(run.q_end.values[:3] - GOAL[:3]).max() < 2e-4) == there
+
+
+def test_a_feature_of_all_marks_keeps_the_last_place_of_a_hidden_one():
+    run = closed(rs.PBVS(GOAL), occlusions=rs.Occlusion([1], 0.5, 1.0))
+    assert np.isfinite(run.s.values).all()
+    assert closed(rs.PBVS(GOAL)).s.values[:12] == pytest.approx(run.s.values[:12], abs=0)
+
+
+EVERYTHING = rs.Sensing(0.5, 0.25, 0.05, 20.0, [rs.Occlusion([2], 0.3, 0.7)], 0.2, 0.055, 0.08)
+JOINTS = rs.Actuation(lag=0.05, velocity=0.4, acceleration=2.0)
+
+
+@pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL)])
+def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(task):
+    starts = np.repeat(Q0[None], 7, axis=0)
+    told = {"duration": 1.0, "sensing": EVERYTHING, "actuation": JOINTS, "seed": 4}
+    whole = rs.simulate(SCENE, task, starts, threads=1, **told)
+    same(rs.simulate(SCENE, task, starts, threads=3, chunk=2, **told), whole)
+    for row in (0, 5):
+        same(rs.simulate(SCENE, task, starts[row], run=row, **told), whole.isel(run=row))
+    assert rs.replay(whole).identical(whole)
+    assert whole.attrs["sensing"] == repr(EVERYTHING) and whole.attrs["actuation"] == repr(JOINTS)
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (lambda: rs.Sensing(noise=-0.5), "noise (pixels) must be a number not below 0, got -0.5"),
+        (lambda: rs.Sensing(noise=np.nan), "noise (pixels): nan"),
+        (lambda: rs.Sensing(noise="0.5 px"), "noise (pixels): expected a number, got '0.5 px'"),
+        (lambda: rs.Sensing(noise=[0.5, 0.5]), "noise (pixels) must be a number not below 0"),
+        (lambda: rs.Sensing(dropped=1.0), "dropped must be a share from 0 to below 1, got 1"),
+        (lambda: rs.Sensing(outliers=1.5), "outliers must be a share from 0 to below 1, got 1.5"),
+        (lambda: rs.Sensing(latency=-0.1), "latency (seconds) must be a number not below 0"),
+        (lambda: rs.Sensing(occlusions=[0]), "occlusions must be a list of Occlusion, got [0]"),
+        (lambda: rs.Occlusion([0], 0.0), "cannot start at 0 s: the marks must be seen once before"),
+        (lambda: rs.Occlusion([0], 2.0, 1.0), "an occlusion from 2 s must end later, not 1"),
+        (
+            lambda: rs.Occlusion([], 1.0),
+            "marks of an occlusion: expected numbers from 0 on, got []",
+        ),
+        (lambda: rs.Occlusion([0.5], 1.0), "marks of an occlusion: expected numbers from 0 on"),
+        (lambda: rs.Occlusion([0], 1.0, target=3), "target of an occlusion: expected a name"),
+        (lambda: closed(occlusions=rs.Occlusion([9], 1.0)), "has 4 marks, numbered from 0; there"),
+        (
+            lambda: closed(occlusions=rs.Occlusion([0], 1.0, camera="camra")),
+            "the task has no camera 'camra'; did you mean 'camera'?",
+        ),
+        (lambda: closed(period=0.05), "0.05 s, must be a multiple of the control period, 0.04 s"),
+        (lambda: closed(period=0.01), "must be a multiple of the control period"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(made, words):
+    with pytest.raises(rs.InputError) as error:
+        made()
+    assert words in str(error.value)

@@ -1,0 +1,382 @@
+"""What holds of poses, points and planes that are found in images, whatever the view."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+
+steady = settings(derandomize=True, max_examples=20, deadline=None)
+seeds = st.integers(0, 2**32)
+PLAIN = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
+BENT = rs.Camera(
+    [[800, 3, 320], [0, 700, 240], [0, 0, 1]], distortion=(-0.2, 0.05, 1e-3, -5e-4, 0.01)
+)
+SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
+
+
+def close(a, b, tolerance):
+    np.testing.assert_allclose(a, b, rtol=0, atol=tolerance)
+
+
+def views(seed, marks=6, runs=20, thick=1.0):
+    """Marks (N, 3) and poses T_c_o of them before the camera."""
+    rng = np.random.default_rng(seed)
+    p = rng.uniform(-0.15, 0.15, (marks, 3)) * (1, 1, thick)
+    turn = rs.Pose.exp(np.concatenate([np.zeros((runs, 3)), rng.uniform(-1, 1, (runs, 3))], 1))
+    T = turn.matrix.copy()
+    T[:, :3, 3] = rng.uniform([-0.2, -0.15, 0.6], [0.2, 0.15, 2.0], (runs, 3))
+    return p, rs.Pose(T)
+
+
+def seen(camera, p, T_c_o):
+    return camera.project(p, T_c_o.inv())
+
+
+def twist(T):
+    """(v, omega) of small motions (..., 4, 4), to first order."""
+    W = (T[..., :3, :3] - np.swapaxes(T[..., :3, :3], -1, -2)) / 2
+    turn = np.stack([W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
+    return np.concatenate([T[..., :3, 3], turn], axis=-1)
+
+
+# poses
+
+
+@steady
+@given(
+    seed=seeds,
+    marks=st.integers(4, 12),
+    thick=st.sampled_from([0.0, 1e-3, 0.1, 1.0]),
+    camera=st.sampled_from([PLAIN, BENT]),
+)
+def test_an_exact_image_gives_the_pose(seed, marks, thick, camera):
+    p, T = views(seed, marks, thick=thick)
+    found = rs.estimate_pose(p, seen(camera, p, T), camera)
+    close(found.T_c_o, T.matrix, 1e-9)  # targets that are nearly a line are among them
+    assert found.rms.max() < 1e-10
+
+
+@steady
+@given(seed=seeds)
+def test_the_pose_is_one_of_those_that_three_marks_have(seed):
+    p, T = views(seed, 3)
+    found = rs.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
+    apart = np.abs(found.candidates - T.matrix[:, None]).max((-1, -2))
+    assert (np.nanmin(apart, axis=1) < 1e-5).all() and found.ambiguous.all()
+    poses = found.candidates[np.isfinite(found.candidates).all((-1, -2))]
+    again = np.repeat(seen(PLAIN, p, T), np.isfinite(apart).sum(1), axis=0)
+    close(seen(PLAIN, p, rs.Pose(poses)), again, 1e-4)  # each puts the marks at their image
+
+
+@steady
+@given(seed=seeds, marks=st.sampled_from([4, 6]), thick=st.sampled_from([0.0, 1.0]))
+def test_it_does_not_matter_where_the_axes_of_the_target_are(seed, marks, thick):
+    """T_c_n = T_c_o T_o_n for other axes n; twice the size is twice as far."""
+    p, T = views(seed, marks, thick=thick)
+    pixels = seen(PLAIN, p, T) + np.random.default_rng(seed).normal(size=(20, marks, 2)) * 0.1
+    T_n_o = rs.Pose.at(0.3, -0.2, 0.5, rotvec=(0.4, -2.0, 0.7))
+    here, there = (rs.estimate_pose(m, pixels, PLAIN) for m in (p, T_n_o @ p))
+    sure = ~here.ambiguous & (here.rms < 0.99 * np.nan_to_num(here.other_rms, nan=np.inf))
+    close(here.rms[sure], there.rms[sure], 1e-7)
+    close(there.T_c_o[sure], (rs.Pose(here.T_c_o[sure]) @ T_n_o.inv()).matrix, 1e-6)
+    double = rs.estimate_pose(2 * p, pixels, PLAIN)
+    close(double.T_c_o[sure, :3, 3], 2 * here.T_c_o[sure, :3, 3], 1e-6)
+
+
+@pytest.mark.parametrize(("marks", "thick"), [(3, 1.0), (4, 0.0), (5, 1.0), (12, 0.1)])
+def test_a_pose_has_the_same_bits_alone_and_in_any_batch(marks, thick):
+    p, T = views(3, marks, 300, thick)
+    pixels = seen(BENT, p, T) + np.random.default_rng(1).normal(size=(300, marks, 2))
+    pixels[7, 1] = np.nan
+    batch = rs.estimate_pose(p, pixels, BENT)
+    shaped = rs.estimate_pose(p, pixels.reshape(3, 100, marks, 2), BENT)
+    fields = ("T_c_o", "rms", "ambiguous", "other", "other_rms", "covariance", "candidates")
+    for name in fields:
+        whole = getattr(batch, name)
+        np.testing.assert_array_equal(getattr(shaped, name).reshape(whole.shape), whole)
+    for i in (0, 7, 150, 299):
+        alone = rs.estimate_pose(p, pixels[i], BENT)
+        for name in fields:
+            np.testing.assert_array_equal(getattr(alone, name), getattr(batch, name)[i])
+
+
+def test_a_mark_that_is_not_seen_costs_its_own_run_only():
+    p, T = views(4, 5)
+    pixels = seen(PLAIN, p, T)
+    gap = pixels.copy()
+    gap[3, 2, 0] = np.nan
+    found, whole = rs.estimate_pose(p, gap, PLAIN), rs.estimate_pose(p, pixels, PLAIN)
+    rest = np.arange(20) != 3
+    np.testing.assert_array_equal(found.T_c_o[rest], whole.T_c_o[rest])
+    assert np.isnan(found.T_c_o[3]).all() and np.isnan(found.covariance[3]).all()
+    assert found.ambiguous[3] and np.isnan(found.rms[3]) and not whole.ambiguous.any()
+
+
+def test_an_image_that_is_one_point_has_no_pose():
+    found = rs.estimate_pose(SQUARE, np.full((4, 2), 100.0), PLAIN)
+    assert np.isnan(found.T_c_o).all() and found.ambiguous
+
+
+def test_of_a_target_in_the_far_distance_the_depth_is_flagged():
+    near, far = (
+        rs.estimate_pose(SQUARE, seen(PLAIN, SQUARE, rs.Pose.at(0, 0, Z)), PLAIN, noise=0.5)
+        for Z in (1, 300)
+    )
+    assert far.ambiguous and not near.ambiguous
+    close(far.T_c_o[2, 3], 300, 1e-6)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.5, np.pi / 2])
+def test_symmetric_views_and_views_along_the_plane_are_no_trouble(tilt):
+    T = rs.Pose.at(0, 0, 1, rpy=(tilt, 0, 0))
+    found = rs.estimate_pose(SQUARE, seen(PLAIN, SQUARE, T), PLAIN)
+    close(found.T_c_o, T.matrix, 1e-12)
+    assert not found.ambiguous
+
+
+def test_three_of_four_marks_may_be_on_a_line_or_two_in_one_place():
+    T = rs.Pose.at(0.05, 0, 0.8, rpy=(0.5, 0.2, 1))
+    p = np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 0.15, 0]])
+    close(rs.estimate_pose(p, seen(PLAIN, p, T), PLAIN).T_c_o, T.matrix, 1e-12)
+    p[2] = p[1]
+    found = rs.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
+    close(np.nanmin(np.abs(found.candidates - T.matrix).max((-1, -2))), 0, 1e-12)
+    assert found.ambiguous  # as it is of three
+
+
+def test_the_second_pose_of_a_plane_is_a_minimum_too():
+    """A small far plane is tilted to one side or to the other; noise hides to which."""
+    T = rs.Pose.at(0, 0, 2, rpy=(0.6, 0, 0))
+    exact = seen(PLAIN, 0.3 * SQUARE, T)
+    found = rs.estimate_pose(0.3 * SQUARE, exact, PLAIN)
+    assert not found.ambiguous and found.rms < 1e-10 and 0.01 < found.other_rms < 0.2
+    close(found.other[:3, 2] * (-1, -1, 1), T.rotation[:, 2], 0.02)
+    noisy = rs.estimate_pose(0.3 * SQUARE, exact, PLAIN, noise=0.5)
+    assert noisy.ambiguous
+    close(noisy.T_c_o, T.matrix, 1e-12)
+    again = rs.estimate_pose(0.3 * SQUARE, seen(PLAIN, 0.3 * SQUARE, rs.Pose(found.other)), PLAIN)
+    close(again.T_c_o, found.other, 1e-12)
+
+
+@pytest.mark.parametrize("camera", [PLAIN, BENT])
+def test_the_covariance_is_that_of_many_noisy_images(camera):
+    """Truth = exp(V) estimate; variances and correlations within 6 percent."""
+    p, T = views(11, 7, 1)
+    sigma, exact = 0.2, seen(camera, p, T)
+    noise = sigma * np.random.default_rng(2).normal(size=(8000, 7, 2))
+    found = rs.estimate_pose(p, exact + noise, camera)
+    V = twist(T.matrix @ rs.Pose(found.T_c_o).inv().matrix)
+    C = rs.estimate_pose(p, exact, camera, noise=sigma).covariance[0]
+    deviations = np.sqrt(np.diag(C))
+    scale = np.outer(deviations, deviations)
+    close(np.cov(V.T) / scale, C / scale, 0.06)
+    close(found.covariance.mean(0), C, 0.05 * np.abs(C).max())  # sigma from the residuals
+    assert np.abs(V.mean(0)).max() < 0.1 * deviations.max()
+    expected = sigma * np.sqrt((14 - 6) / 14)
+    close(np.sqrt(np.square(found.rms).mean()), expected, 0.02 * expected)
+
+
+def test_no_pose_fits_the_image_better():
+    """The pixels of a pinhole with square pixels: the estimate is the maximum of likelihood."""
+    p, T = views(5, 5)
+    rng = np.random.default_rng(5)
+    pixels = seen(PLAIN, p, T) + rng.normal(size=(20, 5, 2))
+    found = rs.estimate_pose(p, pixels, PLAIN)
+    both = np.isfinite(found.other_rms)
+    assert both.sum() > 5 and (found.other_rms[both] > found.rms[both]).all()
+    for T, least, u in (
+        (found.T_c_o, found.rms, pixels),
+        (found.other[both], found.other_rms[both], pixels[both]),
+    ):
+        for _ in range(20):
+            moved = rs.Pose.exp(rng.normal(size=(len(T), 6)) * 1e-3) @ rs.Pose(T)
+            rms = np.sqrt(np.square(seen(PLAIN, p, moved) - u).mean((-1, -2)))
+            assert (rms > least).all()
+
+
+def test_of_a_thick_target_far_away_there_is_no_other_pose():
+    """Its mirror image leads back to it, slowly."""
+    p, T = views(3, 12, 40)
+    far = T.matrix.copy()
+    far[:, :3, 3] *= 5
+    pixels = seen(PLAIN, p, rs.Pose(far)) + np.random.default_rng(3).normal(size=(40, 12, 2))
+    found = rs.estimate_pose(p, pixels, PLAIN)
+    assert np.isnan(found.other_rms).all() and not found.ambiguous.any()
+
+
+# points
+
+
+def rig(seed, runs=8, points=5):
+    """Points (runs, points, 3) before two cameras that squint, and the pose of the second."""
+    rng = np.random.default_rng(seed)
+    X = rng.uniform([-0.4, -0.3, 1.0], [0.4, 0.3, 3.0], (runs, points, 3))
+    low, high = [0.1, -0.05, -0.05, -0.1, -0.3, -0.1], [0.4, 0.05, 0.05, 0.1, 0.0, 0.1]
+    return X, rs.Pose.exp(rng.uniform(low, high, (runs, 6)))
+
+
+def in_both(X, T, left=PLAIN, right=BENT):
+    return left.project(X, rs.Pose.at()), right.project(X, T)
+
+
+@steady
+@given(seed=seeds)
+def test_exact_images_give_the_points(seed):
+    X, T = rig(seed)
+    a, b = in_both(X, T)
+    close(rs.triangulate(a, b, PLAIN, BENT, T).points, X, 1e-12)
+    back = rs.triangulate(b, a, BENT, PLAIN, T.inv())
+    close(T @ back.points, X, 1e-12)
+
+
+@steady
+@given(seed=seeds)
+def test_no_point_fits_both_images_better(seed):
+    X, T = rig(seed)
+    rng = np.random.default_rng(seed)
+    a, b = (p + rng.normal(size=p.shape) for p in in_both(X, T, right=PLAIN))
+    found = rs.triangulate(a, b, PLAIN, PLAIN, T).points
+
+    def miss(points):
+        one, two = in_both(points, T, right=PLAIN)
+        return np.square(one - a).sum(-1) + np.square(two - b).sum(-1)
+
+    for _ in range(10):
+        assert (miss(found + rng.normal(size=X.shape) * 1e-3) > miss(found)).all()
+
+
+def test_the_covariance_of_points_is_that_of_many_noisy_images():
+    X, T = rig(3, 1)
+    a, b = in_both(X[0], T[0])
+    rng, sigma = np.random.default_rng(4), 0.2
+    noisy = [p + sigma * rng.normal(size=(8000, *p.shape)) for p in (a, b)]
+    found = rs.triangulate(*noisy, PLAIN, BENT, T[0], noise=sigma)
+    C = rs.triangulate(a, b, PLAIN, BENT, T[0], noise=sigma).covariance
+    deviations = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
+    for n in range(len(C)):
+        scale = np.outer(deviations[n], deviations[n])
+        close(np.cov(found.points[:, n].T) / scale, C[n] / scale, 0.06)
+    assert (np.abs(found.points.mean(0) - X[0]) < 0.1 * deviations).all()
+
+
+def test_a_parallel_rig_has_the_depth_error_of_the_textbook():
+    """sigma_Z = Z^2 sigma sqrt 2 / (f b) for a point on the midline."""
+    Z, base, sigma = np.array([0.5, 1.0, 4.0, 20.0]), 0.12, 0.3
+    X = np.stack([np.full(4, base / 2), np.zeros(4), Z], axis=-1)
+    T = rs.Pose.at(base, 0, 0)
+    a, b = in_both(X, T, right=PLAIN)
+    C = rs.triangulate(a, b, PLAIN, PLAIN, T, noise=sigma).covariance
+    expected = Z**2 * sigma * np.sqrt(2) / (800 * base)
+    np.testing.assert_allclose(np.sqrt(C[:, 2, 2]), expected, rtol=1e-12)
+
+
+def test_points_at_infinity_or_beyond_are_nan_and_the_others_are_not():
+    T = rs.Pose.at(0.1, 0, 0)
+    a = np.array([[340.0, 240], [340, 240], [340, 240], [np.nan, 240]])
+    b = np.array([[300.0, 240], [340, 240], [342, 240], [300, 240]])
+    found = rs.triangulate(a, b, PLAIN, PLAIN, T)
+    close(found.points[0], [0.05, 0, 2], 1e-14)
+    assert np.isnan(found.points[1:]).all() and np.isnan(found.covariance[1:]).all()
+
+
+def test_points_have_the_same_bits_alone_and_in_a_batch():
+    X, T = rig(6, 40)
+    rng = np.random.default_rng(6)
+    a, b = (p + rng.normal(size=p.shape) for p in in_both(X, T))
+    a[5, 2] = np.nan
+    batch = rs.triangulate(a, b, PLAIN, BENT, T)
+    for i in (0, 5, 39):
+        alone = rs.triangulate(a[i], b[i], PLAIN, BENT, T[i])
+        one = rs.triangulate(a[i, :1], b[i, :1], PLAIN, BENT, T[i])
+        for name in ("points", "covariance"):
+            np.testing.assert_array_equal(getattr(alone, name), getattr(batch, name)[i])
+            np.testing.assert_array_equal(getattr(one, name), getattr(batch, name)[i, :1])
+
+
+# planes
+
+
+def planes(seed, runs=20, points=6):
+    """R_b_a, t / d, n and normalised points of planes before both cameras."""
+    rng = np.random.default_rng(seed)
+    turn = rs.Pose.exp(rng.uniform(-0.4, 0.4, (runs, 6))).rotation
+    t = rng.uniform(-0.3, 0.3, (runs, 3))
+    n = rng.uniform([-0.5, -0.5, 1], [0.5, 0.5, 1], (runs, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    a = rng.uniform(-0.4, 0.4, (runs, points, 2))
+    rays = np.concatenate([a, np.ones((runs, points, 1))], axis=-1)
+    X = rays / (rays @ n[..., None])
+    Y = X @ np.swapaxes(turn, 1, 2) + t[:, None]
+    assert (X[..., 2] > 0).all() and (Y[..., 2] > 0).all()
+    return turn, t, n, a, Y[..., :2] / Y[..., 2:]
+
+
+@steady
+@given(seed=seeds, points=st.sampled_from([4, 5, 30]))
+def test_a_homography_is_that_of_the_motion_itself(seed, points):
+    R, t, n, a, b = planes(seed, points=points)
+    expected = R + t[:, :, None] * n[:, None]
+    H = rs.homography(a, b)
+    close(H, expected, 1e-9)  # four points that are nearly three are among them
+    H = rs.homography(800 * a + 3, 700 * b - 5)  # pixels: up to scale
+    K, M = np.diag([700.0, 700, 1]), np.diag([800.0, 800, 1])
+    K[:2, 2], M[:2, 2] = -5, 3
+    mapped = np.linalg.inv(K) @ H @ M
+    close(mapped / np.linalg.svd(mapped, compute_uv=False)[:, 1, None, None], expected, 1e-8)
+
+
+@steady
+@given(seed=seeds)
+def test_the_motion_is_among_those_of_its_homography(seed):
+    R, t, n, a, b = planes(seed)
+    found = rs.decompose_homography(3.0 * rs.homography(a, b), a)
+    whole = np.concatenate([R.reshape(-1, 9), t, n], axis=1)
+    mine = [found.rotations.reshape(-1, 4, 9), found.translations, found.normals]
+    apart = np.abs(np.concatenate(mine, axis=-1) - whole[:, None]).max(-1)
+    assert (np.where(found.in_front, apart, np.inf).min(1) < 1e-6).all()
+    assert (found.in_front.sum(1) <= 2).all()
+    rebuilt = found.rotations + found.translations[..., None] * found.normals[..., None, :]
+    close(rebuilt, np.repeat(rs.homography(a, b)[:, None], 4, axis=1), 1e-12)
+    close(found.rotations @ np.swapaxes(found.rotations, -1, -2), np.eye(3) + 0 * rebuilt, 1e-13)
+
+
+def test_a_rotation_alone_is_one_motion_without_translation():
+    R = rs.Pose.at(rotvec=(0.3, -0.2, 0.5)).rotation
+    found = rs.decompose_homography([2 * R, R + np.outer([0.2, 0.1, 0], [0, 0, 1])])
+    close(found.rotations[0, 0], R, 1e-14)
+    close(found.translations[0, 0], np.zeros(3), 0)
+    assert found.in_front[0].tolist() == [True, False, False, False]
+    assert np.isnan(found.rotations[0, 1:]).all() and np.isfinite(found.rotations[1]).all()
+
+
+def test_a_translation_along_the_normal_is_found():
+    """Twice: a double root, which rounding moves by the root of itself."""
+    n = np.array([0.6, 0, 0.8])
+    found = rs.decompose_homography(np.eye(3) + np.outer(-0.3 * n, n))
+    ahead = found.in_front
+    close(found.translations[ahead], np.tile(-0.3 * n, (2, 1)), 1e-7)
+    close(found.normals[ahead], np.tile(n, (2, 1)), 1e-7)
+
+
+def test_a_homography_has_the_same_bits_alone_and_in_a_batch():
+    _, _, _, a, b = planes(9, 50)
+    H = rs.homography(a, b)
+    found = rs.decompose_homography(H, a)
+    for i in (0, 17, 49):
+        np.testing.assert_array_equal(rs.homography(a[i], b[i]), H[i])
+        alone = rs.decompose_homography(H[i], a[i])
+        for name in ("rotations", "translations", "normals", "in_front"):
+            np.testing.assert_array_equal(getattr(alone, name), getattr(found, name)[i])
+
+
+def test_three_of_four_points_on_a_line_leave_the_homography_open():
+    a = np.array([[0.0, 0], [0.1, 0], [0.2, 0], [0, 0.1]])
+    _, _, _, good, other = planes(1, 1, 4)
+    H = rs.homography([a, good[0]], [a, other[0]])
+    assert np.isnan(H[0]).all() and np.isfinite(H[1]).all()
+    gap = np.array([good[0], good[0]])
+    gap[0, 1] = np.nan
+    H = rs.homography(gap, other[0])
+    assert np.isnan(H[0]).all() and np.isfinite(H[1]).all()
