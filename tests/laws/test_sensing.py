@@ -95,6 +95,13 @@ def test_quantised_pixels_are_whole_steps_and_err_by_their_uniform_distribution(
     assert error.var() == pytest.approx(step**2 / 12, rel=0.05)
 
 
+def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
+    behind = rs.Pose(SCENE.pose("camera", Q0).matrix) @ rs.Pose.at(rotvec=(0, np.pi, 0))
+    run = closed(in_pixels(), behind.q, quantisation=0.5)
+    assert rs.Outcome(int(run.outcome)) == rs.Outcome.BEHIND_CAMERA
+    assert np.isnan(run.s.values[0]).all()
+
+
 def test_outliers_are_the_share_and_the_size_that_was_asked_for():
     starts = np.repeat(Q0[None], 100, axis=0)
     run = closed(in_pixels(), starts, outliers=0.2, outlier_size=30.0, duration=0.8)
