@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers, positive
+from robsim.arrays import Array, frozen, not_negative, numbers, positive
 from robsim.errors import InputError
+from robsim.kernels.actuation import follow
 
 Each = float | Sequence[float]  # one number for all, or one for each
 
@@ -77,22 +78,12 @@ class Actuation:
 
     def velocity_after(self, command: Any, seconds: float, start: Any = 0.0) -> Array:
         """Velocities (n,) after a command (n,) was held for some time, from velocities `start`."""
-        from robsim.kernels.actuation import follow
-
         wanted = np.atleast_1d(numbers(command, "command", ()))
         v = np.broadcast_to(numbers(start, "start", ()), wanted.shape).copy()[:, None]
         limits = (self.limits(name, wanted.size) for name in ("velocity", "acceleration"))
         mean = np.empty(v.shape)
         follow(wanted[:, None], self.lag, *limits, positive(seconds, "seconds"), v, mean)
         return v[:, 0]
-
-
-def not_negative(value: Any, what: str) -> float:
-    """A finite number from zero on, or an InputError that names `what`."""
-    number = numbers(value, what, ())
-    if number.ndim or number < 0:
-        raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
-    return float(number)
 
 
 def _each(value: Any, what: str, zero: bool) -> float | tuple[float, ...]:

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from robsim.actuation import not_negative
-from robsim.arrays import numbers
+from robsim.arrays import not_negative, numbers
 from robsim.errors import InputError
 
 
