@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from robsim.analysis.measures import MEASURES, distance, retreat
+from robsim.analysis.measures import MEASURES, distance, first_pair, retreat
 from robsim.arrays import Array
 from robsim.errors import InputError, Interrupted, RankWarning, suggest
 from robsim.outcome import Outcome
@@ -278,7 +278,7 @@ def _blocks(run: xr.Dataset) -> list[xr.Dataset]:
 def _goal_distance(scheme: Scheme, run: xr.Dataset) -> float:
     """Metres from the camera to the middle of the marks at the goal; NaN if that is not told."""
     goal, scene = getattr(scheme.task, "goal", None), scheme.scene
-    camera, target = (str(run[f"mark_{kind}"].values[0]) for kind in ("camera", "target"))
+    camera, target = first_pair(run)
     if isinstance(goal, Shown):
         q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
         return float(distance(scene, camera, target, q[None, None])[0, 0])
