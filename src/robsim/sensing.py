@@ -10,6 +10,8 @@ from typing import Any
 from robsim.arrays import not_negative, numbers
 from robsim.errors import InputError
 
+AT_ONCE = 1e-9  # seconds: the time of an image, step * dt - latency, is rounded by less
+
 
 @dataclass(frozen=True)
 class Occlusion:
@@ -45,7 +47,7 @@ class Occlusion:
     def hides(self, seconds: float, camera: str, target: str) -> bool:
         """Whether it does so at a time."""
         mine = self.camera in (None, camera) and self.target in (None, target)
-        return mine and self.start <= seconds < self.end
+        return mine and self.start <= seconds + AT_ONCE < self.end
 
 
 @dataclass(frozen=True)

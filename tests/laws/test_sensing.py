@@ -182,6 +182,16 @@ def test_hidden_marks_are_left_out_and_keep_their_last_place():
     np.testing.assert_array_equal(run.s.values[after:], flat(run.pixels)[after:])
 
 
+@pytest.mark.parametrize("late", [0, 1, 2])
+def test_marks_are_hidden_in_the_images_of_that_time_however_late_these_are(late):
+    """0.12 s - 0.04 s is a rounding below the 0.08 s at which the third image is taken."""
+    hidden = rs.Occlusion([1], 2 * DT, 5 * DT)
+    run = closed(in_pixels(), latency=late * DT, occlusions=hidden, duration=0.5)
+    s, last = run.s.values[:, 2:4], flat(run.pixels)[1, 2:4]
+    kept = np.flatnonzero((s == last).all(axis=1))
+    np.testing.assert_array_equal(kept, np.arange(1, 5) + late)  # the last one, then three more
+
+
 def test_three_marks_are_enough_to_arrive():
     """Near the goal. Hidden from 0.5 s on, far away, the camera finds another of the poses from
     which three marks are seen at the same places.
