@@ -64,7 +64,8 @@ def equilibria(
                where it has none. Draws with a mark that is not in front of its camera are dropped
     dt         control period of the runs in seconds; None: a fiftieth of the fastest time constant
                at the goal
-    duration   of the runs in seconds; None: a hundred times 1/gain
+    duration   of the runs in seconds; None: a hundred times 1/gain, or 20,000 periods if that is
+               less (with the transpose, the rate of the slowest feature stands for the gain)
 
     InputError: a task that remembers (Broyden, DepthFilter, estimated feed-forward, a smooth
     start, a latched switch), a scene that moves on its own, or starts of no use.
