@@ -155,7 +155,7 @@ class Comparison:
     def _ending(self, i: int) -> str:
         if self.batch:
             return f"{float(self.converged()[i]):.4g}"
-        return Outcome(int(self.data["outcome"][i])).name.lower().replace("_", " ")
+        return Outcome(int(self.data["outcome"][i])).words
 
 
 def compare(

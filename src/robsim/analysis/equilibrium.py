@@ -139,6 +139,6 @@ class Equilibria(Value, Sequence[Equilibrium]):
         if self.lost:
             ended, counts = np.unique(self.outcomes[self.ends < 0], return_counts=True)
             each = zip(ended, counts, strict=True)
-            why = ", ".join(f"{n} {Outcome(int(end)).name.lower()}" for end, n in each)
-            rows.append(f"{'elsewhere':11}{self.lost:7.1%}  {why.replace('_', ' ')}")
+            why = ", ".join(f"{n} {Outcome(int(end)).words}" for end, n in each)
+            rows.append(f"{'elsewhere':11}{self.lost:7.1%}  {why}")
         return "\n".join(rows)
