@@ -211,6 +211,26 @@ def test_a_feature_of_all_marks_keeps_the_last_place_of_a_hidden_one():
     assert closed(rs.PBVS(GOAL)).s.values[:12] == pytest.approx(run.s.values[:12], abs=0)
 
 
+class Spread:
+    """A user's feature of all marks at once, by LAPACK, which raises where it meets a NaN."""
+
+    unit, tolerance = "1", 1e-5
+
+    def measure(self, seen):
+        x = seen.points - seen.points.mean(axis=1, keepdims=True)
+        return np.linalg.svd(x, compute_uv=False)
+
+
+def test_so_does_a_feature_of_the_user():
+    task = rs.IBVS(GOAL, features=[rs.Part(Spread()), rs.Part("points")])
+    run = closed(task, occlusions=rs.Occlusion([1], 0.5, 1.0))
+    free = closed(task)
+    assert np.isfinite(run.s.values).all() and not free.s.equals(run.s)
+    kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image in which it was seen
+    np.testing.assert_array_equal(kept, np.repeat(free.s.values[12:13, 4:6], 11, axis=0))
+    np.testing.assert_array_equal(free.s.values[:13], run.s.values[:13])
+
+
 EVERYTHING = rs.Sensing(0.5, 0.25, 0.05, 20.0, [rs.Occlusion([2], 0.3, 0.7)], 0.2, 0.055, 0.08)
 JOINTS = rs.Actuation(lag=0.05, velocity=0.4, acceleration=2.0)
 
