@@ -228,13 +228,11 @@ def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
 
 
 def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_scene):
-    given = rs.IBVS(rs.Given((4 * SQUARE[:, :2] / 4).ravel()))
+    given = rs.IBVS(rs.Given(SQUARE[:, :2].ravel()))
     found = one(rs.compare(free_scene(SQUARE), {"a": given}, GOAL @ rs.Pose.at(0.1, 0, 0)))
     for key in ("border_margin", "limit_margin", "image_excursion", "image_detour", "pixel_error"):
         assert np.isnan(found[key])
-    assert found["retreat"] == pytest.approx(
-        0.0, abs=1e-4
-    )  # of what converged, the end is the goal
+    assert found["retreat"] == pytest.approx(0.0, abs=1e-4)  # the end of what converged is the goal
 
 
 # ---- batches ----

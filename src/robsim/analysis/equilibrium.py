@@ -33,7 +33,8 @@ class Equilibrium(Value):
                   "not smooth": f has no derivative there
     error_norm    ||e||, in the unit of the features
     eigenvalues   (n,) of the closed loop df/dq, complex, per second, the slowest to decay last;
-                  NaN where f has no derivative
+                  NaN where f has no derivative; a unicycle, which has a coordinate more than
+                  velocities, adds a zero
     free          how many eigenvalues count as zero: below a ten-thousandth of the slowest rate at
                   which the error is to decay, which is the gain where the inverse is no transpose
     inside        whether all joints are within their limits and all marks in the images
