@@ -16,6 +16,7 @@ from robsim.errors import InputError, suggest
 from robsim.kernels import loop as kernels
 from robsim.kernels import sensing as wrong
 from robsim.kernels.loop import Noise
+from robsim.record import LONGEST
 from robsim.sensing import Sensing
 from robsim.servo.sight import Sight, joined
 
@@ -44,7 +45,8 @@ class Frames:
     last: Frame | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        self.every, periods = self.sensing.periods(self.dt), self.sensing.latency / self.dt
+        self.every = self.sensing.periods(self.dt)
+        periods = min(self.sensing.latency / self.dt, 2.0 * LONGEST)  # no run is longer
         self.age = int(np.ceil(periods - 1e-9))  # whole periods, of which some share is over
         self.share = max(self.age - periods, 0.0) if self.age - periods > 1e-9 else 0.0
         self.past = deque(maxlen=max(self.age, 1))

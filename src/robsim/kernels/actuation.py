@@ -3,6 +3,7 @@
 import math
 
 from robsim.kernels.jit import kernel
+from robsim.kernels.steps import in_steps
 
 
 @kernel
@@ -38,5 +39,4 @@ def count(step, q, out):
     """out[i, b] = q rounded to whole steps; as it is where the step is zero."""
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
-            whole = step[i] * math.floor(q[i, b] / step[i] + 0.5) if step[i] > 0.0 else q[i, b]
-            out[i, b] = whole
+            out[i, b] = in_steps(q[i, b], step[i])
