@@ -1,4 +1,4 @@
-"""The command line: demo, run, compare, check, examples, robots."""
+"""The command line: demo, run, compare, check, explain, examples, robots."""
 
 from __future__ import annotations
 
@@ -111,6 +111,23 @@ def check(file: Path, changes: tuple[str, ...]) -> None:
     click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
     click.echo(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
     click.echo(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")
+
+
+@cli.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--no-experiments", is_flag=True, help="Only read the run; repeat nothing.")
+def explain(run: Path, no_experiments: bool) -> None:
+    """Say why RUN, a run.nc or the folder that holds it, ended as it did, and what to try."""
+    from robsim.analysis.explain import explain as explained
+    from robsim.runfile import open_run
+
+    path = run / "run.nc" if _exists(run) and run.is_dir() else run
+    found = open_run(path)
+    try:
+        told = explained(found, experiments=not no_experiments)
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    click.echo(str(told))
 
 
 @cli.command("examples")
@@ -356,6 +373,8 @@ def _report(result: xr.Dataset, folder: Path) -> None:
                 click.echo(f"{count:7} {outcome.name}")
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
+        if int(result.outcome) != Outcome.CONVERGED:
+            click.echo(f"why          robsim explain {folder}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
         if not math.isnan(away):  # a goal given as numbers has no image

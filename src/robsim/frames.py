@@ -27,10 +27,11 @@ class Frame(NamedTuple):
     pixels: Array  # (N, 2, B) as measured
     depth: Array  # (N, B) true, when it was taken
     hidden: NDArray[np.bool_]  # (N, B) marks whose pixels are those that were seen last
+    arrived: NDArray[np.int64]  # (B,) the step at which it came
 
     def of(self, rows: slice) -> Frame:
         """Some of the marks."""
-        return Frame(self.pixels[rows], self.depth[rows], self.hidden[rows])
+        return Frame(self.pixels[rows], self.depth[rows], self.hidden[rows], self.arrived)
 
 
 @dataclass
@@ -56,6 +57,10 @@ class Frames:
         if self.last is None or step % self.every == 0:
             self.last = self._arrived(step, self._then(step, q), noise)
         return self.last
+
+    def old(self, step: int) -> NDArray[np.int64] | int:
+        """(B,) periods since the image was taken that is used at a step, rounded up."""
+        return 0 if self.last is None else step - self.last.arrived + self.age
 
     def note(self, held: Held) -> None:
         """Remember where a period began and what was commanded in it."""
@@ -84,7 +89,7 @@ class Frames:
         kernels.measure(look.pixels, noise, step, pixels)
         self._spoil(step, noise, pixels)
         hidden = np.repeat(self._hidden(step)[:, None], q.shape[1], axis=1)
-        new = Frame(pixels, look.depth, hidden)
+        new = Frame(pixels, look.depth, hidden, np.full(q.shape[1], step))
         return new if self.last is None else self._kept(new, self.last, step, noise)
 
     def _spoil(self, step: int, noise: Noise, pixels: Array) -> None:
