@@ -103,6 +103,9 @@ if TYPE_CHECKING:
     from robsim import plot as plot
     from robsim.analysis.compare import Comparison as Comparison
     from robsim.analysis.compare import compare as compare
+    from robsim.analysis.diagnosis import diagnose as diagnose
+    from robsim.analysis.explain import Explanation as Explanation
+    from robsim.analysis.explain import explain as explain
     from robsim.runfile import open_run as open_run
     from robsim.runfile import save_run as save_run
     from robsim.scenario import Scenario as Scenario
@@ -114,6 +117,9 @@ _LAZY = {
     "plot": "robsim.plot",
     "Comparison": "robsim.analysis.compare",
     "compare": "robsim.analysis.compare",
+    "diagnose": "robsim.analysis.diagnosis",
+    "Explanation": "robsim.analysis.explain",
+    "explain": "robsim.analysis.explain",
     "open_run": "robsim.runfile",
     "save_run": "robsim.runfile",
     "Scenario": "robsim.scenario",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ class Actuation:
     Limits are one number for all velocities of the scene, or one for each; steps likewise for its
     coordinates, of which those of other joints are not counted. Each is off by default. Only
     commanded velocities lag and are limited; every joint starts at rest. A floating or planar
-    joint is moved by its mean velocity over each period, all others exactly.
+    joint and a unicycle are moved by their mean velocity over each period, all others exactly.
 
     >>> Actuation(lag=0.1).velocity_after([1.0], seconds=0.1)
     array([0.63212056])
@@ -77,9 +77,19 @@ class Actuation:
         return frozen(np.full(count, math.inf if given is None else given, dtype=float))
 
     def velocity_after(self, command: Any, seconds: float, start: Any = 0.0) -> Array:
-        """Velocities (n,) after a command (n,) was held for some time, from velocities `start`."""
+        """Velocities (n,) after a command (n,) was held for some time, from velocities `start`.
+
+        InputError: `start`, or a limit for each, is not of as many velocities as the command.
+        """
         wanted = np.atleast_1d(numbers(command, "command", ()))
-        v = np.broadcast_to(numbers(start, "start", ()), wanted.shape).copy()[:, None]
+        first = numbers(start, "start", ())
+        if wanted.ndim > 1 or first.shape not in ((), wanted.shape):
+            raise InputError(
+                "command and start: expected shapes (n,) and (n,) or one number, got "
+                f"{wanted.shape} and {first.shape}"
+            )
+        replace(self, encoder=0.0).check([f"velocity {i}" for i in range(wanted.size)], ())
+        v = np.broadcast_to(first, wanted.shape).copy()[:, None]
         limits = (self.limits(name, wanted.size) for name in ("velocity", "acceleration"))
         mean = np.empty(v.shape)
         follow(wanted[:, None], self.lag, *limits, positive(seconds, "seconds"), v, mean)

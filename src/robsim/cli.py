@@ -1,4 +1,4 @@
-"""The command line: demo, run, compare, check, examples, robots."""
+"""The command line: demo, run, compare, check, explain, examples, robots."""
 
 from __future__ import annotations
 
@@ -74,12 +74,14 @@ def run(
 @click.argument(
     "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
 )
-@click.option("--vary", metavar="KEY=V1,V2,...", help="One scheme for each value.")
+@click.option(
+    "--vary", "varied", multiple=True, metavar="KEY=V1,V2,...", help="One scheme for each value."
+)
 @_output
 @_set
 def compare(
     files: tuple[Path, ...],
-    vary: str | None,
+    varied: tuple[str, ...],
     output: Path | None,
     force: bool,
     no_figures: bool,
@@ -88,7 +90,10 @@ def compare(
     """Simulate the scenarios in FILE... and measure them beside each other."""
     from robsim.analysis.variants import variants
 
-    scenarios = {name: _load(file, (*changes, *more)) for name, file, more in variants(files, vary)}
+    if len(varied) > 1:
+        raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, varied))}")
+    each = variants(files, *varied)
+    scenarios = {name: _load(file, (*changes, *more)) for name, file, more in each}
     if not no_figures:
         for scenario in scenarios.values():
             _check_colors(scenario)
@@ -101,7 +106,7 @@ def compare(
 @click.argument("file", type=click.Path(path_type=Path))
 @_set
 def check(file: Path, changes: tuple[str, ...]) -> None:
-    """Read FILE and try its goal and start without simulating."""
+    """Read FILE and try its goal, start and settings without simulating."""
     scenario = _load(file, changes)
     with _warnings_as_lines():
         scenario.check()
@@ -111,6 +116,23 @@ def check(file: Path, changes: tuple[str, ...]) -> None:
     click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
     click.echo(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
     click.echo(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")
+
+
+@cli.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--no-experiments", is_flag=True, help="Only read the run; repeat nothing.")
+def explain(run: Path, no_experiments: bool) -> None:
+    """Say why RUN, a run.nc or the folder that holds it, ended as it did, and what to try."""
+    from robsim.analysis.explain import explain as explained
+    from robsim.runfile import open_run
+
+    path = run / "run.nc" if _exists(run) and run.is_dir() else run
+    found = open_run(path)
+    try:
+        told = explained(found, experiments=not no_experiments)
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    click.echo(str(told))
 
 
 @cli.command("examples")
@@ -356,6 +378,8 @@ def _report(result: xr.Dataset, folder: Path) -> None:
                 click.echo(f"{count:7} {outcome.name}")
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
+        if int(result.outcome) != Outcome.CONVERGED:
+            click.echo(f"why          robsim explain {folder}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
         if not math.isnan(away):  # a goal given as numbers has no image

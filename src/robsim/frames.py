@@ -16,6 +16,7 @@ from robsim.errors import InputError, suggest
 from robsim.kernels import loop as kernels
 from robsim.kernels import sensing as wrong
 from robsim.kernels.loop import Noise
+from robsim.record import LONGEST
 from robsim.sensing import Sensing
 from robsim.servo.sight import Sight, joined
 
@@ -26,15 +27,20 @@ class Frame(NamedTuple):
     pixels: Array  # (N, 2, B) as measured
     depth: Array  # (N, B) true, when it was taken
     hidden: NDArray[np.bool_]  # (N, B) marks whose pixels are those that were seen last
+    arrived: NDArray[np.int64]  # (B,) the step at which it came
 
     def of(self, rows: slice) -> Frame:
         """Some of the marks."""
-        return Frame(self.pixels[rows], self.depth[rows], self.hidden[rows])
+        return Frame(self.pixels[rows], self.depth[rows], self.hidden[rows], self.arrived)
 
     def going(self, runs: NDArray[np.bool_]) -> Frame:
         """Some of the runs."""
-        pixels, depth = some_runs(self.pixels, runs), some_runs(self.depth, runs)
-        return Frame(pixels, depth, some_runs(self.hidden, runs))
+        return Frame(
+            some_runs(self.pixels, runs),
+            some_runs(self.depth, runs),
+            some_runs(self.hidden, runs),
+            some_runs(self.arrived, runs),
+        )
 
 
 @dataclass
@@ -49,7 +55,8 @@ class Frames:
     last: Frame | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        self.every, periods = self.sensing.periods(self.dt), self.sensing.latency / self.dt
+        self.every = self.sensing.periods(self.dt)
+        periods = min(self.sensing.latency / self.dt, 2.0 * LONGEST)  # no run is longer
         self.age = int(np.ceil(periods - 1e-9))  # whole periods, of which some share is over
         self.share = max(self.age - periods, 0.0) if self.age - periods > 1e-9 else 0.0
         self.past = deque(maxlen=max(self.age, 1))
@@ -59,6 +66,10 @@ class Frames:
         if self.last is None or step % self.every == 0:
             self.last = self._arrived(step, self._then(step, q), noise)
         return self.last
+
+    def old(self, step: int) -> NDArray[np.int64] | int:
+        """(B,) periods since the image was taken that is used at a step, rounded up."""
+        return 0 if self.last is None else step - self.last.arrived + self.age
 
     def note(self, held: Held) -> None:
         """Remember where a period began and what was commanded in it."""
@@ -87,7 +98,7 @@ class Frames:
         kernels.measure(look.pixels, noise, step, pixels)
         self._spoil(step, noise, pixels)
         hidden = np.repeat(self._hidden(step)[:, None], q.shape[1], axis=1)
-        new = Frame(pixels, look.depth, hidden)
+        new = Frame(pixels, look.depth, hidden, np.full(q.shape[1], step))
         return new if self.last is None else self._kept(new, self.last, step, noise)
 
     def _spoil(self, step: int, noise: Noise, pixels: Array) -> None:

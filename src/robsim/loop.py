@@ -25,9 +25,9 @@ from robsim.record import Record, Recorder
 from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
 from robsim.sensing import Sensing
-from robsim.servo.controller import Controller
+from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
-from robsim.servo.inverse import rank
+from robsim.servo.inverse import product, rank
 from robsim.servo.sight import Key, joined
 
 WORTH_COMPILING = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
@@ -110,7 +110,7 @@ class Moment(NamedTuple):
 
     now: Instant  # what the controller was told
     looks: dict[Key, Look]  # what there is
-    command: Command
+    decision: Decision  # of the controller, with what it is based on
     q: Array  # (nq, B) as it is
     qd: Array  # (nv, B) commanded
 
@@ -139,6 +139,7 @@ class _Chunk:
     noise: Noise
     frames: Frames
     watch: Watch
+    near: NDArray[np.int64]  # (B,) instants in a row at which the run seemed to have converged
     memory: dict[str, Any]  # of the controller, run first
 
     @classmethod
@@ -151,7 +152,7 @@ class _Chunk:
         noise = Noise(loop.sensing.noise, np.uint64(loop.seed), number)
         frames = Frames(loop.sensing, loop.controller.sights, loop.drives, loop.dt)
         q, rates = runs_last(loop.q0[rows], 1), np.zeros((loop.scene.nv, runs))
-        return cls(rows, q, rates, noise, frames, watch, {})
+        return cls(rows, q, rates, noise, frames, watch, np.zeros(runs, dtype=np.int64), {})
 
     def without(self, over: NDArray[np.bool_]) -> _Chunk:
         """The chunk that goes on when some runs are over."""
@@ -160,7 +161,8 @@ class _Chunk:
         memory = _remembered(self.memory, ~over)
         q, rates = some_runs(self.q, ~over), some_runs(self.rates, ~over)
         frames = self.frames.without(over)
-        return _Chunk(self.rows[~over], q, rates, noise, frames, watch, memory)
+        near = self.near[~over]
+        return _Chunk(self.rows[~over], q, rates, noise, frames, watch, near, memory)
 
 
 def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
@@ -206,7 +208,8 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     looks = [sight.look(chunk.q) for sight in sights]
     look, told = joined(looks), {s.key: each for s, each in zip(sights, looks, strict=True)}
     now = _told(loop, chunk, step, look, told)
-    command = controller.control(now)
+    decision = controller.decided(now)
+    command = decision.command
     T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
@@ -234,9 +237,35 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         qd,
         outcome,
     )
+    if not loop.prompt or loop.actuation.moves:
+        _wait(loop, chunk, step, command, rates, outcome)
     if loop.witness:
-        loop.witness(Moment(now, told, command, chunk.q, qd))
+        loop.witness(Moment(now, told, decision, chunk.q, qd))
     return step, Now(chunk.q, qd, rates, look.pixels, command, outcome)
+
+
+def _wait(
+    loop: Loop,
+    chunk: _Chunk,
+    step: int,
+    command: Command,
+    rates: Array,
+    outcome: NDArray[np.int8],
+) -> None:
+    """A run that only passes its goal goes on: it moved since its image was taken, or will yet.
+
+    The error must have been below the tolerance in every period since then; and what the joints
+    do otherwise than commanded must not move a feature by the tolerance in the time 1/pace.
+    """
+    controller = loop.controller
+    near = (np.abs(command.error) < controller.tolerance).all(axis=0)
+    if loop.actuation.moves:
+        lag = np.ascontiguousarray((rates[controller.columns] - command.qd)[:, None])
+        change = product(command.reach, lag)[:, 0]
+        near &= (np.abs(change) < controller.tolerance * controller.pace).all(axis=0)
+    chunk.near = np.where(near, chunk.near + 1, 0)
+    passing = (outcome == Outcome.CONVERGED) & (chunk.near <= chunk.frames.old(step))
+    outcome[passing] = Outcome.TIME_LIMIT if step == loop.steps else Outcome.RUNNING
 
 
 def _told(loop: Loop, chunk: _Chunk, step: int, look: Look, looks: dict[Key, Look]) -> Instant:

@@ -202,6 +202,40 @@ def test_a_target_behind_the_camera_at_the_start_is_an_outcome_at_time_zero(robs
     assert "nan" not in done.out
 
 
+def test_a_run_that_goes_wrong_is_explained(robsim):
+    out = robsim("run", "lift.toml", "--set", "task.gain=60", "-o", "out", "--no-figures").out
+    assert "\nwhy          robsim explain out\n" in out
+    done = robsim("explain", "out")
+    assert (done.status, done.err) == (0, "")
+    assert done.out == f"{rs.explain(rs.open_run('out/run.nc'))}\n"
+    assert re.match(r"After 0.04 s joint 'deck' passed its upper limit of 0.5 m", done.out)
+    assert "\nWhy: The gain is too high for the period" in done.out
+    assert "\nTry: With a quarter of the gain (15 per second)" in done.out
+    assert robsim("explain", "out/run.nc").out == done.out
+    read = robsim("explain", "out", "--no-experiments").out
+    assert read.startswith(done.out.splitlines()[0]) and "Try: " not in read
+
+
+def test_a_run_that_converged_gives_no_hint_and_is_explained(robsim):
+    longer = ["--set", "run.duration=6 s", "-o", "out", "--no-figures"]
+    assert "explain" not in robsim("run", "lift.toml", *longer).out
+    assert "the run converged: every error is below" in robsim("explain", "out").out
+
+
+def test_what_cannot_be_explained_is_told(robsim):
+    robsim("explain", "nothing").told("no file nothing")
+    robsim("explain", ".").told("no file run.nc")
+    robsim("explain", "lift.toml").told("lift.toml is not a NetCDF-4 file")
+    run = rs.load_scenario("lift.toml").run(duration=0.4)
+    rs.save_run(run.assign_attrs(scenario=""), "mute.nc")
+    robsim("explain", "mute.nc").told("mute.nc: this run cannot be repeated from its own text")
+    rs.save_run(run.assign(q_end=run.q_end + 1), "other.nc")
+    robsim("explain", "other.nc").told("other.nc: this run does not repeat: q_end is")
+    batch = rs.load_scenario("lift.toml").run(q0=[[0.1], [0.2]], duration=0.4)
+    rs.save_run(batch, "batch.nc")
+    robsim("explain", "batch.nc").told("batch.nc: expected one run, got 2: pick one")
+
+
 def test_without_an_output_folder_the_next_free_name_is_taken(robsim):
     for folder in ("lift-run", "lift-run-2", "lift-run-3"):
         done = robsim("run", "lift.toml", "--no-figures")
@@ -222,6 +256,23 @@ def test_check_tries_goal_and_start_and_simulates_nothing(robsim):
         "  objects  dots (3 marks)",
     ]
     assert files() == ["lift.toml"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ('sensing.period="50 ms"', "0.05 s, must be a multiple of the control period, 0.04 s"),
+        ('sensing.occlusions=[{ marks = [9], start = "1 s" }]', "there is no 9"),
+        (
+            'sensing.occlusions=[{ marks = [0], start = "1 s", target = "dot" }]',
+            "no target 'dot'; did you mean 'dots'?",
+        ),
+    ],
+)
+def test_check_refuses_what_a_run_would(robsim, change, words):
+    for command in ("check", "run"):
+        done = robsim(command, "lift.toml", "--set", change)
+        assert done.status == 2 and words in done.err
 
 
 @pytest.mark.parametrize("command", ["check", "run"])

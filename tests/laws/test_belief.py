@@ -87,6 +87,16 @@ def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors
         ({"marks": [[0, 0, 0]]}, "marks of 'cup': expected shape (3, 3), got (1, 3)"),
         ({"size": -1}, "size (a factor) must be a positive number, got -1"),
         ({"camera": "eve", "focal": 2}, "no camera 'eve' in the scene; did you mean 'eye'?"),
+        ({"camera": "eve"}, "no camera 'eve' in the scene; did you mean 'eye'?"),
+        ({"robot": "am"}, "no robot 'am' in the scene; did you mean 'arm'?"),
+        ({"target": "cap"}, "no object 'cap' in the scene; did you mean 'cup'?"),
+        ({"convention": "craig"}, "convention must be 'standard' or 'modified', got 'craig'"),
+        ({"dh": []}, "dh: expected {link: {'a': metres, ...}}, got []"),
+        ({"focal": True}, "focal (a factor): expected a number, got True"),
+        ({"focal": ("a", "b")}, "focal (a factor): expected a number, got ('a', 'b')"),
+        ({"focal": 1e308}, "K: inf"),
+        ({"center": 0}, "center (pixels): expected shape"),
+        ({"size": True}, "size (a factor): expected a number, got True"),
     ],
 )
 def test_a_mistake_in_a_mistake_is_refused(made, words):

@@ -360,6 +360,8 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
         "record='summary': a comparison measures the way": {"record": "summary"},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
+        "progress: expected a function of the share done, got 3": {"progress": 3},
+        "0.05 s, must be a multiple": {"sensing": rs.Sensing(period=0.05)},
     }.items():
         with pytest.raises(rs.InputError, match=message):
             rs.compare(scene, task, GOAL, **more)
@@ -374,6 +376,23 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
     several = Scheme("b", scene, rs.IBVS(GOAL), np.stack([GOAL.q, GOAL.q]))
     with pytest.raises(rs.InputError, match="as many starts"):
         compared([Scheme("a", scene, rs.IBVS(GOAL)), several])
+
+
+def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
+    scene, told = free_scene(SQUARE), []
+    rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
+    good, bad = (Scheme(n, scene, rs.IBVS(GOAL), GOAL, k) for n, k in (("a", {}), ("b", rare)))
+    with pytest.raises(rs.InputError, match="scheme 'b': the period of the camera"):
+        compared([good, bad], told.append)
+    assert not told
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, np.nan, "half", [0.1, 0.9], None])
+def test_a_quantile_that_is_no_share_is_refused(free_scene, share):
+    for start in (GOAL, np.stack([GOAL.q] * 2)):
+        found = rs.compare(free_scene(SQUARE), {"a": rs.IBVS(GOAL)}, start, duration=0.1)
+        with pytest.raises(rs.InputError, match="share of a quantile"):
+            found.quantile(share)
 
 
 def test_ctrl_c_gives_the_comparison_of_what_was_simulated(free_scene):

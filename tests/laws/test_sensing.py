@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.kernels.sensing import quantise
 from robsim.servo.instant import Instant
 from robsim.servo.sight import Sight
 from robsim.simulate import loop_of
@@ -100,6 +101,27 @@ def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
     run = closed(in_pixels(), behind.q, quantisation=0.5)
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.BEHIND_CAMERA
     assert np.isnan(run.s.values[0]).all()
+
+
+def test_a_pixel_too_large_to_count_is_not_taken_for_another():
+    pixels = np.array([1e300, -1e25, np.inf, np.nan, 1e15 + 0.25, 7.4]).reshape(1, 2, 3)
+    rounded = pixels.copy()
+    quantise(1e-3, rounded[:, :, :2])
+    quantise(0.5, rounded)
+    np.testing.assert_array_equal(rounded.ravel()[:4], pixels.ravel()[:4])
+    assert rounded.ravel()[5] == 7.5
+
+
+def test_what_never_comes_within_a_run_is_the_first_image():
+    """Later than any run, or rarer than any number of periods."""
+    for late in ({"latency": 1e300}, {"latency": 100.0}, {"period": 1e308}, {"period": 100.0}):
+        s = closed(duration=0.4, **late).s.values
+        np.testing.assert_array_equal(s, np.broadcast_to(s[0], s.shape))
+
+
+def test_occlusions_may_come_from_a_generator():
+    hidden = rs.Occlusion([0], 1.0)
+    assert rs.Sensing(occlusions=(each for each in [hidden])).occlusions == (hidden,)
 
 
 def test_outliers_are_the_share_and_the_size_that_was_asked_for():
@@ -258,6 +280,8 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
         (lambda: rs.Sensing(outliers=1.5), "outliers must be a share from 0 to below 1, got 1.5"),
         (lambda: rs.Sensing(latency=-0.1), "latency (seconds) must be a number not below 0"),
         (lambda: rs.Sensing(occlusions=[0]), "occlusions must be a list of Occlusion, got [0]"),
+        (lambda: rs.Sensing(occlusions=""), "occlusions must be a list of Occlusion, got ''"),
+        (lambda: rs.Sensing(occlusions={}), "occlusions must be a list of Occlusion, got {}"),
         (lambda: rs.Occlusion([0], 0.0), "cannot start at 0 s: the marks must be seen once before"),
         (lambda: rs.Occlusion([0], 2.0, 1.0), "an occlusion from 2 s must end later, not 1"),
         (
@@ -265,7 +289,10 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
             "marks of an occlusion: expected numbers from 0 on, got []",
         ),
         (lambda: rs.Occlusion([0.5], 1.0), "marks of an occlusion: expected numbers from 0 on"),
-        (lambda: rs.Occlusion([0], 1.0, target=3), "target of an occlusion: expected a name"),
+        (
+            lambda: rs.Occlusion([0], 1.0, target=3),
+            "target of an occlusion: expected a name, got 3",
+        ),
         (lambda: closed(occlusions=rs.Occlusion([9], 1.0)), "has 4 marks, numbered from 0; there"),
         (
             lambda: closed(occlusions=rs.Occlusion([0], 1.0, camera="camra")),

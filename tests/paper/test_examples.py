@@ -9,6 +9,7 @@ ENDINGS = {  # of those that do not converge
     "camera_law_stalls": "LOCAL_MINIMUM",
     "desired_through_the_target": "BEHIND_CAMERA",
     "local_minimum": "LOCAL_MINIMUM",
+    "noise_floor": "TIME_LIMIT",
     "pbvs_loses_target": "OUT_OF_IMAGE",
     "tilted_square": "LOCAL_MINIMUM",
     "uneven_depth": "LOCAL_MINIMUM",

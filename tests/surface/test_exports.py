@@ -43,6 +43,9 @@ SIGNATURES = {
     "plot.velocity": "run",
     "plot.run": "run scene",
     "plot.comparison": "comparison",
+    "plot.diagnosis": "diagnosis",
+    "diagnose": "run scene task sensing actuation",
+    "explain": "run scene task sensing actuation experiments",
     "robots.names": "",
     "robots.load": "name",
     "units.parse": "text dimension",
@@ -142,7 +145,7 @@ def test_classic_gives_exactly_the_ten_names_of_the_chapter():
 
 def test_plot_gives_its_functions():
     assert rs.plot is plot
-    assert {"comparison", "scene", "image", "velocity", "run"} <= set(dir(plot))
+    assert {"comparison", "diagnosis", "scene", "image", "velocity", "run"} <= set(dir(plot))
 
 
 def test_the_command_line_has_its_commands_with_a_sentence_each():

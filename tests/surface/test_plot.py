@@ -737,3 +737,58 @@ def test_schemes_whose_goal_has_no_image_show_their_relative_error(scene, run):
     assert axes.get_ylabel() == "error / error at the start"
     norm = found.runs["given"]["error_norm"].values
     np.testing.assert_allclose(lines(axes, "given").get_ydata(), norm / norm[0])
+
+
+# ---- diagnosis ----
+
+
+@pytest.fixture(scope="module")
+def examined(run):
+    return rs.diagnose(run)
+
+
+def test_a_diagnosis_is_drawn_as_it_is(examined):
+    V, condition, stability, border = plot.diagnosis(examined).axes
+    time = examined["time"].values
+    for axes, names in (
+        (V, ["lyapunov"]),
+        (condition, ["condition_interaction", "condition_reach"]),
+        (stability, ["stability_motion", "contraction"]),
+        (border, ["border_margin"]),
+    ):
+        for line, name in zip(axes.get_lines(), names, strict=False):
+            np.testing.assert_array_equal(line.get_xdata(), time)
+            np.testing.assert_array_equal(line.get_ydata(), examined[name])
+    assert V.get_yscale() == condition.get_yscale() == "log"
+
+
+def test_a_diagnosis_says_how_it_ended_and_has_units(examined, run):
+    figure = plot.diagnosis(examined)
+    assert figure.get_suptitle() == f"time limit after {float(run['end_time']):.3g} s"
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["V (–)", "largest / smallest σ", "eigenvalue", "to the border (px)"]
+    assert [axes.get_xlabel() for axes in figure.axes[2:]] == ["time (s)"] * 2
+
+
+def test_joint_limits_have_an_axis_of_their_own():
+    scenario = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    found = rs.diagnose(scenario.run(duration=0.4))
+    right = plot.diagnosis(found).axes[4]
+    np.testing.assert_array_equal(right.get_lines()[0].get_ydata(), 100 * found["limit_margin"])
+    assert right.get_ylabel() == "to a joint limit (% of its range)"
+    assert right.get_ylim()[0] == 0
+
+
+def test_a_diagnosis_of_one_moment_and_of_nothing_known_is_drawn(scene, still):
+    assert plot.diagnosis(rs.diagnose(still)).axes[0].get_lines()[0].get_marker() == "."
+    both = rs.Priorities([rs.IBVS(), rs.PBVS()])
+    found = rs.diagnose(rs.simulate(scene, both, scene.home + OFFSET, duration=0.2))
+    assert np.isnan(plot.diagnosis(found).axes[2].get_lines()[0].get_ydata()).all()
+
+
+@pytest.mark.parametrize("given", [3, [1]])
+def test_what_is_no_diagnosis_is_refused(given, run):
+    with pytest.raises(rs.InputError, match="expected a diagnosis as diagnose returns it, got"):
+        plot.diagnosis(given)
+    with pytest.raises(rs.InputError, match="got Dataset"):
+        plot.diagnosis(run)

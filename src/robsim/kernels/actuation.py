@@ -3,7 +3,7 @@
 import math
 
 from robsim.kernels.jit import kernel
-from robsim.kernels.rounding import whole_steps
+from robsim.kernels.steps import in_steps
 
 
 @kernel
@@ -39,4 +39,4 @@ def count(step, q, out):
     """out[i, b] = q rounded to whole steps; as it is where the step is zero."""
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
-            out[i, b] = whole_steps(q[i, b], step[i]) if step[i] > 0.0 else q[i, b]
+            out[i, b] = in_steps(q[i, b], step[i])

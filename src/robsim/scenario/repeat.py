@@ -29,25 +29,35 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     >>> replay(run).identical(run)
     True
     """
-    if not isinstance(getattr(run, "attrs", None), dict):
-        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
-    text = run.attrs.get("scenario", "")
-    if not text:
-        reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
-        raise InputError(f"this run cannot be repeated from its own text: {reason}")
-    lacking = [name for name in NEEDED if name not in run.attrs]
-    if lacking or _wanted(run, "q0").size == 0:
-        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
-    scenario = Scenario.from_text(text, "scenario of the run")
-    told = {**scenario.settings.keywords, **_settings(run)}
+    check_run(run)
+    scenario = scenario_of(run)
+    told = {**scenario.settings.keywords, **settings_of(run)}
     again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **told)
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
     return again
 
 
-def _settings(run: xr.Dataset) -> dict[str, Any]:
+def check_run(run: object) -> None:
+    """InputError if this is no run."""
+    if not isinstance(getattr(run, "attrs", None), dict):
+        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
+
+
+def scenario_of(run: xr.Dataset) -> Scenario:
+    """What the text of a run says; InputError if it has none."""
+    text = run.attrs.get("scenario", "")
+    if not text:
+        reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
+        raise InputError(f"this run cannot be repeated from its own text: {reason}")
+    return Scenario.from_text(text, "scenario of the run")
+
+
+def settings_of(run: xr.Dataset) -> dict[str, Any]:
     """The keywords of `simulate`, as they were; whole periods, whatever the rounding."""
     attrs = run.attrs
+    lacking = [name for name in NEEDED if name not in attrs]
+    if lacking or _wanted(run, "q0").size == 0:
+        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
     dt, record = float(attrs["dt"]), attrs["record"]
     steps = round(float(attrs["duration"]) / dt)
     return {

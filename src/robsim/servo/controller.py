@@ -68,13 +68,17 @@ class Controller(ABC):
 
     def control(self, now: Instant) -> Command:
         """The command at an instant; error and reach in units of one tolerance for all."""
+        return self.decided(now).command
+
+    def decided(self, now: Instant) -> Decision:
+        """That command with what it is based on."""
         decision = self.decide(now)
         command = decision.command
         self.note(now, decision.basis, command.qd)
         if self._scale is None:
-            return command
+            return decision
         error, reach = command.error * self._scale, command.reach * self._scale[:, None]
-        return command._replace(error=error, reach=reach)
+        return decision._replace(command=command._replace(error=error, reach=reach))
 
     @property
     def k(self) -> int:

@@ -1,0 +1,145 @@
+"""One run with everything that made it: to be repeated, also with something changed."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.actuation import Actuation
+from robsim.arrays import Array
+from robsim.errors import InputError, RankWarning
+from robsim.loop import Loop, Moment, Witness
+from robsim.outcome import Outcome
+from robsim.results import dataset
+from robsim.scenario.repeat import check_run, scenario_of, settings_of
+from robsim.scene import Scene
+from robsim.sensing import Sensing
+from robsim.servo.task import Task
+from robsim.simulate import loop_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ENDS = ("q_end", "outcome", "end_time")
+LONGEST = 50_000  # instants that are kept with all that was thought in them, some 10 kB each
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A scene, a task, a start and what `simulate` is told beside these, for a single run."""
+
+    scene: Scene
+    task: Task
+    q0: Array  # (nq,)
+    told: dict[str, Any]
+
+    @property
+    def dt(self) -> float:
+        """Control period in seconds."""
+        return float(self.told["dt"])
+
+    @property
+    def sensing(self) -> Sensing:
+        """What is wrong with the images."""
+        return self.told["sensing"] or Sensing()
+
+    @property
+    def actuation(self) -> Actuation:
+        """What is wrong with the joints."""
+        return self.told["actuation"] or Actuation()
+
+    def but(self, **changes: Any) -> Case:
+        """The same with another scene, task or start, or with other keywords of `simulate`."""
+        own = {key: changes.pop(key) for key in ("scene", "task", "q0") if key in changes}
+        return replace(self, **own, told=self.told | changes)
+
+    def advanced(self, record: Any = "summary", witness: Witness | None = None) -> Loop:
+        """The loop after its run. InputError or GoalError: this cannot be run."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RankWarning)  # it was told when the run was made
+            loop = loop_of(
+                self.scene, self.task, self.q0, record=record, witness=witness, **self.told
+            )
+        loop.advance(np.arange(1), lambda share: None)
+        return loop
+
+
+@dataclass(frozen=True, eq=False)
+class Repeated:
+    """A case after its run: all that was recorded, and what its controller thought."""
+
+    case: Case
+    loop: Loop
+    moments: list[Moment]
+    run: xr.Dataset
+    outcome: Outcome
+
+
+def case_of(
+    run: xr.Dataset,
+    scene: Scene | None = None,
+    task: Task | None = None,
+    sensing: Sensing | None = None,
+    actuation: Actuation | None = None,
+) -> Case:
+    """What made a single run: its own text, or what is given where it is Python code.
+
+    InputError: no run, a batch of several, or one that does not say how it was made.
+    """
+    check_run(run)
+    if "q0" not in run.variables:
+        raise InputError("this is no run, or not all of it: it has no 'q0'")
+    one = _single(run)
+    told = settings_of(one)
+    del told["record"]
+    if Outcome(int(one["outcome"])) is Outcome.RUNNING:
+        periods = round(float(one["end_time"]) / told["dt"])
+        told["duration"] = (max(periods, 1) - 0.5) * told["dt"]
+    if (scene is None) != (task is None):
+        raise InputError("give both scene and task, or none of them")
+    if scene is None or task is None:
+        scenario = scenario_of(one)
+        scene, task = scenario.scene, scenario.task
+        sensing, actuation = scenario.settings.sensing, scenario.settings.actuation
+    made = {"sensing": sensing or Sensing(), "actuation": actuation or Actuation()}
+    for name, value in made.items():
+        if one.attrs.get(name, repr(value)) != repr(value):
+            raise InputError(
+                f"the run was made with {name}={one.attrs[name]}, which is not what is given: "
+                f"{value!r}"
+            )
+    return Case(scene, task, one["q0"].values, told | made)
+
+
+def repeated(case: Case, run: xr.Dataset) -> Repeated:
+    """The run once more, watched; InputError unless it ends with the same bits."""
+    one = _single(run)
+    periods = round(float(one["end_time"]) / case.dt)
+    if periods > LONGEST:
+        raise InputError(
+            f"this run took {periods} control periods; at most {LONGEST} can be looked into"
+        )
+    moments: list[Moment] = []
+    loop = case.advanced("all", moments.append)
+    again = dataset(loop, case.scene, case.task)
+    outcome = Outcome(int(one["outcome"]))
+    ends = ("q_end",) if outcome is Outcome.RUNNING else ENDS
+    for name in ends:
+        if name in one and not np.array_equal(again[name], one[name], equal_nan=True):
+            raise InputError(
+                f"this run does not repeat: {name} is {again[name].values} now and was "
+                f"{one[name].values}; it was made by another version, scene, task or setting "
+                f"(RobSim {one.attrs.get('robsim', '?')}, kernels "
+                f"{one.attrs.get('kernel_hash', '?')})"
+            )
+    return Repeated(case, loop, moments, again, outcome)
+
+
+def _single(run: xr.Dataset) -> xr.Dataset:
+    count = run.sizes.get("run", 1)
+    if count != 1:
+        raise InputError(f"expected one run, got {count}: pick one, as in run.isel(run=0)")
+    return run.squeeze("run") if "run" in run.dims else run

@@ -1,0 +1,285 @@
+"""What a run was like inside: its Lyapunov function, ranks, stability and margins over time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.actuation import Actuation
+from robsim.analysis.case import Repeated, case_of, repeated
+from robsim.analysis.truth import Truth, true_features
+from robsim.arrays import Array, last_view
+from robsim.scene import Scene
+from robsim.sensing import Sensing
+from robsim.servo.controller import Assessment, Servo
+from robsim.servo.inverse import RCOND
+from robsim.servo.law import CameraLaw, JointLaw, Law, State
+from robsim.servo.task import Task
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LONG_NAMES = {
+    "lyapunov": "V: half the square of the true error (chapter, eq. 16)",
+    "lyapunov_rate": "dV/dt along the motion of the joints (chapter, eq. 17)",
+    "rank_interaction": "rank of L as the law was given it",
+    "condition_interaction": "largest over smallest singular value of L as the law was given it",
+    "rank_reach": "rank of L J as the law was given it",
+    "condition_reach": "largest over smallest singular value of L J as the law was given it",
+    "smallest_reach": "smallest singular value of L J as the law was given it",
+    "stability": "smallest eigenvalue of the symmetric part of L Lhat^+ (chapter, eq. 18)",
+    "stability_motion": "smallest eigenvalue of the symmetric part of (Lhat J)^+ L J",
+    "contraction": "largest |eigenvalue| of I - gain dt (Lhat J)^+ L J",
+    "border_margin": "least distance of a mark from the border of its image",
+    "border_mark": "number of that mark",
+    "limit_margin": "least distance of a joint from a limit, as a share of its range",
+    "limit_coordinate": "number of that coordinate; -1 if none is limited",
+    "singularity": "smallest over largest singular value of the true L J",
+}
+UNITS = {"border_margin": "px"}
+
+
+def diagnose(
+    run: xr.Dataset,
+    scene: Scene | None = None,
+    task: Task | None = None,
+    *,
+    sensing: Sensing | None = None,
+    actuation: Actuation | None = None,
+) -> xr.Dataset:
+    """What the controller of a single run knew and what was true, at each recorded instant.
+
+    The run is repeated from its own text, with the same bits, or from `scene` and `task`, with
+    `sensing` and `actuation`, where these are Python code. Of a summary every instant is given.
+    Lhat and Jhat are what the law was given, L and J what was true, all with the weights of the
+    task; V and its rate are those of the unweighted true error.
+
+    lyapunov, lyapunov_rate
+        V = e'e/2 (eq. 16) and e' L J qdot (eq. 17), with what moves on its own, and the velocities
+        that the joints had when the period began
+    rank_..., condition_..., smallest_reach
+        of Lhat (interaction) and Lhat Jhat (reach); the smallest singular value is that of the
+        rank that there is at the goal
+    stability
+        smallest eigenvalue of the symmetric part of L Lhat^+: V falls under V_c = -gain Lhat^+ e
+        for every error if it is above zero (eqs 17 and 18). Its rank is at most 6, so for k > 6
+        it never is
+    stability_motion
+        the same of (Lhat Jhat)^+ L J over the motions that the law can command, in rad and m: above
+        zero every one of them is made smaller. For the camera law J^+ Lhat^+ stands in it
+    contraction
+        largest |eigenvalue| of I - gain dt (Lhat Jhat)^+ L J over these motions: near the goal a
+        loop without delay converges where it is below 1
+    border_margin, border_mark
+        px and number of the mark next to the border of its image; NaN and -1 without borders
+    limit_margin, limit_coordinate
+        share of its range and number of the coordinate next to a limit; NaN and -1 without limits
+    singularity
+        smallest over largest singular value of the true L J, the smallest as above
+
+    Of several tasks at once the rows of L J are stacked, in units of one tolerance for all, and
+    what belongs to one interaction matrix or one law is NaN; so are stability_motion and
+    contraction of any law but "joint" and "camera", and what is true where the true camera does
+    not see the goal.
+    InputError: no single run, or one that cannot be repeated.
+
+    >>> from robsim import examples, load_scenario
+    >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
+    >>> diagnosis = diagnose(run)
+    >>> int(diagnosis.rank_interaction[0]), bool((diagnosis.lyapunov_rate < 0).all())
+    (6, True)
+    """
+    case = case_of(run, scene, task, sensing, actuation)
+    whole = diagnosed(repeated(case, run))
+    record = run.attrs["record"]
+    return whole.isel(time=slice(0, None, 1 if isinstance(record, str) else int(record)))
+
+
+def diagnosed(again: Repeated) -> xr.Dataset:
+    """The diagnosis of a repeated run, of every instant."""
+    import xarray as xr
+
+    T = len(again.moments)
+    q = np.concatenate([moment.q for moment in again.moments], axis=1)
+    rates = again.run["qd_actual" if "qd_actual" in again.run else "qd"].values[:T]
+    truth = true_features(again.case.task, again.case.scene, q)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        found = {
+            **_lyapunov(truth, rates),
+            **_conditions(again),
+            **_stability(again, truth),
+            **_margins(again, q),
+            "singularity": _singularity(again, truth, T),
+        }
+    variables = {
+        name: (["time"], found[name], {"units": UNITS.get(name, "1"), "long_name": long})
+        for name, long in LONG_NAMES.items()
+    }
+    variables["lyapunov"][2]["units"] = again.run["lyapunov"].attrs["units"]
+    variables["lyapunov_rate"][2]["units"] = f"{again.run['lyapunov'].attrs['units']}/s"
+    kept = ("time", "coordinate", "mark_camera", "mark_target")
+    lived = again.run.isel(time=slice(0, T))
+    coordinates = {name: lived[name] for name in kept}
+    told = {"title": "RobSim diagnosis", "outcome": again.outcome.name, "dt": again.case.dt}
+    return xr.Dataset(variables, coordinates, told)
+
+
+def _lyapunov(truth: Truth | None, rates: Array) -> dict[str, Array]:
+    if truth is None:
+        return dict.fromkeys(("lyapunov", "lyapunov_rate"), np.full(len(rates), np.nan))
+    return {
+        "lyapunov": 0.5 * np.einsum("tk,tk->t", truth.error, truth.error),
+        "lyapunov_rate": np.einsum("tk,tkv,tv->t", truth.error, truth.rates, rates),
+    }
+
+
+def _conditions(again: Repeated) -> dict[str, Array]:
+    """Ranks and singular values of what the law was given."""
+    controller, basis = again.loop.controller, assessments(again)
+    reach = _over_time([moment.decision.command.reach for moment in again.moments])
+    found: dict[str, Array] = {}
+    if basis is None:
+        sigma = np.full((len(reach), 1), np.nan)
+    else:
+        reach = _over_time([one.state.reach_last for one in basis])
+        sigma = singular_values(_over_time([one.state.interaction_last for one in basis]))
+    full = min(controller.full_rank, *reach.shape[1:])
+    for name, values, least in (
+        ("interaction", sigma, sigma.shape[1]),
+        ("reach", singular_values(reach), full),
+    ):
+        found[f"rank_{name}"] = _rank(values, controller.rcond)
+        found[f"condition_{name}"] = values[:, 0] / values[:, least - 1]
+        found[f"smallest_{name}"] = values[:, least - 1]
+    return found
+
+
+def _rank(values: Array, rcond: float) -> Array:
+    count = (values > rcond * values[:, :1]).sum(axis=1)
+    return np.where(np.isfinite(values[:, 0]), count, np.nan)
+
+
+def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
+    """What the loop makes of an error and of a motion, to first order."""
+    T, basis = len(again.moments), assessments(again)
+    found = {name: np.full(T, np.nan) for name in ("stability", "stability_motion", "contraction")}
+    controller = again.loop.controller
+    if truth is None or basis is None or not isinstance(controller, Servo):
+        return found
+    linear = type(controller.law) in (JointLaw, CameraLaw)
+    for t, one in enumerate(basis):
+        reach = truth.weights[:, None] * truth.rates[t][:, controller.columns]
+        L, state = truth.L[t], one.state
+        used = L, reach, state.interaction_last, state.reach_last
+        if not all(np.isfinite(array).all() for array in used):
+            continue
+        twist = replace(state, reach_last=state.interaction_last)  # as if it were commanded
+        found["stability"][t] = least_eigenvalue(L @ -law_map(JointLaw(), twist))
+        if linear:
+            M = over_motions(-law_map(controller.law, state), reach)
+            found["stability_motion"][t] = least_eigenvalue(M)
+            gain = float(np.ravel(state.gain)[0])
+            eigenvalues = np.linalg.eigvals(np.eye(len(M)) - gain * again.case.dt * M)
+            found["contraction"][t] = np.abs(eigenvalues).max(initial=0.0)
+    return found
+
+
+def law_map(law: Law, state: State) -> Array:
+    """(n, k): what a law that is linear in the error commands of each unit error, at gain 1."""
+    k = state.error_last.shape[0]
+
+    def wide(array: Array) -> Array:
+        return np.ascontiguousarray(np.repeat(array, k, axis=-1))
+
+    unit = replace(
+        state,
+        error_last=np.eye(k),
+        interaction_last=wide(state.interaction_last),
+        jacobian_last=wide(state.jacobian_last),
+        reach_last=wide(state.reach_last),
+        gain=1.0,
+    )
+    return np.array(last_view(law.command(unit)))
+
+
+def over_motions(P: Array, reach: Array) -> Array:
+    """P reach (n, n) within the range of P (n, k): the motions that can be commanded."""
+    U, sigma, _ = np.linalg.svd(P, full_matrices=False)
+    U = U[:, sigma > RCOND * sigma.max(initial=0.0)]
+    M: Array = U.T @ P @ reach @ U
+    return M
+
+
+def least_eigenvalue(M: Array) -> float:
+    """Of the symmetric part."""
+    return float(np.linalg.eigvalsh(0.5 * (M + M.T)).min(initial=np.inf))
+
+
+def _margins(again: Repeated, q: Array) -> dict[str, NDArray[Any]]:
+    border, mark = _border_margins(again, q)
+    limit, coordinate = _limit_margins(again.case.scene.limits, q)
+    return {
+        "border_margin": border,
+        "border_mark": mark,
+        "limit_margin": limit,
+        "limit_coordinate": coordinate,
+    }
+
+
+def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Least distance (T,) from a border, and of which mark."""
+    each = []
+    for sight in again.loop.controller.sights:
+        low, high = sight.eye.camera.border.T[:, None, :, None]
+        pixels = sight.look(q).pixels
+        each.append(np.minimum(pixels - low, high - pixels).min(axis=1))
+    margins = np.concatenate(each)
+    margins[~np.isfinite(margins)] = np.inf  # behind the camera, or no border
+    return _least(margins)
+
+
+def _limit_margins(limits: Array, q: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Least share (T,) of its range between a coordinate and a limit, and which coordinate."""
+    low, high = limits[:, :1], limits[:, 1:]
+    span = np.where(np.isfinite(high - low), high - low, 1.0)
+    return _least(np.minimum(q - low, high - q) / span)
+
+
+def _least(margins: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Least finite margin of (N, T) and its row; NaN and -1 where there is none."""
+    if not len(margins):
+        return np.full(margins.shape[1], np.nan), np.full(margins.shape[1], -1)
+    least, row = margins.min(axis=0), margins.argmin(axis=0)
+    there = np.isfinite(least)
+    return np.where(there, least, np.nan), np.where(there, row, -1)
+
+
+def _singularity(again: Repeated, truth: Truth | None, T: int) -> Array:
+    if truth is None:
+        return np.full(T, np.nan)
+    controller = again.loop.controller
+    values = singular_values(truth.weights[:, None] * truth.rates[..., controller.columns])
+    least: Array = values[:, min(controller.full_rank, values.shape[1]) - 1]
+    return least / values[:, 0]
+
+
+def singular_values(A: Array) -> Array:
+    """(T, min(m, n)) of A (T, m, n), largest first; NaN where A is not finite."""
+    there = np.isfinite(A).all(axis=(1, 2))
+    sigma = np.full((len(A), min(A.shape[1:])), np.nan)
+    sigma[there] = np.linalg.svd(A[there], compute_uv=False)
+    return sigma
+
+
+def assessments(again: Repeated) -> list[Assessment] | None:
+    """What each command is based on, if it is that of one servo task."""
+    found = [moment.decision.basis for moment in again.moments]
+    return found if all(isinstance(one, Assessment) for one in found) else None
+
+
+def _over_time(arrays: list[Array]) -> Any:
+    """(T, ...) of arrays with one run at the end."""
+    return np.stack([array[..., 0] for array in arrays])

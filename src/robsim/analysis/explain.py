@@ -1,0 +1,160 @@
+"""`explain`: what happened in a run, when, why, and what to try."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from robsim.actuation import Actuation
+from robsim.analysis.case import Case, case_of, repeated
+from robsim.analysis.explanation.attribution import Attribution, Jury
+from robsim.analysis.explanation.ends import what_happened
+from robsim.analysis.explanation.final_pose import final_pose
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.imperfections import imperfections
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.reasons import reasons
+from robsim.analysis.explanation.remedies import remedies
+from robsim.analysis.explanation.removal import Removal, patient, tried, without
+from robsim.analysis.explanation.wording import listed, number
+from robsim.outcome import Outcome
+from robsim.scene import Scene
+from robsim.sensing import Sensing
+from robsim.servo.task import Task
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_WELL = (Outcome.CONVERGED, Outcome.RUNNING)
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What happened in a run, when, why, and what to try; `print` it to read it.
+
+    outcome  how the run ended
+    what     a sentence
+    when     seconds since the start
+    causes   why, the most telling first; of a run that converged, what is notable about it
+    advice   changes with which the same run converges
+    remarks  what else is worth knowing
+
+    >>> Explanation(Outcome.CONVERGED, "After 1 s the run converged.", 1.0)
+    Explanation(CONVERGED after 1 s: 0 causes, 0 pieces of advice)
+    """
+
+    outcome: Outcome
+    what: str
+    when: float
+    causes: tuple[Finding, ...] = ()
+    advice: tuple[Finding, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """A few plain sentences, a line for each finding."""
+        why = "Note" if self.outcome in _WELL else "Why"
+        lines = [self.what, *(f"{why}: {cause.sentence}" for cause in self.causes)]
+        lines += [f"Note: {remark}" for remark in self.remarks]
+        lines += [f"Try: {advice.sentence}" for advice in self.advice]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        """In short."""
+        return (
+            f"Explanation({self.outcome.name} after {self.when:g} s: {len(self.causes)} causes, "
+            f"{len(self.advice)} pieces of advice)"
+        )
+
+
+def explain(
+    run: xr.Dataset,
+    scene: Scene | None = None,
+    task: Task | None = None,
+    *,
+    sensing: Sensing | None = None,
+    actuation: Actuation | None = None,
+    experiments: bool = True,
+) -> Explanation:
+    """Why a single run ended as it did, by repeating it with one thing changed at a time.
+
+    What is wrong with images, joints, depths and beliefs is put right, all of it and piece by
+    piece: a cause is what the run converges without. If nothing of that is the cause, it is read
+    from the `diagnose` of the run: null spaces, lost ranks, retreat, loop gain, limits. The advice
+    are other gains, interaction matrices and laws with which the same start was found to converge.
+    Without `experiments` nothing is changed, only read.
+
+    The run says how it was made; where scene or task are Python code, give them, and `sensing` and
+    `actuation`, as they were. InputError: no single run, or one that cannot be repeated.
+
+    >>> from robsim import examples, load_scenario
+    >>> run = load_scenario(examples.path("local_minimum")).run()
+    >>> print(explain(run, experiments=False).causes[0].about)
+    local minimum
+    """
+    case = case_of(run, scene, task, sensing, actuation)
+    inquiry = Inquiry(repeated(case, run), bool(experiments))
+    if inquiry.outcome in _WELL:
+        remarks = _left_alone(inquiry, run)
+        notable = (*final_pose(inquiry), *reasons(inquiry)) if _ended(inquiry) else ()
+        return _explanation(inquiry, notable, (), remarks)
+    wrong = imperfections(inquiry.again)
+    found = Jury().attributed(case, wrong) if experiments else Attribution()
+    causes = found.causes or tuple(reasons(inquiry))
+    advice = tuple(remedies(inquiry)) if experiments else ()
+    return _explanation(inquiry, causes, advice, _remarks(case, found, wrong, experiments))
+
+
+def _explanation(
+    inquiry: Inquiry,
+    causes: tuple[Finding, ...],
+    advice: tuple[Finding, ...],
+    remarks: tuple[str, ...],
+) -> Explanation:
+    what = what_happened(inquiry)
+    return Explanation(inquiry.outcome, what, inquiry.end, causes, advice, remarks)
+
+
+def _ended(inquiry: Inquiry) -> bool:
+    return inquiry.outcome is Outcome.CONVERGED
+
+
+def _all_right(case: Case, wrong: list[Removal]) -> str:
+    """How a run ends that fails also with everything put right."""
+    trial = tried(without(patient(case), wrong))
+    if trial is None:
+        return "with all of it put right the run makes no sense"
+    if trial.converged:
+        return "but only time is lacking"
+    return f"with all of it put right the run ends as {trial.outcome.name} {trial.end}"
+
+
+def _remarks(
+    case: Case, found: Attribution, wrong: list[Removal], experiments: bool
+) -> tuple[str, ...]:
+    """What of the things that are wrong is not the cause."""
+    if not wrong:
+        return ()
+    names = listed([one.name for one in wrong])
+    if not experiments:
+        return (f"Also wrong in this run, and not examined: {names}.",)
+    if not found.causes:
+        return (f"Wrong as well: {names}; {_all_right(case, wrong)}.",)
+    remarks = []
+    if found.one_too_many:
+        names = listed([one.name for one in found.one_too_many])
+        remarks += [f"Only together do {names} harm: it is enough to put one of them right."]
+    if found.harmless:
+        names = listed([one.name for one in found.harmless])
+        remarks += [f"Not the cause, though wrong as well: {names}."]
+    return tuple(remarks)
+
+
+def _left_alone(inquiry: Inquiry, run: xr.Dataset) -> tuple[str, ...]:
+    """How a run that was stopped would have ended."""
+    if inquiry.outcome is not Outcome.RUNNING or not inquiry.experiments:
+        return ()
+    case: Case = inquiry.case.but(duration=float(run.attrs["duration"]) - 0.5 * inquiry.case.dt)
+    trial = tried(case)
+    if trial is None:
+        return ()
+    return (f"Left alone it ends as {trial.outcome.name} after {number(trial.end_time)} s.",)

@@ -1,0 +1,90 @@
+"""Which of the things that are wrong in a run are the cause: those without which it goes well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from robsim.analysis.case import Case
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.removal import Removal, Trial, cures, patient, without
+from robsim.analysis.explanation.wording import listed
+
+Cure = Callable[[Case], Trial | None]  # the trial of a case, if it goes well
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """The causes that were found, and which of the other things do no harm."""
+
+    causes: tuple[Finding, ...] = ()
+    harmless: tuple[Removal, ...] = ()
+    one_too_many: tuple[Removal, ...] = ()  # of which it is enough to put one right
+
+
+def converges(trial: Trial) -> str:
+    """How it goes when it goes well."""
+    return f"the same run {trial.told}"
+
+
+@dataclass(frozen=True)
+class Jury:
+    """What it is for a run to go well, and how that is said."""
+
+    cured: Cure = cures
+    so: Callable[[Trial], str] = converges
+
+    def attributed(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
+        """Put things right and look whether it goes well: all, one by one, then the fewest.
+
+        First in the time that the run had, then in three times that, unless that alone is enough.
+        """
+        cases = (case, patient(case)) if wrong else ()
+        able = [c for c in cases if not self.cured(c) and self.cured(without(c, wrong))]
+        for changed in able:
+            alone = [(one, self.cured(one.change(changed))) for one in wrong]
+            if any(trial for _, trial in alone):
+                return self._each(alone)
+        return self._all(able[0], wrong) if able else Attribution()
+
+    def _each(self, alone: Sequence[tuple[Removal, Trial | None]]) -> Attribution:
+        """Some of the things that are wrong are enough to be put right."""
+        found = [(one, trial) for one, trial in alone if trial]
+        causes = tuple(self._alone(*pair, several=len(found) > 1) for pair in found)
+        harmless = tuple(one for one, trial in alone if not trial)
+        return Attribution(causes, harmless, tuple(one for one, _ in found) if found[1:] else ())
+
+    def _all(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
+        """None of them is enough."""
+        needed = self._fewest(case, wrong)
+        trial = self.cured(without(case, needed))
+        assert trial is not None
+        together = self._together(needed, trial)
+        return Attribution((together,), tuple(one for one in wrong if one not in needed))
+
+    def _alone(self, one: Removal, trial: Trial, several: bool) -> Finding:
+        evidence = one.evidence | {"converges_after_s": trial.end_time}
+        right = one.undone or f"without {one.name}"
+        rest = ", and all else as it was" if several else ""
+        only = f"{right[0].upper()}{right[1:]}{rest}, {self.so(trial)}."
+        return Finding(one.about, f"{one.sentence} {only}", evidence)
+
+    def _fewest(self, case: Case, wrong: Sequence[Removal]) -> list[Removal]:
+        """What must be put right together: all that cannot be left wrong."""
+        needed = list(wrong)
+        for one in wrong:
+            fewer = [other for other in needed if other is not one]
+            if self.cured(without(case, fewer)):
+                needed = fewer
+        return needed
+
+    def _together(self, needed: Sequence[Removal], trial: Trial) -> Finding:
+        said = " ".join(one.sentence for one in needed)
+        names = listed([one.name for one in needed])
+        sentence = (
+            f"{said} To put right one of them is not enough: only with all of {names} put right, "
+            f"{self.so(trial)}."
+        )
+        evidence = {key: value for one in needed for key, value in one.evidence.items()}
+        about = " and ".join(one.about for one in needed)
+        return Finding(about, sentence, evidence | {"converges_after_s": trial.end_time})

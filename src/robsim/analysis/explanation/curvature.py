@@ -1,0 +1,41 @@
+"""Whether V has a minimum where a run stands still: its curvature along the joints."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.truth import true_features
+from robsim.arrays import Array
+from robsim.kernels import tree
+
+STEP = 1e-5  # rad or m; central differences
+
+
+def least_curvature(inquiry: Inquiry) -> float:
+    """Least eigenvalue of the Hessian of V, over the largest |eigenvalue|; NaN if V is not known.
+
+    In the commanded joints at the end of the run, from differences of the gradient (L J)' e.
+    """
+    columns = inquiry.again.loop.controller.columns
+    n, q = columns.size, inquiry.again.moments[-1].q
+    steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
+    truth = true_features(inquiry.case.task, inquiry.case.scene, _moved(inquiry, q, steps))
+    if truth is None or not (np.isfinite(truth.error).all() and np.isfinite(truth.rates).all()):
+        return math.nan
+    gradient = np.einsum("tkn,tk->tn", truth.rates[..., columns], truth.error)
+    H = (gradient[:n] - gradient[n:]) / (2 * STEP)
+    eigenvalues = np.linalg.eigvalsh(0.5 * (H + H.T))
+    return float(eigenvalues[0] / np.abs(eigenvalues).max())
+
+
+def _moved(inquiry: Inquiry, q: Array, steps: Array) -> Array:
+    """(nq, B) from q (nq, 1), by steps (n, B) of the commanded velocities."""
+    scene, controller = inquiry.case.scene, inquiry.again.loop.controller
+    joints, out = scene.tree.joints, np.repeat(q, steps.shape[1], axis=1)
+    velocities = np.zeros((scene.nv, steps.shape[1]))
+    velocities[controller.columns] = steps
+    tree.integrate(joints.kind, joints.iq, joints.iv, velocities, 1.0, out)
+    return out

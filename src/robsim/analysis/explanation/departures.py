@@ -1,0 +1,126 @@
+"""Why a camera lost its target, or a joint left its range: obstacles, and detours to them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.analysis.explanation.changes import without_border, without_limits
+from robsim.analysis.explanation.ends import beyond_limit
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.wording import degrees, listed, number
+
+RETREAT = 1.5  # times as far as at start and goal: a retreat
+ROLL = np.pi / 3  # about the optical axis from here on a cause of retreat
+
+
+def blind_start(inquiry: Inquiry) -> Finding | None:
+    """A start that does not see the target."""
+    if inquiry.end > 0:
+        return None
+    sentence = "The run starts where the camera does not see all marks: take another start."
+    return Finding("start", sentence)
+
+
+def pose_features(inquiry: Inquiry) -> Finding | None:
+    """A scheme that does not look at the image."""
+    servo = inquiry.servo
+    parts = servo.regulated.parts if servo else ()
+    if not parts or not all(getattr(p.feature, "uses_pose", False) for p in parts):
+        return None
+    return Finding(
+        "no control of the image",
+        "The scheme is position-based: it regulates the pose of the camera, and nothing in its "
+        "law keeps the marks in the image.",
+    )
+
+
+def retreat(inquiry: Inquiry) -> Finding | None:
+    """A camera that backed away, as it does for rotations about its axis."""
+    depths, goal, turn = inquiry.depths, inquiry.goal_pose, inquiry.turn
+    here = float(depths[0])
+    if goal is not None:
+        here = max(here, float(np.asarray(goal @ inquiry.sight.target.marks)[..., 2].mean()))
+    farthest = float(np.nanmax(depths))
+    if farthest < RETREAT * here:
+        return None
+    evidence = {"from_m": float(depths[0]), "to_m": farthest}
+    told = f"The camera retreated: the marks were {number(depths[0])} m away at the start and "
+    told += f"{number(farthest)} m at most, farther than at the goal."
+    if turn is not None and abs(turn[2]) > ROLL:
+        evidence["roll_deg"] = float(np.degrees(abs(turn[2])))
+        told += (
+            f" Start and goal differ by {degrees(abs(turn[2]))} about the optical axis, and the "
+            "straight ways that the law asks of the points make the camera back away "
+            "(Chaumette 1998)."
+        )
+    return Finding("camera retreat", told, evidence)
+
+
+def roll(inquiry: Inquiry) -> Finding | None:
+    """A large rotation about the optical axis, without a retreat."""
+    turn = inquiry.turn
+    if turn is None or abs(turn[2]) < ROLL or retreat(inquiry):
+        return None
+    angle = abs(turn[2])
+    sentence = (
+        f"Start and goal differ by {degrees(angle)} about the optical axis, far beyond the "
+        "neighbourhood in which L describes how the points move."
+    )
+    return Finding("rotation about the axis", sentence, {"roll_deg": float(np.degrees(angle))})
+
+
+def border_alone(inquiry: Inquiry) -> Finding | None:
+    """Whether the border of the image is the only obstacle."""
+    trial = inquiry.trial(without_border)
+    if trial is None or not trial.converged:
+        return None
+    sentence = (
+        "Only the border of the image stands in the way: with an image without one the same run "
+        f"{trial.told}."
+    )
+    return Finding("border", sentence, {"converges_after_s": trial.end_time})
+
+
+def limit_alone(inquiry: Inquiry) -> Finding | None:
+    """Whether the limits of the joints are the only obstacle."""
+    name, side, limit, _, _ = beyond_limit(inquiry)
+    trial = inquiry.trial(without_limits)
+    if trial is None:
+        return None
+    if trial.converged:
+        end = f"without limits the same run {trial.told}."
+        return Finding(
+            "joint limit",
+            f"The {side} limit of {name} stands in the way, and nothing else: {end}",
+            {"limit": limit, "converges_after_s": trial.end_time},
+        )
+    return Finding(
+        "joint limit",
+        f"The {side} limit of {name} is not the cause: without limits the run ends as "
+        f"{trial.outcome.name} after {number(trial.end_time)} s.",
+        {"limit": limit},
+    )
+
+
+def own_motion(inquiry: Inquiry) -> Finding | None:
+    """Something else moves."""
+    if not inquiry.case.scene.motions:
+        return None
+    names = listed([f"'{motion.robot}'" for motion in inquiry.case.scene.motions])
+    return Finding("own motion", f"{names} moves on its own meanwhile.")
+
+
+def near_border(inquiry: Inquiry) -> Finding | None:
+    """A mark that was close to being lost."""
+    margins = inquiry.diagnosis["border_margin"].values
+    if not np.isfinite(margins).any():
+        return None
+    t = int(np.nanargmin(margins))
+    if margins[t] > 5 or t == 0:
+        return None
+    sentence = (
+        f"A mark came within {number(margins[t])} px of the border of its image, after "
+        f"{number(t * inquiry.case.dt)} s."
+    )
+    return Finding("near border", sentence, {"margin_px": float(margins[t])})

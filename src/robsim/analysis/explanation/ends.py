@@ -1,0 +1,177 @@
+"""What happened, and when: a sentence for each outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.wording import number, when
+from robsim.camera import Visibility
+from robsim.outcome import Outcome
+from robsim.servo.sight import Sight
+
+
+def what_happened(inquiry: Inquiry) -> str:
+    """One sentence."""
+    return _SENTENCES[inquiry.outcome](inquiry)
+
+
+def _converged(inquiry: Inquiry) -> str:
+    held = "was followed to the end" if inquiry.case.told["hold"] else "converged"
+    return (
+        f"{when(inquiry.end)} the run {held}: every error is below the tolerance of "
+        f"{inquiry.size(inquiry.tolerance)}."
+    )
+
+
+def _local_minimum(inquiry: Inquiry) -> str:
+    return (
+        f"{when(inquiry.end)} the robot stands still: the law commands no motion although the "
+        f"largest error is {inquiry.size(inquiry.errors[-1])}, and the tolerance "
+        f"{inquiry.size(inquiry.tolerance)}."
+    )
+
+
+def _singular(inquiry: Inquiry) -> str:
+    controller = inquiry.again.loop.controller
+    rank = int(inquiry.value("rank_reach"))
+    return (
+        f"{when(inquiry.end)} the robot stands still in a singularity: L J has rank {rank}, and "
+        f"{controller.full_rank} at the goal; the largest error is "
+        f"{inquiry.size(inquiry.errors[-1])}."
+    )
+
+
+def _out_of_image(inquiry: Inquiry) -> str:
+    sight, mark, pixel = lost_mark(inquiry, Visibility.OUT_OF_IMAGE)
+    side = _side(sight, pixel)
+    return (
+        f"{when(inquiry.end)} mark {mark} of '{sight.target.name}' left the image of "
+        f"'{sight.eye.name}' {side}, at pixel ({number(pixel[0])}, {number(pixel[1])})."
+    )
+
+
+def _side(sight: Sight, pixel: np.ndarray) -> str:
+    (left, right), (top, bottom) = sight.eye.camera.border
+    sides = {
+        "on the left": pixel[0] < left,
+        "on the right": pixel[0] >= right,
+        "at the top": pixel[1] < top,
+        "at the bottom": pixel[1] >= bottom,
+    }
+    out = [side for side, beyond in sides.items() if beyond]
+    return " and ".join(out) or "where its lens bends light no more"
+
+
+def _behind(inquiry: Inquiry) -> str:
+    sight, mark, _ = lost_mark(inquiry, Visibility.BEHIND_CAMERA)
+    return (
+        f"{when(inquiry.end)} mark {mark} of '{sight.target.name}' came behind '{sight.eye.name}'."
+    )
+
+
+def lost_mark(inquiry: Inquiry, flag: Visibility) -> tuple[Sight, int, np.ndarray]:
+    """Who does not see which mark at the end, and its pixel."""
+    looks = inquiry.again.moments[-1].looks
+    for sight in inquiry.again.loop.controller.sights:
+        gone = np.flatnonzero(looks[sight.key].visibility[:, 0] == flag)
+        if gone.size:
+            mark = int(gone[0])
+            return sight, mark, looks[sight.key].pixels[mark, :, 0]
+    raise AssertionError(f"no mark is {flag.name}")
+
+
+def _joint_limit(inquiry: Inquiry) -> str:
+    name, side, limit, unit, speed = beyond_limit(inquiry)
+    return (
+        f"{when(inquiry.end)} {name} passed its {side} limit of {_in_unit(limit, unit)}, at "
+        f"{_in_unit(speed, unit)} per second."
+    )
+
+
+def beyond_limit(inquiry: Inquiry) -> tuple[str, str, float, str, float]:
+    """Name of the coordinate that is beyond a limit, which, where, its unit, and its speed."""
+    scene, moment = inquiry.case.scene, inquiry.again.moments[-1]
+    q, limits = moment.q[:, 0], scene.limits
+    below, above = limits[:, 0] - q, q - limits[:, 1]
+    i = int(np.maximum(below, above).argmax())
+    high = bool(above[i] > below[i])
+    before = inquiry.again.moments[max(len(inquiry.again.moments) - 2, 0)].q[:, 0]
+    speed = abs(float(q[i] - before[i])) / inquiry.case.dt
+    side = "upper" if high else "lower"
+    name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
+    return f"joint '{name}'", side, float(limits[i, int(high)]), unit, speed
+
+
+def _in_unit(value: float, unit: str) -> str:
+    return f"{np.degrees(value):.4g} degrees" if unit == "rad" else f"{number(value)} {unit}"
+
+
+def _diverged(inquiry: Inquiry) -> str:
+    depths = inquiry.depths
+    if depths[-1] > 10 * depths[0]:
+        return (
+            f"{when(inquiry.end)} the run diverged: the marks are {number(depths[-1])} m away, "
+            f"and were {number(depths[0])} m away at the start."
+        )
+    return (
+        f"{when(inquiry.end)} the run diverged: the largest error grew from "
+        f"{inquiry.size(inquiry.errors[0])} to {inquiry.size(inquiry.errors[-1])}."
+    )
+
+
+def _not_finite(inquiry: Inquiry) -> str:
+    return f"{when(inquiry.end)} {not_finite(inquiry)} was not finite any more."
+
+
+def not_finite(inquiry: Inquiry) -> str:
+    """What it was."""
+    moment = inquiry.again.moments[-1]
+    if not np.isfinite(moment.q).all():
+        return "the state"
+    if not np.isfinite(moment.decision.command.error).all():
+        return "a feature"
+    return "the command"
+
+
+def _time_limit(inquiry: Inquiry) -> str:
+    size = inquiry.size(inquiry.errors[-1])
+    return (
+        f"{when(inquiry.end)} the time was over: the largest error is {size} and "
+        f"{_course(inquiry)}; the tolerance is {inquiry.size(inquiry.tolerance)}."
+    )
+
+
+def _course(inquiry: Inquiry) -> str:
+    """What the error did in the last third."""
+    third = inquiry.errors[-max(len(inquiry.errors) // 3, 3) :]
+    low, high = float(third.min()), float(third.max())
+    if inquiry.falls:
+        return f"falls by {number(100 * (1 - np.exp(-inquiry.decay)))} percent per second"
+    if high < 1.02 * low:
+        return "does not change any more"
+    return f"goes up and down between {inquiry.size(low)} and {inquiry.size(high)}"
+
+
+def _running(inquiry: Inquiry) -> str:
+    return (
+        f"{when(inquiry.end)} the run was stopped by the user; the largest error was "
+        f"{inquiry.size(inquiry.errors[-1])} then, and the tolerance is "
+        f"{inquiry.size(inquiry.tolerance)}."
+    )
+
+
+_SENTENCES: dict[Outcome, Callable[[Inquiry], str]] = {
+    Outcome.RUNNING: _running,
+    Outcome.CONVERGED: _converged,
+    Outcome.LOCAL_MINIMUM: _local_minimum,
+    Outcome.OUT_OF_IMAGE: _out_of_image,
+    Outcome.BEHIND_CAMERA: _behind,
+    Outcome.JOINT_LIMIT: _joint_limit,
+    Outcome.SINGULAR: _singular,
+    Outcome.DIVERGED: _diverged,
+    Outcome.NOT_FINITE: _not_finite,
+    Outcome.TIME_LIMIT: _time_limit,
+}

@@ -1,0 +1,66 @@
+"""Where a camera stands that has converged: where it was meant to, or elsewhere, and why."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robsim.analysis.case import Case
+from robsim.analysis.explanation import views
+from robsim.analysis.explanation.attribution import Cure, Jury
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.imperfections import imperfections
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.removal import Trial, cures
+from robsim.analysis.explanation.wording import degrees, length
+from robsim.loop import Loop
+from robsim.servo import Task
+
+FAR, TURNED = 1e-3, 2e-3  # metres and radians: what is worth a word
+BETTER = 0.1  # of what a camera is off: then it stands where it should
+
+
+def final_pose(inquiry: Inquiry) -> list[Finding]:
+    """That it stands elsewhere, and what of the things that are wrong is the cause of that."""
+    controller = inquiry.again.loop.controller
+    off = miss(inquiry.case.task, inquiry.again.loop)
+    if controller.full_rank < 6 or not (off[0] > FAR or off[1] > TURNED):
+        return []
+    wrong = imperfections(inquiry.again)
+    as_seen = "as the controller sees and believes it" if wrong else "but not in space"
+    sentence = (
+        f"It converged in the image {as_seen}: in truth the camera stands {length(off[0])} and "
+        f"{degrees(off[1])} away from where it was meant to stand."
+    )
+    evidence = {"off_m": off[0], "angle_deg": math.degrees(off[1])}
+    first = Finding("final pose", sentence, evidence)
+    if not inquiry.experiments:
+        return [first]
+    found = Jury(_nearer(off), _stands).attributed(inquiry.case, wrong)
+    return [first, *found.causes]
+
+
+def miss(task: Task, loop: Loop) -> tuple[float, float]:
+    """How far (m) and how much turned (rad) the first camera stands from its goal at the end."""
+    sight = loop.controller.sights[0]
+    away = views.from_goal(task, sight, loop.recorder.last.q[0, 0])
+    if away is None:
+        return math.nan, math.nan
+    return float(np.linalg.norm(away.position)), float(np.linalg.norm(away.rotvec))
+
+
+def _nearer(off: tuple[float, float]) -> Cure:
+    def cured(case: Case) -> Trial | None:
+        trial = cures(case)
+        if trial is None:
+            return None
+        now = miss(case.task, trial.loop)
+        near = now[0] < max(FAR, BETTER * off[0]) and now[1] < max(TURNED, BETTER * off[1])
+        return trial if near else None
+
+    return cured
+
+
+def _stands(trial: Trial) -> str:
+    return "the camera stands where it should"

@@ -1,0 +1,73 @@
+"""Why an error grew: the gain, the interaction matrix, or a number that is none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.analysis.explanation import views
+from robsim.analysis.explanation.ends import not_finite
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.wording import number
+
+
+def loop_gain(inquiry: Inquiry) -> Finding | None:
+    """A gain that is too high for the period."""
+    radius = inquiry.diagnosis["contraction"].values
+    motion = inquiry.diagnosis["stability_motion"].values
+    product = views.gain_of(inquiry.case) * inquiry.case.dt
+    known = np.isfinite(radius)
+    if known.any() and np.median(radius[known]) > 1 and np.median(motion[known]) > 0:
+        value = float(np.median(radius[known]))
+    elif not known.any() and product > 2:
+        value = abs(1 - product)
+    else:
+        return None
+    sentence = (
+        f"The gain is too high for the period: gain times period is {number(product)}, and what "
+        f"is left of an error after one period is up to {number(value)} times what there was; a "
+        "loop without delay is stable below 2."
+    )
+    return Finding("gain", sentence, {"gain_dt": product, "contraction": value, "limit": 2.0})
+
+
+def misled(inquiry: Inquiry) -> Finding | None:
+    """An Lhat that is too far from L: some motion is steered away from the goal."""
+    radius = inquiry.diagnosis["contraction"].values
+    motion = inquiry.diagnosis["stability_motion"].values
+    known = np.isfinite(motion)
+    if not known.any() or not (motion[known] < -1e-9).any():
+        return None
+    least = float(motion[known].min())
+    if np.median(radius[known]) <= 1:
+        return None
+    sentence = (
+        "What the law takes for L J is too far from the truth: the symmetric part of "
+        f"(Lhat J)^+ L J has an eigenvalue of {number(least)}, so that some motions lead away from "
+        "the goal."
+    )
+    return Finding("wrong interaction matrix", sentence, {"least_eigenvalue": least})
+
+
+def growing(inquiry: Inquiry) -> Finding | None:
+    """An error that grew before the end."""
+    V = inquiry.diagnosis["lyapunov"].values
+    if not np.isfinite(V).all() or V[-1] <= 1.05 * V[0]:
+        return None
+    sentence = f"The error did not shrink: V grew from {number(V[0])} to {number(V[-1])}."
+    return Finding("growing error", sentence, {"from": float(V[0]), "to": float(V[-1])})
+
+
+def singular_feature(inquiry: Inquiry) -> Finding | None:
+    """What features say about where they are not finite."""
+    servo = inquiry.servo
+    what = not_finite(inquiry)
+    if servo is None:
+        return None
+    if what == "a feature":
+        sentence = f"{servo.regulated.names} gave a number that is not finite at this view"
+        return Finding("feature", f"{sentence}{servo.regulated.reasons}.")
+    if what == "the command":
+        sentence = f"{type(servo.law).__name__} commanded what is not finite, from finite features."
+        return Finding("law", sentence)
+    return Finding("state", "The command was so large that a coordinate overflowed.")

@@ -1,0 +1,59 @@
+"""Why a run ended as it did, read from its diagnosis: for what is not the fault of one number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from robsim.analysis.explanation.departures import (
+    blind_start,
+    border_alone,
+    limit_alone,
+    near_border,
+    own_motion,
+    pose_features,
+    retreat,
+    roll,
+)
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.growth import growing, loop_gain, misled, singular_feature
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.lateness import lagging, slow
+from robsim.analysis.explanation.stalls import (
+    ascending,
+    camera_law,
+    lost_direction,
+    null_space,
+    own_law,
+    unseen_goal,
+)
+from robsim.outcome import Outcome
+
+Reason = Callable[[Inquiry], Finding | None]
+
+
+def reasons(inquiry: Inquiry) -> Iterator[Finding]:
+    """What is found, the most telling first."""
+    start = blind_start(inquiry) if inquiry.outcome in _LOST else None
+    if start:
+        yield start
+        return
+    for reason in _REASONS[inquiry.outcome]:
+        finding = reason(inquiry)
+        if finding:
+            yield finding
+
+
+_LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
+_WILD = (pose_features, ascending, retreat, roll, loop_gain, misled, own_motion)
+_REASONS: dict[Outcome, tuple[Reason, ...]] = {
+    Outcome.RUNNING: (),
+    Outcome.CONVERGED: (retreat, near_border),
+    Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal),
+    Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing),
+    Outcome.BEHIND_CAMERA: (*_WILD, growing),
+    Outcome.JOINT_LIMIT: (ascending, loop_gain, misled, limit_alone, retreat, roll, own_motion),
+    Outcome.SINGULAR: (lost_direction,),
+    Outcome.DIVERGED: (ascending, retreat, roll, loop_gain, misled, growing),
+    Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
+    Outcome.TIME_LIMIT: (slow, ascending, loop_gain, misled, retreat, lagging),
+}

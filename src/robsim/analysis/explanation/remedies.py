@@ -1,0 +1,153 @@
+"""What to try: the same run with another gain, L, law or image, where that converges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from robsim.analysis.case import Case
+from robsim.analysis.explanation import changes
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.removal import tried
+from robsim.analysis.explanation.views import gain_of
+from robsim.analysis.explanation.wording import number
+from robsim.analysis.leaves import leaves
+from robsim.outcome import Outcome
+from robsim.servo import IBVS, PBVS, AvoidLimits, ServoTask
+
+ENOUGH = 3  # pieces of advice
+
+Remedy = Callable[[Inquiry], Iterator[tuple[str, str, Case | None]]]
+
+
+def remedies(inquiry: Inquiry) -> list[Finding]:
+    """The first few changes with which the run converges."""
+    found: list[Finding] = []
+    for remedy in _REMEDIES[inquiry.outcome]:
+        for about, how, case in remedy(inquiry):
+            trial = tried(case) if case is not None and len(found) < ENOUGH else None
+            if trial is not None and trial.converged:
+                sentence = f"{how} the same start {trial.told}."
+                evidence = {"converges_after_s": trial.end_time}
+                found.append(Finding(about, sentence, evidence))
+                if remedy is gain_lower:
+                    break
+    return found
+
+
+def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """The other choices of L, where it is chosen by name."""
+    given = [leaf.interaction for leaf in leaves(inquiry.case.task)]
+    used = {which if isinstance(which, str) else "" for which in given}
+    if len(used) != 1 or "" in used:
+        return
+    for which in ("mean", "desired", "current"):
+        if which not in used:
+            case = changes.with_leaves(inquiry.patient, interaction=which)
+            yield "interaction", f"With L {which}", case
+
+
+def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """The other law."""
+    servo = inquiry.servo
+    used = getattr(servo.law, "name", "") if servo else ""
+    for which in {"joint", "camera"} - {used} if used in ("joint", "camera") else ():
+        case = changes.with_leaves(inquiry.patient, law=which)
+        yield "law", f"With law '{which}'", case
+
+
+def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """Position-based instead of image-based, or the other way round."""
+    task = inquiry.case.task
+    pairs: dict[type, type[ServoTask]] = {IBVS: PBVS, PBVS: IBVS}
+    if type(task) not in pairs:
+        return
+    other, kept = pairs[type(task)], ("goal", "camera", "target", "gain", "belief", "joints")
+    given = {name: getattr(task, name) for name in kept}
+    yield other.__name__, f"With {other.__name__}", inquiry.patient.but(task=other(**given))
+
+
+def damped(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """A damped inverse."""
+    if inquiry.servo and getattr(inquiry.servo.inverse, "name", "") == "truncated":
+        case = changes.with_leaves(inquiry.patient, inverse="damped")
+        yield "inverse", "With a damped inverse", case
+
+
+def gain_lower(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """Half and a quarter of the gain."""
+    yield from _gains(inquiry, (0.5, 0.25))
+
+
+def gain_higher(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """Twice and four times the gain, in the same time."""
+    yield from _gains(inquiry, (2.0, 4.0), hurried=True)
+
+
+def _gains(
+    inquiry: Inquiry, factors: tuple[float, ...], hurried: bool = False
+) -> Iterator[tuple[str, str, Case | None]]:
+    for factor in factors:
+        case = inquiry.case if hurried else inquiry.patient
+        gain = factor * gain_of(inquiry.case)
+        how = f"With {_FACTORS[factor]} the gain ({number(gain)} per second)"
+        yield "gain", how, changes.with_gain(case, factor)
+
+
+_FACTORS = {0.5: "half", 0.25: "a quarter of", 2.0: "twice", 4.0: "four times"}
+
+
+def image(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """A larger image."""
+    case = changes.larger_image(inquiry.patient)
+    yield "image", "With an image twice as wide and high", case
+
+
+def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """A secondary motion, where joints are left over."""
+    controller = inquiry.again.loop.controller
+    if controller.columns.size > controller.full_rank:
+        case = changes.with_leaves(inquiry.patient, secondary=AvoidLimits())
+        yield "secondary", "With secondary=AvoidLimits()", case
+
+
+def longer(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """More time."""
+    yield "duration", "Given more time", inquiry.patient
+
+
+def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """Feed-forward, where something moves on its own."""
+    if not inquiry.case.scene.motions:
+        return
+    for which in ("known", "estimated"):
+        case = changes.with_leaves(inquiry.case, feed_forward=which)
+        yield "feed_forward", f"With feed_forward='{which}'", case
+
+
+def tolerance(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """A tolerance above what the error does in the end."""
+    if inquiry.falls:
+        return
+    third = inquiry.errors[-max(len(inquiry.errors) // 3, 1) :]
+    wanted = float(f"{1.5 * float(np.median(third)):.2g}")
+    own = inquiry.again.loop.controller.tolerances
+    if (own == own[0]).all() and inquiry.tolerance < wanted < 0.2 * inquiry.errors[0]:
+        case = changes.with_leaves(inquiry.case, tolerance=wanted)
+        yield "tolerance", f"With a tolerance of {number(wanted)}", case
+
+
+_REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
+    Outcome.RUNNING: (),
+    Outcome.CONVERGED: (),
+    Outcome.LOCAL_MINIMUM: (interaction, law, other_scheme),
+    Outcome.OUT_OF_IMAGE: (interaction, gain_lower, law, other_scheme, image),
+    Outcome.BEHIND_CAMERA: (interaction, gain_lower, law, other_scheme),
+    Outcome.JOINT_LIMIT: (avoid_limits, interaction, law, other_scheme, gain_lower),
+    Outcome.SINGULAR: (interaction, damped, law, other_scheme),
+    Outcome.DIVERGED: (gain_lower, interaction, law, other_scheme),
+    Outcome.NOT_FINITE: (gain_lower, interaction, law),
+    Outcome.TIME_LIMIT: (feed_forward, gain_higher, longer, gain_lower, law, tolerance),
+}

@@ -1,0 +1,135 @@
+"""Why a robot stands still though the error is not small."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.analysis.diagnosis import law_map
+from robsim.analysis.explanation import views
+from robsim.analysis.explanation.curvature import least_curvature
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.wording import listed, number
+from robsim.analysis.leaves import leaves
+from robsim.arrays import Array
+from robsim.servo import CameraLaw, Given, JointLaw
+
+SHARE = 0.35  # of a unit direction that a component must have to be named
+
+
+def null_space(inquiry: Inquiry) -> Finding | None:
+    """A joint law whose error lies where (L J)^+ commands nothing."""
+    last, servo = inquiry.last, inquiry.servo
+    if last is None or servo is None or type(servo.law) is not JointLaw:
+        return None
+    k, rank = len(last.error), int(inquiry.value("rank_reach"))
+    norm = float(np.linalg.norm(last.state.error_last))
+    speed = float(np.linalg.norm(law_map(servo.law, last.state) @ last.state.error_last))
+    curved = least_curvature(inquiry)
+    place = "a local minimum of V" if curved > -1e-9 else "an equilibrium of the law"
+    sentence = (
+        f"This is {place}: the law regulates k = {k} numbers and L J has rank {rank}, and the "
+        f"error that is left, of length {number(norm)}, lies in the null space of (L J)^+, where "
+        f"nothing is commanded and V' = {number(inquiry.value('lyapunov_rate'))} (chapter, eq. 18)."
+    )
+    evidence = {"k": float(k), "rank": float(rank), "error_norm": norm, "speed": speed}
+    evidence |= {"least_curvature": curved} if np.isfinite(curved) else {}
+    return Finding("local minimum", sentence, evidence)
+
+
+def camera_law(inquiry: Inquiry) -> Finding | None:
+    """A camera law that asks for a twist of which the joints can do nothing."""
+    last, servo = inquiry.last, inquiry.servo
+    if last is None or servo is None or type(servo.law) is not CameraLaw:
+        return None
+    state = last.state
+    twist = np.linalg.pinv(state.interaction_last[..., 0]) @ state.error_last[:, 0]
+    joints = int(np.linalg.matrix_rank(state.jacobian_last[..., 0]))
+    V = float(views.gain_of(inquiry.case) * np.linalg.norm(twist))
+    e = float(np.linalg.norm(state.error_last))
+    if joints >= 6 or 1e-3 * e > V:
+        return None
+    sentence = (
+        f"The camera law asks for a twist of length {number(V)} (m/s, rad/s), and the joints, "
+        f"which move the camera in {joints} of 6 ways only, can do nothing of it: J^+ V = 0 where "
+        "V = -gain L^+ e is not. The joint law does not part the two steps."
+    )
+    return Finding("camera law", sentence, {"twist": V, "rank_J": float(joints), "error_norm": e})
+
+
+def ascending(inquiry: Inquiry) -> Finding | None:
+    """A camera law under which V grows, because the joints cannot follow every twist."""
+    last, servo = inquiry.last, inquiry.servo
+    rates = inquiry.diagnosis["lyapunov_rate"].values
+    if last is None or servo is None or type(servo.law) is not CameraLaw:
+        return None
+    rank, steepest = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0])), np.nanmax(rates)
+    if rank >= 6 or not steepest > 0:
+        return None
+    sentence = (
+        f"Under the camera law the error grows: the joints move the camera in {rank} of 6 ways "
+        "only, J^+ follows the twist that is asked for as well as that goes, and V' is up to "
+        f"{number(float(steepest))} on the way. The joint law descends V wherever L and J are "
+        "right."
+    )
+    return Finding("camera law", sentence, {"rank_J": float(rank), "steepest": float(steepest)})
+
+
+def own_law(inquiry: Inquiry) -> Finding | None:
+    """A law of which nothing is known that commands nothing."""
+    last, servo = inquiry.last, inquiry.servo
+    if last is not None and servo is not None and type(servo.law) in (JointLaw, CameraLaw):
+        return None
+    name = type(servo.law).__name__ if servo else type(inquiry.case.task).__name__
+    return Finding(
+        "law", f"{name} commands (almost) nothing here: this is an equilibrium of its own."
+    )
+
+
+def unseen_goal(inquiry: Inquiry) -> Finding | None:
+    """A goal that is made of numbers, which there may be no way to reach."""
+    if not any(isinstance(leaf.goal, Given) for leaf in leaves(inquiry.case.task)):
+        return None
+    return Finding(
+        "goal",
+        "The goal is given as numbers that no camera has seen: there may be no pose that has them.",
+    )
+
+
+def lost_direction(inquiry: Inquiry) -> Finding | None:
+    """Which motion the features, or the joints, lost."""
+    moment, names = inquiry.again.moments[-1], inquiry.case.scene.velocity_names
+    controller = inquiry.again.loop.controller
+    reach, J = moment.decision.command.reach[..., 0], moment.decision.J[..., 0]
+    if not np.isfinite(reach).all():
+        return None
+    _, sigma, Vt = np.linalg.svd(reach)
+    full, rank = controller.full_rank, int((sigma > controller.rcond * sigma[0]).sum())
+    columns = controller.columns
+    rank_J = int(np.linalg.matrix_rank(J, tol=controller.rcond * np.linalg.norm(J)))
+    which = _main(Vt[rank], [names[i] for i in columns])
+    posture = rank_J < min(J.shape) and inquiry.value("rank_interaction") != rank
+    who = (
+        f"the posture is singular: J has rank {rank_J}, and the camera cannot move along "
+        f"{_twist(J)} (v, omega) in its axes"
+        if posture
+        else "the camera then moves as no feature sees"
+    )
+    sentence = (
+        f"L J lost rank, from {full} to {rank}: no error changes when {which} "
+        f"{'moves' if which.count(' ') == 0 else 'move together'}, and {who}."
+    )
+    evidence = {"rank": float(rank), "full_rank": float(full), "rank_J": float(rank_J)}
+    return Finding("singularity", sentence, evidence)
+
+
+def _main(direction: Array, names: list[str]) -> str:
+    chosen = [name for name, part in zip(names, direction, strict=True) if abs(part) > SHARE]
+    return listed(chosen or names)
+
+
+def _twist(J: Array) -> str:
+    """The twist that no joint makes."""
+    U = np.linalg.svd(J)[0]
+    direction = U[:, int(np.linalg.matrix_rank(J, tol=1e-6 * np.linalg.norm(J)))]
+    return "(" + ", ".join(f"{part:.2f}" for part in direction + 0.0) + ")"

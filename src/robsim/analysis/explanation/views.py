@@ -1,0 +1,81 @@
+"""What is read off a repeated run: depths, poses of the target, errors, the loop's gain."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robsim.analysis.case import Case, Repeated
+from robsim.analysis.leaves import leaves
+from robsim.arrays import Array, runs_last
+from robsim.pose import Pose, homogeneous
+from robsim.servo import Adaptive, Computed, Given, Task
+from robsim.servo.controller import Servo
+from robsim.servo.goal import configuration
+from robsim.servo.sight import Sight, relative
+
+
+def mean_depths(again: Repeated) -> Array:
+    """(T,) mean true depth of the marks in the first camera, metres."""
+    key = again.loop.controller.sights[0].key
+    depths = [float(moment.looks[key].depth.mean()) for moment in again.moments]
+    return np.array(depths, dtype=np.float64)
+
+
+def errors(again: Repeated) -> Array:
+    """(T, k) as the controller measured them, in units of one tolerance for all."""
+    found: Array = np.stack([m.decision.command.error[:, 0] for m in again.moments])
+    return found
+
+
+def largest_errors(again: Repeated) -> Array:
+    """(T,) max|e|, which is compared with the tolerance."""
+    sizes: Array = np.abs(errors(again)).max(axis=1)
+    return sizes
+
+
+def gain_of(case: Case) -> float:
+    """The largest gain of the task, per second; NaN of a user's own kind of task."""
+    gains = [leaf.gain for leaf in leaves(case.task)]
+    return max((g.at_zero if isinstance(g, Adaptive) else g for g in gains), default=math.nan)
+
+
+def delay_limit(periods: float) -> float:
+    """The largest gain times period that is stable when e is so many periods old.
+
+    2 sin(pi / (2 (2 d + 1))): the roots of z^(d+1) - z^d + gain dt = 0 reach the unit circle.
+
+    >>> [round(delay_limit(d), 3) for d in range(4)]
+    [2.0, 1.0, 0.618, 0.445]
+    """
+    return 2.0 * math.sin(math.pi / (2.0 * (2.0 * periods + 1.0)))
+
+
+def pose_at(sight: Sight, q: Array) -> Pose:
+    """T_c_o: the target in camera axes, as they truly stand at q (nq,)."""
+    look = sight.look(runs_last(q, 1))
+    return Pose(homogeneous(relative(look.T_w_c, look.T_w_o))[0])
+
+
+def goal_pose(task: Task, sight: Sight) -> Pose | None:
+    """T_c_o at the goal, as it was meant; None where the goal is made of numbers."""
+    tasks = leaves(task)
+    if not tasks or isinstance(tasks[0].goal, Given):
+        return None
+    if isinstance(tasks[0].goal, Computed):
+        return Pose(tasks[0].goal.T_c_o.matrix)
+    q = configuration(tasks[0].goal, sight.scene)
+    return None if q is None else pose_at(sight, q[:, 0])
+
+
+def from_goal(task: Task, sight: Sight, q: Array) -> Pose | None:
+    """T_c*_c: the camera at q (nq,) in the axes of the camera at the goal, as it was meant."""
+    goal = goal_pose(task, sight)
+    return None if goal is None else goal @ pose_at(sight, q).inv()
+
+
+def servo_of(again: Repeated) -> Servo | None:
+    """The controller, if it is that of one servo task."""
+    controller = again.loop.controller
+    return controller if isinstance(controller, Servo) else None

@@ -1,0 +1,63 @@
+"""How numbers and lists are said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def number(value: float) -> str:
+    """Three digits.
+
+    >>> number(0.123456)
+    '0.123'
+    """
+    return f"{value:.3g}"
+
+
+def when(seconds: float) -> str:
+    """A time as the start of a sentence.
+
+    >>> when(0.0), when(1.24)
+    ('At the start', 'After 1.24 s')
+    """
+    return "At the start" if seconds == 0 else f"After {seconds:.4g} s"
+
+
+def degrees(radians: float) -> str:
+    """An angle.
+
+    >>> degrees(0.5)
+    '28.6 degrees'
+    """
+    return f"{np.degrees(radians):.3g} degrees"
+
+
+def length(metres: float) -> str:
+    """A length in the unit in which it is read easily.
+
+    >>> length(0.0123), length(2.5)
+    ('12.3 mm', '2.5 m')
+    """
+    return f"{metres:.3g} m" if abs(metres) >= 1 else f"{1000 * metres:.3g} mm"
+
+
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """Names in a sentence.
+
+    >>> listed(["noise", "latency", "lag"])
+    'noise, latency and lag'
+    """
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+def counted(count: int, thing: str) -> str:
+    """A number of things.
+
+    >>> counted(1, "control period"), counted(3, "mark")
+    ('1 control period', '3 marks')
+    """
+    return f"{count} {thing}" if count == 1 else f"{count} {thing}s"

@@ -1,0 +1,63 @@
+"""What a task regulates as things truly are: no wrong belief, no wrong depth, no noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robsim.analysis.leaves import leaves
+from robsim.arrays import Array
+from robsim.errors import InputError
+from robsim.scene import Scene
+from robsim.servo import ServoTask, Task
+from robsim.servo.binding import regulated_by
+from robsim.servo.instant import Instant
+from robsim.servo.regulated import Regulated
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Instants of a run, first axis time: e, L for the first camera's twist, and L J.
+
+    L is weighted as the law weighs it, and so are `weights`; the rest is not. `rates` are de/dt
+    for each velocity of the scene, also of those that nobody commands.
+    """
+
+    error: Array  # (T, k)
+    L: Array  # (T, k, 6)
+    rates: Array  # (T, k, nv)
+    weights: Array  # (k,)
+
+
+def true_task(task: ServoTask) -> ServoTask:
+    """The same task of a controller that knows the scene and the depth, with L current."""
+    return replace(task, belief=None, depth="true", depth_scale=1.0, interaction="current")
+
+
+def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
+    """Of coordinates q (nq, T); None where a goal cannot be seen by the true camera.
+
+    Errors of several tasks are stacked.
+    """
+    every = np.arange(scene.nv)
+    try:
+        found = [regulated_by(true_task(leaf), scene, every)[0] for leaf in leaves(task)]
+    except InputError:
+        return None
+    if not found:
+        return None
+    each = [_measured(regulated, q) for regulated in found]
+    parts = ([getattr(one, name) for one in each] for name in ("error", "L", "rates"))
+    error, L, rates = (np.concatenate(part, axis=1) for part in parts)
+    return Truth(error, L, rates, np.concatenate([one.weights for one in each]))
+
+
+def _measured(regulated: Regulated, q: Array) -> Truth:
+    looks = {sight.key: sight.look(q) for sight in regulated.sights}
+    pixels = {key: look.pixels for key, look in looks.items()}
+    measured = regulated.measured(Instant(0, 1.0, q, looks, pixels, {}))
+    W = regulated.weights
+    error, L = measured.s - regulated.s_goal, W[:, None] * measured.L
+    error, L, rates = (np.moveaxis(array, -1, 0) for array in (error, L, measured.reach))
+    return Truth(error, L, rates, W[:, 0])

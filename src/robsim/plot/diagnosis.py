@@ -1,0 +1,132 @@
+"""The diagnosis of a run over time: V, conditions, stability and margins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robsim.arrays import Array
+from robsim.errors import InputError
+from robsim.plot import palette
+from robsim.plot.canvas import new_figure, style
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LOWEST = 1e-16  # of the largest V: below it there is rounding only
+TITLES = ("Lyapunov function", "condition number", "", "margins")  # the legend is the third
+DEEP = 3.0  # how far below zero stability is shown
+
+
+def diagnosis(diagnosis: xr.Dataset) -> Figure:
+    """What `diagnose` found of a run, over time (s), on one slide.
+
+    V, on a logarithmic scale; the condition numbers of L and L J as the law was given them; the
+    eigenvalues that tell whether every motion is made smaller (above zero, shaded where it is not)
+    and whether the loop contracts in a period (below one); and what is left to the border of an
+    image (px, left) and to a joint limit (percent of its range, right).
+
+    >>> from robsim import diagnose, examples, load_scenario
+    >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
+    >>> figure = diagnosis(diagnose(run))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['V (–)', 'largest / smallest σ', 'eigenvalue', 'to the border (px)']
+    """
+    if getattr(diagnosis, "attrs", {}).get("title") != "RobSim diagnosis":
+        kind = type(diagnosis).__name__
+        raise InputError(f"expected a diagnosis as diagnose returns it, got {kind}")
+    with style():
+        figure = new_figure(9.6, 5.6)
+        panels = figure.subplots(2, 2, sharex=True)
+        draws = _draw_lyapunov, _draw_conditions, _draw_stability, _draw_margins
+        for axes, draw, title in zip(panels.ravel(), draws, TITLES, strict=True):
+            draw(axes, diagnosis)
+            axes.set_title(title, loc="left")
+            axes.grid(True)
+            axes.spines[["top", "right"]].set_visible(False)
+        end = float(diagnosis["time"].values[-1])
+        panels[0, 0].set_xlim(0, end or 1)
+        for axes in panels[1]:
+            axes.set_xlabel("time (s)")
+        how = str(diagnosis.attrs["outcome"]).lower().replace("_", " ")
+        figure.suptitle(f"{how} after {end:.3g} s")
+    return figure
+
+
+def _draw_lyapunov(axes: Axes, found: xr.Dataset) -> None:
+    V, time = found["lyapunov"].values, found["time"].values
+    unit = found["lyapunov"].attrs["units"].replace("^2", "²")
+    axes.plot(time, V, color=palette.BLACK, **_dot(time))
+    axes.set_ylabel(f"V ({'–' if unit == '1' else unit})")
+    _logarithmic(axes, V)
+
+
+def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
+    time = found["time"].values
+    for name, label, color, line in (
+        ("condition_interaction", "$\\hat{L}$", palette.BLUE, "-"),
+        ("condition_reach", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
+    ):
+        axes.plot(time, found[name].values, line, color=color, label=label, **_dot(time))
+    axes.set_ylabel("largest / smallest σ")
+    both = [found[f"condition_{name}"].values for name in ("interaction", "reach")]
+    _logarithmic(axes, np.concatenate(both), wide=True)
+    _legend(axes)
+
+
+def _draw_stability(axes: Axes, found: xr.Dataset) -> None:
+    time, least = found["time"].values, found["stability_motion"].values
+    radius = found["contraction"].values
+    axes.plot(time, least, color=palette.GREEN, label="stability (above 0)", **_dot(time))
+    below = "contraction (below 1)"
+    axes.plot(time, radius, "--", color=palette.PURPLE, label=below, **_dot(time))
+    for level in (0.0, 1.0):
+        axes.axhline(level, color=palette.GREY, linewidth=0.8)
+    shown = np.concatenate([least, radius, [-0.1, 1.1]])
+    low, high = np.nanmin(shown), np.nanmax(shown)
+    axes.set(ylabel="eigenvalue", ylim=(max(low, -DEEP) - 0.05, min(high, DEEP) + 0.05))
+    axes.axhspan(axes.get_ylim()[0], 0.0, color=palette.FAINT, zorder=0)
+    _legend(axes)
+
+
+def _draw_margins(axes: Axes, found: xr.Dataset) -> None:
+    time = found["time"].values
+    border, limit = found["border_margin"].values, 100 * found["limit_margin"].values
+    axes.plot(time, border, color=palette.BLUE, **_dot(time))
+    axes.set_ylabel("to the border (px)", color=palette.BLUE)
+    _from_zero(axes, border)
+    if np.isfinite(limit).any():
+        right = axes.twinx()
+        right.plot(time, limit, "--", color=palette.VERMILLION, **_dot(time))
+        right.set_ylabel("to a joint limit (% of its range)", color=palette.VERMILLION)
+        right.spines["top"].set_visible(False)
+        _from_zero(right, limit)
+    elif not np.isfinite(border).any():
+        axes.text(0.5, 0.5, "no borders, no limits", transform=axes.transAxes, ha="center")
+
+
+def _from_zero(axes: Axes, values: Array) -> None:
+    """So that what is left is seen; what is less than nothing as well."""
+    shown = values[np.isfinite(values)]
+    if shown.size:
+        axes.set_ylim(min(0.0, 1.05 * shown.min()), 1.05 * max(shown.max(), 1e-9))
+
+
+def _logarithmic(axes: Axes, values: Array, wide: bool = False) -> None:
+    """At least a decade; with `wide` room for a legend."""
+    shown = values[np.isfinite(values) & (values > LOWEST * np.nanmax(values, initial=0.0))]
+    if shown.size and shown.max() > 0:
+        low, high = np.floor(np.log10(shown.min())), np.ceil(np.log10(shown.max()) + 1e-9)
+        axes.set(yscale="log", ylim=(10.0**low, 10.0 ** (high + (0.3 if wide else 0))))
+
+
+def _legend(axes: Axes) -> None:
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False, borderpad=0)
+
+
+def _dot(time: Array) -> dict[str, Any]:
+    """A line of one point is not seen without a marker."""
+    return {"linewidth": 1.8} if len(time) > 1 else {"marker": "."}

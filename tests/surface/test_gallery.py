@@ -1,0 +1,41 @@
+"""Each published result has its scenario, script, figure, test and paragraph."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+import robsim as rs
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+ITEMS = {
+    re.search(r"\(gallery/(\w+)\.png\)", item)[1]: item
+    for item in re.split(r"^### ", TEXT, flags=re.M)[1:]
+}
+TESTS = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
+
+
+def commands(item):
+    for line in re.findall(r"^robsim (?:run|compare) (.*)$", item, re.M):
+        name, *more = shlex.split(line)
+        pairs = zip(more[::2], more[1::2], strict=True)
+        yield name.removesuffix(".toml"), [value for option, value in pairs if option == "--set"]
+
+
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")  # of a unicycle, on purpose
+@pytest.mark.parametrize("name", ITEMS)
+def test_it_is_whole(name):
+    item = ITEMS[name]
+    assert (ROOT / f"docs/gallery/{name}.png").stat().st_size < 80_000
+    assert (ROOT / f"examples/{name}.py").exists() and f"(../examples/{name}.py)" in item
+    runs = list(commands(item))
+    assert runs, "no command"
+    for scenario, changes in runs:
+        rs.load_scenario(rs.examples.path(scenario), changes).check()
+    assert any(f'"{scenario}"' in TESTS for scenario, _ in runs)
+
+
+def test_no_figure_is_left_over():
+    assert {path.stem for path in (ROOT / "docs/gallery").iterdir()} == set(ITEMS)
