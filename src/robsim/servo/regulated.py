@@ -230,7 +230,7 @@ class Regulated:
                 raise GoalError(
                     f"goal s: expected {len(s)} numbers for {self.names}, got {self.given.size}"
                 )
-            return np.ascontiguousarray(self.given[:, None])
+            return self.given[:, None].copy()  # writeable, as s is: kernels are compiled for it
         if not s.size or not np.isfinite(s).all():
             raise GoalError(
                 f"{self.names}: s at the goal must be finite, got {s[:, 0]!r:.80}{self.reasons}"
