@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers, positive
+from robsim.arrays import Array, frozen, not_negative, numbers, positive
 from robsim.errors import InputError
+from robsim.kernels.actuation import follow
 
 Each = float | Sequence[float]  # one number for all, or one for each
 
@@ -27,7 +28,7 @@ class Actuation:
     Limits are one number for all velocities of the scene, or one for each; steps likewise for its
     coordinates, of which those of other joints are not counted. Each is off by default. Only
     commanded velocities lag and are limited; every joint starts at rest. A floating or planar
-    joint is moved by its mean velocity over each period, all others exactly.
+    joint and a unicycle are moved by their mean velocity over each period, all others exactly.
 
     >>> Actuation(lag=0.1).velocity_after([1.0], seconds=0.1)
     array([0.63212056])
@@ -76,23 +77,23 @@ class Actuation:
         return frozen(np.full(count, math.inf if given is None else given, dtype=float))
 
     def velocity_after(self, command: Any, seconds: float, start: Any = 0.0) -> Array:
-        """Velocities (n,) after a command (n,) was held for some time, from velocities `start`."""
-        from robsim.kernels.actuation import follow
+        """Velocities (n,) after a command (n,) was held for some time, from velocities `start`.
 
+        InputError: `start`, or a limit for each, is not of as many velocities as the command.
+        """
         wanted = np.atleast_1d(numbers(command, "command", ()))
-        v = np.broadcast_to(numbers(start, "start", ()), wanted.shape).copy()[:, None]
+        first = numbers(start, "start", ())
+        if wanted.ndim > 1 or first.shape not in ((), wanted.shape):
+            raise InputError(
+                "command and start: expected shapes (n,) and (n,) or one number, got "
+                f"{wanted.shape} and {first.shape}"
+            )
+        replace(self, encoder=0.0).check([f"velocity {i}" for i in range(wanted.size)], ())
+        v = np.broadcast_to(first, wanted.shape).copy()[:, None]
         limits = (self.limits(name, wanted.size) for name in ("velocity", "acceleration"))
         mean = np.empty(v.shape)
         follow(wanted[:, None], self.lag, *limits, positive(seconds, "seconds"), v, mean)
         return v[:, 0]
-
-
-def not_negative(value: Any, what: str) -> float:
-    """A finite number from zero on, or an InputError that names `what`."""
-    number = numbers(value, what, ())
-    if number.ndim or number < 0:
-        raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
-    return float(number)
 
 
 def _each(value: Any, what: str, zero: bool) -> float | tuple[float, ...]:

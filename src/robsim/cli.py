@@ -74,12 +74,14 @@ def run(
 @click.argument(
     "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
 )
-@click.option("--vary", metavar="KEY=V1,V2,...", help="One scheme for each value.")
+@click.option(
+    "--vary", "varied", multiple=True, metavar="KEY=V1,V2,...", help="One scheme for each value."
+)
 @_output
 @_set
 def compare(
     files: tuple[Path, ...],
-    vary: str | None,
+    varied: tuple[str, ...],
     output: Path | None,
     force: bool,
     no_figures: bool,
@@ -88,7 +90,10 @@ def compare(
     """Simulate the scenarios in FILE... and measure them beside each other."""
     from robsim.analysis.variants import variants
 
-    scenarios = {name: _load(file, (*changes, *more)) for name, file, more in variants(files, vary)}
+    if len(varied) > 1:
+        raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, varied))}")
+    each = variants(files, *varied)
+    scenarios = {name: _load(file, (*changes, *more)) for name, file, more in each}
     if not no_figures:
         for scenario in scenarios.values():
             _check_colors(scenario)
@@ -101,7 +106,7 @@ def compare(
 @click.argument("file", type=click.Path(path_type=Path))
 @_set
 def check(file: Path, changes: tuple[str, ...]) -> None:
-    """Read FILE and try its goal and start without simulating."""
+    """Read FILE and try its goal, start and settings without simulating."""
     scenario = _load(file, changes)
     with _warnings_as_lines():
         scenario.check()

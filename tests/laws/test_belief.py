@@ -87,6 +87,16 @@ def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors
         ({"marks": [[0, 0, 0]]}, "marks of 'cup': expected shape (3, 3), got (1, 3)"),
         ({"size": -1}, "size (a factor) must be a positive number, got -1"),
         ({"camera": "eve", "focal": 2}, "no camera 'eve' in the scene; did you mean 'eye'?"),
+        ({"camera": "eve"}, "no camera 'eve' in the scene; did you mean 'eye'?"),
+        ({"robot": "am"}, "no robot 'am' in the scene; did you mean 'arm'?"),
+        ({"target": "cap"}, "no object 'cap' in the scene; did you mean 'cup'?"),
+        ({"convention": "craig"}, "convention must be 'standard' or 'modified', got 'craig'"),
+        ({"dh": []}, "dh: expected {link: {'a': metres, ...}}, got []"),
+        ({"focal": True}, "focal (a factor): expected a number, got True"),
+        ({"focal": ("a", "b")}, "focal (a factor): expected a number, got ('a', 'b')"),
+        ({"focal": 1e308}, "K: inf"),
+        ({"center": 0}, "center (pixels): expected shape"),
+        ({"size": True}, "size (a factor): expected a number, got True"),
     ],
 )
 def test_a_mistake_in_a_mistake_is_refused(made, words):
@@ -96,9 +106,9 @@ def test_a_mistake_in_a_mistake_is_refused(made, words):
 
 
 def test_the_depth_factors_must_be_one_for_each_mark():
+    visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     with pytest.raises(rs.InputError, match="3 factors for the 4 marks of"):
-        visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
-        visp.scene and rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
+        rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
     with pytest.raises(rs.InputError, match="positive number, or one for each mark"):
         rs.IBVS(depth_scale=[1, 0])
 

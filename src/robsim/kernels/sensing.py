@@ -1,11 +1,10 @@
 """What is wrong with an image besides Gaussian noise."""
 
-import math
-
 import numpy as np
 
 from robsim.kernels import random
 from robsim.kernels.jit import kernel
+from robsim.kernels.steps import in_steps
 
 OUTLIERS, DROPPED = 1, 2  # streams of random numbers; that of the noise is 0
 
@@ -29,7 +28,7 @@ def quantise(size, pixels):
     for n in range(pixels.shape[0]):
         for r in range(2):
             for b in range(pixels.shape[2]):
-                pixels[n, r, b] = size * math.floor(pixels[n, r, b] / size + 0.5)
+                pixels[n, r, b] = in_steps(pixels[n, r, b], size)
 
 
 @kernel
