@@ -93,6 +93,23 @@ def last_view(array: NDArray[T]) -> NDArray[T]:
     return array.transpose(_RUN_LAST[array.ndim])
 
 
+def one_or_each(
+    value: Any, what: str, owner: str, *, zero: bool = False
+) -> float | tuple[float, ...]:
+    """One positive number for all, or one for each owner; with `zero`, not below 0.
+
+    InputError names `what` and the owner.
+    """
+    given = numbers(value, what, ())
+    fits = (given >= 0 if zero else given > 0).all()
+    if given.ndim > 1 or not given.size or not fits:
+        kind = "number not below 0" if zero else "positive number"
+        raise InputError(
+            f"{what} must be a {kind}, or one for each {owner}, got {given.tolist()!r:.80}"
+        )
+    return tuple(given.tolist()) if given.ndim else float(given)
+
+
 def positive(value: Any, what: str) -> float:
     """A finite number above zero, or an InputError that names `what`."""
     number = numbers(value, what, ())

@@ -18,7 +18,7 @@ from robsim.frames import Frames, check_sensing
 from robsim.kernels import loop as kernels
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
-from robsim.kernels.loop import Command, Noise
+from robsim.kernels.loop import Command, Noise, Scheme
 from robsim.kernels.sight import Look
 from robsim.outcome import Outcome
 from robsim.record import Record, Recorder
@@ -61,23 +61,31 @@ class Loop:
 
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
-        self.drives = Drives(self.actuation, scene, controller.columns)
+        check_sensing(self.sensing, controller.sights, self.dt)
+        self.actuation.check(scene.velocity_names, scene.coordinate_names)
         rates = scene.nv if self.actuation.moves else 0
         widths = (scene.nq, scene.nv, rates, controller.k, controller.goal_pixels.size)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
-        self.limits = np.ascontiguousarray(scene.limits + slack)
+        self.limits: Array = np.ascontiguousarray(scene.limits + slack)
+        self.drives = Drives(self.actuation, scene, controller.columns)
         self.steady = not any(callable(motion.rates) for motion in scene.motions)
         self.still = scene.drift(0.0)
-        ends = np.cumsum([0, *(len(sight.target.marks) for sight in controller.sights)])
         self.moves = controller.sights[0].moves(controller.columns)
-        self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]  # of pixels, by sight
-        check_sensing(self.sensing, controller.sights, self.dt)
-        self.actuation.check(scene.velocity_names, scene.coordinate_names)
         self.prompt = self.sensing.only_noise and not self.actuation.counts
+        self.rows = self._rows()
+        self.scheme = self._scheme()
+
+    def _rows(self) -> list[slice]:
+        """Of the pixels, by sight."""
+        counts = [len(sight.target.marks) for sight in self.controller.sights]
+        return [slice(*pair) for pair in pairwise(np.cumsum([0, *counts]).tolist())]
+
+    def _scheme(self) -> Scheme | None:
+        """For the compiled loop, where that can run all that is asked for, and pays."""
         plain = self.steady and self.prompt and not (self.actuation.moves or self.witness)
-        scheme = controller.compiled if plain else None
-        self.scheme = scheme if scheme and pays(len(self.q0), self.steps) else None
+        scheme = self.controller.compiled if plain else None
+        return scheme if scheme and pays(len(self.q0), self.steps) else None
 
     @property
     def scene(self) -> Scene:

@@ -197,9 +197,18 @@ def _error(drives, held, dt, parts=100):
     [
         ({"lag": -1}, "lag (seconds) must be a number not below 0, got -1"),
         ({"lag": [1, 2]}, "lag (seconds) must be a number not below 0"),
-        ({"velocity": 0}, "velocity limit: expected a number above 0, or one for each, got 0"),
-        ({"acceleration": [1, -2]}, "acceleration limit: expected a number above 0"),
-        ({"encoder": -0.1}, "encoder step: expected a number not below 0"),
+        (
+            {"velocity": 0},
+            "velocity limit must be a positive number, or one for each",
+        ),
+        (
+            {"acceleration": [1, -2]},
+            "acceleration limit must be a positive number, or",
+        ),
+        (
+            {"encoder": -0.1},
+            "encoder step must be a number not below 0, or one for",
+        ),
         ({"velocity": "fast"}, "velocity limit: expected a number, got 'fast'"),
         ({"encoder": np.nan}, "encoder step: nan"),
     ],
@@ -207,23 +216,4 @@ def _error(drives, held, dt, parts=100):
 def test_what_makes_no_sense_is_refused(made, words):
     with pytest.raises(rs.InputError) as error:
         rs.Actuation(**made)
-    assert words in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("made", "asked", "words"),
-    [
-        (
-            {},
-            ([1, 2], 1, [0, 0, 0]),
-            "expected shapes (n,) and (n,) or one number, got (2,)",
-        ),
-        ({}, ([[1]], 1), "got (1, 1) and ()"),
-        ({"velocity": [1, 2]}, ([1], 1), "2 numbers of velocity for 1"),
-        ({}, ([1], 0), "seconds must be a positive number, got 0"),
-    ],
-)
-def test_a_response_that_makes_no_sense_is_refused(made, asked, words):
-    with pytest.raises(rs.InputError) as error:
-        rs.Actuation(lag=0.1, **made).velocity_after(*asked)
     assert words in str(error.value)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers, positive
+from robsim.arrays import Array, frozen, one_or_each, positive
 from robsim.errors import InputError
 from robsim.features import Observation
 from robsim.kernels import features as kernels
@@ -35,12 +35,7 @@ def as_depth(given: Any) -> Depth:
 
 def as_scale(given: Any) -> Scale:
     """A factor above zero for all marks, or one for each."""
-    factors = numbers(given, "depth_scale", ())
-    if factors.ndim > 1 or not factors.size or not (factors > 0).all():
-        raise InputError(
-            f"depth_scale must be a positive number, or one for each mark, got {given!r:.80}"
-        )
-    return tuple(factors.tolist()) if factors.ndim else float(factors)
+    return one_or_each(given, "depth_scale", "mark")
 
 
 @dataclass(frozen=True)
