@@ -4,7 +4,8 @@ They are in the spirit of Gans, Hutchinson and Corke 2003, "Performance tests fo
 control systems, with application to partitioned approaches to visual servo control": how long it
 took, how far the marks strayed in the image, and how far the camera strayed in space. Each takes a
 run of `simulate`, a batch or not, and its scene, and gives (B,), NaN where it is undefined. All but
-`path_length` are of the recorded moments: exact with record="all".
+`path_length` are of the recorded moments: exact with record="all". Where joints follow their command
+late or under limits, effort is that of the command, and speed and travel are those of the joints.
 
 "The camera" is whatever moves: where the camera stands still and the target is carried, ways and
 rotations are those of the target, as in `path_length` of a run.
@@ -118,12 +119,12 @@ def effort_angular(run: xr.Dataset, scene: Scene) -> Array:
 
 def travel_linear(run: xr.Dataset, scene: Scene) -> Array:
     """What all joints in metres went, forth and back; of a flying camera, along its three axes."""
-    return _integral(run, scene, "m/s", np.abs)
+    return _integral(run, scene, "m/s", np.abs, _went(run))
 
 
 def travel_angular(run: xr.Dataset, scene: Scene) -> Array:
     """What all joints in radians turned, forth and back; of a flying camera, about three axes."""
-    return _integral(run, scene, "rad/s", np.abs)
+    return _integral(run, scene, "rad/s", np.abs, _went(run))
 
 
 def border_margin(run: xr.Dataset, scene: Scene) -> Array:
@@ -236,7 +237,7 @@ def _poses(scene: Scene, frame: str, q: Array) -> Array:
 
 def _twists(run: xr.Dataset, scene: Scene) -> Array:
     """(B, moments, 6) of the moving frame, in world axes."""
-    q, qd = _batch(run, "q"), _batch(run, "qd")
+    q, qd = _batch(run, "q"), _batch(run, _went(run))
     J = scene.tree.jacobian(scene.tree.bodies(runs_last(q, 1)), moving_frame(run, scene))
     J = runs_first(J, q.shape[:2])
     twist = np.zeros((*q.shape[:2], 6))
@@ -245,14 +246,24 @@ def _twists(run: xr.Dataset, scene: Scene) -> Array:
     return twist
 
 
-def _integral(run: xr.Dataset, scene: Scene, unit: str, of: Callable[[Array], Array]) -> Array:
-    """Of the commanded velocities of a unit, each held until the next moment of its run."""
+def _went(run: xr.Dataset) -> str:
+    """How the joints moved: as commanded, where they follow at once."""
+    return "qd_actual" if "qd_actual" in run else "qd"
+
+
+def _integral(
+    run: xr.Dataset, scene: Scene, unit: str, of: Callable[[Array], Array], name: str = "qd"
+) -> Array:
+    """Of the velocities of a unit that are commanded; a command is held until the next moment of
+    its run, and in between the velocities of joints that lag count as their mean.
+    """
     chosen = (np.array(scene.velocity_units) == unit) & ~scene.prescribed
     if not chosen.any():
         return np.full(_runs(run), np.nan)
     held = np.diff(run["time"].values)
     going = np.isfinite(_batch(run, "q")[:, 1:]).all(axis=-1)
-    rates = of(_batch(run, "qd")[:, :-1, chosen])
+    rates = of(_batch(run, name)[..., chosen])
+    rates = rates[:, :-1] if name == "qd" else 0.5 * (rates[:, :-1] + rates[:, 1:])
     total = np.zeros(rates.shape[:2])
     for j in range(rates.shape[2]):
         total += rates[..., j]
