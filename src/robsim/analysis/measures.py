@@ -4,8 +4,9 @@ They are in the spirit of Gans, Hutchinson and Corke 2003, "Performance tests fo
 control systems, with application to partitioned approaches to visual servo control": how long it
 took, how far the marks strayed in the image, and how far the camera strayed in space. Each takes a
 run of `simulate`, a batch or not, and its scene, and gives (B,), NaN where it is undefined. All but
-`path_length` are of the recorded moments: exact with record="all". Where joints follow their command
-late or under limits, effort is that of the command, and speed and travel are those of the joints.
+`path_length` are of the recorded moments: exact with record="all". Where joints follow their
+command late or under limits, effort is that of the command, and speed and travel are those of the
+joints.
 
 "The camera" is whatever moves: where the camera stands still and the target is carried, ways and
 rotations are those of the target, as in `path_length` of a run.
