@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers, positive
+from robsim.arrays import Array, frozen, not_negative, numbers, positive
 from robsim.errors import InputError
+from robsim.kernels.actuation import follow
 
 Each = float | Sequence[float]  # one number for all, or one for each
 
@@ -80,8 +81,6 @@ class Actuation:
 
         InputError: `start`, or a limit for each, is not of as many velocities as the command.
         """
-        from robsim.kernels.actuation import follow
-
         wanted = np.atleast_1d(numbers(command, "command", ()))
         first = numbers(start, "start", ())
         if wanted.ndim > 1 or first.shape not in ((), wanted.shape):
@@ -95,14 +94,6 @@ class Actuation:
         mean = np.empty(v.shape)
         follow(wanted[:, None], self.lag, *limits, positive(seconds, "seconds"), v, mean)
         return v[:, 0]
-
-
-def not_negative(value: Any, what: str) -> float:
-    """A finite number from zero on, or an InputError that names `what`."""
-    number = numbers(value, what, ())
-    if number.ndim or number < 0:
-        raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
-    return float(number)
 
 
 def _each(value: Any, what: str, zero: bool) -> float | tuple[float, ...]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array
+from robsim.arrays import Array, some_runs
 from robsim.drives import Drives, Held
 from robsim.errors import InputError, suggest
 from robsim.kernels import loop as kernels
@@ -34,6 +34,15 @@ class Frame(NamedTuple):
     def of(self, rows: slice) -> Frame:
         """Some of the marks."""
         return Frame(self.pixels[rows], self.depth[rows], self.hidden[rows], self.arrived)
+
+    def going(self, runs: NDArray[np.bool_]) -> Frame:
+        """Some of the runs."""
+        return Frame(
+            some_runs(self.pixels, runs),
+            some_runs(self.depth, runs),
+            some_runs(self.hidden, runs),
+            some_runs(self.arrived, runs),
+        )
 
 
 @dataclass
@@ -72,8 +81,8 @@ class Frames:
     def without(self, over: NDArray[np.bool_]) -> Frames:
         """Those of the runs that go on."""
         rest = Frames(self.sensing, self.sights, self.drives, self.dt)
-        rest.past.extend(Held(*(_keep(part, ~over) for part in held)) for held in self.past)
-        rest.last = self.last and Frame(*(_keep(part, ~over) for part in self.last))
+        rest.past.extend(Held(*(some_runs(part, ~over) for part in held)) for held in self.past)
+        rest.last = self.last and self.last.going(~over)
         return rest
 
     def _then(self, step: int, q: Array) -> Array:
@@ -103,8 +112,7 @@ class Frames:
 
     def _hidden(self, step: int) -> NDArray[np.bool_]:
         """(N,): which marks something hid when the image was taken."""
-        seconds = step * self.dt - self.sensing.latency
-        seconds = seconds + ROUNDING * self.dt if seconds > 0.0 else 0.0
+        seconds = max(step * self.dt - self.sensing.latency, 0.0)
         each = []
         for sight in self.sights:
             hidden = np.zeros(len(sight.target.marks), dtype=np.bool_)
@@ -141,7 +149,3 @@ def check_sensing(sensing: Sensing, sights: Sequence[Sight], dt: float) -> None:
                     f"occlusion: '{sight.target.name}' has {len(sight.target.marks)} marks, "
                     f"numbered from 0; there is no {max(occlusion.marks)}"
                 )
-
-
-def _keep(array: Any, going: NDArray[np.bool_]) -> Any:
-    return np.ascontiguousarray(array[..., going])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.actuation import Actuation
-from robsim.arrays import Array, runs_last
+from robsim.arrays import Array, runs_last, some_runs
 from robsim.drives import Drives, Held
 from robsim.errors import InputError
 from robsim.frames import Frames, check_sensing
@@ -95,7 +95,7 @@ class Loop:
             if over.any():
                 _tell_singular(self.controller, now)
                 self.recorder.end(step, chunk.rows, now, chunk.watch.length, over)
-                chunk, held = chunk.without(over), Held(*(_keep(part, ~over) for part in held))
+                chunk, held = chunk.without(over), Held(*(some_runs(part, ~over) for part in held))
             if not chunk.rows.size:
                 break
             chunk.frames.note(held)
@@ -157,9 +157,9 @@ class _Chunk:
     def without(self, over: NDArray[np.bool_]) -> _Chunk:
         """The chunk that goes on when some runs are over."""
         noise = self.noise._replace(runs=self.noise.runs[~over])
-        watch = Watch(*(_keep(array, ~over) for array in self.watch))
+        watch = Watch(*(some_runs(array, ~over) for array in self.watch))
         memory = _remembered(self.memory, ~over)
-        q, rates = _keep(self.q, ~over), _keep(self.rates, ~over)
+        q, rates = some_runs(self.q, ~over), some_runs(self.rates, ~over)
         frames = self.frames.without(over)
         near = self.near[~over]
         return _Chunk(self.rows[~over], q, rates, noise, frames, watch, near, memory)
@@ -314,14 +314,10 @@ def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
     return array
 
 
-def _keep(array: Any, going: NDArray[Any]) -> Any:
-    return np.ascontiguousarray(array[..., going])
-
-
 def _tell_singular(controller: Controller, now: Now) -> None:
     """A stall where L J has lost rank is a singularity, not a local minimum."""
     stalled = np.flatnonzero(now.outcome == Outcome.LOCAL_MINIMUM)
     if stalled.size:
-        reach = _keep(now.command.reach, stalled)
+        reach = some_runs(now.command.reach, stalled)
         lost = rank(reach, controller.rcond) < controller.full_rank
         now.outcome[stalled[lost]] = Outcome.SINGULAR

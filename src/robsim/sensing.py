@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from robsim.actuation import not_negative
-from robsim.arrays import numbers
+from robsim.arrays import not_negative, numbers
 from robsim.errors import InputError
 
+AT_ONCE = 1e-9  # seconds: the time of an image, step * dt - latency, is rounded by less
 MOST = 1e15  # control periods: an image that is never followed by another
 
 
@@ -50,7 +50,7 @@ class Occlusion:
     def hides(self, seconds: float, camera: str, target: str) -> bool:
         """Whether it does so at a time."""
         mine = self.camera in (None, camera) and self.target in (None, target)
-        return mine and self.start <= seconds < self.end
+        return mine and self.start <= seconds + AT_ONCE < self.end
 
 
 @dataclass(frozen=True)

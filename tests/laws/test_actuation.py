@@ -154,9 +154,10 @@ def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
 
 
 def test_a_count_is_the_nearest_one():
-    out = np.empty((2, 3))
-    count(np.array([0.5, 0.0]), np.array([[0.24, 0.26, -0.8], [0.1, 0.2, 0.3]]), out)
-    np.testing.assert_array_equal(out, [[0.0, 0.5, -1.0], [0.1, 0.2, 0.3]])
+    out, far = np.empty((2, 5)), 2.0**80  # more than an integer of 64 bits has room for
+    q = np.array([[0.24, 0.26, -0.8, far, np.nan], [0.1, 0.2, 0.3, far, np.nan]])
+    count(np.array([0.5, 0.0]), q, out)
+    np.testing.assert_array_equal(out, [[0.0, 0.5, -1.0, far, np.nan], q[1]])
 
 
 @pytest.mark.parametrize("step", [1e-320, 1e-20, 1e-14, 1.0, 1e6])

@@ -115,6 +115,20 @@ def test_effort_and_travel_of_a_constant_velocity_are_its_square_and_itself_time
     assert found["peak_turn_rate"] == pytest.approx(np.linalg.norm(w), rel=1e-9)
 
 
+def test_joints_that_lag_are_measured_as_they_move_and_their_effort_as_it_is_commanded(free_scene):
+    """v' = (u - v) / tau, from rest: v = u (1 - exp(-t/tau)), the way its integral."""
+    u, tau, time = 0.02, 0.5, 2.0
+    start, law = rs.Pose.at(0, 0, -1.2), Constant(0, 0, u, 0, 0, 0)
+    how = {"dt": 1e-3, "duration": time, "actuation": rs.Actuation(lag=tau)}
+    found = one(rs.compare(free_scene(SQUARE), {"a": rs.IBVS(GOAL, law=law)}, start, **how))
+    left = np.exp(-time / tau)
+    assert found["peak_speed"] == pytest.approx(u * (1 - left), rel=1e-9)
+    way = u * (time - tau * (1 - left))
+    assert found["path_length"] == pytest.approx(way, rel=1e-9)
+    assert found["travel_linear"] == pytest.approx(way, abs=0.5e-3 * u)  # half a period of v
+    assert found["effort_linear"] == pytest.approx(u * u * time, rel=1e-9)
+
+
 def test_a_carried_target_is_measured_where_the_camera_stands():
     """Eye-to-hand: the target flies 0.3 m straight to its goal."""
     fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
@@ -214,13 +228,11 @@ def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
 
 
 def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_scene):
-    given = rs.IBVS(rs.Given((4 * SQUARE[:, :2] / 4).ravel()))
+    given = rs.IBVS(rs.Given(SQUARE[:, :2].ravel()))
     found = one(rs.compare(free_scene(SQUARE), {"a": given}, GOAL @ rs.Pose.at(0.1, 0, 0)))
     for key in ("border_margin", "limit_margin", "image_excursion", "image_detour", "pixel_error"):
         assert np.isnan(found[key])
-    assert found["retreat"] == pytest.approx(
-        0.0, abs=1e-4
-    )  # of what converged, the end is the goal
+    assert found["retreat"] == pytest.approx(0.0, abs=1e-4)  # the end of what converged is the goal
 
 
 # ---- batches ----

@@ -96,6 +96,13 @@ def test_quantised_pixels_are_whole_steps_and_err_by_their_uniform_distribution(
     assert error.var() == pytest.approx(step**2 / 12, rel=0.05)
 
 
+def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
+    behind = rs.Pose(SCENE.pose("camera", Q0).matrix) @ rs.Pose.at(rotvec=(0, np.pi, 0))
+    run = closed(in_pixels(), behind.q, quantisation=0.5)
+    assert rs.Outcome(int(run.outcome)) == rs.Outcome.BEHIND_CAMERA
+    assert np.isnan(run.s.values[0]).all()
+
+
 def test_a_pixel_too_large_to_count_is_not_taken_for_another():
     pixels = np.array([1e300, -1e25, np.inf, np.nan, 1e15 + 0.25, 7.4]).reshape(1, 2, 3)
     rounded = pixels.copy()
@@ -225,6 +232,16 @@ def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(
     assert np.abs(run.qd.values[10:20]).max(axis=1).min() > 0.1  # it goes on
 
 
+@pytest.mark.parametrize("late", [0, 1, 2])
+def test_marks_are_hidden_in_the_images_of_that_time_however_late_these_are(late):
+    """0.12 s - 0.04 s is a rounding below the 0.08 s at which the third image is taken."""
+    hidden = rs.Occlusion([1], 2 * DT, 5 * DT)
+    run = closed(in_pixels(), latency=late * DT, occlusions=hidden, duration=0.5)
+    s, last = run.s.values[:, 2:4], flat(run.pixels)[1, 2:4]
+    kept = np.flatnonzero((s == last).all(axis=1))
+    np.testing.assert_array_equal(kept, np.arange(1, 5) + late)  # the last one, then three more
+
+
 def test_three_marks_are_enough_to_arrive():
     """Near the goal. Hidden from 0.5 s on, far away, the camera finds another of the poses from
     which three marks are seen at the same places.
@@ -242,6 +259,26 @@ def test_a_feature_of_all_marks_keeps_the_last_place_of_a_hidden_one():
     run = closed(rs.PBVS(GOAL), occlusions=rs.Occlusion([1], 0.5, 1.0))
     assert np.isfinite(run.s.values).all()
     assert closed(rs.PBVS(GOAL)).s.values[:12] == pytest.approx(run.s.values[:12], abs=0)
+
+
+class Spread:
+    """A user's feature of all marks at once, by LAPACK, which raises where it meets a NaN."""
+
+    unit, tolerance = "1", 1e-5
+
+    def measure(self, seen):
+        x = seen.points - seen.points.mean(axis=1, keepdims=True)
+        return np.linalg.svd(x, compute_uv=False)
+
+
+def test_so_does_a_feature_of_the_user():
+    task = rs.IBVS(GOAL, features=[rs.Part(Spread()), rs.Part("points")])
+    run = closed(task, occlusions=rs.Occlusion([1], 0.5, 1.0))
+    free = closed(task)
+    assert np.isfinite(run.s.values).all() and not free.s.equals(run.s)
+    kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image in which it was seen
+    np.testing.assert_array_equal(kept, np.repeat(free.s.values[12:13, 4:6], 11, axis=0))
+    np.testing.assert_array_equal(free.s.values[:13], run.s.values[:13])
 
 
 EVERYTHING = rs.Sensing(0.5, 0.25, 0.05, 20.0, [rs.Occlusion([2], 0.3, 0.7)], 0.2, 0.055, 0.08)

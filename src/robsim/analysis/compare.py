@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from robsim.actuation import not_negative
-from robsim.analysis.measures import MEASURES, distance, retreat
-from robsim.arrays import Array
+from robsim.analysis.measures import MEASURES, distance, first_pair, retreat
+from robsim.arrays import Array, not_negative
 from robsim.errors import InputError, Interrupted, RankWarning, suggest
 from robsim.outcome import Outcome
 from robsim.results import BLOCK
@@ -158,7 +157,7 @@ class Comparison:
     def _ending(self, i: int) -> str:
         if self.batch:
             return f"{float(self.converged()[i]):.4g}"
-        return Outcome(int(self.data["outcome"][i])).name.lower().replace("_", " ")
+        return Outcome(int(self.data["outcome"][i])).words
 
 
 def compare(
@@ -282,7 +281,7 @@ def _blocks(run: xr.Dataset) -> list[xr.Dataset]:
 def _goal_distance(scheme: Scheme, run: xr.Dataset) -> float:
     """Metres from the camera to the middle of the marks at the goal; NaN if that is not told."""
     goal, scene = getattr(scheme.task, "goal", None), scheme.scene
-    camera, target = (str(run[f"mark_{kind}"].values[0]) for kind in ("camera", "target"))
+    camera, target = first_pair(run)
     if isinstance(goal, Shown):
         q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
         return float(distance(scene, camera, target, q[None, None])[0, 0])

@@ -20,9 +20,9 @@ NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 def replay(run: xr.Dataset) -> xr.Dataset:
     """The same run, or batch, or selection of consecutive runs, once more: the same bits.
 
-    Scene, task and what is wrong with images and joints come from the run's scenario; start,
-    seed, periods, record and run
-    number are the run's own. InputError: the run does not say how it was made.
+    Scene, task and what is wrong with images and joints come from the run's scenario; start, seed,
+    periods, record and run number are the run's own. InputError: the run does not say how it was
+    made.
 
     >>> from robsim import examples
     >>> run = Scenario.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)

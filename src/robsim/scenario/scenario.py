@@ -146,12 +146,12 @@ def _read(raw: Raw, source: str) -> tuple[Scene, Task, Array | None, Settings]:
     with problems.at("start"):
         q0 = start(table.start, truth)
     told = Settings()
+    with problems.at("run"):
+        told = settings(table.run)
     with problems.at("sensing"):
         told = replace(told, sensing=sensing(table.sensing))
     with problems.at("actuation"):
         told = replace(told, actuation=actuation(table.actuation, truth))
-    with problems.at("run"):
-        told = settings(table.run, told.sensing, told.actuation)
     problems.stop()
     return truth, what, q0, told
 

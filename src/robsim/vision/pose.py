@@ -48,8 +48,9 @@ class PoseEstimate(Value):
     `ambiguous` (...) is true where the image does not tell the pose: no pose was found; or the
     other minimum is not a hundred times less likely; or the standard deviation of the target's
     depth is above a third of it. The odds are exp((E2 - E1) / (2 sigma^2)) with E the squared
-    errors, and where sigma is unknown (E2 / E1)^(N - 3), the same with sigma integrated out
-    (Jeffreys's prior). Three marks leave nothing over to judge by: they are always ambiguous.
+    errors, and where sigma is unknown (E2 / E1)^(N - 3): sigma integrated out (Jeffreys's prior)
+    over the 2N - 6 degrees of freedom that a fit leaves. Three marks leave nothing over to judge
+    by: they are always ambiguous.
     """
 
     T_c_o: Array

@@ -47,8 +47,8 @@ def triangulate(
     coordinate has independent noise of the standard deviation `noise`. Gauss-Newton in (x, y, 1/Z),
     in which the left image is linear and far points do no harm, from the midpoint of the rays
     (`robsim.kernels.stereo.triangulate`). The covariance is noise^2 (J' J)^-1, to first order
-    (Hartley and Zisserman 2004, section 5.2); in a parallel rig with baseline b its last entry is
-    sigma_Z^2 = 2 (Z^2 noise / (f b))^2 on the midline.
+    (Hartley and Zisserman 2004, section 5.2); in a parallel rig of two equal cameras with
+    baseline b its last entry is sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
 
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> rig = np.eye(4)
