@@ -210,17 +210,6 @@ def test_hidden_marks_are_left_out_and_keep_their_last_place():
     np.testing.assert_array_equal(run.s.values[after:], flat(run.pixels)[after:])
 
 
-@pytest.mark.parametrize("late", [0, 1, 2, 3])
-@pytest.mark.parametrize(("start", "end"), [(1, 4), (2, 5), (4, 8)])
-def test_the_first_and_the_last_hidden_image_do_not_depend_on_rounding(late, start, end):
-    """3 * 0.04 - 0.08 is less than 0.04 for a computer."""
-    times = (round(0.04 * n, 2) for n in (start, end, late))
-    hidden = rs.Occlusion([0], next(times), next(times))
-    s = closed(dt=0.04, latency=next(times), occlusions=hidden).s.values
-    same = [k for k in range(late + 1, len(s)) if (s[k, :2] == s[k - 1, :2]).all()]
-    assert same == list(range(start + late, end + late))
-
-
 @pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL)])
 def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(task):
     all_marks = rs.Occlusion(range(4), 0.4, 0.8)
