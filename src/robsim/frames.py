@@ -20,6 +20,8 @@ from robsim.record import LONGEST
 from robsim.sensing import Sensing
 from robsim.servo.sight import Sight, joined
 
+ROUNDING = 1e-9  # of a period: times that differ by less are one
+
 
 class Frame(NamedTuple):
     """All marks of all sights in one image, the run last."""
@@ -57,8 +59,8 @@ class Frames:
     def __post_init__(self) -> None:
         self.every = self.sensing.periods(self.dt)
         periods = min(self.sensing.latency / self.dt, 2.0 * LONGEST)  # no run is longer
-        self.age = int(np.ceil(periods - 1e-9))  # whole periods, of which some share is over
-        self.share = max(self.age - periods, 0.0) if self.age - periods > 1e-9 else 0.0
+        self.age = int(np.ceil(periods - ROUNDING))  # whole periods, of which some share is over
+        self.share = self.age - periods if self.age - periods > ROUNDING else 0.0
         self.past = deque(maxlen=max(self.age, 1))
 
     def at(self, step: int, q: Array, noise: Noise) -> Frame:

@@ -19,7 +19,8 @@ class Occlusion:
     """Some marks are hidden from `start` until `end`, in seconds: of one target or camera, or all.
 
     A feature that has numbers for each mark is servoed on those that are left; a feature that is
-    made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones.
+    made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones,
+    and so does any feature of which nothing is left.
 
     >>> Occlusion([0], start=1.0).end
     inf

@@ -378,6 +378,23 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         compared([Scheme("a", scene, rs.IBVS(GOAL)), several])
 
 
+def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene):
+    """Straight along one axis: travel and speed are those of the coordinates themselves."""
+    scene, start = free_scene(SQUARE), GOAL @ rs.Pose.at(0, 0, -0.3)
+    for actuation in (rs.Actuation(velocity=0.05), rs.Actuation(lag=0.1, acceleration=1.0)):
+        told = {"duration": 2.0, "dt": 0.01, "actuation": actuation}
+        found = rs.compare(scene, {"a": rs.PBVS(GOAL)}, start, **told)
+        run, data = found.runs["a"], found.data.isel(scheme=0)
+        way = np.abs(np.diff(run.q.values[:, 2])).sum()
+        assert float(data.travel_linear) == pytest.approx(way, rel=5e-3)
+        assert float(data.travel_linear) == pytest.approx(float(data.path_length), rel=5e-3)
+        speeds = np.linalg.norm(run.camera_velocity.values[:, :3], axis=1)
+        assert float(data.peak_speed) == pytest.approx(speeds.max(), rel=1e-12)
+        assert float(data.effort_linear) == pytest.approx(
+            (run.qd.values[:-1, :3] ** 2).sum() * 0.01
+        )
+
+
 def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
     scene, told = free_scene(SQUARE), []
     rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}

@@ -112,6 +112,12 @@ def test_a_pixel_too_large_to_count_is_not_taken_for_another():
     assert rounded.ravel()[5] == 7.5
 
 
+def test_many_occlusions_can_be_repeated_from_the_text_of_the_run():
+    many = [rs.Occlusion([i % 4], 0.1 + 0.001 * i, 0.2 + 0.001 * i) for i in range(300)]
+    run = closed(duration=0.4, occlusions=many)
+    assert rs.replay(run).identical(run)
+
+
 def test_what_never_comes_within_a_run_is_the_first_image():
     """Later than any run, or rarer than any number of periods."""
     for late in ({"latency": 1e300}, {"latency": 100.0}, {"period": 1e308}, {"period": 100.0}):
@@ -202,6 +208,17 @@ def test_hidden_marks_are_left_out_and_keep_their_last_place():
         np.testing.assert_allclose(run.qd.values[k], alone.qd.values[0], rtol=0, atol=1e-12)
     after = steps[-1] + 1
     np.testing.assert_array_equal(run.s.values[after:], flat(run.pixels)[after:])
+
+
+@pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL)])
+def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(task):
+    all_marks = rs.Occlusion(range(4), 0.4, 0.8)
+    run = closed(task, occlusions=all_marks)
+    s = run.s.values
+    still = np.broadcast_to(s[9], s[10:20].shape)
+    np.testing.assert_allclose(s[10:20], still, rtol=0, atol=1e-12)  # a pose is fitted once more
+    assert np.abs(s[20] - s[19]).max() > 1e-3
+    assert np.abs(run.qd.values[10:20]).max(axis=1).min() > 0.1  # it goes on
 
 
 @pytest.mark.parametrize("late", [0, 1, 2])

@@ -28,6 +28,7 @@ PAIRS = 200  # of ends, at least, between which Newton's method starts
 PERIODS = 0.02  # of a run's step, in units of the time 1/rate of the fastest motion
 PATIENCE = 100.0  # the duration of a run, in units of the time 1/pace of the slowest
 LONGEST = 20_000  # steps
+MOST = 1_000_001  # starts that are drawn are fewer
 
 
 def equilibria(
@@ -79,10 +80,17 @@ def equilibria(
     check_kinds(scene, task)
     real = task.bind(scene)  # with the errors and warnings of a run
     field = Field.of(scene, task)
-    count, seed = whole(count, "count", 1), whole(seed, "seed", 0, 2**64)
-    q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
+    count, seed = whole(count, "count", 1, MOST), whole(seed, "seed", 0, 2**64)
+    with np.errstate(all="ignore"):  # a state of no use is data
+        q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
+        return _found(real, field, q0, seed, *_times(field, q0, dt, duration))
+
+
+def _found(
+    real: Controller, field: Field, q0: Array, seed: int, dt: float, steps: int
+) -> Equilibria:
+    """From starts q0 (nq, B), by runs of so many steps and by Newton's method."""
     field.check_forgetful(q0)
-    dt, steps = _times(field, q0, dt, duration)
     ends, outcomes = _runs(field, q0, dt, steps)
     seeds = [q0, ends, _between(field, ends, seed)]
     if field.goal is not None:

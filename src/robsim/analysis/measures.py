@@ -118,12 +118,12 @@ def effort_angular(run: xr.Dataset, scene: Scene) -> Array:
 
 def travel_linear(run: xr.Dataset, scene: Scene) -> Array:
     """Metres that joints went, forth and back; of a flying camera, along its three axes."""
-    return _integral(run, scene, "m/s", np.abs(_velocities(run)))
+    return _integral(run, scene, "m/s", _speeds(run))
 
 
 def travel_angular(run: xr.Dataset, scene: Scene) -> Array:
     """Radians that joints turned, forth and back; of a flying camera, about its three axes."""
-    return _integral(run, scene, "rad/s", np.abs(_velocities(run)))
+    return _integral(run, scene, "rad/s", _speeds(run))
 
 
 def border_margin(run: xr.Dataset, scene: Scene) -> Array:
@@ -253,6 +253,14 @@ def _velocities(run: xr.Dataset) -> Array:
     """(B, moments, nv) of the joints: as commanded, where they follow at once."""
     velocities: Array = _batch(run, "qd_actual" if "qd_actual" in run else "qd")
     return velocities
+
+
+def _speeds(run: xr.Dataset) -> Array:
+    """(B, moments, nv) of the joints until the next moment; of those that lag the mean of both."""
+    speeds = np.abs(_velocities(run))
+    if "qd_actual" in run:
+        speeds[:, :-1] = 0.5 * (speeds[:, :-1] + speeds[:, 1:])
+    return speeds
 
 
 def _integral(run: xr.Dataset, scene: Scene, unit: str, values: Array) -> Array:
