@@ -203,7 +203,7 @@ KNOWN = [
     (wild_marks, "TIME_LIMIT", "outliers", "5 percent of the marks"),
     (coarse, "TIME_LIMIT", "encoder", r"steps of 2\.5 \(rad or m\)"),
     (too_far, "BEHIND_CAMERA", "depth", "taken as 8 m, not the true one, which goes from"),
-    (lossy, "TIME_LIMIT", "dropped", "80 percent of the images are lost"),
+    (lossy, "BEHIND_CAMERA", "dropped", "80 percent of the images are lost"),
     (wrong_base, "OUT_OF_IMAGE", "base", "'puma560' is believed 126 degrees"),
     (rare, "TIME_LIMIT", "period", r"every 0\.2 s only, 5 control periods.* is 2\.4"),
     (weak, "TIME_LIMIT", "velocity", "velocity limits of the joints change the command in 100"),
