@@ -82,7 +82,7 @@ class Jury:
         said = " ".join(one.sentence for one in needed)
         names = listed([one.name for one in needed])
         sentence = (
-            f"{said} To put right one of them is not enough: only with all of {names} put right, "
+            f"{said} To put right one of them is not enough: only with {names} put right together, "
             f"{self.so(trial)}."
         )
         evidence = {key: value for one in needed for key, value in one.evidence.items()}

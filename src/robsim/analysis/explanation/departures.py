@@ -8,7 +8,7 @@ from robsim.analysis.explanation.changes import without_border, without_limits
 from robsim.analysis.explanation.ends import beyond_limit
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.wording import degrees, listed, number
+from robsim.analysis.explanation.wording import degrees, movers, number
 
 RETREAT = 1.5  # times as far as at start and goal: a retreat
 ROLL = np.pi / 3  # about the optical axis from here on a cause of retreat
@@ -46,7 +46,7 @@ def retreat(inquiry: Inquiry) -> Finding | None:
         return None
     evidence = {"from_m": float(depths[0]), "to_m": farthest}
     told = f"The camera retreated: the marks were {number(depths[0])} m away at the start and "
-    told += f"{number(farthest)} m at most, farther than at the goal."
+    told += f"{number(farthest)} m at most{', farther than at the goal' if goal else ''}."
     if turn is not None and abs(turn[2]) > ROLL:
         evidence["roll_deg"] = float(np.degrees(abs(turn[2])))
         told += (
@@ -107,8 +107,7 @@ def own_motion(inquiry: Inquiry) -> Finding | None:
     """Something else moves."""
     if not inquiry.case.scene.motions:
         return None
-    names = listed([f"'{motion.robot}'" for motion in inquiry.case.scene.motions])
-    return Finding("own motion", f"{names} moves on its own meanwhile.")
+    return Finding("own motion", f"{movers(inquiry.case.scene)} meanwhile.")
 
 
 def near_border(inquiry: Inquiry) -> Finding | None:

@@ -13,7 +13,7 @@ from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.imperfections import imperfections
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.removal import Trial, cures
-from robsim.analysis.explanation.wording import degrees, length
+from robsim.analysis.explanation.wording import away
 from robsim.loop import Loop
 from robsim.servo import Task
 
@@ -30,14 +30,14 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     wrong = imperfections(inquiry.again)
     as_seen = "as the controller sees and believes it" if wrong else "but not in space"
     sentence = (
-        f"It converged in the image {as_seen}: in truth the camera stands {length(off[0])} and "
-        f"{degrees(off[1])} away from where it was meant to stand."
+        f"It converged in the image {as_seen}: in truth the camera stands {away(*off)} away from "
+        "where it was meant to stand."
     )
     evidence = {"off_m": off[0], "angle_deg": math.degrees(off[1])}
     first = Finding("final pose", sentence, evidence)
     if not inquiry.experiments:
         return [first]
-    found = Jury(_nearer(off), _stands).attributed(inquiry.case, wrong)
+    found = Jury(_nearer(off, float(inquiry.depths[-1])), _stands).attributed(inquiry.case, wrong)
     return [first, *found.causes]
 
 
@@ -50,14 +50,18 @@ def miss(task: Task, loop: Loop) -> tuple[float, float]:
     return float(np.linalg.norm(away.position)), float(np.linalg.norm(away.rotvec))
 
 
-def _nearer(off: tuple[float, float]) -> Cure:
+def _nearer(off: tuple[float, float], depth: float) -> Cure:
+    """What brings the camera nearer; a translation counts as the angle at which it is seen."""
+
+    def apparent(miss: tuple[float, float]) -> float:
+        return max(miss[0] / depth, miss[1])
+
     def cured(case: Case) -> Trial | None:
         trial = cures(case)
         if trial is None:
             return None
-        now = miss(case.task, trial.loop)
-        near = now[0] < max(FAR, BETTER * off[0]) and now[1] < max(TURNED, BETTER * off[1])
-        return trial if near else None
+        now = apparent(miss(case.task, trial.loop))
+        return trial if now < max(TURNED, BETTER * apparent(off)) else None
 
     return cured
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from robsim.analysis.case import Case, Repeated
+from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 from robsim.arrays import Array, runs_last
 from robsim.pose import Pose, homogeneous
@@ -33,6 +34,12 @@ def largest_errors(again: Repeated) -> Array:
     """(T,) max|e|, which is compared with the tolerance."""
     sizes: Array = np.abs(errors(again)).max(axis=1)
     return sizes
+
+
+def size(again: Repeated, error: float) -> str:
+    """An error with its unit."""
+    unit = again.loop.controller.units[0]
+    return number(error) if unit == "1" else f"{number(error)} {unit}"
 
 
 def gain_of(case: Case) -> float:
