@@ -262,10 +262,20 @@ KNOWN = [
     (hardly_any_gain, "TIME_LIMIT", "too little time", r"falls at 0\.0001 per second, with a gain"),
     (one_period, "TIME_LIMIT", "too little time", r"below the tolerance after 9\.68 s"),
     (given_in_pixels, "BEHIND_CAMERA", "goal", r"largest is 60, and at the start 0\.1\."),
-    (wheels, "LOCAL_MINIMUM", "local minimum", "2 velocities only, too few for 8 numbers"),
+    (
+        wheels,
+        "LOCAL_MINIMUM",
+        "local minimum",
+        "too few for 8 numbers, which take 6",
+    ),
     (hindered, "TIME_LIMIT", "too little time", "speed limit of the task slows the command"),
     (damped, "TIME_LIMIT", "too little time", r"with a gain of 1 per second, and at that rate"),
-    (wrong_links, "JOINT_LIMIT", "robot model", "The links 'forearm' of 'puma560' are believed"),
+    (
+        wrong_links,
+        "JOINT_LIMIT",
+        "robot model",
+        "believed wrongly: 'forearm'",
+    ),
 ]
 
 
@@ -304,6 +314,27 @@ def test_two_each_of_which_is_enough_are_put_right_together():
     told = rs.explain(fly(task))
     assert [cause.about for cause in told.causes] == ["depth scale and hand-eye"]
     assert "To put right one of them is not enough" in told.causes[0].sentence
+
+
+def test_of_two_together_the_one_that_ended_the_run_is_named_first():
+    """Latency loses the square; with noise alone the run would go on, and never be exact."""
+    sensing = rs.Sensing(latency=0.12, noise=0.01)
+    told = rs.explain(fly(rs.IBVS(gain=15.0), sensing=sensing))
+    assert [cause.about for cause in told.causes] == ["latency and noise"]
+    assert "without latency alone the run ends as TIME_LIMIT. Only with" in str(told)
+
+
+def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
+    task = replace(rs.load_scenario(examples.path("joint_limits")).task, secondary=None)
+    scenario = rs.load_scenario(examples.path("joint_limits"))
+    told = rs.explain(rs.simulate(scenario.scene, task, scenario.q0, **scenario.settings.keywords))
+    assert [cause.about for cause in told.causes] == ["joint limit"]
+    assert "and nothing else: without limits the same run converges" in str(told)
+
+
+def test_ways_of_points_are_not_blamed_for_where_a_pose_is_regulated():
+    told = rs.explain(example("pbvs_loses_target"))
+    assert [cause.about for cause in told.causes] == ["no control of the image", "border"]
 
 
 def test_what_is_not_the_cause_is_acquitted():
@@ -401,6 +432,17 @@ def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
     told = rs.explain(fly(rs.IBVS(rs.Computed(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
     assert "wrongly: centre (340, 240) px, in truth (320, 240) px. With" in told.causes[1].sentence
     assert "40 mm away" in told.causes[0].sentence  # 20 px / 500 px of 1 m
+
+
+def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
+    """Three marks have four solutions, and a coarse tolerance leaves a way to go."""
+    far, three = at(0.5, 0.3, -0.2, (0.4, -0.5, 0.5)), rs.Part("points", marks=[0, 1, 2])
+    told = rs.explain(fly(rs.IBVS(features=three), far, flying(camera=eye(size=None)), duration=20))
+    assert [cause.about for cause in told.causes] == ["final pose", "ambiguous features"]
+    for belief in (None, AS_BELIEVED):
+        told = rs.explain(fly(rs.IBVS(tolerance=1e-2, belief=belief)))
+        assert [cause.about for cause in told.causes] == ["final pose", "tolerance"]
+        assert "with 1e-05 the camera stands where it should" in str(told)
 
 
 def test_what_a_tolerance_leaves_does_not_hide_the_cause():
@@ -622,6 +664,35 @@ def test_without_experiments_the_run_is_read_only():
         "Also wrong in this run, and not examined: pixel noise, latency and "
         "the intrinsics of 'eye'.",
     )
+
+
+class Wrapped:
+    """A task of a user's own kind, whose gain nobody knows."""
+
+    def __init__(self, task):
+        self.task = task
+
+    def __getattr__(self, name):
+        return getattr(self.task, name)
+
+    def bind(self, scene):
+        return self.task.bind(scene)
+
+
+def test_a_task_whose_gain_nobody_knows_has_no_gain_in_its_explanation():
+    scene, task = flying(), Wrapped(rs.IBVS(gain=0.2))
+    told = rs.explain(fly(task, scene=scene), scene, task)
+    assert "falls at 0.201 per second, and" in told.causes[0].sentence and "nan" not in str(told)
+    for sensing, actuation in (
+        (rs.Sensing(latency=0.12), None),
+        (rs.Sensing(period=0.4), None),
+        (None, rs.Actuation(lag=1.0)),
+    ):
+        task, wrong = Wrapped(rs.IBVS(gain=15.0)), {"sensing": sensing, "actuation": actuation}
+        told = rs.explain(fly(task, scene=scene, **wrong), scene, task, **wrong)
+        assert told.causes and "nan" not in str(told)
+        assert not told.advice  # nothing of it can be changed
+        assert all(np.isfinite(value) for value in told.causes[0].evidence.values())
 
 
 TASKS = {

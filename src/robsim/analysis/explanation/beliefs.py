@@ -75,8 +75,8 @@ def _robot(believed: Robot, true: Robot) -> Iterator[Removal]:
     joints = [{k.name: (k.parent, k.joint) for k in robot.links} for robot in (believed, true)]
     if joints[0] != joints[1]:
         wrong = [f"'{name}'" for name, joint in joints[1].items() if joints[0].get(name) != joint]
-        which = f" {listed(wrong)}" if wrong else ""
-        sentence = f"The links{which} of '{true.name}' are believed wrongly."
+        which = f": {listed(wrong)}" if wrong else ""
+        sentence = f"Links of '{true.name}' are believed wrongly{which}."
         name = f"the links of '{true.name}'"
         yield _false("robot model", name, sentence, _right(true, "links"))
     yield from _placed(believed, true, "base", "base", "base")

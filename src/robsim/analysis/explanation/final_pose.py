@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from robsim.analysis.case import Case
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.attribution import Cure, Jury
+from robsim.analysis.explanation.changes import with_leaves
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.imperfections import imperfections
 from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.removal import Trial, cures
+from robsim.analysis.explanation.removal import Trial, cures, patient
 from robsim.analysis.explanation.wording import away
 from robsim.loop import Loop
 from robsim.servo import Task
@@ -37,8 +39,30 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     first = Finding("final pose", sentence, evidence)
     if not inquiry.experiments:
         return [first]
-    found = Jury(_nearer(off, float(inquiry.depths[-1])), _stands).attributed(inquiry.case, wrong)
-    return [first, *found.causes]
+    cured = _nearer(off, float(inquiry.depths[-1]))
+    causes = Jury(cured, _stands).attributed(inquiry.case, wrong).causes
+    return [first, *(causes or _same_image(inquiry, cured, bool(wrong)))]
+
+
+def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]:
+    """Why a camera stands elsewhere that is not misled."""
+    finer = 1e-3 * inquiry.tolerance
+    case = with_leaves(patient(inquiry.case), tolerance=finer)
+    if case is None or not cures(case):
+        return
+    if cured(case):
+        yield Finding(
+            "tolerance",
+            f"The tolerance of {inquiry.size(inquiry.tolerance)} leaves that: with "
+            f"{inquiry.size(finer)} the camera stands where it should.",
+            {"tolerance": inquiry.tolerance, "finer": finer},
+        )
+    elif not wrong:
+        yield Finding(
+            "ambiguous features",
+            "The features have the same values at both poses; three marks, for one, look the same "
+            "from up to four. More marks tell the poses apart.",
+        )
 
 
 def miss(task: Task, loop: Loop) -> tuple[float, float]:

@@ -113,20 +113,25 @@ def _period(again: Repeated) -> Told:
     product = views.gain_of(again.case) * seconds
     sentence = (
         f"A new image comes every {number(seconds)} s only, {_periods(seconds / again.case.dt)}, "
-        f"and the command goes on meanwhile: gain times {number(seconds)} s is {number(product)}, "
-        "and from 2 on the loop is unstable."
+        "and the command goes on meanwhile"
     )
+    if np.isfinite(product):
+        sentence += f": gain times {number(seconds)} s is {number(product)}, and from 2 on the loop"
+        sentence += " is unstable"
+    sentence += "."
     return sentence, {"period_s": seconds, "gain_period": product, "limit": 2.0}
 
 
 def _lag(again: Repeated) -> Told:
     lag, gain = again.case.actuation.lag, views.gain_of(again.case)
     damping = 0.5 / np.sqrt(lag * gain)
-    sentence = (
-        f"The joints follow their command with a lag of {number(lag)} s: at a gain of "
-        f"{number(gain)} per second the damping ratio of the loop is {number(damping)}, and "
-        "below 1 it oscillates."
-    )
+    sentence = f"The joints follow their command with a lag of {number(lag)} s"
+    if np.isfinite(damping):
+        sentence += (
+            f": at a gain of {number(gain)} per second the damping ratio of the loop is "
+            f"{number(damping)}, and below 1 it oscillates"
+        )
+    sentence += "."
     return sentence, {"lag_s": lag, "gain": gain, "damping": float(damping)}
 
 

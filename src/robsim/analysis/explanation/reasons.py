@@ -41,6 +41,8 @@ def reasons(inquiry: Inquiry) -> Iterator[Finding]:
         finding = reason(inquiry)
         if finding:
             yield finding
+            if "converges_after_s" in finding.evidence:
+                return  # nothing else stands in the way
 
 
 _LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)

@@ -32,11 +32,21 @@ def null_space(inquiry: Inquiry) -> Finding | None:
         f"error that is left, of length {inquiry.size(norm)}, lies in the null space of (L J)^+, "
         f"where nothing is commanded and V' = {inquiry.said('lyapunov_rate')} (chapter, eq. 18)."
     )
-    if rank < min(k, 6) and last.state.jacobian_last.shape[1] <= rank:
-        sentence += f" The robot has {rank} velocities only, too few for {k} numbers."
+    sentence += too_few(inquiry)
     evidence = {"k": float(k), "rank": float(rank), "error_norm": norm, "speed": speed}
     evidence |= {"least_curvature": curved} if np.isfinite(curved) else {}
     return Finding("local minimum", sentence, evidence)
+
+
+def too_few(inquiry: Inquiry) -> str:
+    """A sentence on a robot with fewer velocities than the numbers have degrees of freedom."""
+    if inquiry.last is None:
+        return ""
+    n, k = inquiry.last.state.jacobian_last.shape[1], len(inquiry.last.error)
+    rank = inquiry.value("rank_interaction")
+    if not n < rank:
+        return ""
+    return f" {n} velocities are commanded, too few for {k} numbers, which take {rank:.0f}."
 
 
 def camera_law(inquiry: Inquiry) -> Finding | None:
