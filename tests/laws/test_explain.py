@@ -484,6 +484,34 @@ def test_the_limit_of_a_delayed_loop_is_where_its_roots_leave_the_circle(periods
     assert np.abs(np.roots(polynomial)).max() == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(("whole", "part"), [(0, 0.5), (1, 0.25), (2, 0.5), (5, 0.9)])
+def test_a_delay_of_a_part_of_a_period_has_a_limit_of_its_own(whole, part):
+    """x(k + 1) = x(k) - g ((1 - f) x(k - m) + f x(k - m - 1)): linear between two commands."""
+    limit, polynomial = delay_limit(whole + part), np.zeros(whole + 3)
+    polynomial[:2] = 1, -1
+    polynomial[-2:] += limit * (1 - part), limit * part
+    assert np.abs(np.roots(polynomial)).max() == pytest.approx(1.0, abs=1e-9)
+    scene, near = flying(camera=eye(size=None)), at(1e-3)
+    ends = [
+        fly(
+            rs.IBVS(gain=share * limit / 0.04, tolerance=1e-5),
+            near,
+            scene,
+            sensing=rs.Sensing(latency=0.04 * (whole + part)),
+            duration=60,
+        )
+        for share in (0.95, 1.05)
+    ]
+    assert [rs.Outcome(int(run.outcome)).name for run in ends] == ["CONVERGED", "DIVERGED"]
+
+
+def test_the_share_of_the_periods_is_of_those_that_there_were():
+    run = fly(rs.IBVS(gain=2.0), actuation=rs.Actuation(velocity=[0.02] * 3 + [0.1] * 3))
+    cut = (abs(run.qd.values[:250]) > [0.02] * 3 + [0.1] * 3).any(axis=1)
+    told = rs.explain(run)
+    assert told.causes[0].about == "velocity" and told.causes[0].evidence["share"] == cut.mean()
+
+
 # ---- what did not fail ----
 
 

@@ -147,9 +147,8 @@ def _cut(again: Repeated, which: str) -> Told:
     """How often the joints did not move as commanded."""
     columns, scene = again.loop.controller.columns, again.case.scene
     limit = again.case.actuation.limits(which, scene.nv)[columns]
-    wanted, actual = (
-        again.run[name].values[: len(again.moments), columns] for name in ("qd", "qd_actual")
-    )
+    periods = max(len(again.moments) - 1, 1)
+    wanted, actual = (again.run[name].values[:periods, columns] for name in ("qd", "qd_actual"))
     asked = wanted if which == "velocity" else (wanted - actual) / again.case.dt
     share = float((np.abs(asked) > limit).any(axis=1).mean())
     sentence = (
@@ -192,6 +191,7 @@ def _depths(again: Repeated) -> Iterator[Removal]:
     odd = [leaf.depth for leaf in leaves(again.case.task) if leaf.depth != "true"]
     if odd:
         depths = views.mean_depths(again)
+        depths = depths[depths > 0] if (depths > 0).any() else depths
         low, high = float(depths.min()), float(depths.max())
         sentence = (
             f"The depth in L is {_said(odd[0])}, not the true one, which goes from {length(low)} "
