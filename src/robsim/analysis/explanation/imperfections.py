@@ -14,7 +14,7 @@ from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
 from robsim.analysis.explanation.removal import Removal, put
-from robsim.analysis.explanation.wording import counted, length, number
+from robsim.analysis.explanation.wording import counted, length, listed, movers, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.analysis.truth import true_features
 from robsim.motion import Motion
@@ -113,20 +113,25 @@ def _period(again: Repeated) -> Told:
     product = views.gain_of(again.case) * seconds
     sentence = (
         f"A new image comes every {number(seconds)} s only, {_periods(seconds / again.case.dt)}, "
-        f"and the command goes on meanwhile: gain times {number(seconds)} s is {number(product)}, "
-        "and from 2 on the loop is unstable."
+        "and the command goes on meanwhile"
     )
+    if np.isfinite(product):
+        sentence += f": gain times {number(seconds)} s is {number(product)}, and from 2 on the loop"
+        sentence += " is unstable"
+    sentence += "."
     return sentence, {"period_s": seconds, "gain_period": product, "limit": 2.0}
 
 
 def _lag(again: Repeated) -> Told:
     lag, gain = again.case.actuation.lag, views.gain_of(again.case)
     damping = 0.5 / np.sqrt(lag * gain)
-    sentence = (
-        f"The joints follow their command with a lag of {number(lag)} s: at a gain of "
-        f"{number(gain)} per second the damping ratio of the loop is {number(damping)}, and "
-        "below 1 it oscillates."
-    )
+    sentence = f"The joints follow their command with a lag of {number(lag)} s"
+    if np.isfinite(damping):
+        sentence += (
+            f": at a gain of {number(gain)} per second the damping ratio of the loop is "
+            f"{number(damping)}, and below 1 it oscillates"
+        )
+    sentence += "."
     return sentence, {"lag_s": lag, "gain": gain, "damping": float(damping)}
 
 
@@ -142,9 +147,8 @@ def _cut(again: Repeated, which: str) -> Told:
     """How often the joints did not move as commanded."""
     columns, scene = again.loop.controller.columns, again.case.scene
     limit = again.case.actuation.limits(which, scene.nv)[columns]
-    wanted, actual = (
-        again.run[name].values[: len(again.moments), columns] for name in ("qd", "qd_actual")
-    )
+    periods = max(len(again.moments) - 1, 1)
+    wanted, actual = (again.run[name].values[:periods, columns] for name in ("qd", "qd_actual"))
     asked = wanted if which == "velocity" else (wanted - actual) / again.case.dt
     share = float((np.abs(asked) > limit).any(axis=1).mean())
     sentence = (
@@ -187,6 +191,7 @@ def _depths(again: Repeated) -> Iterator[Removal]:
     odd = [leaf.depth for leaf in leaves(again.case.task) if leaf.depth != "true"]
     if odd:
         depths = views.mean_depths(again)
+        depths = depths[depths > 0] if (depths > 0).any() else depths
         low, high = float(depths.min()), float(depths.max())
         sentence = (
             f"The depth in L is {_said(odd[0])}, not the true one, which goes from {length(low)} "
@@ -210,9 +215,9 @@ def _scaled(again: Repeated, scale: Any) -> Told:
     if low == high:
         sentence = (
             f"The law takes all depths for {number(high)} times what they are, so that "
-            f"translations are {number(high)} times too fast: gain times period times that factor "
-            f"is {number(product)}, and the loop is {'unstable' if product > 2 else 'stable'} "
-            f"{'from' if product > 2 else 'up to'} 2."
+            f"translations are {number(high)} times as fast as they should be: gain times period "
+            f"times that factor is {number(product)}, and the loop is "
+            f"{'unstable from' if product > 2 else 'stable up to'} 2."
         )
         return sentence, evidence
     sentence = (
@@ -235,15 +240,16 @@ def _motions(again: Repeated) -> Iterator[Removal]:
     scene = again.case.scene
     if not scene.motions:
         return
-    names = ", ".join(f"'{motion.robot}'" for motion in scene.motions)
+    names = listed([f"'{motion.robot}'" for motion in scene.motions])
     drift, gain = _drift(again), views.gain_of(again.case)
     known = any(leaf.feed_forward is not None for leaf in leaves(again.case.task))
     how = "and its feed-forward does not make up for it" if known else "and the law does not know"
-    sentence = f"{names} moves on its own, {how}"
+    sentence = f"{movers(scene)}, {how}"
     if np.isfinite(drift / gain):
         sentence += (
-            f": a law of gain {number(gain)} per second lags behind by the drift of the error "
-            f"over the gain, {number(drift)} / {number(gain)} = {number(drift / gain)}"
+            f": a law of gain {number(gain)} per second lags behind by about the drift of the "
+            f"error over the gain, {number(drift)} / {number(gain)} = "
+            f"{views.size(again, drift / gain)}"
         )
     still = [Motion(m.robot, np.zeros(scene.robot(m.robot).nv)) for m in scene.motions]
     evidence = {"drift": drift, "gain": gain, "lag": drift / gain}
@@ -258,13 +264,13 @@ def _stands(still: list[Motion]) -> Any:
 
 
 def _drift(again: Repeated) -> float:
-    """How fast what moves on its own changes the error in the end, per second."""
+    """How fast what moves on its own changes the error in the end: its largest, per second."""
     case, last = again.case, len(again.moments) - 1
     truth = true_features(case.task, case.scene, again.moments[last].q)
     if truth is None:
         return float("nan")
     own = case.scene.drift(last * case.dt)
-    return float(np.linalg.norm(truth.rates[0] @ own))
+    return float(np.abs(truth.rates[0] @ own).max())
 
 
 def _floor(again: Repeated, what: str) -> Told:
@@ -274,8 +280,8 @@ def _floor(again: Repeated, what: str) -> Told:
     sizes, tolerance = views.largest_errors(again), again.loop.controller.tolerance
     floor = float(np.median(sizes[-max(len(sizes) // 3, 1) :]))
     sentence = (
-        f"{what}: the largest error stays at about {number(floor)}, and the tolerance is "
-        f"{number(tolerance)}."
+        f"{what}: the largest error stays at about {views.size(again, floor)}, and the tolerance "
+        f"is {views.size(again, tolerance)}."
     )
     return sentence, {"floor": floor, "tolerance": tolerance}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -28,6 +29,11 @@ class Removal:
     change: Change
     evidence: dict[str, float] = field(default_factory=dict)
     undone: str = ""  # how the run is called in which it is right, as "without latency"
+
+    @property
+    def known(self) -> dict[str, float]:
+        """The numbers that there are: a user's own kind of task may have no gain."""
+        return {name: value for name, value in self.evidence.items() if math.isfinite(value)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +76,12 @@ def cures(case: Case) -> Trial | None:
     """The trial of a case if it converges."""
     trial = tried(case)
     return trial if trial is not None and trial.converged else None
+
+
+def outcome(case: Case) -> Outcome | None:
+    """How a case ends; None if it makes no sense."""
+    trial = tried(case)
+    return trial.outcome if trial else None
 
 
 def without(case: Case, removals: Iterable[Removal]) -> Case:
