@@ -63,7 +63,8 @@ class Sensing:
     outlier_size  px, standard deviation of where an outlier is seen instead
     occlusions    marks that are hidden for a while
     dropped       share of the images that are lost: the last one is used again
-    latency       seconds: the image that is used is so old, and the first of all until then
+    latency       seconds: how old an image is when it comes; until the first one comes, the
+                  image of the start is used
     period        seconds from one image to the next, a multiple of the control period; None for
                   one in every control period
 

@@ -17,6 +17,7 @@ PATIENCE = 3.0  # times its duration that a changed run may take, to see where i
 LONGEST = 20.0  # times, where the run is known to need them
 
 Change = Callable[[Case], Case]
+Told = tuple[str, dict[str, float]]  # a sentence and its numbers
 
 
 @dataclass(frozen=True, eq=False)
