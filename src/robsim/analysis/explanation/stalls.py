@@ -30,10 +30,11 @@ def null_space(inquiry: Inquiry) -> Finding | None:
     sentence = (
         f"This is {place}: the law regulates k = {k} numbers and L J has rank {rank}, and the "
         f"error that is left, of length {inquiry.size(norm)}, lies in the null space of (L J)^+, "
-        f"where nothing is commanded and V' = {inquiry.said('lyapunov_rate')} (chapter, eq. 18)."
+        "where nothing is commanded, so that V' is zero (chapter, eq. 18)."
     )
     sentence += too_few(inquiry)
     evidence = {"k": float(k), "rank": float(rank), "error_norm": norm, "speed": speed}
+    evidence["lyapunov_rate"] = inquiry.value("lyapunov_rate")
     evidence |= {"least_curvature": curved} if np.isfinite(curved) else {}
     return Finding("local minimum", sentence, evidence)
 
