@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers, positive
+from robsim.arrays import Array, frozen, not_negative, one_or_each
 from robsim.errors import InputError
 
 Each = float | Sequence[float]  # one number for all, or one for each
@@ -27,10 +26,10 @@ class Actuation:
     Limits are one number for all velocities of the scene, or one for each; steps likewise for its
     coordinates, of which those of other joints are not counted. Each is off by default. Only
     commanded velocities lag and are limited; every joint starts at rest. A floating or planar
-    joint is moved by its mean velocity over each period, all others exactly.
+    joint and a unicycle are moved by their mean velocity over each period, all others exactly.
 
-    >>> Actuation(lag=0.1).velocity_after([1.0], seconds=0.1)
-    array([0.63212056])
+    >>> Actuation(lag=0.1, velocity=[0.5, 1.0]).limits("velocity", 2)
+    array([0.5, 1. ])
     """
 
     lag: float = 0.0
@@ -42,9 +41,10 @@ class Actuation:
         put = object.__setattr__
         put(self, "lag", not_negative(self.lag, "lag (seconds)"))
         for name in ("velocity", "acceleration"):
-            given = getattr(self, name)
-            put(self, name, None if given is None else _each(given, f"{name} limit", False))
-        put(self, "encoder", _each(self.encoder, "encoder step", True))
+            if getattr(self, name) is not None:
+                limit = one_or_each(getattr(self, name), f"{name} limit", "velocity")
+                put(self, name, limit)
+        put(self, "encoder", one_or_each(self.encoder, "encoder step", "coordinate", zero=True))
 
     @property
     def moves(self) -> bool:
@@ -74,33 +74,3 @@ class Actuation:
         """(count,) of the velocity or the acceleration; infinite where there is none."""
         given = getattr(self, which)
         return frozen(np.full(count, math.inf if given is None else given, dtype=float))
-
-    def velocity_after(self, command: Any, seconds: float, start: Any = 0.0) -> Array:
-        """Velocities (n,) after a command (n,) was held for some time, from velocities `start`."""
-        from robsim.kernels.actuation import follow
-
-        wanted = np.atleast_1d(numbers(command, "command", ()))
-        v = np.broadcast_to(numbers(start, "start", ()), wanted.shape).copy()[:, None]
-        limits = (self.limits(name, wanted.size) for name in ("velocity", "acceleration"))
-        mean = np.empty(v.shape)
-        follow(wanted[:, None], self.lag, *limits, positive(seconds, "seconds"), v, mean)
-        return v[:, 0]
-
-
-def not_negative(value: Any, what: str) -> float:
-    """A finite number from zero on, or an InputError that names `what`."""
-    number = numbers(value, what, ())
-    if number.ndim or number < 0:
-        raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
-    return float(number)
-
-
-def _each(value: Any, what: str, zero: bool) -> float | tuple[float, ...]:
-    given = numbers(value, what, ())
-    low = (given >= 0).all() if zero else (given > 0).all()
-    if given.ndim > 1 or not given.size or not low:
-        sign = "not below 0" if zero else "above 0"
-        raise InputError(
-            f"{what}: expected a number {sign}, or one for each, got {given.tolist()!r:.80}"
-        )
-    return tuple(given.tolist()) if given.ndim else float(given)

@@ -61,6 +61,19 @@ def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
     return first.reshape(*lead, *array.shape[:-1])
 
 
+def some_runs(array: NDArray[T], chosen: NDArray[Any]) -> NDArray[T]:
+    """Contiguous copy (..., some) of an array with the run last."""
+    return np.ascontiguousarray(array[..., chosen])
+
+
+def length(array: Array) -> Array:
+    """Euclidean length over the first axis, term by term: the same bits for any batch."""
+    square = np.zeros(array.shape[1:])
+    for row in array:
+        square += row * row
+    return np.asarray(np.sqrt(square))
+
+
 _RUN_FIRST = [tuple(np.roll(range(n), 1).tolist()) for n in range(5)]
 _RUN_LAST = [tuple(np.roll(range(n), -1).tolist()) for n in range(5)]
 
@@ -80,11 +93,36 @@ def last_view(array: NDArray[T]) -> NDArray[T]:
     return array.transpose(_RUN_LAST[array.ndim])
 
 
+def one_or_each(
+    value: Any, what: str, owner: str, *, zero: bool = False
+) -> float | tuple[float, ...]:
+    """One positive number for all, or one for each owner; with `zero`, not below 0.
+
+    InputError names `what` and the owner.
+    """
+    given = numbers(value, what, ())
+    fits = (given >= 0 if zero else given > 0).all()
+    if given.ndim > 1 or not given.size or not fits:
+        kind = "number not below 0" if zero else "positive number"
+        raise InputError(
+            f"{what} must be a {kind}, or one for each {owner}, got {given.tolist()!r:.80}"
+        )
+    return tuple(given.tolist()) if given.ndim else float(given)
+
+
 def positive(value: Any, what: str) -> float:
     """A finite number above zero, or an InputError that names `what`."""
     number = numbers(value, what, ())
     if number.ndim or not number > 0:
         raise InputError(f"{what} must be a positive number, got {value!r}")
+    return float(number)
+
+
+def not_negative(value: Any, what: str) -> float:
+    """A finite number from zero on, or an InputError that names `what`."""
+    number = numbers(value, what, ())
+    if number.ndim or number < 0:
+        raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
     return float(number)
 
 

@@ -60,25 +60,30 @@ def believe(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
+    if convention not in ("standard", "modified"):
+        raise InputError(f"convention must be 'standard' or 'modified', got {convention!r:.80}")
     wrong: list[Robot | Object | Mounted] = []
-    if distortion is not None or hand_eye is not None or _differs(focal, 1.0) or _differs(center):
+    lens = _differs(focal, 1.0) or _differs(center, (0.0, 0.0)) or distortion is not None
+    if camera is not None or lens or hand_eye is not None:
         wrong.append(_camera(scene.camera(camera), focal, center, distortion, hand_eye))
-    if dh or base is not None:
-        wrong.append(_robot(scene.robot(robot), dh or {}, convention, base))
-    if marks is not None or place is not None or _differs(size, 1.0):
+    if robot is not None or dh is not None or base is not None:
+        wrong.append(_robot(scene.robot(robot), {} if dh is None else dh, convention, base))
+    if target is not None or marks is not None or place is not None or _differs(size, 1.0):
         wrong.append(_target(scene.object(target), size, marks, place))
     return scene.replacing(*wrong)
 
 
-def _differs(value: Any, right: float = 0.0) -> bool:
-    return not (isinstance(value, float | int | tuple) and np.all(np.equal(value, right)))
+def _differs(value: Any, right: float | tuple[float, float]) -> bool:
+    """Whether it is not what is believed by default, or no number at all, which is told later."""
+    return isinstance(value, bool) or not isinstance(value, float | int | tuple) or value != right
 
 
 def _camera(eye: Mounted, focal: Any, center: Any, distortion: Any, hand_eye: Any) -> Mounted:
     K, factor = np.array(eye.camera.K), numbers(focal, "focal (a factor)", ())
     if factor.shape not in ((), (2,)) or not (factor > 0).all():
         raise InputError(f"focal: expected one factor above 0, or two, got {focal!r:.80}")
-    K[[0, 1], [0, 1]] *= factor
+    with np.errstate(over="ignore"):  # the camera refuses what is not finite
+        K[[0, 1], [0, 1]] *= factor
     shift = numbers(center, "center (pixels)", (2,))
     if shift.ndim != 1:
         raise InputError(f"center (pixels): expected (column, row), got {center!r:.80}")
@@ -89,8 +94,6 @@ def _camera(eye: Mounted, focal: Any, center: Any, distortion: Any, hand_eye: An
 
 
 def _robot(robot: Robot, dh: Any, convention: str, base: Any) -> Robot:
-    if convention not in ("standard", "modified"):
-        raise InputError(f"convention must be 'standard' or 'modified', got {convention!r:.80}")
     if not isinstance(dh, Mapping):
         raise InputError(f"dh: expected {{link: {{'a': metres, ...}}}}, got {dh!r:.80}")
     names = [link.name for link in robot.links]
@@ -129,7 +132,8 @@ def _target(thing: Object, size: Any, marks: Any, place: Any) -> Object:
         raise InputError(
             f"marks of '{thing.name}': expected shape {thing.marks.shape}, got {believed.shape}"
         )
-    believed = positive(size, "size (a factor)") * believed
+    with np.errstate(over="ignore"):  # the object refuses what is not finite
+        believed = positive(size, "size (a factor)") * believed
     return replace(thing, marks=believed, pose=_moved(thing.pose, place, "place"))
 
 

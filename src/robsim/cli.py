@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -74,12 +74,14 @@ def run(
 @click.argument(
     "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
 )
-@click.option("--vary", metavar="KEY=V1,V2,...", help="One scheme for each value.")
+@click.option(
+    "--vary", "varied", multiple=True, metavar="KEY=V1,V2,...", help="One scheme for each value."
+)
 @_output
 @_set
 def compare(
     files: tuple[Path, ...],
-    vary: str | None,
+    varied: tuple[str, ...],
     output: Path | None,
     force: bool,
     no_figures: bool,
@@ -88,7 +90,10 @@ def compare(
     """Simulate the scenarios in FILE... and measure them beside each other."""
     from robsim.analysis.variants import variants
 
-    scenarios = {name: _load(file, (*changes, *more)) for name, file, more in variants(files, vary)}
+    if len(varied) > 1:
+        raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, varied))}")
+    each = variants(files, *varied)
+    scenarios = {name: _load(file, (*changes, *more)) for name, file, more in each}
     if not no_figures:
         for scenario in scenarios.values():
             _check_colors(scenario)
@@ -101,7 +106,7 @@ def compare(
 @click.argument("file", type=click.Path(path_type=Path))
 @_set
 def check(file: Path, changes: tuple[str, ...]) -> None:
-    """Read FILE and try its goal and start without simulating."""
+    """Read FILE and try its goal, start and settings without simulating."""
     scenario = _load(file, changes)
     with _warnings_as_lines():
         scenario.check()
@@ -191,28 +196,14 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
     click.echo(scenario.title or "simulating")
     if _must_compile(scenario):
         click.echo(COMPILING)
-    try:
-        with _warnings_as_lines(), _progress() as progress:
-            result = scenario.run(progress)
-    except Interrupted as stop:
-        click.echo("stopping: saving what was simulated so far", err=True)
-        _save(stop.run, scenario, folder)
-        click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
-        sys.exit(STOPPED)
-    except (RobSimError, KeyboardInterrupt):
-        with suppress(OSError):
-            folder.rmdir()  # if it is empty: nothing was simulated
-        raise
+    result = _finished(scenario.run, lambda run: _save(run, scenario, folder), folder)
     stopped = _save(result, scenario, folder)
     _report(result, folder)
     if stopped:
         sys.exit(STOPPED)
     if figures:
-        try:
+        with _drawing("run is"):
             _draw(result, scenario, folder)
-        except KeyboardInterrupt:
-            click.echo("stopped while drawing; the run is complete", err=True)
-            sys.exit(STOPPED)
 
 
 def _compare(scenarios: dict[str, Scenario], folder: Path, figures: bool) -> None:
@@ -225,28 +216,44 @@ def _compare(scenarios: dict[str, Scenario], folder: Path, figures: bool) -> Non
     ]
     if any(_must_compile(scenario) for scenario in scenarios.values()):
         click.echo(COMPILING)
+
+    def save(found: Comparison) -> bool:
+        return _save_comparison(found, schemes, folder)
+
+    found = _finished(lambda progress: compared(schemes, progress), save, folder)
+    stopped = save(found)
+    click.echo(f"{found}\nresults: {folder}")
+    if stopped:
+        sys.exit(STOPPED)
+    if figures:
+        with _drawing("runs are"):
+            _draw_comparison(found, folder)
+
+
+def _finished(work: Callable[[Any], Any], save: Callable[[Any], bool], folder: Path) -> Any:
+    """What `work` makes with a bar of progress. After Ctrl-C, what there is is saved."""
     try:
         with _warnings_as_lines(), _progress() as progress:
-            found = compared(schemes, progress)
+            return work(progress)
     except Interrupted as stop:
         click.echo("stopping: saving what was simulated so far", err=True)
-        _save_comparison(stop.run, schemes, folder)
+        save(stop.run)
         click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
         sys.exit(STOPPED)
     except (RobSimError, KeyboardInterrupt):
         with suppress(OSError):
             folder.rmdir()  # if it is empty: nothing was simulated
         raise
-    stopped = _save_comparison(found, schemes, folder)
-    click.echo(f"{found}\nresults: {folder}")
-    if stopped:
+
+
+@contextmanager
+def _drawing(what: str) -> Iterator[None]:
+    """Ctrl-C ends the command; the files are there."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        click.echo(f"stopped while drawing; the {what} complete", err=True)
         sys.exit(STOPPED)
-    if figures:
-        try:
-            _draw_comparison(found, folder)
-        except KeyboardInterrupt:
-            click.echo("stopped while drawing; the runs are complete", err=True)
-            sys.exit(STOPPED)
 
 
 def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> bool:

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array
+from robsim.arrays import Array, some_runs
 from robsim.drives import Drives, Held
 from robsim.errors import InputError, suggest
 from robsim.kernels import loop as kernels
 from robsim.kernels import sensing as wrong
 from robsim.kernels.loop import Noise
+from robsim.record import LONGEST
 from robsim.sensing import Sensing
 from robsim.servo.sight import Sight, joined
+
+ROUNDING = 1e-9  # of a period: times that differ by less are one
 
 
 class Frame(NamedTuple):
@@ -32,6 +35,15 @@ class Frame(NamedTuple):
         """Some of the marks."""
         return Frame(self.pixels[rows], self.depth[rows], self.hidden[rows], self.arrived)
 
+    def going(self, runs: NDArray[np.bool_]) -> Frame:
+        """Some of the runs."""
+        return Frame(
+            some_runs(self.pixels, runs),
+            some_runs(self.depth, runs),
+            some_runs(self.hidden, runs),
+            some_runs(self.arrived, runs),
+        )
+
 
 @dataclass
 class Frames:
@@ -45,9 +57,10 @@ class Frames:
     last: Frame | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        self.every, periods = self.sensing.periods(self.dt), self.sensing.latency / self.dt
-        self.age = int(np.ceil(periods - 1e-9))  # whole periods, of which some share is over
-        self.share = max(self.age - periods, 0.0) if self.age - periods > 1e-9 else 0.0
+        self.every = self.sensing.periods(self.dt)
+        periods = min(self.sensing.latency / self.dt, 2.0 * LONGEST)  # no run is longer
+        self.age = int(np.ceil(periods - ROUNDING))  # whole periods, of which some share is over
+        self.share = self.age - periods if self.age - periods > ROUNDING else 0.0
         self.past = deque(maxlen=max(self.age, 1))
 
     def at(self, step: int, q: Array, noise: Noise) -> Frame:
@@ -68,8 +81,8 @@ class Frames:
     def without(self, over: NDArray[np.bool_]) -> Frames:
         """Those of the runs that go on."""
         rest = Frames(self.sensing, self.sights, self.drives, self.dt)
-        rest.past.extend(Held(*(_keep(part, ~over) for part in held)) for held in self.past)
-        rest.last = self.last and Frame(*(_keep(part, ~over) for part in self.last))
+        rest.past.extend(Held(*(some_runs(part, ~over) for part in held)) for held in self.past)
+        rest.last = self.last and self.last.going(~over)
         return rest
 
     def _then(self, step: int, q: Array) -> Array:
@@ -136,7 +149,3 @@ def check_sensing(sensing: Sensing, sights: Sequence[Sight], dt: float) -> None:
                     f"occlusion: '{sight.target.name}' has {len(sight.target.marks)} marks, "
                     f"numbered from 0; there is no {max(occlusion.marks)}"
                 )
-
-
-def _keep(array: Any, going: NDArray[np.bool_]) -> Any:
-    return np.ascontiguousarray(array[..., going])

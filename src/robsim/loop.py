@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.actuation import Actuation
-from robsim.arrays import Array, runs_last
+from robsim.arrays import Array, runs_last, some_runs
 from robsim.drives import Drives, Held
 from robsim.errors import InputError
 from robsim.frames import Frames, check_sensing
 from robsim.kernels import loop as kernels
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
-from robsim.kernels.loop import Command, Noise
+from robsim.kernels.loop import Command, Noise, Scheme
 from robsim.kernels.sight import Look
 from robsim.outcome import Outcome
 from robsim.record import Record, Recorder
@@ -61,23 +61,31 @@ class Loop:
 
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
-        self.drives = Drives(self.actuation, scene, controller.columns)
+        check_sensing(self.sensing, controller.sights, self.dt)
+        self.actuation.check(scene.velocity_names, scene.coordinate_names)
         rates = scene.nv if self.actuation.moves else 0
         widths = (scene.nq, scene.nv, rates, controller.k, controller.goal_pixels.size)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
-        self.limits = np.ascontiguousarray(scene.limits + slack)
+        self.limits: Array = np.ascontiguousarray(scene.limits + slack)
+        self.drives = Drives(self.actuation, scene, controller.columns)
         self.steady = not any(callable(motion.rates) for motion in scene.motions)
         self.still = scene.drift(0.0)
-        ends = np.cumsum([0, *(len(sight.target.marks) for sight in controller.sights)])
         self.moves = controller.sights[0].moves(controller.columns)
-        self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]  # of pixels, by sight
-        check_sensing(self.sensing, controller.sights, self.dt)
-        self.actuation.check(scene.velocity_names, scene.coordinate_names)
         self.prompt = self.sensing.only_noise and not self.actuation.counts
+        self.rows = self._rows()
+        self.scheme = self._scheme()
+
+    def _rows(self) -> list[slice]:
+        """Of the pixels, by sight."""
+        counts = [len(sight.target.marks) for sight in self.controller.sights]
+        return [slice(*pair) for pair in pairwise(np.cumsum([0, *counts]).tolist())]
+
+    def _scheme(self) -> Scheme | None:
+        """For the compiled loop, where that can run all that is asked for, and pays."""
         plain = self.steady and self.prompt and not (self.actuation.moves or self.witness)
-        scheme = controller.compiled if plain else None
-        self.scheme = scheme if scheme and pays(len(self.q0), self.steps) else None
+        scheme = self.controller.compiled if plain else None
+        return scheme if scheme and pays(len(self.q0), self.steps) else None
 
     @property
     def scene(self) -> Scene:
@@ -95,7 +103,7 @@ class Loop:
             if over.any():
                 _tell_singular(self.controller, now)
                 self.recorder.end(step, chunk.rows, now, chunk.watch.length, over)
-                chunk, held = chunk.without(over), Held(*(_keep(part, ~over) for part in held))
+                chunk, held = chunk.without(over), Held(*(some_runs(part, ~over) for part in held))
             if not chunk.rows.size:
                 break
             chunk.frames.note(held)
@@ -157,9 +165,9 @@ class _Chunk:
     def without(self, over: NDArray[np.bool_]) -> _Chunk:
         """The chunk that goes on when some runs are over."""
         noise = self.noise._replace(runs=self.noise.runs[~over])
-        watch = Watch(*(_keep(array, ~over) for array in self.watch))
+        watch = Watch(*(some_runs(array, ~over) for array in self.watch))
         memory = _remembered(self.memory, ~over)
-        q, rates = _keep(self.q, ~over), _keep(self.rates, ~over)
+        q, rates = some_runs(self.q, ~over), some_runs(self.rates, ~over)
         frames = self.frames.without(over)
         near = self.near[~over]
         return _Chunk(self.rows[~over], q, rates, noise, frames, watch, near, memory)
@@ -314,14 +322,10 @@ def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
     return array
 
 
-def _keep(array: Any, going: NDArray[Any]) -> Any:
-    return np.ascontiguousarray(array[..., going])
-
-
 def _tell_singular(controller: Controller, now: Now) -> None:
     """A stall where L J has lost rank is a singularity, not a local minimum."""
     stalled = np.flatnonzero(now.outcome == Outcome.LOCAL_MINIMUM)
     if stalled.size:
-        reach = _keep(now.command.reach, stalled)
+        reach = some_runs(now.command.reach, stalled)
         lost = rank(reach, controller.rcond) < controller.full_rank
         now.outcome[stalled[lost]] = Outcome.SINGULAR

@@ -18,6 +18,8 @@ class Outcome(IntEnum):
 
     >>> Outcome.CONVERGED.message
     'converged: every feature error is below the tolerance'
+    >>> Outcome.LOCAL_MINIMUM.words
+    'local minimum'
     """
 
     RUNNING = endings.RUNNING
@@ -32,9 +34,14 @@ class Outcome(IntEnum):
     TIME_LIMIT = endings.TIME_LIMIT
 
     @property
+    def words(self) -> str:
+        """Its name as it is written in a text."""
+        return self.name.lower().replace("_", " ")
+
+    @property
     def message(self) -> str:
         """One sentence for the user."""
-        return f"{self.name.lower().replace('_', ' ')}: {_MESSAGES[self]}"
+        return f"{self.words}: {_MESSAGES[self]}"
 
 
 _MESSAGES = {

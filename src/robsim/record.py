@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array
+from robsim.arrays import Array, some_runs
 from robsim.errors import InputError
 from robsim.kernels import record as kernels
 from robsim.kernels.record import Track
@@ -58,7 +58,7 @@ class Recorder:
     ) -> None:
         """Keep how those of the runs ended that are over."""
         values = now.q, now.qd, now.rates, now.command.s, now.pixels
-        ended = (np.ascontiguousarray(value[..., over]) for value in values)
+        ended = (some_runs(value, over) for value in values)
         kernels.store(rows[over], 0, *ended, self.last)
         self.outcome[rows[over]] = now.outcome[over]
         self.end_step[rows[over]], self.path_length[rows[over]] = step, length[over]

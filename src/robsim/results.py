@@ -237,9 +237,8 @@ def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
 
 def _belief(belief: Scene | None, truth: Scene) -> str:
     """What is believed wrongly, by name."""
-    if belief in (None, truth):
+    if belief is None or belief == truth:
         return "the truth"
-    assert belief is not None
     kinds = ("robots", "objects", "cameras", "motions")
     true = [part for kind in kinds for part in getattr(truth, kind)]
     wrong = [p.name for kind in kinds for p in getattr(belief, kind) if p not in true]

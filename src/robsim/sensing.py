@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from robsim.actuation import not_negative
-from robsim.arrays import numbers
+from robsim.arrays import not_negative, numbers
 from robsim.errors import InputError
+
+AT_ONCE = 1e-9  # seconds: the time of an image, step * dt - latency, is rounded by less
+MOST = 1e15  # control periods: an image that is never followed by another
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,8 @@ class Occlusion:
     """Some marks are hidden from `start` until `end`, in seconds: of one target or camera, or all.
 
     A feature that has numbers for each mark is servoed on those that are left; a feature that is
-    made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones.
+    made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones,
+    and so does any feature of which nothing is left.
 
     >>> Occlusion([0], start=1.0).end
     inf
@@ -41,12 +44,13 @@ class Occlusion:
             raise InputError(f"an occlusion from {self.start:g} s must end later, not {self.end:g}")
         for name in ("target", "camera"):
             if not isinstance(getattr(self, name), str | None):
-                raise InputError(f"{name} of an occlusion: expected a name, got {self!r:.80}")
+                given = getattr(self, name)
+                raise InputError(f"{name} of an occlusion: expected a name, got {given!r:.80}")
 
     def hides(self, seconds: float, camera: str, target: str) -> bool:
         """Whether it does so at a time."""
         mine = self.camera in (None, camera) and self.target in (None, target)
-        return mine and self.start <= seconds < self.end
+        return mine and self.start <= seconds + AT_ONCE < self.end
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,8 @@ class Sensing:
     outlier_size  px, standard deviation of where an outlier is seen instead
     occlusions    marks that are hidden for a while
     dropped       share of the images that are lost: the last one is used again
-    latency       seconds: the image that is used is so old, and the first of all until then
+    latency       seconds: how old an image is when it comes; until the first one comes, the
+                  image of the start is used
     period        seconds from one image to the next, a multiple of the control period; None for
                   one in every control period
 
@@ -95,9 +100,10 @@ class Sensing:
         if self.period is not None:
             put(self, "period", not_negative(self.period, "period of the camera (seconds)"))
         given = (self.occlusions,) if isinstance(self.occlusions, Occlusion) else self.occlusions
-        if not isinstance(given, Iterable) or not all(isinstance(o, Occlusion) for o in given):
+        listed = tuple(given) if isinstance(given, Iterable) else (given,)
+        if isinstance(given, str | Mapping) or not all(isinstance(o, Occlusion) for o in listed):
             raise InputError(f"occlusions must be a list of Occlusion, got {given!r:.80}")
-        put(self, "occlusions", tuple(given))
+        put(self, "occlusions", listed)
 
     @property
     def only_noise(self) -> bool:
@@ -109,7 +115,7 @@ class Sensing:
         """Control periods from one image to the next; InputError if these are no whole ones."""
         if self.period is None:
             return 1
-        ratio = self.period / dt
+        ratio = min(self.period / dt, MOST)
         if not round(ratio) >= 1 or abs(ratio - round(ratio)) > 1e-6:
             raise InputError(
                 f"the period of the camera, {self.period:g} s, must be a multiple of the control "

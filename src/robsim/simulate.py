@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -69,8 +69,7 @@ def simulate(
     """
     from robsim.results import dataset
 
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
+    check_progress(progress)
     chunk = whole(chunk, "chunk", 1)
     threads = whole(_processors() if threads is None else threads, "threads", 1, 1025)
     loop = loop_of(
@@ -132,6 +131,13 @@ def loop_of(
     )
 
 
+def check(scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any]) -> None:
+    """InputError for what `simulate` refuses with these keywords, as far as no record is made."""
+    later = {"record", "threads", "chunk", "progress"}
+    told = {key: value for key, value in settings.items() if key not in later}
+    loop_of(scene, task, q0, record="summary", **told)
+
+
 def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:
     """Let threads take chunks while this one waits for Ctrl-C; False if it came."""
     chunk = min(chunk, math.ceil(len(loop.q0) / threads))
@@ -172,6 +178,11 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
         yield
         if any(job.exception() for job in done):
             return
+
+
+def check_progress(progress: object) -> None:
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
 
 
 def check_kinds(scene: object, task: object) -> None:

@@ -78,6 +78,11 @@ def test_a_saved_run_replays_to_the_same_bits(batch, puma_starts, which, tmp_pat
     same(run, rs.replay(rs.open_run(rs.save_run(run, tmp_path / "run.nc"))))
 
 
+def test_a_run_of_one_period_replays(puma_scene, puma_goal, puma_starts):
+    run = rs.simulate(puma_scene, rs.IBVS(goal=puma_goal), puma_starts[0], duration=0.04)
+    same(run, rs.replay(run))
+
+
 def test_every_second_step_and_the_summary_are_parts_of_the_whole(batch):
     everything, second, end = batch(), batch(record=2), batch(record="summary")
     np.testing.assert_array_equal(second.q, everything.q[:, ::2])

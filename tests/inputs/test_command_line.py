@@ -258,6 +258,23 @@ def test_check_tries_goal_and_start_and_simulates_nothing(robsim):
     assert files() == ["lift.toml"]
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ('sensing.period="50 ms"', "0.05 s, must be a multiple of the control period, 0.04 s"),
+        ('sensing.occlusions=[{ marks = [9], start = "1 s" }]', "there is no 9"),
+        (
+            'sensing.occlusions=[{ marks = [0], start = "1 s", target = "dot" }]',
+            "no target 'dot'; did you mean 'dots'?",
+        ),
+    ],
+)
+def test_check_refuses_what_a_run_would(robsim, change, words):
+    for command in ("check", "run"):
+        done = robsim(command, "lift.toml", "--set", change)
+        assert done.status == 2 and words in done.err
+
+
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_a_warning_is_one_line_for_the_user(robsim, command):
     line = ENDLESS.replace('"0, 10, 100 cm"', '"20, 0, 100 cm"').replace("3000 s", "1 s")

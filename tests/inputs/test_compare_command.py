@@ -122,6 +122,15 @@ def test_bad_input_is_told_and_leaves_nothing(robsim):
     assert files(".") == ["turn.toml"]
 
 
+def test_two_keys_at_a_time_are_refused_not_dropped(robsim):
+    keys = ("--vary", "task.gain=1,2", "--vary", "sensing.noise=0,1")
+    status, _, err = robsim("compare", "turn.toml", *keys)
+    assert status == 2 and err == (
+        "error: --vary: one key at a time, got 'task.gain=1,2' and 'sensing.noise=0,1'\n"
+    )
+    assert files(".") == ["turn.toml"]
+
+
 def test_nothing_is_written_over_without_force(robsim):
     robsim("compare", "turn.toml", "-o", "out")
     before = Path("out/turn.nc").read_bytes()

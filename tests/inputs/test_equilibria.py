@@ -36,6 +36,7 @@ class Habit:
         ({"starts": "anywhere"}, "starts: expected numbers"),
         ({"count": 0}, "count must be a whole number from 1 on, got 0"),
         ({"count": 2.5}, "count must be a whole number from 1 on, got 2.5"),
+        ({"count": 10**30}, "count must be below 1000001, got 1000"),
         ({"seed": -1}, "seed must be a whole number from 0 on, got -1"),
         ({"distance": (1.0, 0.5)}, r"distance: expected \(nearest, farthest\) above 0"),
         ({"distance": (0.0, 1.0)}, r"distance: expected \(nearest, farthest\) above 0"),
@@ -113,6 +114,15 @@ NOWHERE = rs.IBVS(goal=rs.Given([0.2, 0.0, 0.1, 0.3, -0.1, 0.2, 0.3, 0.1]))  # n
 def test_numbers_as_a_goal_with_the_camera_at_home_among_the_marks(free_scene):
     with pytest.raises(rs.InputError, match="home is in the middle of the marks; give starts"):
         rs.equilibria(free_scene(SQUARE), NOWHERE, count=20)
+
+
+@pytest.mark.parametrize(
+    ("gain", "distance"), [(1.0, (1e300, 1e300)), (1e300, (0.6, 1.4)), (1e-100, (0.6, 1.4))]
+)
+def test_numbers_without_sense_are_no_warnings_of_ours(free_scene, gain, distance):
+    task = rs.IBVS(goal=GOAL, gain=gain)
+    found = rs.equilibria(free_scene(SQUARE), task, count=4, distance=distance)
+    assert found[0].kind == "goal"
 
 
 def test_an_equilibrium_without_error_may_not_be_found(free_scene):

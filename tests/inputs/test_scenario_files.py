@@ -667,6 +667,11 @@ WRONG = [
     ),
     (
         "[run]",
+        '[actuation]\nvelocity = "1e12 deg/s"\n[run]',
+        ["actuation.velocity", "at most 1e+09 in SI units"],
+    ),
+    (
+        "[run]",
         '[actuation]\nacceleration = "1 rad/s"\n[run]',
         ["actuation.acceleration", "rad/s^2"],
     ),

@@ -31,6 +31,7 @@ RIG = rs.Pose.at(0.1, 0, 0)
         (SQUARE, PIXELS, None, None, "expected a Camera that saw them, got None"),
         (SQUARE, PIXELS, CAMERA, 0, "noise must be a positive number, got 0"),
         (SQUARE, PIXELS, CAMERA, [1.0, 2.0], "noise must be a positive number"),
+        (SQUARE, PIXELS, CAMERA, 1e300, r"noise: expected pixels, at most 1e\+100, got 1e\+300"),
     ],
 )
 def test_a_pose_says_what_it_needs(marks, pixels, camera, noise, message):
@@ -63,8 +64,9 @@ def test_an_estimate_is_a_value_that_says_what_it_is():
         ({"pixels_right": PIXELS[:3]}, "the same points in both images, got 4 and 3"),
         ({"pixels_left": PIXELS[:, :1]}, r"pixels_left: expected shape \(..., N, 2\)"),
         ({"T_left_right": rs.Pose.at(0, 0, 0, rpy=(0, 1, 0))}, "both cameras are in one place"),
-        ({"T_left_right": np.eye(3)}, r"pose: expected shape \(..., 4, 4\)"),
+        ({"T_left_right": np.eye(3)}, r"T_left_right: pose: expected shape \(..., 4, 4\)"),
         ({"noise": -1}, "noise must be a positive number, got -1"),
+        ({"noise": 1e300}, r"noise: expected pixels, at most 1e\+100, got 1e\+300"),
         ({"pixels_left": np.zeros((2, 4, 2)), "pixels_right": np.zeros((3, 4, 2))}, "unequal"),
         ({"T_left_right": rs.Pose(np.stack([RIG.matrix] * 2)), "pixels_left": [PIXELS] * 3}, "une"),
     ],

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
+from robsim.drives import Drives, Held
 from robsim.kernels.actuation import count, follow
 
 INF = np.inf
@@ -153,9 +154,42 @@ def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
 
 
 def test_a_count_is_the_nearest_one():
-    out = np.empty((2, 3))
-    count(np.array([0.5, 0.0]), np.array([[0.24, 0.26, -0.8], [0.1, 0.2, 0.3]]), out)
-    np.testing.assert_array_equal(out, [[0.0, 0.5, -1.0], [0.1, 0.2, 0.3]])
+    out, far = np.empty((2, 5)), 2.0**80  # more than an integer of 64 bits has room for
+    q = np.array([[0.24, 0.26, -0.8, far, np.nan], [0.1, 0.2, 0.3, far, np.nan]])
+    count(np.array([0.5, 0.0]), q, out)
+    np.testing.assert_array_equal(out, [[0.0, 0.5, -1.0, far, np.nan], q[1]])
+
+
+@pytest.mark.parametrize("step", [1e-320, 1e-20, 1e-14, 1.0, 1e6])
+def test_steps_too_small_or_numbers_too_large_to_count_change_nothing(step):
+    q = np.array([[1e300, -1e25, np.inf, -np.inf, np.nan, 320.25 if step < 1e-13 else 0.0]])
+    out = np.empty(q.shape)
+    count(np.array([step]), q, out)
+    np.testing.assert_array_equal(out, q)
+
+
+def test_a_unicycle_that_lags_is_moved_by_its_mean_velocity_and_an_arm_exactly():
+    """Against steps of a hundredth; the error of a mean velocity falls with the third power."""
+    dt = 0.04
+    for robot, exact in ((rs.robots.unicycle(), False), (rs.robots.rhino_xr4(), True)):
+        scene = rs.Scene(robot)
+        drives = Drives(rs.Actuation(lag=0.1), scene, np.arange(scene.nv))
+        start, command = -np.ones((scene.nv, 1)), np.linspace(-2, 3, scene.nv)[:, None]
+        errors = [
+            _error(drives, Held(scene.home[:, None], start, command), h) for h in (dt, dt / 2)
+        ]
+        if exact:
+            assert max(errors) < 1e-13
+        else:
+            assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.3)
+
+
+def _error(drives, held, dt, parts=100):
+    whole, _ = drives.advance(held, dt)
+    q, v = held.q, held.rates
+    for _ in range(parts):
+        q, v = drives.advance(Held(q, v, held.qd), dt / parts)
+    return np.abs(whole - q).max()
 
 
 @pytest.mark.parametrize(
@@ -163,9 +197,18 @@ def test_a_count_is_the_nearest_one():
     [
         ({"lag": -1}, "lag (seconds) must be a number not below 0, got -1"),
         ({"lag": [1, 2]}, "lag (seconds) must be a number not below 0"),
-        ({"velocity": 0}, "velocity limit: expected a number above 0, or one for each, got 0"),
-        ({"acceleration": [1, -2]}, "acceleration limit: expected a number above 0"),
-        ({"encoder": -0.1}, "encoder step: expected a number not below 0"),
+        (
+            {"velocity": 0},
+            "velocity limit must be a positive number, or one for each",
+        ),
+        (
+            {"acceleration": [1, -2]},
+            "acceleration limit must be a positive number, or",
+        ),
+        (
+            {"encoder": -0.1},
+            "encoder step must be a number not below 0, or one for",
+        ),
         ({"velocity": "fast"}, "velocity limit: expected a number, got 'fast'"),
         ({"encoder": np.nan}, "encoder step: nan"),
     ],

@@ -87,6 +87,16 @@ def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors
         ({"marks": [[0, 0, 0]]}, "marks of 'cup': expected shape (3, 3), got (1, 3)"),
         ({"size": -1}, "size (a factor) must be a positive number, got -1"),
         ({"camera": "eve", "focal": 2}, "no camera 'eve' in the scene; did you mean 'eye'?"),
+        ({"camera": "eve"}, "no camera 'eve' in the scene; did you mean 'eye'?"),
+        ({"robot": "am"}, "no robot 'am' in the scene; did you mean 'arm'?"),
+        ({"target": "cap"}, "no object 'cap' in the scene; did you mean 'cup'?"),
+        ({"convention": "craig"}, "convention must be 'standard' or 'modified', got 'craig'"),
+        ({"dh": []}, "dh: expected {link: {'a': metres, ...}}, got []"),
+        ({"focal": True}, "focal (a factor): expected a number, got True"),
+        ({"focal": ("a", "b")}, "focal (a factor): expected a number, got ('a', 'b')"),
+        ({"focal": 1e308}, "K: inf"),
+        ({"center": 0}, "center (pixels): expected shape"),
+        ({"size": True}, "size (a factor): expected a number, got True"),
     ],
 )
 def test_a_mistake_in_a_mistake_is_refused(made, words):
@@ -96,9 +106,9 @@ def test_a_mistake_in_a_mistake_is_refused(made, words):
 
 
 def test_the_depth_factors_must_be_one_for_each_mark():
+    visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     with pytest.raises(rs.InputError, match="3 factors for the 4 marks of"):
-        visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
-        visp.scene and rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
+        rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
     with pytest.raises(rs.InputError, match="positive number, or one for each mark"):
         rs.IBVS(depth_scale=[1, 0])
 
@@ -109,3 +119,63 @@ def test_the_run_names_what_was_believed_wrongly():
         task = rs.IBVS(visp.task.goal, belief=rs.believe(visp.scene, **mistake))
         run = rs.simulate(visp.scene, task, visp.q0, duration=0.2)
         assert run.attrs["belief"] == said
+
+
+VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
+
+
+def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
+    """A flying body that believes its camera turned by 0.3 rad flies what it means, turned back."""
+    turn = rs.Pose.at(rpy=(0, 0, 0.3))
+    start = rs.Pose(VISP.scene.pose("camera", VISP.q0).matrix)
+    told = {"duration": 0.04, "dt": 0.04}
+    goal = rs.Shown(VISP.task.goal.q)
+    plain = rs.simulate(VISP.scene, rs.IBVS(goal), start.q, **told)
+    askew = rs.believe(VISP.scene, hand_eye=turn)
+    wrong = rs.simulate(VISP.scene, rs.IBVS(goal, belief=askew), start.q, **told)
+    V, meant = wrong.camera_velocity.values[0], plain.camera_velocity.values[0]
+    for part in (slice(0, 3), slice(3, 6)):
+        np.testing.assert_allclose(V[part], turn.rotation @ meant[part], atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [0.8, 1.25])
+def test_a_model_of_the_wrong_size_puts_a_computed_goal_at_a_distance_over_its_factor(size):
+    """k X / Z* = X / Z: believed k times as large, the square is approached to Z* / k."""
+    task = rs.IBVS(rs.Computed(rs.Pose.at(0, 0, 0.75)), belief=rs.believe(VISP.scene, size=size))
+    start = rs.Pose.at(0.05, -0.05, -1.0)
+    for scheme in (task, rs.PBVS(task.goal, belief=task.belief)):
+        run = rs.simulate(VISP.scene, scheme, start, duration=40, record="summary")
+        assert run.outcome == rs.Outcome.CONVERGED
+        np.testing.assert_allclose(run.q_end.values[:3], [0, 0, -0.75 / size], atol=2e-4)
+
+
+def test_wrong_links_give_the_command_of_the_wrong_jacobian():
+    """qdot = -gain (L J)^+ e with J of the believed arm at the same joints, in plain NumPy."""
+    puma = rs.load_scenario(rs.examples.path("wrong_calibration"))
+    scene, q = puma.scene, puma.q0
+    believed = rs.believe(
+        scene, dh={"forearm": {"a": 0.01, "alpha": 0.02}, "wrist_roll": {"d": 0.02}}
+    )
+    goal = scene.home + 0.05
+    run = rs.simulate(
+        scene, rs.IBVS(goal, belief=believed, depth=0.5), q, dt=0.04, duration=0.04, hold=True
+    )
+    K, eye = scene.camera().camera.K, scene.camera()
+    x, x_goal = ((scene.view(at).pixels - K[:2, 2]) / np.diag(K)[:2] for at in (q, goal))
+    L = np.concatenate(
+        [
+            [
+                [-2, 0, 2 * u, u * v, -1 - u * u, v],
+                [0, -2, 2 * v, 1 + v * v, -u * v, -u],
+            ]
+            for u, v in x
+        ]
+    )
+    T, J = believed.pose("camera", q), believed.robot().jacobian(q, "flange")
+    lever = T.position - believed.pose("puma560.flange", q).position
+    cross = np.cross(J[3:].T, lever).T
+    R = T.rotation.T
+    J_c = np.concatenate([R @ (J[:3] + cross), R @ J[3:]])
+    expected = -np.linalg.pinv(L @ J_c) @ (x - x_goal).ravel()
+    assert eye.on == "puma560.flange"
+    np.testing.assert_allclose(run.qd.values[0], expected, atol=1e-9)

@@ -115,6 +115,20 @@ def test_effort_and_travel_of_a_constant_velocity_are_its_square_and_itself_time
     assert found["peak_turn_rate"] == pytest.approx(np.linalg.norm(w), rel=1e-9)
 
 
+def test_joints_that_lag_are_measured_as_they_move_and_their_effort_as_it_is_commanded(free_scene):
+    """v' = (u - v) / tau, from rest: v = u (1 - exp(-t/tau)), the way its integral."""
+    u, tau, time = 0.02, 0.5, 2.0
+    start, law = rs.Pose.at(0, 0, -1.2), Constant(0, 0, u, 0, 0, 0)
+    how = {"dt": 1e-3, "duration": time, "actuation": rs.Actuation(lag=tau)}
+    found = one(rs.compare(free_scene(SQUARE), {"a": rs.IBVS(GOAL, law=law)}, start, **how))
+    left = np.exp(-time / tau)
+    assert found["peak_speed"] == pytest.approx(u * (1 - left), rel=1e-9)
+    way = u * (time - tau * (1 - left))
+    assert found["path_length"] == pytest.approx(way, rel=1e-9)
+    assert found["travel_linear"] == pytest.approx(way, abs=0.5e-3 * u)  # half a period of v
+    assert found["effort_linear"] == pytest.approx(u * u * time, rel=1e-9)
+
+
 def test_a_carried_target_is_measured_where_the_camera_stands():
     """Eye-to-hand: the target flies 0.3 m straight to its goal."""
     fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
@@ -214,13 +228,11 @@ def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
 
 
 def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_scene):
-    given = rs.IBVS(rs.Given((4 * SQUARE[:, :2] / 4).ravel()))
+    given = rs.IBVS(rs.Given(SQUARE[:, :2].ravel()))
     found = one(rs.compare(free_scene(SQUARE), {"a": given}, GOAL @ rs.Pose.at(0.1, 0, 0)))
     for key in ("border_margin", "limit_margin", "image_excursion", "image_detour", "pixel_error"):
         assert np.isnan(found[key])
-    assert found["retreat"] == pytest.approx(
-        0.0, abs=1e-4
-    )  # of what converged, the end is the goal
+    assert found["retreat"] == pytest.approx(0.0, abs=1e-4)  # the end of what converged is the goal
 
 
 # ---- batches ----
@@ -348,6 +360,8 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
         "record='summary': a comparison measures the way": {"record": "summary"},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
+        "progress: expected a function of the share done, got 3": {"progress": 3},
+        "0.05 s, must be a multiple": {"sensing": rs.Sensing(period=0.05)},
     }.items():
         with pytest.raises(rs.InputError, match=message):
             rs.compare(scene, task, GOAL, **more)
@@ -362,6 +376,40 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
     several = Scheme("b", scene, rs.IBVS(GOAL), np.stack([GOAL.q, GOAL.q]))
     with pytest.raises(rs.InputError, match="as many starts"):
         compared([Scheme("a", scene, rs.IBVS(GOAL)), several])
+
+
+def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene):
+    """Straight along one axis: travel and speed are those of the coordinates themselves."""
+    scene, start = free_scene(SQUARE), GOAL @ rs.Pose.at(0, 0, -0.3)
+    for actuation in (rs.Actuation(velocity=0.05), rs.Actuation(lag=0.1, acceleration=1.0)):
+        told = {"duration": 2.0, "dt": 0.01, "actuation": actuation}
+        found = rs.compare(scene, {"a": rs.PBVS(GOAL)}, start, **told)
+        run, data = found.runs["a"], found.data.isel(scheme=0)
+        way = np.abs(np.diff(run.q.values[:, 2])).sum()
+        assert float(data.travel_linear) == pytest.approx(way, rel=5e-3)
+        assert float(data.travel_linear) == pytest.approx(float(data.path_length), rel=5e-3)
+        speeds = np.linalg.norm(run.camera_velocity.values[:, :3], axis=1)
+        assert float(data.peak_speed) == pytest.approx(speeds.max(), rel=1e-12)
+        assert float(data.effort_linear) == pytest.approx(
+            (run.qd.values[:-1, :3] ** 2).sum() * 0.01
+        )
+
+
+def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
+    scene, told = free_scene(SQUARE), []
+    rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
+    good, bad = (Scheme(n, scene, rs.IBVS(GOAL), GOAL, k) for n, k in (("a", {}), ("b", rare)))
+    with pytest.raises(rs.InputError, match="scheme 'b': the period of the camera"):
+        compared([good, bad], told.append)
+    assert not told
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, np.nan, "half", [0.1, 0.9], None])
+def test_a_quantile_that_is_no_share_is_refused(free_scene, share):
+    for start in (GOAL, np.stack([GOAL.q] * 2)):
+        found = rs.compare(free_scene(SQUARE), {"a": rs.IBVS(GOAL)}, start, duration=0.1)
+        with pytest.raises(rs.InputError, match="share of a quantile"):
+            found.quantile(share)
 
 
 def test_ctrl_c_gives_the_comparison_of_what_was_simulated(free_scene):

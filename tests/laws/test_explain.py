@@ -183,6 +183,51 @@ def sluggish():
     return fly(rs.IBVS(gain=5.0), actuation=rs.Actuation(acceleration=0.1))
 
 
+def too_fast_with_a_mean():
+    """An arm that loses its target at once: L mean would mislead it, but a gain dt of 2.4 does."""
+    return example("eye_in_hand", "task.gain=60")
+
+
+def transposed():
+    """(L J)' (L J) is far from 1, and so is the limit of the gain."""
+    return fly(rs.IBVS(gain=80.0, inverse="transposed"), at(0.05))
+
+
+def adaptive():
+    return fly(rs.IBVS(gain=rs.Adaptive(60.0, 1.0, 30.0)), at(0.05))
+
+
+def hardly_any_gain():
+    return fly(rs.IBVS(gain=1e-4), at(0.05))
+
+
+def one_period():
+    return fly(rs.IBVS(), duration=0.04)
+
+
+def given_in_pixels():
+    """Numbers in pixels for features that are normalised."""
+    return fly(rs.IBVS(goal=rs.Given([10, 10, 60, 10, 60, 60, 10, 60.0])), at())
+
+
+def wheels():
+    return example("unicycle_docking", "task.kind=ibvs")
+
+
+def hindered():
+    return fly(rs.IBVS(gain=3.0, limit=rs.SpeedLimit(linear=0.01, angular=0.02)))
+
+
+def damped():
+    return fly(rs.IBVS(inverse=rs.Damped(1.0)), at(0.05))
+
+
+def wrong_links():
+    scenario = rs.load_scenario(examples.path("eye_to_hand"))
+    task = replace(scenario.task, belief=rs.believe(scenario.scene, dh={"forearm": {"alpha": 1.5}}))
+    return rs.simulate(scenario.scene, task, scenario.q0)
+
+
 # what made it, how it ends, what the first cause is about, and words of its sentence
 KNOWN = [
     (local_minimum, "LOCAL_MINIMUM", "local minimum", "k = 8 numbers and L J has rank 6"),
@@ -195,7 +240,7 @@ KNOWN = [
     (noisy, "TIME_LIMIT", "noise", r"noise of 0\.5 px: .* tolerance is 1e-05"),
     (slow, "TIME_LIMIT", "too little time", r"gain of 0\.3 per second.* after 32\.7 s"),
     (lost_by_pose, "OUT_OF_IMAGE", "no control of the image", "position-based"),
-    (moving, "TIME_LIMIT", "own motion", r"'conveyor' moves on its own.*/ 2 = 0\.0125"),
+    (moving, "TIME_LIMIT", "own motion", r"'conveyor' moves on its own.*/ 2 = 0\.00625"),
     (turned_hand_eye, "OUT_OF_IMAGE", "hand-eye", "115 degrees .* beyond 90 degrees"),
     (stalled, "LOCAL_MINIMUM", "camera law", r"5 of 6 ways .* J\^\+ V = 0"),
     (lagging, "TIME_LIMIT", "lag", r"lag of 0\.5 s: .* damping ratio of the loop is 0\.158"),
@@ -203,7 +248,7 @@ KNOWN = [
     (wild_marks, "TIME_LIMIT", "outliers", "5 percent of the marks"),
     (coarse, "TIME_LIMIT", "encoder", r"steps of 2\.5 \(rad or m\)"),
     (too_far, "BEHIND_CAMERA", "depth", "taken as 8 m, not the true one, which goes from"),
-    (lossy, "TIME_LIMIT", "dropped", "80 percent of the images are lost"),
+    (lossy, "BEHIND_CAMERA", "dropped", "80 percent of the images are lost"),
     (wrong_base, "OUT_OF_IMAGE", "base", "'puma560' is believed 126 degrees"),
     (rare, "TIME_LIMIT", "period", r"every 0\.2 s only, 5 control periods.* is 2\.4"),
     (weak, "TIME_LIMIT", "velocity", "velocity limits of the joints change the command in 100"),
@@ -211,6 +256,26 @@ KNOWN = [
     (too_fast, "OUT_OF_IMAGE", "gain", r"gain times period is 2\.4.* stable below 2"),
     (behind, "BEHIND_CAMERA", "rotation about the axis", "172 degrees about the optical axis"),
     (blind_start, "OUT_OF_IMAGE", "start", "does not see all marks"),
+    (too_fast_with_a_mean, "BEHIND_CAMERA", "gain", r"gain times period is 2\.4"),
+    (transposed, "OUT_OF_IMAGE", "gain", r"with this inverse .* stable below about 0\.0304"),
+    (adaptive, "TIME_LIMIT", "gain", r"is 2\.4, .* 1\.4 times .* stable below 2\."),
+    (hardly_any_gain, "TIME_LIMIT", "too little time", r"falls at 0\.0001 per second, with a gain"),
+    (one_period, "TIME_LIMIT", "too little time", r"below the tolerance after 9\.68 s"),
+    (given_in_pixels, "BEHIND_CAMERA", "goal", r"largest is 60, and at the start 0\.1\."),
+    (
+        wheels,
+        "LOCAL_MINIMUM",
+        "local minimum",
+        "too few for 8 numbers, which take 6",
+    ),
+    (hindered, "TIME_LIMIT", "too little time", "speed limit of the task slows the command"),
+    (damped, "TIME_LIMIT", "too little time", r"with a gain of 1 per second, and at that rate"),
+    (
+        wrong_links,
+        "JOINT_LIMIT",
+        "robot model",
+        "believed wrongly: 'forearm'",
+    ),
 ]
 
 
@@ -249,6 +314,27 @@ def test_two_each_of_which_is_enough_are_put_right_together():
     told = rs.explain(fly(task))
     assert [cause.about for cause in told.causes] == ["depth scale and hand-eye"]
     assert "To put right one of them is not enough" in told.causes[0].sentence
+
+
+def test_of_two_together_the_one_that_ended_the_run_is_named_first():
+    """Latency loses the square; with noise alone the run would go on, and never be exact."""
+    sensing = rs.Sensing(latency=0.12, noise=0.01)
+    told = rs.explain(fly(rs.IBVS(gain=15.0), sensing=sensing))
+    assert [cause.about for cause in told.causes] == ["latency and noise"]
+    assert "without latency alone the run ends as TIME_LIMIT. Only with" in str(told)
+
+
+def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
+    task = replace(rs.load_scenario(examples.path("joint_limits")).task, secondary=None)
+    scenario = rs.load_scenario(examples.path("joint_limits"))
+    told = rs.explain(rs.simulate(scenario.scene, task, scenario.q0, **scenario.settings.keywords))
+    assert [cause.about for cause in told.causes] == ["joint limit"]
+    assert "and nothing else: without limits the same run converges" in str(told)
+
+
+def test_ways_of_points_are_not_blamed_for_where_a_pose_is_regulated():
+    told = rs.explain(example("pbvs_loses_target"))
+    assert [cause.about for cause in told.causes] == ["no control of the image", "border"]
 
 
 def test_what_is_not_the_cause_is_acquitted():
@@ -302,9 +388,68 @@ def test_the_advice_was_tried():
 def test_advice_for_what_moves_is_feed_forward():
     told = rs.explain(moving())
     assert [advice.about for advice in told.advice][:2] == ["feed_forward", "feed_forward"]
-    assert told.causes[0].evidence["drift"] == pytest.approx(0.025, rel=1e-3)
-    lag = float(moving().error_norm[-1])
+    assert told.causes[0].evidence["drift"] == pytest.approx(0.0125, rel=1e-3)
+    lag = float(abs(moving().error[-1]).max())
     assert told.causes[0].evidence["lag"] == pytest.approx(lag, rel=0.1)  # the first order
+
+
+@pytest.mark.parametrize(
+    ("made", "advice"),
+    [
+        (wheels, "With Docking the same start converges"),
+        (hindered, "Without its speed limit the same start converges"),
+        (damped, "With inverse='truncated' the same start converges"),
+        (slow, "With four times the gain (1.2 per second) the same start converges"),
+        (lambda: fly(rs.IBVS(interaction=np.eye(8, 6)), duration=5), "With L mean the same start"),
+        (lambda: fly(rs.PBVS(), sensing=rs.Sensing(noise=0.1)), "With a tolerance of 0.017 m"),
+    ],
+)
+def test_the_obvious_is_advised(made, advice):
+    told = rs.explain(made())
+    assert advice in str(told), told
+
+
+def test_where_only_time_is_lacking_no_other_law_and_no_lower_gain_is_advised():
+    for made in (slow, weak):
+        told = rs.explain(made())
+        assert not any("half" in one.sentence or "law" in one.about for one in told.advice), told
+
+
+def test_an_error_of_metres_is_said_in_metres():
+    told = str(rs.explain(fly(rs.PBVS(), sensing=rs.Sensing(noise=0.1))))
+    assert re.search(r"stays at about \S+ m, and the tolerance is 1e-05 m\.", told)
+
+
+def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
+    goal = rs.Computed(rs.Pose.at(0, 0, 0.6))
+    bent = rs.Camera(eye().camera.K, (640, 480), distortion=(-0.3, 0.1, 0, 0))
+    scene = flying(camera=rs.Mounted("eye", bent, on="free_camera.body"))
+    told = rs.explain(fly(rs.IBVS(goal, belief=flying()), at(), scene))
+    words = "of 'eye' are believed wrongly: distortion none, in truth (-0.3, 0.1, 0, 0). With"
+    assert words in told.causes[1].sentence
+    assert "the camera stands 10.1 mm away from" in told.causes[0].sentence  # not turned
+    aside = rs.believe(flying(), center=(20, 0))
+    told = rs.explain(fly(rs.IBVS(rs.Computed(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
+    assert "wrongly: centre (340, 240) px, in truth (320, 240) px. With" in told.causes[1].sentence
+    assert "40 mm away" in told.causes[0].sentence  # 20 px / 500 px of 1 m
+
+
+def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
+    """Three marks have four solutions, and a coarse tolerance leaves a way to go."""
+    far, three = at(0.5, 0.3, -0.2, (0.4, -0.5, 0.5)), rs.Part("points", marks=[0, 1, 2])
+    told = rs.explain(fly(rs.IBVS(features=three), far, flying(camera=eye(size=None)), duration=20))
+    assert [cause.about for cause in told.causes] == ["final pose", "ambiguous features"]
+    for belief in (None, AS_BELIEVED):
+        told = rs.explain(fly(rs.IBVS(tolerance=1e-2, belief=belief)))
+        assert [cause.about for cause in told.causes] == ["final pose", "tolerance"]
+        assert "with 1e-05 the camera stands where it should" in str(told)
+
+
+def test_what_a_tolerance_leaves_does_not_hide_the_cause():
+    larger, goal = rs.believe(flying(), size=1.2), rs.Computed(rs.Pose.at(0, 0, 1))
+    task, sensing = rs.PBVS(goal, belief=larger, tolerance=1e-2), rs.Sensing(noise=0.05)
+    told = rs.explain(fly(task, sensing=sensing, duration=20))
+    assert [cause.about for cause in told.causes] == ["final pose", "target model"]
 
 
 def test_the_time_that_would_have_been_enough_is_told():
@@ -337,6 +482,34 @@ def test_the_limit_of_a_delayed_loop_is_where_its_roots_leave_the_circle(periods
     polynomial[1] -= 1
     polynomial[-1] += delay_limit(periods)
     assert np.abs(np.roots(polynomial)).max() == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("whole", "part"), [(0, 0.5), (1, 0.25), (2, 0.5), (5, 0.9)])
+def test_a_delay_of_a_part_of_a_period_has_a_limit_of_its_own(whole, part):
+    """x(k + 1) = x(k) - g ((1 - f) x(k - m) + f x(k - m - 1)): linear between two commands."""
+    limit, polynomial = delay_limit(whole + part), np.zeros(whole + 3)
+    polynomial[:2] = 1, -1
+    polynomial[-2:] += limit * (1 - part), limit * part
+    assert np.abs(np.roots(polynomial)).max() == pytest.approx(1.0, abs=1e-9)
+    scene, near = flying(camera=eye(size=None)), at(1e-3)
+    ends = [
+        fly(
+            rs.IBVS(gain=share * limit / 0.04, tolerance=1e-5),
+            near,
+            scene,
+            sensing=rs.Sensing(latency=0.04 * (whole + part)),
+            duration=60,
+        )
+        for share in (0.95, 1.05)
+    ]
+    assert [rs.Outcome(int(run.outcome)).name for run in ends] == ["CONVERGED", "DIVERGED"]
+
+
+def test_the_share_of_the_periods_is_of_those_that_there_were():
+    run = fly(rs.IBVS(gain=2.0), actuation=rs.Actuation(velocity=[0.02] * 3 + [0.1] * 3))
+    cut = (abs(run.qd.values[:250]) > [0.02] * 3 + [0.1] * 3).any(axis=1)
+    told = rs.explain(run)
+    assert told.causes[0].about == "velocity" and told.causes[0].evidence["share"] == cut.mean()
 
 
 # ---- what did not fail ----
@@ -378,7 +551,7 @@ def test_a_run_that_was_held_is_told_how_it_stood_at_the_end():
     assert told.causes[0].about == "latency"
     assert "Without latency, the same run has converged at its end" in told.causes[0].sentence
     told = rs.explain(fly(rs.IBVS(gain=2.0), hold=True))
-    assert told.what.startswith("After 10 s the run was followed to the end")
+    assert told.what.startswith("After 10 s, at the end of the run, every error is below")
 
 
 def test_a_retreat_and_a_mark_near_the_border_are_noted():
@@ -448,7 +621,7 @@ class Blind(rs.Points):
 def test_a_task_of_python_code_is_given_with_its_scene(task, outcome, about):
     scene = flying()
     run = fly(task, scene=scene)
-    with pytest.raises(rs.InputError, match="cannot be repeated from its own text"):
+    with pytest.raises(rs.InputError, match="Python code; give the scene and the task that made"):
         rs.explain(run)
     told = rs.explain(run, scene, task)
     assert told.outcome.name == outcome and told.causes[0].about == about
@@ -483,9 +656,33 @@ def test_what_is_no_run_is_refused(given):
         rs.explain(given)
 
 
-def test_a_part_of_a_run_is_refused():
-    with pytest.raises(rs.InputError, match="it has no 'q0'"):
-        rs.explain(slow().drop_vars("q0"))
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda run: run.drop_vars("q0"), "it has no 'q0'"),
+        (lambda run: run.drop_vars("outcome"), "no outcome and end_time"),
+        (lambda run: run.drop_vars("end_time"), "no outcome and end_time"),
+        (lambda run: run.assign(outcome=99), "99 is not a valid Outcome"),
+        (lambda run: run.assign(end_time=np.nan), "its end_time is nan s"),
+        (lambda run: run.assign(end_time=1e9), "at most 50000 can be looked into"),
+        (lambda run: run.assign_attrs(dt="abc"), "not as RobSim made it: could not convert"),
+        (lambda run: run.assign_attrs(dt=np.nan), "not as RobSim made it"),
+        (lambda run: run.assign_attrs(duration=np.inf), "not as RobSim made it"),
+        (lambda run: run.assign_attrs(record=0), "record must be a whole number from 1 on"),
+        (lambda run: run.q, "expected a run, a Dataset"),
+    ],
+)
+def test_a_part_of_a_run_or_a_changed_one_is_refused(change, message):
+    with pytest.raises(rs.InputError, match=message):
+        rs.explain(change(slow()))
+
+
+def test_what_is_told_beside_a_run_is_checked():
+    run = slow()
+    with pytest.raises(rs.InputError, match="sensing and actuation together with scene and task"):
+        rs.explain(run, sensing=rs.Sensing(noise=1))
+    with pytest.raises(rs.InputError, match="experiments must be True or False, got 'no'"):
+        rs.explain(run, experiments="no")
 
 
 def test_without_experiments_the_run_is_read_only():
@@ -495,6 +692,35 @@ def test_without_experiments_the_run_is_read_only():
         "Also wrong in this run, and not examined: pixel noise, latency and "
         "the intrinsics of 'eye'.",
     )
+
+
+class Wrapped:
+    """A task of a user's own kind, whose gain nobody knows."""
+
+    def __init__(self, task):
+        self.task = task
+
+    def __getattr__(self, name):
+        return getattr(self.task, name)
+
+    def bind(self, scene):
+        return self.task.bind(scene)
+
+
+def test_a_task_whose_gain_nobody_knows_has_no_gain_in_its_explanation():
+    scene, task = flying(), Wrapped(rs.IBVS(gain=0.2))
+    told = rs.explain(fly(task, scene=scene), scene, task)
+    assert "falls at 0.201 per second, and" in told.causes[0].sentence and "nan" not in str(told)
+    for sensing, actuation in (
+        (rs.Sensing(latency=0.12), None),
+        (rs.Sensing(period=0.4), None),
+        (None, rs.Actuation(lag=1.0)),
+    ):
+        task, wrong = Wrapped(rs.IBVS(gain=15.0)), {"sensing": sensing, "actuation": actuation}
+        told = rs.explain(fly(task, scene=scene, **wrong), scene, task, **wrong)
+        assert told.causes and "nan" not in str(told)
+        assert not told.advice  # nothing of it can be changed
+        assert all(np.isfinite(value) for value in told.causes[0].evidence.values())
 
 
 TASKS = {

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.kernels.sensing import quantise
 from robsim.servo.instant import Instant
 from robsim.servo.sight import Sight
 from robsim.simulate import loop_of
@@ -95,6 +96,40 @@ def test_quantised_pixels_are_whole_steps_and_err_by_their_uniform_distribution(
     assert error.var() == pytest.approx(step**2 / 12, rel=0.05)
 
 
+def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
+    behind = rs.Pose(SCENE.pose("camera", Q0).matrix) @ rs.Pose.at(rotvec=(0, np.pi, 0))
+    run = closed(in_pixels(), behind.q, quantisation=0.5)
+    assert rs.Outcome(int(run.outcome)) == rs.Outcome.BEHIND_CAMERA
+    assert np.isnan(run.s.values[0]).all()
+
+
+def test_a_pixel_too_large_to_count_is_not_taken_for_another():
+    pixels = np.array([1e300, -1e25, np.inf, np.nan, 1e15 + 0.25, 7.4]).reshape(1, 2, 3)
+    rounded = pixels.copy()
+    quantise(1e-3, rounded[:, :, :2])
+    quantise(0.5, rounded)
+    np.testing.assert_array_equal(rounded.ravel()[:4], pixels.ravel()[:4])
+    assert rounded.ravel()[5] == 7.5
+
+
+def test_many_occlusions_can_be_repeated_from_the_text_of_the_run():
+    many = [rs.Occlusion([i % 4], 0.1 + 0.001 * i, 0.2 + 0.001 * i) for i in range(300)]
+    run = closed(duration=0.4, occlusions=many)
+    assert rs.replay(run).identical(run)
+
+
+def test_what_never_comes_within_a_run_is_the_first_image():
+    """Later than any run, or rarer than any number of periods."""
+    for late in ({"latency": 1e300}, {"latency": 100.0}, {"period": 1e308}, {"period": 100.0}):
+        s = closed(duration=0.4, **late).s.values
+        np.testing.assert_array_equal(s, np.broadcast_to(s[0], s.shape))
+
+
+def test_occlusions_may_come_from_a_generator():
+    hidden = rs.Occlusion([0], 1.0)
+    assert rs.Sensing(occlusions=(each for each in [hidden])).occlusions == (hidden,)
+
+
 def test_outliers_are_the_share_and_the_size_that_was_asked_for():
     starts = np.repeat(Q0[None], 100, axis=0)
     run = closed(in_pixels(), starts, outliers=0.2, outlier_size=30.0, duration=0.8)
@@ -175,6 +210,27 @@ def test_hidden_marks_are_left_out_and_keep_their_last_place():
     np.testing.assert_array_equal(run.s.values[after:], flat(run.pixels)[after:])
 
 
+@pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL)])
+def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(task):
+    all_marks = rs.Occlusion(range(4), 0.4, 0.8)
+    run = closed(task, occlusions=all_marks)
+    s = run.s.values
+    still = np.broadcast_to(s[9], s[10:20].shape)
+    np.testing.assert_allclose(s[10:20], still, rtol=0, atol=1e-12)  # a pose is fitted once more
+    assert np.abs(s[20] - s[19]).max() > 1e-3
+    assert np.abs(run.qd.values[10:20]).max(axis=1).min() > 0.1  # it goes on
+
+
+@pytest.mark.parametrize("late", [0, 1, 2])
+def test_marks_are_hidden_in_the_images_of_that_time_however_late_these_are(late):
+    """0.12 s - 0.04 s is a rounding below the 0.08 s at which the third image is taken."""
+    hidden = rs.Occlusion([1], 2 * DT, 5 * DT)
+    run = closed(in_pixels(), latency=late * DT, occlusions=hidden, duration=0.5)
+    s, last = run.s.values[:, 2:4], flat(run.pixels)[1, 2:4]
+    kept = np.flatnonzero((s == last).all(axis=1))
+    np.testing.assert_array_equal(kept, np.arange(1, 5) + late)  # the last one, then three more
+
+
 def test_three_marks_are_enough_to_arrive():
     """Near the goal. Hidden from 0.5 s on, far away, the camera finds another of the poses from
     which three marks are seen at the same places.
@@ -192,6 +248,26 @@ def test_a_feature_of_all_marks_keeps_the_last_place_of_a_hidden_one():
     run = closed(rs.PBVS(GOAL), occlusions=rs.Occlusion([1], 0.5, 1.0))
     assert np.isfinite(run.s.values).all()
     assert closed(rs.PBVS(GOAL)).s.values[:12] == pytest.approx(run.s.values[:12], abs=0)
+
+
+class Spread:
+    """A user's feature of all marks at once, by LAPACK, which raises where it meets a NaN."""
+
+    unit, tolerance = "1", 1e-5
+
+    def measure(self, seen):
+        x = seen.points - seen.points.mean(axis=1, keepdims=True)
+        return np.linalg.svd(x, compute_uv=False)
+
+
+def test_so_does_a_feature_of_the_user():
+    task = rs.IBVS(GOAL, features=[rs.Part(Spread()), rs.Part("points")])
+    run = closed(task, occlusions=rs.Occlusion([1], 0.5, 1.0))
+    free = closed(task)
+    assert np.isfinite(run.s.values).all() and not free.s.equals(run.s)
+    kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image in which it was seen
+    np.testing.assert_array_equal(kept, np.repeat(free.s.values[12:13, 4:6], 11, axis=0))
+    np.testing.assert_array_equal(free.s.values[:13], run.s.values[:13])
 
 
 EVERYTHING = rs.Sensing(0.5, 0.25, 0.05, 20.0, [rs.Occlusion([2], 0.3, 0.7)], 0.2, 0.055, 0.08)
@@ -221,6 +297,8 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
         (lambda: rs.Sensing(outliers=1.5), "outliers must be a share from 0 to below 1, got 1.5"),
         (lambda: rs.Sensing(latency=-0.1), "latency (seconds) must be a number not below 0"),
         (lambda: rs.Sensing(occlusions=[0]), "occlusions must be a list of Occlusion, got [0]"),
+        (lambda: rs.Sensing(occlusions=""), "occlusions must be a list of Occlusion, got ''"),
+        (lambda: rs.Sensing(occlusions={}), "occlusions must be a list of Occlusion, got {}"),
         (lambda: rs.Occlusion([0], 0.0), "cannot start at 0 s: the marks must be seen once before"),
         (lambda: rs.Occlusion([0], 2.0, 1.0), "an occlusion from 2 s must end later, not 1"),
         (
@@ -228,7 +306,10 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
             "marks of an occlusion: expected numbers from 0 on, got []",
         ),
         (lambda: rs.Occlusion([0.5], 1.0), "marks of an occlusion: expected numbers from 0 on"),
-        (lambda: rs.Occlusion([0], 1.0, target=3), "target of an occlusion: expected a name"),
+        (
+            lambda: rs.Occlusion([0], 1.0, target=3),
+            "target of an occlusion: expected a name, got 3",
+        ),
         (lambda: closed(occlusions=rs.Occlusion([9], 1.0)), "has 4 marks, numbered from 0; there"),
         (
             lambda: closed(occlusions=rs.Occlusion([0], 1.0, camera="camra")),

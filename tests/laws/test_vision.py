@@ -114,6 +114,21 @@ def test_a_mark_that_is_not_seen_costs_its_own_run_only():
     assert found.ambiguous[3] and np.isnan(found.rms[3]) and not whole.ambiguous.any()
 
 
+@pytest.mark.parametrize("scale", [2.0**-100, 2.0**-33, 2.0**33, 2.0**100])
+def test_the_unit_of_length_changes_no_digit(scale):
+    """Metres and radians must not be weighed against each other: a target may be tiny or huge."""
+    p, T = views(3)
+    x = seen(PLAIN, p, T) + np.random.default_rng(4).normal(0, 0.5, (20, 6, 2))
+    for noise in (None, 0.5):
+        one, other = (rs.estimate_pose(m, x, PLAIN, noise=noise) for m in (p, scale * p))
+        np.testing.assert_array_equal(other.T_c_o[..., :3, 3], scale * one.T_c_o[..., :3, 3])
+        np.testing.assert_array_equal(other.T_c_o[..., :3, :3], one.T_c_o[..., :3, :3])
+        units = np.repeat([scale, 1.0], 3)
+        rescaled = one.covariance * units[:, None] * units
+        np.testing.assert_array_equal(other.covariance, rescaled)
+        np.testing.assert_array_equal(other.ambiguous, one.ambiguous)
+
+
 def test_an_image_that_is_one_point_has_no_pose():
     found = rs.estimate_pose(SQUARE, np.full((4, 2), 100.0), PLAIN)
     assert np.isnan(found.T_c_o).all() and found.ambiguous
@@ -376,6 +391,13 @@ def test_three_of_four_points_on_a_line_leave_the_homography_open():
     _, _, _, good, other = planes(1, 1, 4)
     H = rs.homography([a, good[0]], [a, other[0]])
     assert np.isnan(H[0]).all() and np.isfinite(H[1]).all()
+    assert np.isnan(rs.homography([good[0], a], [a, good[0]])).all()  # there is none at all
+    square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
+    for one, twice in ((square, square[[0, 0, 2, 3]]), (square, a)):
+        assert np.isnan(rs.homography(one, twice)).all()
+        assert np.isnan(rs.homography(twice, one)).all()
+    for close_by in (1e-300, 1e-320, 0.0):
+        assert np.isnan(rs.homography(square, close_by * square)).all()
     gap = np.array([good[0], good[0]])
     gap[0, 1] = np.nan
     H = rs.homography(gap, other[0])

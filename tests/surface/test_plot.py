@@ -1,5 +1,7 @@
 """The figures show what there is: each drawn number is compared with the one it stands for."""
 
+from dataclasses import replace
+
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
@@ -777,6 +779,27 @@ def test_joint_limits_have_an_axis_of_their_own():
     np.testing.assert_array_equal(right.get_lines()[0].get_ydata(), 100 * found["limit_margin"])
     assert right.get_ylabel() == "to a joint limit (% of its range)"
     assert right.get_ylim()[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda found: found.drop_vars("lyapunov"), "it has no lyapunov"),
+        (lambda found: found.drop_vars("time"), "it has no time"),
+        (lambda found: found.isel(time=0), r"no instants; take some, as in diagnosis\.isel"),
+        (lambda found: found.isel(time=slice(0)), "no instants"),
+    ],
+)
+def test_a_diagnosis_that_is_not_whole_is_refused(examined, change, message):
+    with pytest.raises(rs.InputError, match=message):
+        plot.diagnosis(change(examined))
+
+
+def test_v_of_features_with_several_units_has_none():
+    visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    task = replace(visp.task, features=["points", "theta_u"])
+    run = rs.simulate(visp.scene, task, visp.q0, duration=0.4)
+    assert plot.diagnosis(rs.diagnose(run)).axes[0].get_ylabel() == "V"
 
 
 def test_a_diagnosis_of_one_moment_and_of_nothing_known_is_drawn(scene, still):

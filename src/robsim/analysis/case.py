@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -10,11 +11,11 @@ import numpy as np
 
 from robsim.actuation import Actuation
 from robsim.arrays import Array
-from robsim.errors import InputError, RankWarning
+from robsim.errors import FileError, InputError, RankWarning
 from robsim.loop import Loop, Moment, Witness
 from robsim.outcome import Outcome
 from robsim.results import dataset
-from robsim.scenario.repeat import check_run, scenario_of, settings_of
+from robsim.scenario.repeat import check_run, scenario_of, settings_of, whole_duration
 from robsim.scene import Scene
 from robsim.sensing import Sensing
 from robsim.servo.task import Task
@@ -22,6 +23,8 @@ from robsim.simulate import loop_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from robsim.scenario import Scenario
 
 ENDS = ("q_end", "outcome", "end_time")
 LONGEST = 50_000  # instants that are kept with all that was thought in them, some 10 kB each
@@ -90,18 +93,18 @@ def case_of(
     InputError: no run, a batch of several, or one that does not say how it was made.
     """
     check_run(run)
-    if "q0" not in run.variables:
-        raise InputError("this is no run, or not all of it: it has no 'q0'")
     one = _single(run)
     told = settings_of(one)
     del told["record"]
-    if Outcome(int(one["outcome"])) is Outcome.RUNNING:
-        periods = round(float(one["end_time"]) / told["dt"])
-        told["duration"] = (max(periods, 1) - 0.5) * told["dt"]
+    outcome, seconds = _ended(one)
+    if outcome is Outcome.RUNNING:
+        told["duration"] = whole_duration(seconds / told["dt"], told["dt"])
     if (scene is None) != (task is None):
         raise InputError("give both scene and task, or none of them")
     if scene is None or task is None:
-        scenario = scenario_of(one)
+        if sensing is not None or actuation is not None:
+            raise InputError("give sensing and actuation together with scene and task")
+        scenario = _own_scenario(one)
         scene, task = scenario.scene, scenario.task
         sensing, actuation = scenario.settings.sensing, scenario.settings.actuation
     made = {"sensing": sensing or Sensing(), "actuation": actuation or Actuation()}
@@ -117,7 +120,8 @@ def case_of(
 def repeated(case: Case, run: xr.Dataset) -> Repeated:
     """The run once more, watched; InputError unless it ends with the same bits."""
     one = _single(run)
-    periods = round(float(one["end_time"]) / case.dt)
+    outcome, seconds = _ended(one)
+    periods = round(seconds / case.dt)
     if periods > LONGEST:
         raise InputError(
             f"this run took {periods} control periods; at most {LONGEST} can be looked into"
@@ -125,7 +129,6 @@ def repeated(case: Case, run: xr.Dataset) -> Repeated:
     moments: list[Moment] = []
     loop = case.advanced("all", moments.append)
     again = dataset(loop, case.scene, case.task)
-    outcome = Outcome(int(one["outcome"]))
     ends = ("q_end",) if outcome is Outcome.RUNNING else ENDS
     for name in ends:
         if name in one and not np.array_equal(again[name], one[name], equal_nan=True):
@@ -138,7 +141,31 @@ def repeated(case: Case, run: xr.Dataset) -> Repeated:
     return Repeated(case, loop, moments, again, outcome)
 
 
+def _own_scenario(one: xr.Dataset) -> Scenario:
+    try:
+        return scenario_of(one)
+    except FileError:
+        raise
+    except InputError as reason:
+        raise InputError(f"{reason}; give the scene and the task that made it") from None
+
+
+def _ended(one: xr.Dataset) -> tuple[Outcome, float]:
+    """How and when (s) a single run ended."""
+    try:
+        outcome, seconds = Outcome(int(one["outcome"])), float(one["end_time"])
+    except KeyError:
+        raise InputError("this is no run, or not all of it: no outcome and end_time") from None
+    except (TypeError, ValueError) as reason:
+        raise InputError(f"this is no run, or not all of it: {reason}") from None
+    if not math.isfinite(seconds):
+        raise InputError(f"this is no run, or not all of it: its end_time is {seconds} s")
+    return outcome, seconds
+
+
 def _single(run: xr.Dataset) -> xr.Dataset:
+    if "q0" not in run.variables:
+        raise InputError("this is no run, or not all of it: it has no 'q0'")
     count = run.sizes.get("run", 1)
     if count != 1:
         raise InputError(f"expected one run, got {count}: pick one, as in run.isel(run=0)")

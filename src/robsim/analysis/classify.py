@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.analysis.equilibrium import Kind
 from robsim.analysis.field import STEP, Field
-from robsim.arrays import Array, first_view
+from robsim.arrays import Array, first_view, length
 
 SAME = 1e-5  # metres and radians between two that are one
 FREE = 1e-4  # an eigenvalue below this share of the controller's pace counts as zero
@@ -37,7 +37,7 @@ def distinct(field: Field, q: Array) -> Points:
     q = np.ascontiguousarray(np.concatenate([q[:, :0], *kept], axis=1))
     command = field.command(q)
     zero = np.abs(command.error).max(axis=0) < field.controller.tolerance
-    error_norm = np.sqrt(((command.s - field.controller.s_goal) ** 2).sum(axis=0))
+    error_norm = length(command.s - field.controller.s_goal)
     values = eigenvalues(field, q)
     free = (np.abs(values) < FREE * field.controller.pace).sum(axis=0)
     return Points(q, error_norm, zero, values, np.asarray(free))

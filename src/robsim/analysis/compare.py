@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from robsim.analysis.measures import MEASURES, distance, retreat
-from robsim.arrays import Array
+from robsim.analysis.measures import MEASURES, distance, first_pair, retreat
+from robsim.arrays import Array, not_negative
 from robsim.errors import InputError, Interrupted, RankWarning, suggest
 from robsim.outcome import Outcome
 from robsim.results import BLOCK
 from robsim.scene import Scene
 from robsim.servo import Computed, Shown, Task
-from robsim.simulate import Progress, simulate
+from robsim.simulate import Progress, check, check_progress, simulate
 
 _OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no settings
 
@@ -53,7 +53,7 @@ class Scheme:
             )
 
     def check(self) -> None:
-        """Bind the task and try the start, as a run would; errors name the scheme."""
+        """Bind the task and try start and settings, as a run would; errors name the scheme."""
         self._named(self._try)
 
     def run(self, progress: Progress | None = None) -> xr.Dataset:
@@ -68,10 +68,9 @@ class Scheme:
         return self.scene.coordinates(self.scene.home if self.q0 is None else self.q0, "q0")
 
     def _try(self) -> None:
-        _ = self.start
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # it comes with the run
-            self.task.bind(self.scene)
+            check(self.scene, self.task, self.q0, self.settings)
 
     def _named(self, what: Any) -> Any:
         try:
@@ -112,8 +111,11 @@ class Comparison:
     def quantile(self, share: float = 0.5) -> xr.Dataset:
         """Of a batch, for each scheme the quantile of each measure over the runs that converged.
 
-        0.5 is the median. Of single runs: their measures.
+        0.5 is the median. Of single runs: their measures. InputError: a share beyond 0 and 1.
         """
+        share = not_negative(share, "share of a quantile")
+        if share > 1:
+            raise InputError(f"share of a quantile: expected 0 to 1, got {share:g}")
         if not self.batch:
             return self.data.drop_vars("outcome")
         arrived = self.data["outcome"] == Outcome.CONVERGED
@@ -155,7 +157,7 @@ class Comparison:
     def _ending(self, i: int) -> str:
         if self.batch:
             return f"{float(self.converged()[i]):.4g}"
-        return Outcome(int(self.data["outcome"][i])).name.lower().replace("_", " ")
+        return Outcome(int(self.data["outcome"][i])).words
 
 
 def compare(
@@ -196,6 +198,7 @@ def compared(schemes: Sequence[Scheme], progress: Progress | None = None) -> Com
     InputError: two of one name; one that is refused; starts of which one is a batch and another
     is not, or is one of another size.
     """
+    check_progress(progress)
     _check(schemes)
     runs: dict[str, xr.Dataset] = {}
     for i, scheme in enumerate(schemes):
@@ -278,7 +281,7 @@ def _blocks(run: xr.Dataset) -> list[xr.Dataset]:
 def _goal_distance(scheme: Scheme, run: xr.Dataset) -> float:
     """Metres from the camera to the middle of the marks at the goal; NaN if that is not told."""
     goal, scene = getattr(scheme.task, "goal", None), scheme.scene
-    camera, target = (str(run[f"mark_{kind}"].values[0]) for kind in ("camera", "target"))
+    camera, target = first_pair(run)
     if isinstance(goal, Shown):
         q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
         return float(distance(scene, camera, target, q[None, None])[0, 0])

@@ -119,7 +119,7 @@ def diagnosed(again: Repeated) -> xr.Dataset:
         for name, long in LONG_NAMES.items()
     }
     variables["lyapunov"][2]["units"] = again.run["lyapunov"].attrs["units"]
-    variables["lyapunov_rate"][2]["units"] = f"{again.run['lyapunov'].attrs['units']}/s"
+    variables["lyapunov_rate"][2]["units"] = f"{variables['lyapunov'][2]['units']}/s"
     kept = ("time", "coordinate", "mark_camera", "mark_target")
     lived = again.run.isel(time=slice(0, T))
     coordinates = {name: lived[name] for name in kept}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.analysis.classify import SAME, Points, distinct, eigenvalues, kinds, sets
-from robsim.analysis.equilibrium import KINDS, Equilibria, Equilibrium
+from robsim.analysis.equilibrium import KINDS, Equilibria, Equilibrium, Kind
 from robsim.analysis.field import Field
 from robsim.analysis.newton import refined
 from robsim.analysis.starts import drawn
@@ -28,6 +28,7 @@ PAIRS = 200  # of ends, at least, between which Newton's method starts
 PERIODS = 0.02  # of a run's step, in units of the time 1/rate of the fastest motion
 PATIENCE = 100.0  # the duration of a run, in units of the time 1/pace of the slowest
 LONGEST = 20_000  # steps
+MOST = 1_000_001  # starts that are drawn are fewer
 
 
 def equilibria(
@@ -64,7 +65,8 @@ def equilibria(
                where it has none. Draws with a mark that is not in front of its camera are dropped
     dt         control period of the runs in seconds; None: a fiftieth of the fastest time constant
                at the goal
-    duration   of the runs in seconds; None: a hundred times 1/gain
+    duration   of the runs in seconds; None: a hundred times 1/gain, or 20,000 periods if that is
+               less (with the transpose, the rate of the slowest feature stands for the gain)
 
     InputError: a task that remembers (Broyden, DepthFilter, estimated feed-forward, a smooth
     start, a latched switch), a scene that moves on its own, or starts of no use.
@@ -78,10 +80,17 @@ def equilibria(
     check_kinds(scene, task)
     real = task.bind(scene)  # with the errors and warnings of a run
     field = Field.of(scene, task)
-    count, seed = whole(count, "count", 1), whole(seed, "seed", 0, 2**64)
-    q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
+    count, seed = whole(count, "count", 1, MOST), whole(seed, "seed", 0, 2**64)
+    with np.errstate(all="ignore"):  # a state of no use is data
+        q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
+        return _found(real, field, q0, seed, *_times(field, q0, dt, duration))
+
+
+def _found(
+    real: Controller, field: Field, q0: Array, seed: int, dt: float, steps: int
+) -> Equilibria:
+    """From starts q0 (nq, B), by runs of so many steps and by Newton's method."""
     field.check_forgetful(q0)
-    dt, steps = _times(field, q0, dt, duration)
     ends, outcomes = _runs(field, q0, dt, steps)
     seeds = [q0, ends, _between(field, ends, seed)]
     if field.goal is not None:
@@ -134,7 +143,7 @@ def _between(field: Field, ends: Array, seed: int) -> Array:
 def _told(
     real: Controller, field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]
 ) -> Equilibria:
-    """All that was found, in order: by kind, then by share, then by error; the shown goal first."""
+    """All that was found, each set once, in order."""
     starts = frozen(runs_first(q0))
     if not q.shape[1]:
         return Equilibria((), starts, frozen(np.full(len(starts), -1)), frozen(outcomes))
@@ -142,10 +151,7 @@ def _told(
     first, named = sets(points), kinds(field, points)
     ended = _ended(field, points, first, ends)
     counts = np.bincount(ended[ended >= 0], minlength=first.size)
-    other = np.ones(first.size) if field.goal is None else field.apart(points.q, field.goal)[:, 0]
-    ranks = np.array([KINDS.index(kind) for kind in named])
-    order = np.lexsort(np.array([points.error_norm, -counts, other > SAME, ranks]))
-    listed = [i for i in order.tolist() if first[i] == i]
+    listed = [i for i in _order(field, points, named, counts) if first[i] == i]
     T, inside = field.pose(points.q).matrix, _inside(real, points.q)
     found = [
         Equilibrium(
@@ -163,6 +169,14 @@ def _told(
     number = np.full(first.size + 1, -1)  # the last is for runs that ended at none
     number[listed] = np.arange(len(listed))
     return Equilibria(tuple(found), starts, frozen(number[ended]), frozen(outcomes))
+
+
+def _order(field: Field, points: Points, named: list[Kind], counts: Any) -> list[int]:
+    """Numbers of the points: by kind, the shown goal first, then by share, then by error."""
+    ranks = np.array([KINDS.index(kind) for kind in named])
+    other = np.zeros(ranks.size) if field.goal is None else field.apart(points.q, field.goal)[:, 0]
+    order = np.lexsort(np.array([points.error_norm, -counts, other > SAME, ranks]))
+    return [int(i) for i in order]
 
 
 def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:

@@ -33,7 +33,8 @@ class Equilibrium(Value):
                   "not smooth": f has no derivative there
     error_norm    ||e||, in the unit of the features
     eigenvalues   (n,) of the closed loop df/dq, complex, per second, the slowest to decay last;
-                  NaN where f has no derivative
+                  NaN where f has no derivative; a unicycle, which has a coordinate more than
+                  velocities, adds a zero
     free          how many eigenvalues count as zero: below a ten-thousandth of the slowest rate at
                   which the error is to decay, which is the gain where the inverse is no transpose
     inside        whether all joints are within their limits and all marks in the images
@@ -139,6 +140,6 @@ class Equilibria(Value, Sequence[Equilibrium]):
         if self.lost:
             ended, counts = np.unique(self.outcomes[self.ends < 0], return_counts=True)
             each = zip(ended, counts, strict=True)
-            why = ", ".join(f"{n} {Outcome(int(end)).name.lower()}" for end, n in each)
-            rows.append(f"{'elsewhere':11}{self.lost:7.1%}  {why.replace('_', ' ')}")
+            why = ", ".join(f"{n} {Outcome(int(end)).words}" for end, n in each)
+            rows.append(f"{'elsewhere':11}{self.lost:7.1%}  {why}")
         return "\n".join(rows)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from robsim.actuation import Actuation
 from robsim.analysis.case import Case, case_of, repeated
 from robsim.analysis.explanation.attribution import Attribution, Jury
@@ -17,6 +19,7 @@ from robsim.analysis.explanation.reasons import reasons
 from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
+from robsim.errors import InputError
 from robsim.outcome import Outcome
 from robsim.scene import Scene
 from robsim.sensing import Sensing
@@ -92,6 +95,8 @@ def explain(
     local minimum
     """
     case = case_of(run, scene, task, sensing, actuation)
+    if not isinstance(experiments, bool | np.bool_):
+        raise InputError(f"experiments must be True or False, got {experiments!r:.80}")
     inquiry = Inquiry(repeated(case, run), bool(experiments))
     if inquiry.outcome in _WELL:
         remarks = _left_alone(inquiry, run)

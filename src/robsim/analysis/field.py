@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, runs_last
+from robsim.arrays import Array, length, runs_last, some_runs
 from robsim.errors import InputError, RankWarning
 from robsim.kernels import tree
 from robsim.kernels.loop import Command
@@ -118,7 +118,7 @@ class Field:
         out, front = np.full((self.n, q.shape[1]), np.nan), self.in_front(q)
         if front.any():
             with np.errstate(all="ignore"):  # a state of no use is data
-                out[:, front] = self.command(np.ascontiguousarray(q[:, front])).qd
+                out[:, front] = self.command(some_runs(q, front)).qd
         return out
 
     def in_front(self, q: Array) -> Any:
@@ -151,7 +151,7 @@ class Field:
             b[turn] *= np.where((a[turn] * b[turn]).sum(axis=0) < 0, -1.0, 1.0)
         q = (1.0 - share) * a + share * b
         for turn in turns:
-            q[turn] /= np.sqrt((q[turn] ** 2).sum(axis=0))
+            q[turn] /= length(q[turn])
         return np.asarray(q)
 
     def differences(self, q: Array) -> tuple[Array, Array]:
@@ -266,8 +266,7 @@ def _kept(memory: dict[str, Any]) -> Iterator[str]:
 
 def _norm(a: Array, b: Array) -> Array:
     """|a - b| (A, B) of points (m, A) and (m, B)."""
-    way: Array = np.sqrt(((a[:, :, None] - b[:, None]) ** 2).sum(axis=0))
-    return way
+    return length(a[:, :, None] - b[:, None])
 
 
 def _turn(a: Array, b: Array) -> Array:

@@ -3,8 +3,8 @@
 They are in the spirit of Gans, Hutchinson and Corke 2003, "Performance tests for visual servo
 control systems, with application to partitioned approaches to visual servo control": how long it
 took, how far the marks strayed in the image, and how far the camera strayed in space. Each takes a
-run of `simulate`, a batch or not, and its scene, and gives (B,), NaN where it is undefined. All but
-`path_length` are of the recorded moments: exact with record="all".
+run of `simulate`, a batch or not, and its scene, and gives (B,), NaN where it is undefined. What
+happens on the way is that of the recorded moments, so that only record="all" misses nothing.
 
 "The camera" is whatever moves: where the camera stands still and the target is carried, ways and
 rotations are those of the target, as in `path_length` of a run.
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.arrays import Array, runs_first, runs_last
+from robsim.arrays import Array, length, runs_first, runs_last
 from robsim.outcome import Outcome
 from robsim.pose import homogeneous
 from robsim.scene import Scene
@@ -57,7 +57,7 @@ def image_detour(run: xr.Dataset, scene: Scene) -> Array:
     square = _dot(chord, chord)
     along = _dot(way - start, chord) / np.where(square > 0, square, 1.0)
     off = way - start - np.clip(along, 0.0, 1.0)[..., None] * chord
-    return _worst(_largest(np.sqrt(_dot(off, off))))
+    return _worst(_largest(_length(off)))
 
 
 def path_length(run: xr.Dataset, scene: Scene) -> Array:
@@ -108,22 +108,22 @@ def peak_turn_rate(run: xr.Dataset, scene: Scene) -> Array:
 
 def effort_linear(run: xr.Dataset, scene: Scene) -> Array:
     """Integral of the squared velocities in m/s that are commanded, m^2/s; NaN without any."""
-    return _integral(run, scene, "m/s", np.square)
+    return _integral(run, scene, "m/s", _batch(run, "qd") ** 2)
 
 
 def effort_angular(run: xr.Dataset, scene: Scene) -> Array:
     """Integral of the squared velocities in rad/s that are commanded, rad^2/s."""
-    return _integral(run, scene, "rad/s", np.square)
+    return _integral(run, scene, "rad/s", _batch(run, "qd") ** 2)
 
 
 def travel_linear(run: xr.Dataset, scene: Scene) -> Array:
-    """What all joints in metres went, forth and back; of a flying camera, along its three axes."""
-    return _integral(run, scene, "m/s", np.abs)
+    """Metres that joints went, forth and back; of a flying camera, along its three axes."""
+    return _integral(run, scene, "m/s", _speeds(run))
 
 
 def travel_angular(run: xr.Dataset, scene: Scene) -> Array:
-    """What all joints in radians turned, forth and back; of a flying camera, about three axes."""
-    return _integral(run, scene, "rad/s", np.abs)
+    """Radians that joints turned, forth and back; of a flying camera, about its three axes."""
+    return _integral(run, scene, "rad/s", _speeds(run))
 
 
 def border_margin(run: xr.Dataset, scene: Scene) -> Array:
@@ -147,13 +147,12 @@ def limit_margin(run: xr.Dataset, scene: Scene) -> Array:
 
 @dataclass(frozen=True)
 class Measure:
-    """How a measure is called, its unit, and whether more of it is better."""
+    """A measure, its unit, and how it is called."""
 
     of: Callable[..., Array]
     unit: str
     label: str
     short: str = ""  # in a table; what has none is in the data only
-    more_is_better: bool = False
 
     @property
     def meaning(self) -> str:
@@ -176,14 +175,19 @@ MEASURES = {
     "effort_angular": Measure(effort_angular, "rad^2/s", "angular effort", "effort"),
     "travel_linear": Measure(travel_linear, "m", "linear joint travel"),
     "travel_angular": Measure(travel_angular, "rad", "angular joint travel"),
-    "border_margin": Measure(border_margin, "px", "margin to the border", "border", True),
-    "limit_margin": Measure(limit_margin, "1", "margin to joint limits", "limits", True),
+    "border_margin": Measure(border_margin, "px", "margin to the border", "border"),
+    "limit_margin": Measure(limit_margin, "1", "margin to joint limits", "limits"),
 }
+
+
+def first_pair(run: xr.Dataset) -> tuple[str, str]:
+    """Names of the first camera and of the target that it sees."""
+    return str(run["mark_camera"].values[0]), str(run["mark_target"].values[0])
 
 
 def moving_frame(run: xr.Dataset, scene: Scene) -> str:
     """The camera; or the target, where the camera stands still."""
-    camera, target = (str(run[f"mark_{kind}"].values[0]) for kind in ("camera", "target"))
+    camera, target = first_pair(run)
     carried = scene.tree.carries(camera) - scene.tree.carries(target)
     return camera if (carried > 0).any() else target
 
@@ -196,7 +200,7 @@ def moving_path(run: xr.Dataset, scene: Scene) -> Array:
 
 def target_distance(run: xr.Dataset, scene: Scene, moments: str = "q") -> Array:
     """(B, moments) metres from the camera to the middle of the marks, at q, "q0" or "q_end"."""
-    camera, target = (str(run[f"mark_{kind}"].values[0]) for kind in ("camera", "target"))
+    camera, target = first_pair(run)
     q = _batch(run, moments).reshape(_runs(run), -1, scene.nq)
     return distance(scene, camera, target, q)
 
@@ -213,7 +217,7 @@ def distance(scene: Scene, camera: str, target: str, q: Array) -> Array:
 def pixels_away(run: xr.Dataset) -> Array:
     """(B, moments, marks) distances of the marks from their goals, in pixels."""
     off = _batch(run, "pixels") - run["pixels_goal"].values
-    return np.sqrt(_dot(off, off))
+    return _length(off)
 
 
 def _batch(run: xr.Dataset, name: str) -> Any:
@@ -236,7 +240,7 @@ def _poses(scene: Scene, frame: str, q: Array) -> Array:
 
 def _twists(run: xr.Dataset, scene: Scene) -> Array:
     """(B, moments, 6) of the moving frame, in world axes."""
-    q, qd = _batch(run, "q"), _batch(run, "qd")
+    q, qd = _batch(run, "q"), _velocities(run)
     J = scene.tree.jacobian(scene.tree.bodies(runs_last(q, 1)), moving_frame(run, scene))
     J = runs_first(J, q.shape[:2])
     twist = np.zeros((*q.shape[:2], 6))
@@ -245,14 +249,31 @@ def _twists(run: xr.Dataset, scene: Scene) -> Array:
     return twist
 
 
-def _integral(run: xr.Dataset, scene: Scene, unit: str, of: Callable[[Array], Array]) -> Array:
-    """Of the commanded velocities of a unit, each held until the next moment of its run."""
+def _velocities(run: xr.Dataset) -> Array:
+    """(B, moments, nv) of the joints: as commanded, where they follow at once."""
+    velocities: Array = _batch(run, "qd_actual" if "qd_actual" in run else "qd")
+    return velocities
+
+
+def _speeds(run: xr.Dataset) -> Array:
+    """(B, moments, nv) of the joints until the next moment; of those that lag the mean of both."""
+    speeds = np.abs(_velocities(run))
+    if "qd_actual" in run:
+        speeds[:, :-1] = 0.5 * (speeds[:, :-1] + speeds[:, 1:])
+    return speeds
+
+
+def _integral(run: xr.Dataset, scene: Scene, unit: str, values: Array) -> Array:
+    """Of what there is for each velocity (B, moments, nv), over those commanded that have a unit.
+
+    Each value is held until the next moment of its run, as commands are.
+    """
     chosen = (np.array(scene.velocity_units) == unit) & ~scene.prescribed
     if not chosen.any():
         return np.full(_runs(run), np.nan)
     held = np.diff(run["time"].values)
     going = np.isfinite(_batch(run, "q")[:, 1:]).all(axis=-1)
-    rates = of(_batch(run, "qd")[:, :-1, chosen])
+    rates = values[:, :-1, chosen]
     total = np.zeros(rates.shape[:2])
     for j in range(rates.shape[2]):
         total += rates[..., j]
@@ -272,7 +293,7 @@ def _dot(a: Array, b: Array) -> Array:
 
 def _length(v: Array) -> Array:
     """Lengths along the last axis."""
-    return np.asarray(np.sqrt(_dot(v, v)))
+    return length(np.moveaxis(v, -1, 0))
 
 
 def _total(values: Array) -> Array:

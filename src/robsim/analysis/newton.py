@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from robsim.analysis.field import Field
-from robsim.arrays import Array, first_view
+from robsim.arrays import Array, first_view, length, some_runs
 
 ITERATIONS = 40
 LONGEST = 0.5  # metres or radians of one step
@@ -25,10 +23,10 @@ def refined(field: Field, q: Array) -> Array:
     q, found, enough = q.copy(), [], RESIDUAL * field.controller.pace
     f = field.rates(q)
     for _ in range(ITERATIONS):
-        residual = _length(f)  # NaN where given up
+        residual = length(f)  # NaN where given up
         there, going = residual <= enough, residual > enough
         found.append(q[:, there])
-        q, f = (np.ascontiguousarray(array[:, going]) for array in (q, f))
+        q, f = (some_runs(array, going) for array in (q, f))
         if not q.shape[1]:
             break
         q, f = _step(field, q, f)
@@ -38,7 +36,7 @@ def refined(field: Field, q: Array) -> Array:
 def _turned(field: Field, q: Array, enough: float) -> Array:
     """Within the limits where that is an equilibrium too: a secondary motion may not have turns."""
     turned = field.within_limits(q)
-    return np.where(_length(field.rates(turned)) <= enough, turned, q)
+    return np.where(length(field.rates(turned)) <= enough, turned, q)
 
 
 def _step(field: Field, q: Array, f: Array) -> tuple[Array, Array]:
@@ -47,22 +45,14 @@ def _step(field: Field, q: Array, f: Array) -> tuple[Array, Array]:
     usable = np.asarray(np.isfinite(J).all(axis=(1, 2)))
     inverse = np.linalg.pinv(np.where(usable[:, None, None], J, 0.0), rcond=RCOND)
     dq = -np.einsum("bij,jb->ib", inverse, f)
-    dq *= np.minimum(1.0, LONGEST / np.maximum(_length(dq), 1e-300))
+    dq *= np.minimum(1.0, LONGEST / np.maximum(length(dq), 1e-300))
     tried = (SHORTER[:, None, None] * dq).transpose(1, 0, 2)
     shape = len(q), len(SHORTER), q.shape[1]
     wide = np.ascontiguousarray(np.broadcast_to(q[:, None], shape)).reshape(len(q), -1)
     states = field.moved(wide, np.ascontiguousarray(tried).reshape(len(dq), -1))
     rates = field.rates(states).reshape(len(f), *shape[1:])
-    residuals = np.nan_to_num(_length(rates), nan=np.inf)
+    residuals = np.nan_to_num(length(rates), nan=np.inf)
     best = residuals.argmin(axis=0), np.arange(q.shape[1])
-    worse = ~(residuals[best] < _length(f))
+    worse = ~(residuals[best] < length(f))
     after = np.where(worse, np.nan, rates[:, *best])
     return np.ascontiguousarray(states.reshape(shape)[:, *best]), np.ascontiguousarray(after)
-
-
-def _length(x: Array) -> Any:
-    """Euclidean length over the first axis, term by term: the same for any batch."""
-    square = np.zeros(x.shape[1:])
-    for row in x:
-        square = square + row * row
-    return np.sqrt(square)

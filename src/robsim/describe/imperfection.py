@@ -20,10 +20,9 @@ def spoilt(settings: Mapping[str, Any], truth: Scene) -> Table:
     }
 
 
-def _sensing(value: Sensing | None) -> Table:
-    if value in (None, Sensing()):
+def _sensing(value: Sensing) -> Table:
+    if value == Sensing():
         return {}
-    assert value is not None
     table: Table = {
         name: getattr(value, name) for name in ("noise", "quantisation", "outliers", "dropped")
     }
@@ -44,10 +43,9 @@ def _occlusion(value: Occlusion) -> Table:
     return table | {name: given for name, given in names.items() if given is not None}
 
 
-def _actuation(value: Actuation | None, truth: Scene) -> Table:
-    if value in (None, Actuation()):
+def _actuation(value: Actuation, truth: Scene) -> Table:
+    if value == Actuation():
         return {}
-    assert value is not None
     table: Table = {"lag": quantity(value.lag, "s")}
     rates = truth.velocity_units
     kinds = {

@@ -3,6 +3,7 @@
 import math
 
 from robsim.kernels.jit import kernel
+from robsim.kernels.steps import in_steps
 
 
 @kernel
@@ -18,8 +19,8 @@ def follow(u, lag, limit, rate, dt, v, mean):
             goal = min(max(u[i, b], -limit[i]), limit[i])
             gap = goal - v[i, b]
             ramp = 0.0
-            if abs(gap) > rate[i] * lag:  # false where both are infinite or nothing
-                ramp = 0.0 if math.isinf(rate[i]) else min(abs(gap) / rate[i] - lag, dt)
+            if abs(gap) > rate[i] * lag:  # never where the rate is infinite: inf * 0 is NaN
+                ramp = min(abs(gap) / rate[i] - lag, dt)
             climb = math.copysign(rate[i] * ramp, gap) if ramp > 0.0 else 0.0
             way = (v[i, b] + 0.5 * climb) * ramp
             gap, rest = gap - climb, dt - ramp
@@ -38,5 +39,4 @@ def count(step, q, out):
     """out[i, b] = q rounded to whole steps; as it is where the step is zero."""
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
-            whole = step[i] * math.floor(q[i, b] / step[i] + 0.5) if step[i] > 0.0 else q[i, b]
-            out[i, b] = whole
+            out[i, b] = in_steps(q[i, b], step[i])

@@ -11,7 +11,6 @@ import numpy as np
 from robsim.kernels.jit import kernel
 
 _MASK, _HIGH = np.uint64(0xFFFFFFFF), np.uint64(32)
-_UPPER = np.uint64(0x80000000)  # no image has so many marks
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 
@@ -49,10 +48,9 @@ def normal_pairs(seed, runs, step, stream, out):
 
 @kernel
 def uniforms(seed, runs, step, stream, out):
-    """out[n, b] in (0, 1), as `normal_pairs`; of another counter, so that both are independent."""
+    """out[n, b] in (0, 1), by the same key and counter: another stream, other numbers."""
     low, high = seed & _MASK, seed >> _HIGH
     for n in range(out.shape[0]):
         for b in range(out.shape[1]):
-            count = np.uint64(n) | _UPPER
-            w = philox(np.uint64(step), count, high, np.uint64(stream), low, runs[b])
+            w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, runs[b])
             out[n, b] = _uniform(w[0], w[1])

@@ -1,13 +1,12 @@
 """What is wrong with an image besides Gaussian noise."""
 
-import math
-
 import numpy as np
 
 from robsim.kernels import random
 from robsim.kernels.jit import kernel
+from robsim.kernels.steps import in_steps
 
-OUTLIERS, DROPPED = 1, 2  # streams of random numbers; that of the noise is 0
+OUTLIERS, AWAY, DROPPED = 1, 2, 3  # streams of random numbers; that of the noise is 0
 
 
 @kernel
@@ -15,7 +14,7 @@ def displace(share, size, seed, runs, step, pixels):
     """Add size times a standard normal to both coordinates of a share of pixels[n, 2, b]."""
     chance, away = np.empty((pixels.shape[0], runs.size)), np.empty(pixels.shape)
     random.uniforms(seed, runs, step, OUTLIERS, chance)
-    random.normal_pairs(seed, runs, step, OUTLIERS, away)
+    random.normal_pairs(seed, runs, step, AWAY, away)
     for n in range(pixels.shape[0]):
         for r in range(2):
             for b in range(runs.size):
@@ -29,7 +28,7 @@ def quantise(size, pixels):
     for n in range(pixels.shape[0]):
         for r in range(2):
             for b in range(pixels.shape[2]):
-                pixels[n, r, b] = size * math.floor(pixels[n, r, b] / size + 0.5)
+                pixels[n, r, b] = in_steps(pixels[n, r, b], size)
 
 
 @kernel

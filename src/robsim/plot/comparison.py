@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -116,8 +116,7 @@ def _draw_errors(axes: Axes, found: Comparison) -> None:
     if high > 0:
         axes.set(yscale="log", ylim=(max(low, 1e-6 * high) / 2, 2 * high))
     axes.set_xlim(left=0)
-    axes.grid(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    _open(axes, "both")
     axes.legend(loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
 
 
@@ -151,16 +150,20 @@ def _draw_measures(axes: Axes, found: Comparison) -> None:
     axes.set(xlim=(-0.04, 1.06), xlabel="share of the largest (less is better)")
     for edge in np.arange(1, len(shares)) - 0.5:
         axes.axhline(edge, color=palette.LIGHT_GREY, linewidth=0.6)
-    axes.grid(True, axis="x")
-    axes.spines[["top", "right"]].set_visible(False)
+    _open(axes, "x")
     if not ended.all():
         axes.set_title("hollow: did not converge", loc="right", fontsize=9)
 
 
 def _row_label(key: str, largest: float) -> str:
     """The name of a measure, and what 1 stands for."""
+    return f"{MEASURES[key].label}\n1 = {largest:.3g} {_unit(key)}".rstrip()
+
+
+def _unit(key: str) -> str:
+    """Of a measure, as it is written in a figure."""
     unit = MEASURES[key].unit.replace("^2", "²")
-    return f"{MEASURES[key].label}\n1 = {largest:.3g}{'' if unit == '1' else ' ' + unit}"
+    return "" if unit == "1" else unit
 
 
 def _draw_ways(axes: Axes, found: Comparison) -> None:
@@ -176,8 +179,7 @@ def _draw_ways(axes: Axes, found: Comparison) -> None:
     axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("way of the camera", fontsize=9)
-    axes.grid(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    _open(axes, "both")
     axes.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
 
 
@@ -185,6 +187,12 @@ def _way(run: xr.Dataset, scene: Scene) -> Array:
     """(moments, 3) of one run, as long as it lasted."""
     way: Array = moving_path(history.single(run), scene)[0]
     return way
+
+
+def _open(axes: Axes, grid: Literal["x", "both"]) -> None:
+    """Grid lines instead of a frame."""
+    axes.grid(True, axis=grid)
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 # ---- batches ----
@@ -219,9 +227,10 @@ def _draw_endings(axes: Axes, found: Comparison) -> None:
     several = [o for o in Outcome if (outcomes == o).any()]
     for i, outcome in enumerate(several):
         share = (outcomes == outcome).mean(axis=1)
-        name = outcome.name.lower().replace("_", " ")
         color = _OUTCOMES.get(outcome, palette.CYCLE[(i + 1) % 6])
-        axes.barh(range(len(share)), 100 * share, left=left, color=color, label=name, height=0.6)
+        axes.barh(
+            range(len(share)), 100 * share, left=left, color=color, label=outcome.words, height=0.6
+        )
         left += 100 * share
     axes.set(yticks=range(len(found.names)), yticklabels=found.names, xlim=(0, 100))
     axes.set(xlabel="share of the runs (%)", ylim=(len(found.names) - 0.4, -0.6))
@@ -247,7 +256,6 @@ def _draw_boxes(axes: Axes, values: Array, key: str) -> None:
     )
     for i, box in enumerate(boxes["boxes"]):
         box.set(facecolor=palette.nth(i), alpha=0.6)
-    unit = MEASURES[key].unit.replace("^2", "²")
-    axes.set_xlabel(MEASURES[key].label + ("" if unit == "1" else f" ({unit})"))
-    axes.grid(True, axis="x")
-    axes.spines[["top", "right"]].set_visible(False)
+    unit = f" ({_unit(key)})" if _unit(key) else ""
+    axes.set_xlabel(f"{MEASURES[key].label}{unit}")
+    _open(axes, "x")

@@ -17,6 +17,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LOWEST = 1e-16  # of the largest V: below it there is rounding only
+DRAWN = (
+    "lyapunov",
+    "condition_interaction",
+    "condition_reach",
+    "stability_motion",
+    "contraction",
+    "border_margin",
+    "limit_margin",
+)
 TITLES = ("Lyapunov function", "condition number", "", "margins")  # the legend is the third
 DEEP = 3.0  # how far below zero stability is shown
 
@@ -38,6 +47,10 @@ def diagnosis(diagnosis: xr.Dataset) -> Figure:
     if getattr(diagnosis, "attrs", {}).get("title") != "RobSim diagnosis":
         kind = type(diagnosis).__name__
         raise InputError(f"expected a diagnosis as diagnose returns it, got {kind}")
+    lacking = [name for name in (*DRAWN, "time") if name not in diagnosis.variables]
+    if lacking or diagnosis["time"].ndim != 1 or diagnosis["time"].size == 0:
+        what = ", ".join(lacking) or "instants; take some, as in diagnosis.isel(time=slice(0, 9))"
+        raise InputError(f"this diagnosis is not whole: it has no {what}")
     with style():
         figure = new_figure(9.6, 5.6)
         panels = figure.subplots(2, 2, sharex=True)
@@ -60,7 +73,7 @@ def _draw_lyapunov(axes: Axes, found: xr.Dataset) -> None:
     V, time = found["lyapunov"].values, found["time"].values
     unit = found["lyapunov"].attrs["units"].replace("^2", "²")
     axes.plot(time, V, color=palette.BLACK, **_dot(time))
-    axes.set_ylabel(f"V ({'–' if unit == '1' else unit})")
+    axes.set_ylabel(f"V ({'–' if unit == '1' else unit})" if "see" not in unit else "V")
     _logarithmic(axes, V)
 
 

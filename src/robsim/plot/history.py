@@ -108,7 +108,7 @@ def ending(run: xr.Dataset) -> str:
     """
     if int(run["outcome"]) == Outcome.RUNNING:
         return "stopped by the user"
-    name = Outcome(int(run["outcome"])).name.lower().replace("_", " ")
+    name = Outcome(int(run["outcome"])).words
     if run.attrs.get("hold") and name == "converged":
         return f"converged, held for {float(run['end_time']):.3g} s"
     return f"{name} after {float(run['end_time']):.3g} s"

@@ -60,6 +60,8 @@ def either(value: Any, *dimensions: units.Dimension) -> float:
     for dimension in dimensions:
         try:
             return quantity(value, dimension)
+        except _TooLarge:
+            raise
         except UnitError:
             continue
     examples = " or ".join(f'"{_EXAMPLES[dimension]}"' for dimension in dimensions)
@@ -81,9 +83,13 @@ def _short(value: Any, example: str) -> Any:
     raise UnitError(f"{shown(value)}: expected a short text with a unit, as in {example}")
 
 
+class _TooLarge(UnitError):
+    """A quantity of the right dimension."""
+
+
 def _within(number: float, value: Any) -> float:
     if not abs(number) <= LARGEST:
-        raise UnitError(f"{shown(value)}: expected a number of at most {LARGEST:g} in SI units")
+        raise _TooLarge(f"{shown(value)}: expected a number of at most {LARGEST:g} in SI units")
     return number
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robsim.arrays import whole
 from robsim.errors import InputError
 from robsim.scenario.scenario import Scenario
 from robsim.simulate import simulate
@@ -20,9 +21,9 @@ NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 def replay(run: xr.Dataset) -> xr.Dataset:
     """The same run, or batch, or selection of consecutive runs, once more: the same bits.
 
-    Scene, task and what is wrong with images and joints come from the run's scenario; start,
-    seed, periods, record and run
-    number are the run's own. InputError: the run does not say how it was made.
+    Scene, task and what is wrong with images and joints come from the run's scenario; start, seed,
+    periods, record and run number are the run's own. InputError: the run does not say how it was
+    made.
 
     >>> from robsim import examples
     >>> run = Scenario.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
@@ -39,7 +40,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
 
 def check_run(run: object) -> None:
     """InputError if this is no run."""
-    if not isinstance(getattr(run, "attrs", None), dict):
+    if not isinstance(getattr(run, "attrs", None), dict) or not hasattr(run, "data_vars"):
         raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
 
 
@@ -58,16 +59,24 @@ def settings_of(run: xr.Dataset) -> dict[str, Any]:
     lacking = [name for name in NEEDED if name not in attrs]
     if lacking or _wanted(run, "q0").size == 0:
         raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
-    dt, record = float(attrs["dt"]), attrs["record"]
-    steps = round(float(attrs["duration"]) / dt)
-    return {
-        "dt": dt,
-        "duration": (steps - 0.5) * dt,
-        "seed": int(attrs["seed"]),
-        "hold": bool(attrs["hold"]),
-        "record": record if isinstance(record, str) else int(record),
-        "run": _first(_wanted(run, "run")),
-    }
+    first = _first(_wanted(run, "run"))
+    try:
+        dt, record = float(attrs["dt"]), attrs["record"]
+        return {
+            "dt": dt,
+            "duration": whole_duration(float(attrs["duration"]) / dt, dt),
+            "seed": int(attrs["seed"]),
+            "hold": bool(attrs["hold"]),
+            "record": record if isinstance(record, str) else whole(record, "record", 1),
+            "run": first,
+        }
+    except (TypeError, ValueError, ArithmeticError) as reason:
+        raise InputError(f"this run is not as RobSim made it: {reason}") from None
+
+
+def whole_duration(periods: float, dt: float) -> float:
+    """Seconds that are so many whole periods, whatever the rounding."""
+    return max(round(periods) - 0.5, 1.0) * dt
 
 
 def _first(numbers: Any) -> int:

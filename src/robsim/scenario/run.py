@@ -54,12 +54,9 @@ def start(table: schema.StartTable, scene: Scene, what: str = "q") -> Array | No
         return scene.coordinates(q, what)
 
 
-def settings(
-    table: schema.RunTable, sensing: Sensing = _PERFECT, actuation: Actuation = _EXACT
-) -> Settings:
-    """dt, duration, seed, hold, record; and what is wrong with images and joints."""
-    given = {key: value for key, value in table if value is not None}
-    made = Settings(**given, sensing=sensing, actuation=actuation)
+def settings(table: schema.RunTable) -> Settings:
+    """dt, duration, seed, hold, record."""
+    made = Settings(**{key: value for key, value in table if value is not None})
     if made.duration / made.dt > LONGEST:
         raise InputError(
             f"duration {made.duration:g} s in periods of {made.dt:g} s are more than "

@@ -25,7 +25,7 @@ from robsim.scenario.task_schema import ScenarioFile
 from robsim.scenario.text import Raw, parse, read_text
 from robsim.scene import Scene
 from robsim.servo import Task
-from robsim.simulate import Progress, simulate
+from robsim.simulate import Progress, check, simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,10 +73,9 @@ class Scenario:
         )
 
     def check(self) -> None:
-        """Bind the task and try the start, as a run would. GoalError, or FileError."""
+        """Bind the task and try start and settings, as a run would. GoalError, or FileError."""
         with _named(self.source):
-            self.scene.coordinates(self.scene.home if self.q0 is None else self.q0, "q0")
-            self.task.bind(self.scene)
+            check(self.scene, self.task, self.q0, self.settings.keywords)
 
     def run(self, progress: Progress | None = None, **changes: Any) -> xr.Dataset:
         """Simulate; `changes` are keywords of `simulate` that come before the file's settings.
@@ -147,12 +146,12 @@ def _read(raw: Raw, source: str) -> tuple[Scene, Task, Array | None, Settings]:
     with problems.at("start"):
         q0 = start(table.start, truth)
     told = Settings()
+    with problems.at("run"):
+        told = settings(table.run)
     with problems.at("sensing"):
         told = replace(told, sensing=sensing(table.sensing))
     with problems.at("actuation"):
         told = replace(told, actuation=actuation(table.actuation, truth))
-    with problems.at("run"):
-        told = settings(table.run, told.sensing, told.actuation)
     problems.stop()
     return truth, what, q0, told
 

@@ -212,7 +212,7 @@ class SensingTable(Table):
     quantisation: NotNegative | None = None
     outliers: Share | None = None
     outlier_size: NotNegative | None = None
-    occlusions: Annotated[list[OcclusionTable], Field(max_length=MOST_PARTS)] | None = None
+    occlusions: Annotated[list[OcclusionTable], Field(max_length=MOST_MARKS)] | None = None
     dropped: Share | None = None
     latency: Instant | None = None
     period: Period | None = None

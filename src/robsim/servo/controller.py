@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, last_view
+from robsim.arrays import Array, last_view, length
 from robsim.errors import InputError
 from robsim.features import PixelPoints, Points
 from robsim.kernels import features as kernels
@@ -182,10 +182,7 @@ class Servo(Controller):
     def _gain(self, error: Array) -> Any:
         if isinstance(self.gain, float):
             return self.gain
-        square = np.zeros(error.shape[1])
-        for row in error:  # in the same order for any batch
-            square += row * row
-        return self.gain.of(np.sqrt(square))[:, None]
+        return self.gain.of(length(error))[:, None]
 
     def _drift(self, now: Instant, measured: Measured, error: Array) -> Array | None:
         """(k, B) de/dt of what moves on its own, weighted."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers, positive
+from robsim.arrays import Array, frozen, one_or_each, positive
 from robsim.errors import InputError
 from robsim.features import Observation
 from robsim.kernels import features as kernels
@@ -35,12 +36,13 @@ def as_depth(given: Any) -> Depth:
 
 def as_scale(given: Any) -> Scale:
     """A factor above zero for all marks, or one for each."""
-    factors = numbers(given, "depth_scale", ())
-    if factors.ndim > 1 or not factors.size or not (factors > 0).all():
-        raise InputError(
-            f"depth_scale must be a positive number, or one for each mark, got {given!r:.80}"
-        )
-    return tuple(factors.tolist()) if factors.ndim else float(factors)
+    return one_or_each(given, "depth_scale", "mark")
+
+
+@cache  # it is asked for in every step
+def _factors(scale: Scale, marks: int) -> Array:
+    """(N, 1)."""
+    return frozen(np.full((marks, 1), np.reshape(scale, (-1, 1))))
 
 
 @dataclass(frozen=True)
@@ -69,19 +71,16 @@ class Depths:
 
     def numbers(self, marks: int) -> tuple[int, float, Array]:
         """(which, metres, scale (N, 1)) for the kernels."""
-        scale = self._scale(marks)
+        scale = _factors(self.scale, marks)
         if isinstance(self.which, float):
             return kernels.CONSTANT, self.which, scale
         return (kernels.GOAL if self.which == "goal" else kernels.TRUE), 0.0, scale
-
-    def _scale(self, marks: int) -> Array:
-        return frozen(np.full((marks, 1), np.reshape(self.scale, (-1, 1))))
 
     def of(self, seen: Observation, now: Instant, key: Key, Z_goal: Array) -> Array:
         """(N, B) of what a camera sees now."""
         if isinstance(self.which, DepthFilter):
             Z = self._filtered(self.which, seen, now, f"{key[0]} {key[1]}")
-            return self._scale(len(Z)) * Z
+            return _factors(self.scale, len(Z)) * Z
         return self._chosen(now.looks[key].depth, Z_goal)
 
     def at_goal(self, Z_goal: Array) -> Array:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, numbers, positive
+from robsim.arrays import Array, one_or_each, positive
 from robsim.errors import InputError
 from robsim.kernels import limit as kernels
 
@@ -34,7 +33,8 @@ class SpeedLimit:
         if self.joint is None and self.linear is None and self.angular is None:
             raise InputError("a speed limit needs at least one of joint, linear and angular")
         if self.joint is not None:
-            object.__setattr__(self, "joint", _joint_limits(self.joint))
+            limit = one_or_each(self.joint, "joint speed limit", "commanded velocity")
+            object.__setattr__(self, "joint", limit)
         for name in ("linear", "angular"):
             if getattr(self, name) is not None:
                 limit = positive(getattr(self, name), f"{name} speed limit")
@@ -55,13 +55,3 @@ class SpeedLimit:
         out = np.empty(qd.shape)
         kernels.scale(qd, J, joint, np.array(twist), out)
         return out
-
-
-def _joint_limits(value: Any) -> float | tuple[float, ...]:
-    limits = numbers(value, "joint speed limit", ())
-    if limits.ndim > 1 or not limits.size or not (limits > 0).all():
-        raise InputError(
-            f"joint speed limit must be a positive number, or one for each commanded velocity, "
-            f"got {value!r:.80}"
-        )
-    return tuple(limits.tolist()) if limits.ndim else float(limits)

@@ -79,6 +79,14 @@ class Bound:
         """L (k, 6, B) of the chosen components, for the first camera's twist."""
         return self._checked(interaction(self.feature, seen), seen, 6)
 
+    def lost(self, blind: Observation) -> NDArray[np.bool_]:
+        """(k, B) what is NaN where marks are, if not all is."""
+        try:
+            gone = np.isnan(self.measure(blind))
+        except np.linalg.LinAlgError:  # of a user's feature: LAPACK takes no NaN for any run
+            return np.zeros((self.size, blind.pixels_last.shape[-1]), dtype=np.bool_)
+        return np.asarray(gone & ~gone.all(axis=0))
+
     def _checked(self, value: Any, seen: Observation, *tail: int) -> Array:
         """The chosen components of what a method returned, the run last; shapes must be right."""
         k = "k" if self.k is None else self.k
@@ -161,11 +169,8 @@ class Regulated:
             depth = np.where(hidden, np.nan, seen[key].depth_last)
             blind[key] = Observation.of(pixels, depth, sight.eye.camera)
             blind[key].model, blind[key].guess_last = seen[key].model, seen[key].guess_last
-        lost = []
-        for part in self.parts:
-            gone = np.isnan(part.measure(part.observation(blind, looks)))
-            lost.append(gone & ~gone.all(axis=0))
-        return np.concatenate(lost)
+        views = [part.observation(blind, looks) for part in self.parts]
+        return np.concatenate([p.lost(view) for p, view in zip(self.parts, views, strict=True)])
 
     def _measured(self, seen: dict[Key, Observation], looks: dict[Key, Look]) -> Measured:
         views = [part.observation(seen, looks) for part in self.parts]
@@ -225,7 +230,7 @@ class Regulated:
                 raise GoalError(
                     f"goal s: expected {len(s)} numbers for {self.names}, got {self.given.size}"
                 )
-            return np.ascontiguousarray(self.given[:, None])
+            return self.given[:, None].copy()  # writeable, as s is: kernels are compiled for it
         if not s.size or not np.isfinite(s).all():
             raise GoalError(
                 f"{self.names}: s at the goal must be finite, got {s[:, 0]!r:.80}{self.reasons}"

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.arrays import Array, numbers, runs_first, runs_last
+from robsim.arrays import Array, numbers, positive, runs_first, runs_last
 from robsim.camera import Camera
 from robsim.errors import InputError
 from robsim.kernels import camera as kernels
+
+LARGEST = 1e100  # metres or pixels: what is squared must still be a number
 
 
 def measured(pixels: ArrayLike, what: str, camera: Any, count: int | str = "N") -> Array:
@@ -18,6 +20,14 @@ def measured(pixels: ArrayLike, what: str, camera: Any, count: int | str = "N") 
     if not isinstance(camera, Camera):
         raise InputError(f"{what}: expected a Camera that saw them, got {camera!r:.80}")
     return numbers(pixels, what, (count, 2), gaps=True)
+
+
+def deviation(noise: Any) -> float:
+    """The standard deviation of a pixel coordinate."""
+    sigma = positive(noise, "noise")
+    if sigma > LARGEST:
+        raise InputError(f"noise: expected pixels, at most {LARGEST:g}, got {sigma:g}")
+    return sigma
 
 
 def normalised(pixels: Array, camera: Camera) -> Array:

@@ -14,6 +14,7 @@ from robsim.value import Value
 
 RANK = 1e-10  # of the largest singular value: what is below does not count
 ASIDE = 1e100  # points so far off are none
+CLOSE = 1e-100  # points so close together are one
 STILL = 1e-10  # of the distance of the plane: a translation below is none
 
 
@@ -25,7 +26,7 @@ def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
     cameras it is then H = R + t n'/d itself (Ma, Soatto, Kosecka and Sastry 2004, lemma 5.18),
     with the sign for which H (x_a, 1) is a positive multiple of (x_b, 1), as depths are. Pixels
     are taken too: H = K_b (R + t n'/d) K_a^-1 up to scale. NaN where a point is NaN, or where the
-    points leave H open: three of four on a line.
+    points leave H open or have none: three of four on a line, in one image or both.
 
     >>> square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
     >>> np.round(homography(square, square + 0.5), 9) + 0.0
@@ -45,7 +46,7 @@ def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
     H = np.full((len(a), 3, 3), np.nan)
     seen = np.ones(len(a), dtype=bool)
     for p in (a, b):
-        seen &= (np.ptp(p, axis=1).max(-1) > 0) & (np.abs(p).max((1, 2)) < ASIDE)
+        seen &= (np.ptp(p, axis=1).max(-1) > CLOSE) & (np.abs(p).max((1, 2)) < ASIDE)
     H[seen] = _linear(a[seen], b[seen])
     return H.reshape(*lead, 3, 3)
 
@@ -60,10 +61,12 @@ def _linear(a: Array, b: Array) -> Array:
         np.zeros((*p.shape[:-1], 9)),  # nine rows at least, for nine right singular vectors
     ]
     _, s, Vt = np.linalg.svd(np.concatenate(rows, axis=1), full_matrices=False)
-    H = np.linalg.inv(Tb) @ Vt[:, -1].reshape(-1, 3, 3) @ Ta
+    N = Vt[:, -1].reshape(-1, 3, 3)
+    sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where a line or a point becomes none
+    H = np.linalg.inv(Tb) @ N @ Ta
     middle = np.linalg.svd(H, compute_uv=False)[:, 1]
     forward = (_with_one(b) * (_with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
-    good = (s[:, 7] > RANK * s[:, 0]) & (middle > 0)
+    good = (s[:, 7] > RANK * s[:, 0]) & (sizes[:, 2] > RANK * sizes[:, 0]) & (middle > 0)
     scale = np.where(good, np.copysign(middle, forward), np.nan)
     scaled: Array = H / scale[:, None, None]
     return scaled

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.arrays import Array, frozen, numbers, positive, runs_first, runs_last
+from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.camera import Camera
 from robsim.errors import InputError
 from robsim.kernels import camera as camera_kernels
@@ -16,7 +16,7 @@ from robsim.kernels.features import points_interaction
 from robsim.kernels.pose import fit_pose
 from robsim.pose import homogeneous
 from robsim.value import Value
-from robsim.vision.image import measured, normalised, pixel_rates
+from robsim.vision.image import deviation, measured, normalised, pixel_rates
 from robsim.vision.orthography import mirrored, orthographic_poses
 from robsim.vision.three_marks import three_marks_poses
 
@@ -48,8 +48,9 @@ class PoseEstimate(Value):
     `ambiguous` (...) is true where the image does not tell the pose: no pose was found; or the
     other minimum is not a hundred times less likely; or the standard deviation of the target's
     depth is above a third of it. The odds are exp((E2 - E1) / (2 sigma^2)) with E the squared
-    errors, and where sigma is unknown (E2 / E1)^(N - 3), the same with sigma integrated out
-    (Jeffreys's prior). Three marks leave nothing over to judge by: they are always ambiguous.
+    errors, and where sigma is unknown (E2 / E1)^(N - 3): sigma integrated out (Jeffreys's prior)
+    over the 2N - 6 degrees of freedom that a fit leaves. Three marks leave nothing over to judge
+    by: they are always ambiguous.
     """
 
     T_c_o: Array
@@ -92,14 +93,18 @@ def estimate_pose(
     >>> found.T_c_o.shape, found.covariance.shape
     ((4, 4), (6, 6))
     """
-    p = _checked_marks(marks)
+    p, size = _checked_marks(marks)
     u = measured(pixels, "pixels", camera, len(p))
-    sigma = None if noise is None else positive(noise, "noise")
+    sigma = None if noise is None else deviation(noise)
     lead = u.shape[:-2]
     T, squares = _all_minima(p, u.reshape(-1, len(p), 2), camera)
     variance = _variance(squares[:, 0], len(p), sigma)
     covariance = _covariance(p, T[:, 0], camera) * variance[:, None, None]
     sure = _told_apart(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
+    with np.errstate(over="ignore"):  # of a target beyond measure
+        T[..., 3] *= size
+        covariance[:, :3] *= size
+        covariance[:, :, :3] *= size
     poses = homogeneous(np.moveaxis(T.reshape(-1, 3, 4), 0, -1), (*lead, 4))
     poses[~np.isfinite(poses).all((-1, -2))] = np.nan
     rms = np.sqrt(np.where(np.isinf(squares), np.nan, squares) / (2 * len(p)))
@@ -114,17 +119,26 @@ def estimate_pose(
     )
 
 
-def _checked_marks(marks: ArrayLike) -> Array:
+def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
+    """Marks in units of about their size, so that metres and radians count alike; that size."""
     p = numbers(marks, "marks", ("N", 3))
     if p.ndim != 2 or len(p) < 3:
         raise InputError(f"marks: expected (N, 3) with three marks or more, got shape {p.shape}")
-    spread = np.linalg.svd(p - p.mean(0), compute_uv=False)
-    if spread[1] <= max(LINE * np.abs(p).max(), SMALLEST):
+    unit = _power_of_two(np.abs(p).max())
+    near = p / unit
+    spread = np.linalg.svd(near - near.mean(0), compute_uv=False)
+    if spread[1] <= max(LINE * np.abs(near).max(), SMALLEST / unit):
         raise InputError(
             "marks: a pose takes three that are not on one line; these are on a line "
             f"(to {LINE:g} of their size) or fewer than three places"
         )
-    return frozen(p)
+    size = unit * _power_of_two(spread[0])
+    return frozen(p / size), size
+
+
+def _power_of_two(size: float) -> float:
+    """A power of two about as large, which changes no digit of what it scales; 1 for 0."""
+    return 2.0 ** min(math.floor(math.log2(size)), 1000) if size > 0 else 1.0
 
 
 def _all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.arrays import Array, frozen, positive, runs_first, runs_last
+from robsim.arrays import Array, frozen, runs_first, runs_last
 from robsim.camera import Camera
 from robsim.errors import InputError
 from robsim.kernels import stereo as kernels
 from robsim.pose import as_pose, common_lead
 from robsim.value import Value
-from robsim.vision.image import measured, normalised, pixel_rates
+from robsim.vision.image import deviation, measured, normalised, pixel_rates
 
 RCOND = 1e-12  # what moves the images so little is not seen
 STEPS = 4  # of Gauss-Newton: to rounding where the noise is half a pixel, to 1e-11 at three
@@ -47,8 +47,8 @@ def triangulate(
     coordinate has independent noise of the standard deviation `noise`. Gauss-Newton in (x, y, 1/Z),
     in which the left image is linear and far points do no harm, from the midpoint of the rays
     (`robsim.kernels.stereo.triangulate`). The covariance is noise^2 (J' J)^-1, to first order
-    (Hartley and Zisserman 2004, section 5.2); in a parallel rig with baseline b its last entry is
-    sigma_Z^2 = 2 (Z^2 noise / (f b))^2 on the midline.
+    (Hartley and Zisserman 2004, section 5.2); in a parallel rig of two equal cameras with
+    baseline b its last entry is sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
 
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> rig = np.eye(4)
@@ -59,18 +59,27 @@ def triangulate(
     """
     a = measured(pixels_left, "pixels_left", left)
     b = measured(pixels_right, "pixels_right", right)
-    T, sigma = as_pose(T_left_right).matrix, positive(noise, "noise")
+    T, sigma = _rig(T_left_right), deviation(noise)
     if a.shape[-2] != b.shape[-2]:
         raise InputError(
             f"pixels_left and pixels_right: the same points in both images, got {a.shape[-2]} "
             f"and {b.shape[-2]}"
         )
-    if (T[..., :3, 3] == 0).all(-1).any():
-        raise InputError("T_left_right: both cameras are in one place, where no depth is seen")
     lead = common_lead(a.shape[:-2], b.shape[:-2], "pixels_left and pixels_right")
     lead = common_lead(lead, T.shape[:-2], "pixels and T_left_right")
     a, b = (np.broadcast_to(p, (*lead, *a.shape[-2:])) for p in (a, b))
     return _likeliest(a, b, left, right, np.broadcast_to(T, (*lead, 4, 4)), sigma)
+
+
+def _rig(T_left_right: Any) -> Array:
+    """(..., 4, 4) of two cameras that are apart."""
+    try:
+        T: Array = as_pose(T_left_right).matrix
+    except InputError as error:
+        raise InputError(f"T_left_right: {error}") from None
+    if (T[..., :3, 3] == 0).all(-1).any():
+        raise InputError("T_left_right: both cameras are in one place, where no depth is seen")
+    return T
 
 
 def _likeliest(

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 
 from robsim.analysis.case import Case
 from robsim.analysis.explanation.finding import Finding
-from robsim.analysis.explanation.removal import Removal, Trial, cures, patient, without
+from robsim.analysis.explanation.removal import (
+    Removal,
+    Trial,
+    cures,
+    outcome,
+    patient,
+    without,
+)
 from robsim.analysis.explanation.wording import listed
 
 Cure = Callable[[Case], Trial | None]  # the trial of a case, if it goes well
@@ -59,11 +66,17 @@ class Jury:
         needed = self._fewest(case, wrong)
         trial = self.cured(without(case, needed))
         assert trial is not None
-        together = self._together(needed, trial)
+        end, ends = outcome(case), {one: outcome(one.change(case)) for one in needed}
+        needed.sort(key=lambda one: ends[one] in (None, end))  # first what alone changes the end
+        other = ends[needed[0]]
+        alone = ""
+        if other not in (None, end):
+            alone = f": without {needed[0].name} alone the run ends as {other.name}"
+        together = self._together(needed, trial, alone)
         return Attribution((together,), tuple(one for one in wrong if one not in needed))
 
     def _alone(self, one: Removal, trial: Trial, several: bool) -> Finding:
-        evidence = one.evidence | {"converges_after_s": trial.end_time}
+        evidence = one.known | {"converges_after_s": trial.end_time}
         right = one.undone or f"without {one.name}"
         rest = ", and all else as it was" if several else ""
         only = f"{right[0].upper()}{right[1:]}{rest}, {self.so(trial)}."
@@ -78,13 +91,13 @@ class Jury:
                 needed = fewer
         return needed
 
-    def _together(self, needed: Sequence[Removal], trial: Trial) -> Finding:
+    def _together(self, needed: Sequence[Removal], trial: Trial, alone: str) -> Finding:
         said = " ".join(one.sentence for one in needed)
         names = listed([one.name for one in needed])
         sentence = (
-            f"{said} To put right one of them is not enough: only with all of {names} put right, "
-            f"{self.so(trial)}."
+            f"{said} To put right one of them is not enough{alone}. Only with {names} put right "
+            f"together, {self.so(trial)}."
         )
-        evidence = {key: value for one in needed for key, value in one.evidence.items()}
+        evidence = {key: value for one in needed for key, value in one.known.items()}
         about = " and ".join(one.about for one in needed)
         return Finding(about, sentence, evidence | {"converges_after_s": trial.end_time})

@@ -10,8 +10,9 @@ import numpy as np
 
 from robsim.analysis.case import Case
 from robsim.analysis.explanation.removal import Change, Removal
-from robsim.analysis.explanation.wording import degrees, length, number
+from robsim.analysis.explanation.wording import away, length, listed, number
 from robsim.analysis.leaves import changed, leaves
+from robsim.camera import Camera
 from robsim.pose import Pose
 from robsim.robot import Robot
 from robsim.scene import Mounted, Object, Scene
@@ -41,22 +42,41 @@ def _pieces(belief: Scene, truth: Scene) -> Iterator[Removal]:
 def _camera(believed: Mounted, true: Mounted) -> Iterator[Removal]:
     mine, real = believed.camera, true.camera
     if not np.array_equal(mine.K, real.K) or mine.distortion != real.distortion:
-        sentence = (
-            f"The intrinsics of '{true.name}' are believed wrongly: focal length "
-            f"{number(mine.K[0, 0])} px and centre ({number(mine.K[0, 2])}, "
-            f"{number(mine.K[1, 2])}) px, in truth {number(real.K[0, 0])} px and "
-            f"({number(real.K[0, 2])}, {number(real.K[1, 2])}) px."
-        )
+        sentence = f"The intrinsics of '{true.name}' are believed wrongly: {_lens(mine, real)}."
         evidence = {"focal_ratio": float(mine.K[0, 0] / real.K[0, 0])}
         name = f"the intrinsics of '{true.name}'"
         yield _false("intrinsics", name, sentence, _right(true, "camera"), evidence)
     yield from _placed(believed, true, "hand-eye", "hand-eye pose")
 
 
+def _lens(mine: Camera, real: Camera) -> str:
+    """What of the intrinsics is wrong."""
+    told = [_intrinsics(camera) for camera in (mine, real)]
+    return "; ".join(
+        f"{noun} {believed}, in truth {told[1][noun]}"
+        for noun, believed in told[0].items()
+        if believed != told[1][noun]
+    )
+
+
+def _intrinsics(camera: Camera) -> dict[str, str]:
+    (fx, skew, x), (_, fy, y) = camera.K[:2].tolist()
+    focal = number(fx) if fx == fy else f"{number(fx)} by {number(fy)}"
+    bends = ", ".join(number(k) for k in camera.distortion)
+    return {
+        "focal length": f"{focal} px",
+        "skew": f"{number(skew)} px",
+        "centre": f"({number(x)}, {number(y)}) px",
+        "distortion": f"({bends})" if bends else "none",
+    }
+
+
 def _robot(believed: Robot, true: Robot) -> Iterator[Removal]:
-    joints = [[(k.name, k.parent, k.joint) for k in robot.links] for robot in (believed, true)]
+    joints = [{k.name: (k.parent, k.joint) for k in robot.links} for robot in (believed, true)]
     if joints[0] != joints[1]:
-        sentence = f"The links of '{true.name}' are believed wrongly."
+        wrong = [f"'{name}'" for name, joint in joints[1].items() if joints[0].get(name) != joint]
+        which = f": {listed(wrong)}" if wrong else ""
+        sentence = f"Links of '{true.name}' are believed wrongly{which}."
         name = f"the links of '{true.name}'"
         yield _false("robot model", name, sentence, _right(true, "links"))
     yield from _placed(believed, true, "base", "base", "base")
@@ -80,10 +100,10 @@ def _placed(
         return
     apart = real.inv() @ mine
     metres, angle = float(np.linalg.norm(apart.position)), float(np.linalg.norm(apart.rotvec))
+    leads = ": beyond 90 degrees commands can lead away from the goal" if angle > np.pi / 2 else ""
     sentence = (
-        f"The {noun} of '{true.name}' is believed {degrees(angle)} and {length(metres)} "
-        "away from where it is"
-        + (": beyond 90 degrees every command leads away." if angle > np.pi / 2 else ".")
+        f"The {noun} of '{true.name}' is believed {away(metres, angle)} away from where it is"
+        f"{leads}."
     )
     evidence = {"angle_deg": float(np.degrees(angle)), "off_m": metres}
     name = f"the {noun} of '{true.name}'"

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from robsim.analysis.case import Case
-from robsim.analysis.leaves import changed
+from robsim.analysis.leaves import changed, leaves
 from robsim.robot import Robot
 from robsim.servo import Adaptive, ServoTask
 
@@ -63,6 +63,8 @@ def with_leaves(case: Case, **values: Any) -> Case | None:
 
 
 def _leaves(case: Case, change: Any) -> Case | None:
+    if not leaves(case.task):
+        return None
     try:
         return case.but(task=changed(case.task, change))
     except (TypeError, ValueError):  # a field that this kind of task decides itself

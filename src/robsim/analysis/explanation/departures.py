@@ -8,7 +8,7 @@ from robsim.analysis.explanation.changes import without_border, without_limits
 from robsim.analysis.explanation.ends import beyond_limit
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.wording import degrees, listed, number
+from robsim.analysis.explanation.wording import degrees, movers, number
 
 RETREAT = 1.5  # times as far as at start and goal: a retreat
 ROLL = np.pi / 3  # about the optical axis from here on a cause of retreat
@@ -24,15 +24,18 @@ def blind_start(inquiry: Inquiry) -> Finding | None:
 
 def pose_features(inquiry: Inquiry) -> Finding | None:
     """A scheme that does not look at the image."""
-    servo = inquiry.servo
-    parts = servo.regulated.parts if servo else ()
-    if not parts or not all(getattr(p.feature, "uses_pose", False) for p in parts):
+    if not _by_pose(inquiry):
         return None
     return Finding(
         "no control of the image",
         "The scheme is position-based: it regulates the pose of the camera, and nothing in its "
         "law keeps the marks in the image.",
     )
+
+
+def _by_pose(inquiry: Inquiry) -> bool:
+    parts = inquiry.servo.regulated.parts if inquiry.servo else ()
+    return bool(parts) and all(getattr(p.feature, "uses_pose", False) for p in parts)
 
 
 def retreat(inquiry: Inquiry) -> Finding | None:
@@ -46,8 +49,8 @@ def retreat(inquiry: Inquiry) -> Finding | None:
         return None
     evidence = {"from_m": float(depths[0]), "to_m": farthest}
     told = f"The camera retreated: the marks were {number(depths[0])} m away at the start and "
-    told += f"{number(farthest)} m at most, farther than at the goal."
-    if turn is not None and abs(turn[2]) > ROLL:
+    told += f"{number(farthest)} m at most{', farther than at the goal' if goal else ''}."
+    if turn is not None and abs(turn[2]) > ROLL and not _by_pose(inquiry):
         evidence["roll_deg"] = float(np.degrees(abs(turn[2])))
         told += (
             f" Start and goal differ by {degrees(abs(turn[2]))} about the optical axis, and the "
@@ -60,7 +63,7 @@ def retreat(inquiry: Inquiry) -> Finding | None:
 def roll(inquiry: Inquiry) -> Finding | None:
     """A large rotation about the optical axis, without a retreat."""
     turn = inquiry.turn
-    if turn is None or abs(turn[2]) < ROLL or retreat(inquiry):
+    if turn is None or abs(turn[2]) < ROLL or _by_pose(inquiry) or retreat(inquiry):
         return None
     angle = abs(turn[2])
     sentence = (
@@ -107,8 +110,7 @@ def own_motion(inquiry: Inquiry) -> Finding | None:
     """Something else moves."""
     if not inquiry.case.scene.motions:
         return None
-    names = listed([f"'{motion.robot}'" for motion in inquiry.case.scene.motions])
-    return Finding("own motion", f"{names} moves on its own meanwhile.")
+    return Finding("own motion", f"{movers(inquiry.case.scene)} meanwhile.")
 
 
 def near_border(inquiry: Inquiry) -> Finding | None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.wording import number, when
+from robsim.analysis.explanation.wording import number, pixel, when
 from robsim.camera import Visibility
 from robsim.outcome import Outcome
 from robsim.servo.sight import Sight
@@ -19,11 +19,9 @@ def what_happened(inquiry: Inquiry) -> str:
 
 
 def _converged(inquiry: Inquiry) -> str:
-    held = "was followed to the end" if inquiry.case.told["hold"] else "converged"
-    return (
-        f"{when(inquiry.end)} the run {held}: every error is below the tolerance of "
-        f"{inquiry.size(inquiry.tolerance)}."
-    )
+    held = ", at the end of the run, " if inquiry.case.told["hold"] else " the run converged: "
+    small = f"every error is below the tolerance of {inquiry.size(inquiry.tolerance)}."
+    return when(inquiry.end) + held + small
 
 
 def _local_minimum(inquiry: Inquiry) -> str:
@@ -45,21 +43,21 @@ def _singular(inquiry: Inquiry) -> str:
 
 
 def _out_of_image(inquiry: Inquiry) -> str:
-    sight, mark, pixel = lost_mark(inquiry, Visibility.OUT_OF_IMAGE)
-    side = _side(sight, pixel)
+    sight, mark, place = lost_mark(inquiry, Visibility.OUT_OF_IMAGE)
+    side = _side(sight, place)
     return (
         f"{when(inquiry.end)} mark {mark} of '{sight.target.name}' left the image of "
-        f"'{sight.eye.name}' {side}, at pixel ({number(pixel[0])}, {number(pixel[1])})."
+        f"'{sight.eye.name}' {side}, at pixel {pixel(place)}."
     )
 
 
-def _side(sight: Sight, pixel: np.ndarray) -> str:
+def _side(sight: Sight, place: np.ndarray) -> str:
     (left, right), (top, bottom) = sight.eye.camera.border
     sides = {
-        "on the left": pixel[0] < left,
-        "on the right": pixel[0] >= right,
-        "at the top": pixel[1] < top,
-        "at the bottom": pixel[1] >= bottom,
+        "on the left": place[0] < left,
+        "on the right": place[0] >= right,
+        "at the top": place[1] < top,
+        "at the bottom": place[1] >= bottom,
     }
     out = [side for side, beyond in sides.items() if beyond]
     return " and ".join(out) or "where its lens bends light no more"

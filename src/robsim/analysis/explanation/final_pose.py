@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from robsim.analysis.case import Case
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.attribution import Cure, Jury
+from robsim.analysis.explanation.changes import with_leaves
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.imperfections import imperfections
 from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.removal import Trial, cures
-from robsim.analysis.explanation.wording import degrees, length
+from robsim.analysis.explanation.removal import Trial, cures, patient
+from robsim.analysis.explanation.wording import away
 from robsim.loop import Loop
 from robsim.servo import Task
 
@@ -30,15 +32,37 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     wrong = imperfections(inquiry.again)
     as_seen = "as the controller sees and believes it" if wrong else "but not in space"
     sentence = (
-        f"It converged in the image {as_seen}: in truth the camera stands {length(off[0])} and "
-        f"{degrees(off[1])} away from where it was meant to stand."
+        f"It converged in the image {as_seen}: in truth the camera stands {away(*off)} away from "
+        "where it was meant to stand."
     )
     evidence = {"off_m": off[0], "angle_deg": math.degrees(off[1])}
     first = Finding("final pose", sentence, evidence)
     if not inquiry.experiments:
         return [first]
-    found = Jury(_nearer(off), _stands).attributed(inquiry.case, wrong)
-    return [first, *found.causes]
+    cured = _nearer(off, float(inquiry.depths[-1]))
+    causes = Jury(cured, _stands).attributed(inquiry.case, wrong).causes
+    return [first, *(causes or _same_image(inquiry, cured, bool(wrong)))]
+
+
+def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]:
+    """Why a camera stands elsewhere that is not misled."""
+    finer = 1e-3 * inquiry.tolerance
+    case = with_leaves(patient(inquiry.case), tolerance=finer)
+    if case is None or not cures(case):
+        return
+    if cured(case):
+        yield Finding(
+            "tolerance",
+            f"The tolerance of {inquiry.size(inquiry.tolerance)} leaves that: with "
+            f"{inquiry.size(finer)} the camera stands where it should.",
+            {"tolerance": inquiry.tolerance, "finer": finer},
+        )
+    elif not wrong:
+        yield Finding(
+            "ambiguous features",
+            "The features have the same values at both poses; three marks, for one, look the same "
+            "from up to four. More marks tell the poses apart.",
+        )
 
 
 def miss(task: Task, loop: Loop) -> tuple[float, float]:
@@ -50,14 +74,18 @@ def miss(task: Task, loop: Loop) -> tuple[float, float]:
     return float(np.linalg.norm(away.position)), float(np.linalg.norm(away.rotvec))
 
 
-def _nearer(off: tuple[float, float]) -> Cure:
+def _nearer(off: tuple[float, float], depth: float) -> Cure:
+    """What brings the camera nearer; a translation counts as the angle at which it is seen."""
+
+    def apparent(miss: tuple[float, float]) -> float:
+        return max(miss[0] / depth, miss[1])
+
     def cured(case: Case) -> Trial | None:
         trial = cures(case)
         if trial is None:
             return None
-        now = miss(case.task, trial.loop)
-        near = now[0] < max(FAR, BETTER * off[0]) and now[1] < max(TURNED, BETTER * off[1])
-        return trial if near else None
+        now = apparent(miss(case.task, trial.loop))
+        return trial if now < max(TURNED, BETTER * apparent(off)) else None
 
     return cured
 

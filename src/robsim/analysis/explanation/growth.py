@@ -17,18 +17,21 @@ def loop_gain(inquiry: Inquiry) -> Finding | None:
     motion = inquiry.diagnosis["stability_motion"].values
     product = views.gain_of(inquiry.case) * inquiry.case.dt
     known = np.isfinite(radius)
-    if known.any() and np.median(radius[known]) > 1 and np.median(motion[known]) > 0:
-        value = float(np.median(radius[known]))
-    elif not known.any() and product > 2:
-        value = abs(1 - product)
-    else:
+    ideal = abs(1 - product)  # where Lhat is L
+    value = float(np.median(radius[known])) if known.any() else ideal
+    shrinks = known.any() and np.median(motion[known]) > 0
+    if not (value > 1 and (shrinks or product > 2)):
         return None
+    own = shrinks and value > 1.1 * ideal  # the limit is that of this Lhat
+    value = max(value, ideal)
+    limit = 2 * product / (1 + value) if own else 2.0
     sentence = (
         f"The gain is too high for the period: gain times period is {number(product)}, and what "
-        f"is left of an error after one period is up to {number(value)} times what there was; a "
-        "loop without delay is stable below 2."
+        f"is left of an error after one period is up to {number(value)} times what there was; "
+        + ("with this inverse and this L it" if own else "a loop without delay")
+        + f" is stable below {'about ' * bool(own)}{number(limit)}."
     )
-    return Finding("gain", sentence, {"gain_dt": product, "contraction": value, "limit": 2.0})
+    return Finding("gain", sentence, {"gain_dt": product, "contraction": value, "limit": limit})
 
 
 def misled(inquiry: Inquiry) -> Finding | None:
@@ -54,7 +57,10 @@ def growing(inquiry: Inquiry) -> Finding | None:
     V = inquiry.diagnosis["lyapunov"].values
     if not np.isfinite(V).all() or V[-1] <= 1.05 * V[0]:
         return None
-    sentence = f"The error did not shrink: V grew from {number(V[0])} to {number(V[-1])}."
+    sentence = (
+        f"The error did not shrink: V grew from {inquiry.said('lyapunov', 0)} to "
+        f"{inquiry.said('lyapunov')}."
+    )
     return Finding("growing error", sentence, {"from": float(V[0]), "to": float(V[-1])})
 
 

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from robsim.actuation import Actuation
-from robsim.analysis.case import Case, Repeated
-from robsim.analysis.diagnosis import diagnosed
+from robsim.analysis.case import Repeated
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
-from robsim.analysis.explanation.removal import Removal, put
-from robsim.analysis.explanation.wording import counted, length, number
-from robsim.analysis.leaves import changed, leaves
-from robsim.analysis.truth import true_features
-from robsim.motion import Motion
+from robsim.analysis.explanation.own_motion import own_motions
+from robsim.analysis.explanation.removal import Removal, Told, put
+from robsim.analysis.explanation.wording import counted, number
+from robsim.analysis.explanation.wrong_depths import wrong_depths
 from robsim.outcome import Outcome
 from robsim.sensing import Sensing
-from robsim.servo import DepthFilter
 
-Told = tuple[str, dict[str, float]]  # a sentence and its numbers
 Teller = Callable[[Repeated], Told]
 
 
@@ -31,9 +26,9 @@ def imperfections(again: Repeated) -> list[Removal]:
     return [
         *_of("sensing", Sensing(), SENSING, again),
         *_of("actuation", Actuation(), ACTUATION, again),
-        *_depths(again),
+        *wrong_depths(again),
         *false_beliefs(again.case),
-        *_motions(again),
+        *own_motions(again),
     ]
 
 
@@ -44,11 +39,8 @@ def _of(
     for field, (name, tell) in table.items():
         value, right = getattr(given, field), getattr(perfect, field)
         if value != right and np.any(value):
-            yield Removal(field, name, *_with(tell(again), put(part, **{field: right})))
-
-
-def _with(told: Told, change: Any) -> tuple[str, Any, dict[str, float]]:
-    return told[0], change, told[1]
+            sentence, evidence = tell(again)
+            yield Removal(field, name, sentence, put(part, **{field: right}), evidence)
 
 
 def _noise(again: Repeated) -> Told:
@@ -113,20 +105,25 @@ def _period(again: Repeated) -> Told:
     product = views.gain_of(again.case) * seconds
     sentence = (
         f"A new image comes every {number(seconds)} s only, {_periods(seconds / again.case.dt)}, "
-        f"and the command goes on meanwhile: gain times {number(seconds)} s is {number(product)}, "
-        "and from 2 on the loop is unstable."
+        "and the command goes on meanwhile"
     )
+    if np.isfinite(product):
+        sentence += f": gain times {number(seconds)} s is {number(product)}, and from 2 on the loop"
+        sentence += " is unstable"
+    sentence += "."
     return sentence, {"period_s": seconds, "gain_period": product, "limit": 2.0}
 
 
 def _lag(again: Repeated) -> Told:
     lag, gain = again.case.actuation.lag, views.gain_of(again.case)
     damping = 0.5 / np.sqrt(lag * gain)
-    sentence = (
-        f"The joints follow their command with a lag of {number(lag)} s: at a gain of "
-        f"{number(gain)} per second the damping ratio of the loop is {number(damping)}, and "
-        "below 1 it oscillates."
-    )
+    sentence = f"The joints follow their command with a lag of {number(lag)} s"
+    if np.isfinite(damping):
+        sentence += (
+            f": at a gain of {number(gain)} per second the damping ratio of the loop is "
+            f"{number(damping)}, and below 1 it oscillates"
+        )
+    sentence += "."
     return sentence, {"lag_s": lag, "gain": gain, "damping": float(damping)}
 
 
@@ -142,9 +139,8 @@ def _cut(again: Repeated, which: str) -> Told:
     """How often the joints did not move as commanded."""
     columns, scene = again.loop.controller.columns, again.case.scene
     limit = again.case.actuation.limits(which, scene.nv)[columns]
-    wanted, actual = (
-        again.run[name].values[: len(again.moments), columns] for name in ("qd", "qd_actual")
-    )
+    periods = max(len(again.moments) - 1, 1)
+    wanted, actual = (again.run[name].values[:periods, columns] for name in ("qd", "qd_actual"))
     asked = wanted if which == "velocity" else (wanted - actual) / again.case.dt
     share = float((np.abs(asked) > limit).any(axis=1).mean())
     sentence = (
@@ -177,96 +173,6 @@ ACTUATION: dict[str, tuple[str, Teller]] = {
 }
 
 
-def _depths(again: Repeated) -> Iterator[Removal]:
-    scales = {leaf.depth_scale for leaf in leaves(again.case.task)} - {1.0}
-    if scales:
-        told = _scaled(again, np.ravel(next(iter(scales))))
-        change = _each_leaf(depth_scale=1.0)
-        undone = "with the true depths"
-        yield Removal("depth scale", "the wrong depths", *_with(told, change), undone)
-    odd = [leaf.depth for leaf in leaves(again.case.task) if leaf.depth != "true"]
-    if odd:
-        depths = views.mean_depths(again)
-        low, high = float(depths.min()), float(depths.max())
-        sentence = (
-            f"The depth in L is {_said(odd[0])}, not the true one, which goes from {length(low)} "
-            f"to {length(high)}."
-        )
-        change, evidence = _each_leaf(depth="true"), {"least_m": low, "most_m": high}
-        undone = "with the true depth"
-        yield Removal("depth", "the assumed depth", sentence, change, evidence, undone)
-
-
-def _said(depth: Any) -> str:
-    if isinstance(depth, DepthFilter):
-        return "estimated by a filter"
-    return "that of the goal" if depth == "goal" else f"taken as {length(depth)}"
-
-
-def _scaled(again: Repeated, scale: Any) -> Told:
-    low, high = float(np.min(scale)), float(np.max(scale))
-    product = high * views.gain_of(again.case) * again.case.dt
-    evidence = {"least": low, "most": high, "gain_dt": product, "limit": 2.0}
-    if low == high:
-        sentence = (
-            f"The law takes all depths for {number(high)} times what they are, so that "
-            f"translations are {number(high)} times too fast: gain times period times that factor "
-            f"is {number(product)}, and the loop is {'unstable' if product > 2 else 'stable'} "
-            f"{'from' if product > 2 else 'up to'} 2."
-        )
-        return sentence, evidence
-    sentence = (
-        f"The depths that the law assumes are wrong by factors from {number(low)} to "
-        f"{number(high)}, not the same for all marks, to which the loop is sensitive (Malis and "
-        "Rives 2003)"
-    )
-    slowest = diagnosed(again)["contraction"].values[-1]
-    if not np.isfinite(slowest):
-        return f"{sentence}.", evidence
-    ideal = abs(1 - views.gain_of(again.case) * again.case.dt)
-    sentence += (
-        f": of the error of the motion that is served worst {100 * slowest:.4g} percent are left "
-        f"after a period, where {100 * ideal:.4g} should be."
-    )
-    return sentence, evidence | {"contraction": float(slowest), "ideal": ideal}
-
-
-def _motions(again: Repeated) -> Iterator[Removal]:
-    scene = again.case.scene
-    if not scene.motions:
-        return
-    names = ", ".join(f"'{motion.robot}'" for motion in scene.motions)
-    drift, gain = _drift(again), views.gain_of(again.case)
-    known = any(leaf.feed_forward is not None for leaf in leaves(again.case.task))
-    how = "and its feed-forward does not make up for it" if known else "and the law does not know"
-    sentence = f"{names} moves on its own, {how}"
-    if np.isfinite(drift / gain):
-        sentence += (
-            f": a law of gain {number(gain)} per second lags behind by the drift of the error "
-            f"over the gain, {number(drift)} / {number(gain)} = {number(drift / gain)}"
-        )
-    still = [Motion(m.robot, np.zeros(scene.robot(m.robot).nv)) for m in scene.motions]
-    evidence = {"drift": drift, "gain": gain, "lag": drift / gain}
-    undone = f"with {names} standing still"
-    yield Removal(
-        "own motion", "what moves on its own", f"{sentence}.", _stands(still), evidence, undone
-    )
-
-
-def _stands(still: list[Motion]) -> Any:
-    return lambda case: case.but(scene=case.scene.replacing(*still))
-
-
-def _drift(again: Repeated) -> float:
-    """How fast what moves on its own changes the error in the end, per second."""
-    case, last = again.case, len(again.moments) - 1
-    truth = true_features(case.task, case.scene, again.moments[last].q)
-    if truth is None:
-        return float("nan")
-    own = case.scene.drift(last * case.dt)
-    return float(np.linalg.norm(truth.rates[0] @ own))
-
-
 def _floor(again: Repeated, what: str) -> Told:
     """Something that lets no error vanish, with the median of max|e| over the last third."""
     if again.outcome is not Outcome.TIME_LIMIT:
@@ -274,8 +180,8 @@ def _floor(again: Repeated, what: str) -> Told:
     sizes, tolerance = views.largest_errors(again), again.loop.controller.tolerance
     floor = float(np.median(sizes[-max(len(sizes) // 3, 1) :]))
     sentence = (
-        f"{what}: the largest error stays at about {number(floor)}, and the tolerance is "
-        f"{number(tolerance)}."
+        f"{what}: the largest error stays at about {views.size(again, floor)}, and the tolerance "
+        f"is {views.size(again, tolerance)}."
     )
     return sentence, {"floor": floor, "tolerance": tolerance}
 
@@ -284,10 +190,3 @@ def _periods(count: float) -> str:
     if abs(count - round(count)) < 1e-6:
         return counted(round(count), "control period")
     return f"{number(count)} control periods"
-
-
-def _each_leaf(**values: Any) -> Any:
-    def change(case: Case) -> Case:
-        return case.but(task=changed(case.task, lambda leaf: replace(leaf, **values)))
-
-    return change

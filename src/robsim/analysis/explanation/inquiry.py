@@ -109,6 +109,8 @@ class Inquiry:
     def falls(self) -> bool:
         """Whether the error is still on its way at the end."""
         third = self.errors[-max(len(self.errors) // 3, 3) :]
+        if self.decay > 0.2 * views.gain_of(self.case) and (np.diff(third) < 0).all():
+            return True  # as fast as the gain lets it, however slow
         return self.decay * len(third) * self.case.dt > 0.05 and bool(third[-1] < 1.2 * third.min())
 
     @property
@@ -121,14 +123,19 @@ class Inquiry:
 
     def size(self, error: float) -> str:
         """An error with its unit."""
-        unit = self.again.loop.controller.units[0]
-        return number(error) if unit == "1" else f"{number(error)} {unit}"
+        return views.size(self.again, error)
+
+    def said(self, name: str, t: int = -1) -> str:
+        """One number of the diagnosis with its unit, by default at the end."""
+        unit = self.diagnosis[name].attrs["units"]
+        value = number(self.value(name, t))
+        return value if unit in ("1", "1/s") or "see" in unit else f"{value} {unit}"
 
     @cached_property
     def decay(self) -> float:
         """Rate per second at which the error fell in the last third, by least squares; or NaN."""
         sizes = self.errors[-max(len(self.errors) // 3, 3) :]
-        if len(sizes) < 3 or not (sizes > 0).all() or not np.isfinite(sizes).all():
+        if len(sizes) < 2 or not (sizes > 0).all() or not np.isfinite(sizes).all():
             return float("nan")
         times = np.arange(len(sizes)) * self.case.dt
         return -float(np.polyfit(times, np.log(sizes), 1)[0])

@@ -7,37 +7,47 @@ import numpy as np
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.stalls import too_few
 from robsim.analysis.explanation.wording import number
+from robsim.analysis.leaves import leaves
+
+SLOWED = 0.7  # of the gain: an error that falls less fast is slowed down
 
 
 def slow(inquiry: Inquiry) -> Finding | None:
     """An error that falls, but has not had the time."""
     rate, arrival = inquiry.decay, inquiry.arrival
-    if not inquiry.falls or not np.isfinite(arrival):
+    if not _on_its_way(inquiry):
         return None
     gain = views.gain_of(inquiry.case)
     trial = inquiry.trial(lambda case: case)
-    late = ""
     if trial is not None and trial.converged:
-        late = f"; given more time it is there after {number(trial.end_time)} s"
+        late = f"given more time it {trial.told}"
+    else:
+        late = f"at that rate it is below the tolerance after {number(arrival)} s"
+    known = f", with a gain of {number(gain)} per second" if np.isfinite(gain) else ""
     sentence = (
-        f"It was still on its way: the error falls at {number(rate)} per second, with a gain of "
-        f"{number(gain)} per second, and at that rate it is below the tolerance after "
-        f"{number(arrival)} s{late}."
+        f"It was still on its way: the error falls at {number(rate)} per second{known}, and {late}."
     )
-    evidence = {"rate": rate, "gain": gain, "arrival_s": arrival}
+    if rate < SLOWED * gain and any(leaf.limit for leaf in leaves(inquiry.case.task)):
+        sentence += " The speed limit of the task slows the command down."
+    evidence = {"rate": rate, "arrival_s": arrival} | ({"gain": gain} if known else {})
     return Finding("too little time", sentence, evidence)
+
+
+def _on_its_way(inquiry: Inquiry) -> bool:
+    return inquiry.falls and bool(np.isfinite(inquiry.arrival))
 
 
 def lagging(inquiry: Inquiry) -> Finding | None:
     """An error that stays."""
-    if slow(inquiry):
+    if _on_its_way(inquiry):
         return None
     third = inquiry.errors[-max(len(inquiry.errors) // 3, 3) :]
     low, high = float(third.min()), float(third.max())
-    rate = inquiry.value("lyapunov_rate")
     sentence = (
-        f"The error stays between {inquiry.size(low)} and {inquiry.size(high)}, and V' is "
-        f"{number(rate)} at the end: what the law commands does not make it smaller."
+        f"In the last third of its time the error stays between {inquiry.size(low)} and "
+        f"{inquiry.size(high)}: what the law commands does not make it smaller any more."
+        f"{too_few(inquiry)}"
     )
     return Finding("standing error", sentence, {"low": low, "high": high})

@@ -41,19 +41,21 @@ def reasons(inquiry: Inquiry) -> Iterator[Finding]:
         finding = reason(inquiry)
         if finding:
             yield finding
+            if "converges_after_s" in finding.evidence:
+                return  # nothing else stands in the way
 
 
 _LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
-_WILD = (pose_features, ascending, retreat, roll, loop_gain, misled, own_motion)
+_WILD = (loop_gain, pose_features, ascending, retreat, roll, misled, own_motion, unseen_goal)
 _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.RUNNING: (),
     Outcome.CONVERGED: (retreat, near_border),
     Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal),
     Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing),
     Outcome.BEHIND_CAMERA: (*_WILD, growing),
-    Outcome.JOINT_LIMIT: (ascending, loop_gain, misled, limit_alone, retreat, roll, own_motion),
+    Outcome.JOINT_LIMIT: (loop_gain, ascending, misled, limit_alone, retreat, roll, own_motion),
     Outcome.SINGULAR: (lost_direction,),
-    Outcome.DIVERGED: (ascending, retreat, roll, loop_gain, misled, growing),
+    Outcome.DIVERGED: (loop_gain, ascending, retreat, roll, misled, unseen_goal, growing),
     Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
-    Outcome.TIME_LIMIT: (slow, ascending, loop_gain, misled, retreat, lagging),
+    Outcome.TIME_LIMIT: (slow, ascending, loop_gain, misled, retreat, unseen_goal, lagging),
 }

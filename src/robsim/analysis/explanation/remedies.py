@@ -15,9 +15,10 @@ from robsim.analysis.explanation.views import gain_of
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 from robsim.outcome import Outcome
-from robsim.servo import IBVS, PBVS, AvoidLimits, ServoTask
+from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
 
 ENOUGH = 3  # pieces of advice
+BRISK = 1.0  # gain times period: above it the loop overshoots
 
 Remedy = Callable[[Inquiry], Iterator[tuple[str, str, Case | None]]]
 
@@ -32,16 +33,16 @@ def remedies(inquiry: Inquiry) -> list[Finding]:
                 sentence = f"{how} the same start {trial.told}."
                 evidence = {"converges_after_s": trial.end_time}
                 found.append(Finding(about, sentence, evidence))
-                if remedy is gain_lower:
+                if remedy in (gain_lower, gain_higher):
                     break
     return found
 
 
 def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """The other choices of L, where it is chosen by name."""
+    """The other choices of L by name."""
     given = [leaf.interaction for leaf in leaves(inquiry.case.task)]
     used = {which if isinstance(which, str) else "" for which in given}
-    if len(used) != 1 or "" in used:
+    if len(used) != 1:
         return
     for which in ("mean", "desired", "current"):
         if which not in used:
@@ -54,49 +55,67 @@ def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
     servo = inquiry.servo
     used = getattr(servo.law, "name", "") if servo else ""
     for which in {"joint", "camera"} - {used} if used in ("joint", "camera") else ():
-        case = changes.with_leaves(inquiry.patient, law=which)
+        case = changes.with_leaves(inquiry.case if inquiry.falls else inquiry.patient, law=which)
         yield "law", f"With law '{which}'", case
 
 
 def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """Position-based instead of image-based, or the other way round."""
+    """Position-based instead of image-based, or the other way round; docking of a unicycle."""
     task = inquiry.case.task
-    pairs: dict[type, type[ServoTask]] = {IBVS: PBVS, PBVS: IBVS}
-    if type(task) not in pairs:
-        return
-    other, kept = pairs[type(task)], ("goal", "camera", "target", "gain", "belief", "joints")
-    given = {name: getattr(task, name) for name in kept}
-    yield other.__name__, f"With {other.__name__}", inquiry.patient.but(task=other(**given))
+    others: dict[type, tuple[type[ServoTask], ...]] = {IBVS: (PBVS, Docking), PBVS: (IBVS, Docking)}
+    kept = ("goal", "camera", "target", "gain", "belief", "joints")
+    for other in others.get(type(task), ()):
+        given = {name: getattr(task, name) for name in kept}
+        yield other.__name__, f"With {other.__name__}", inquiry.patient.but(task=other(**given))
 
 
-def damped(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """A damped inverse."""
-    if inquiry.servo and getattr(inquiry.servo.inverse, "name", "") == "truncated":
-        case = changes.with_leaves(inquiry.patient, inverse="damped")
-        yield "inverse", "With a damped inverse", case
+def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """A damped inverse in a singularity, and elsewhere a truncated one."""
+    used = getattr(inquiry.servo.inverse, "name", "") if inquiry.servo else ""
+    other = "damped" if inquiry.outcome is Outcome.SINGULAR else "truncated"
+    if used and used != other:
+        case = changes.with_leaves(inquiry.patient, inverse=other)
+        yield "inverse", f"With inverse='{other}'", case
+
+
+def no_limit(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+    """As fast as the law commands."""
+    if any(leaf.limit for leaf in leaves(inquiry.case.task)):
+        case = changes.with_leaves(inquiry.case, limit=None)
+        yield "limit", "Without its speed limit", case
 
 
 def gain_lower(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """Half and a quarter of the gain."""
-    yield from _gains(inquiry, (0.5, 0.25))
+    """Half, a quarter and a tenth of the gain; not where it is time that is lacking."""
+    if not (inquiry.outcome is Outcome.TIME_LIMIT and inquiry.falls):
+        yield from _gains(inquiry, (0.5, 0.25, 0.1))
 
 
 def gain_higher(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """Twice and four times the gain, in the same time."""
-    yield from _gains(inquiry, (2.0, 4.0), hurried=True)
+    """Twice, four and ten times the gain, in the same time."""
+    yield from _gains(inquiry, (2.0, 4.0, 10.0), hurried=True)
 
 
 def _gains(
     inquiry: Inquiry, factors: tuple[float, ...], hurried: bool = False
 ) -> Iterator[tuple[str, str, Case | None]]:
     for factor in factors:
+        if hurried and not factor * gain_of(inquiry.case) * inquiry.case.dt < BRISK:
+            return
         case = inquiry.case if hurried else inquiry.patient
         gain = factor * gain_of(inquiry.case)
         how = f"With {_FACTORS[factor]} the gain ({number(gain)} per second)"
         yield "gain", how, changes.with_gain(case, factor)
 
 
-_FACTORS = {0.5: "half", 0.25: "a quarter of", 2.0: "twice", 4.0: "four times"}
+_FACTORS = {
+    0.5: "half",
+    0.25: "a quarter of",
+    0.1: "a tenth of",
+    2.0: "twice",
+    4.0: "four times",
+    10.0: "ten times",
+}
 
 
 def image(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
@@ -114,8 +133,9 @@ def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 
 def longer(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """More time."""
-    yield "duration", "Given more time", inquiry.patient
+    """More time, for an error that falls."""
+    if inquiry.falls:
+        yield "duration", "Given more time", inquiry.patient
 
 
 def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
@@ -136,18 +156,27 @@ def tolerance(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
     own = inquiry.again.loop.controller.tolerances
     if (own == own[0]).all() and inquiry.tolerance < wanted < 0.2 * inquiry.errors[0]:
         case = changes.with_leaves(inquiry.case, tolerance=wanted)
-        yield "tolerance", f"With a tolerance of {number(wanted)}", case
+        yield "tolerance", f"With a tolerance of {inquiry.size(wanted)}", case
 
 
 _REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
     Outcome.RUNNING: (),
     Outcome.CONVERGED: (),
     Outcome.LOCAL_MINIMUM: (interaction, law, other_scheme),
-    Outcome.OUT_OF_IMAGE: (interaction, gain_lower, law, other_scheme, image),
-    Outcome.BEHIND_CAMERA: (interaction, gain_lower, law, other_scheme),
+    Outcome.OUT_OF_IMAGE: (interaction, gain_lower, inverse, law, other_scheme, image),
+    Outcome.BEHIND_CAMERA: (interaction, gain_lower, inverse, law, other_scheme),
     Outcome.JOINT_LIMIT: (avoid_limits, interaction, law, other_scheme, gain_lower),
-    Outcome.SINGULAR: (interaction, damped, law, other_scheme),
-    Outcome.DIVERGED: (gain_lower, interaction, law, other_scheme),
-    Outcome.NOT_FINITE: (gain_lower, interaction, law),
-    Outcome.TIME_LIMIT: (feed_forward, gain_higher, longer, gain_lower, law, tolerance),
+    Outcome.SINGULAR: (interaction, inverse, law, other_scheme),
+    Outcome.DIVERGED: (gain_lower, inverse, interaction, law, other_scheme),
+    Outcome.NOT_FINITE: (gain_lower, inverse, interaction, law),
+    Outcome.TIME_LIMIT: (
+        feed_forward,
+        no_limit,
+        inverse,
+        gain_higher,
+        longer,
+        gain_lower,
+        law,
+        tolerance,
+    ),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -16,6 +17,7 @@ PATIENCE = 3.0  # times its duration that a changed run may take, to see where i
 LONGEST = 20.0  # times, where the run is known to need them
 
 Change = Callable[[Case], Case]
+Told = tuple[str, dict[str, float]]  # a sentence and its numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +30,11 @@ class Removal:
     change: Change
     evidence: dict[str, float] = field(default_factory=dict)
     undone: str = ""  # how the run is called in which it is right, as "without latency"
+
+    @property
+    def known(self) -> dict[str, float]:
+        """The numbers that there are: a user's own kind of task may have no gain."""
+        return {name: value for name, value in self.evidence.items() if math.isfinite(value)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +77,12 @@ def cures(case: Case) -> Trial | None:
     """The trial of a case if it converges."""
     trial = tried(case)
     return trial if trial is not None and trial.converged else None
+
+
+def outcome(case: Case) -> Outcome | None:
+    """How a case ends; None if it makes no sense."""
+    trial = tried(case)
+    return trial.outcome if trial else None
 
 
 def without(case: Case, removals: Iterable[Removal]) -> Case:

@@ -29,12 +29,25 @@ def null_space(inquiry: Inquiry) -> Finding | None:
     place = "a local minimum of V" if curved > -1e-9 else "an equilibrium of the law"
     sentence = (
         f"This is {place}: the law regulates k = {k} numbers and L J has rank {rank}, and the "
-        f"error that is left, of length {number(norm)}, lies in the null space of (L J)^+, where "
-        f"nothing is commanded and V' = {number(inquiry.value('lyapunov_rate'))} (chapter, eq. 18)."
+        f"error that is left, of length {inquiry.size(norm)}, lies in the null space of (L J)^+, "
+        "where nothing is commanded, so that V' is zero (chapter, eq. 18)."
     )
+    sentence += too_few(inquiry)
     evidence = {"k": float(k), "rank": float(rank), "error_norm": norm, "speed": speed}
+    evidence["lyapunov_rate"] = inquiry.value("lyapunov_rate")
     evidence |= {"least_curvature": curved} if np.isfinite(curved) else {}
     return Finding("local minimum", sentence, evidence)
+
+
+def too_few(inquiry: Inquiry) -> str:
+    """A sentence on a robot with fewer velocities than the numbers have degrees of freedom."""
+    if inquiry.last is None:
+        return ""
+    n, k = inquiry.last.state.jacobian_last.shape[1], len(inquiry.last.error)
+    rank = inquiry.value("rank_interaction")
+    if not n < rank:
+        return ""
+    return f" {n} velocities are commanded, too few for {k} numbers, which take {rank:.0f}."
 
 
 def camera_law(inquiry: Inquiry) -> Finding | None:
@@ -90,10 +103,13 @@ def unseen_goal(inquiry: Inquiry) -> Finding | None:
     """A goal that is made of numbers, which there may be no way to reach."""
     if not any(isinstance(leaf.goal, Given) for leaf in leaves(inquiry.case.task)):
         return None
-    return Finding(
-        "goal",
-        "The goal is given as numbers that no camera has seen: there may be no pose that has them.",
+    run = inquiry.again.run
+    wanted, seen = (float(np.abs(s).max()) for s in (run["s_goal"].values, run["s"].values[0]))
+    sentence = (
+        "The goal is given as numbers that no camera has seen: there may be no pose that has them. "
+        f"The largest is {inquiry.size(wanted)}, and at the start {inquiry.size(seen)}."
     )
+    return Finding("goal", sentence, {"goal": wanted, "start": seen})
 
 
 def lost_direction(inquiry: Inquiry) -> Finding | None:

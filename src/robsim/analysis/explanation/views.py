@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
 
 from robsim.analysis.case import Case, Repeated
+from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 from robsim.arrays import Array, runs_last
 from robsim.pose import Pose, homogeneous
@@ -35,6 +37,12 @@ def largest_errors(again: Repeated) -> Array:
     return sizes
 
 
+def size(again: Repeated, error: float) -> str:
+    """An error with its unit."""
+    unit = again.loop.controller.units[0]
+    return number(error) if unit == "1" else f"{number(error)} {unit}"
+
+
 def gain_of(case: Case) -> float:
     """The largest gain of the task, per second; NaN of a user's own kind of task."""
     gains = [leaf.gain for leaf in leaves(case.task)]
@@ -44,12 +52,18 @@ def gain_of(case: Case) -> float:
 def delay_limit(periods: float) -> float:
     """The largest gain times period that is stable when e is so many periods old.
 
-    2 sin(pi / (2 (2 d + 1))): the roots of z^(d+1) - z^d + gain dt = 0 reach the unit circle.
+    With m whole periods and a part f, roots of z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0
+    reach the unit circle at an angle w; without a part this is 2 sin(pi / (2 (2 m + 1))).
 
-    >>> [round(delay_limit(d), 3) for d in range(4)]
-    [2.0, 1.0, 0.618, 0.445]
+    >>> [round(delay_limit(d), 3) for d in (0, 1, 2, 2.5, 3)]
+    [2.0, 1.0, 0.618, 0.536, 0.445]
     """
-    return 2.0 * math.sin(math.pi / (2.0 * (2.0 * periods + 1.0)))
+    m, w = math.floor(periods + 1e-9), math.pi
+    f = max(periods - m, 0.0)
+    for _ in range(100):  # contracts by less than 2/3 each time
+        between = (1.0 - f) * cmath.exp(1j * w) + f
+        w = (math.pi / 2 + cmath.phase(between)) / (m + 1.5)
+    return 2.0 * math.sin(w / 2) / abs(between)
 
 
 def pose_at(sight: Sight, q: Array) -> Pose:

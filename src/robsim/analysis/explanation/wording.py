@@ -6,6 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robsim.arrays import Array
+from robsim.scene import Scene
+
+ROUNDING = 1e-9  # metres and radians
+
 
 def number(value: float) -> str:
     """Three digits.
@@ -43,6 +48,26 @@ def length(metres: float) -> str:
     return f"{metres:.3g} m" if abs(metres) >= 1 else f"{1000 * metres:.3g} mm"
 
 
+def pixel(place: Sequence[float] | Array) -> str:
+    """A place in an image, to whole pixels.
+
+    >>> pixel((1039.7, -4.2))
+    '(1040, -4)'
+    """
+    return f"({place[0]:.0f}, {place[1]:.0f})"
+
+
+def away(metres: float, radians: float) -> str:
+    """How far a pose is from another: what of it is more than rounding.
+
+    >>> away(0.01, 1e-16), away(0.01, 0.5)
+    ('10 mm', '10 mm and 28.6 degrees')
+    """
+    parts = [length(metres)] if metres > ROUNDING else []
+    parts += [degrees(radians)] if radians > ROUNDING else []
+    return listed(parts) or length(metres)
+
+
 def listed(names: Sequence[str], last: str = "and") -> str:
     """Names in a sentence.
 
@@ -52,6 +77,12 @@ def listed(names: Sequence[str], last: str = "and") -> str:
     if len(names) < 2:
         return "".join(names)
     return f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+def movers(scene: Scene) -> str:
+    """Who moves on its own, as the start of a sentence."""
+    names = [f"'{motion.robot}'" for motion in scene.motions]
+    return f"{listed(names)} {'moves on its' if len(names) == 1 else 'move on their'} own"
 
 
 def counted(count: int, thing: str) -> str:

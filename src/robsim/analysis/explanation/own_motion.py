@@ -1,0 +1,53 @@
+"""What moves on its own, and a law that does not know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from robsim.analysis.case import Repeated
+from robsim.analysis.explanation import views
+from robsim.analysis.explanation.removal import Removal
+from robsim.analysis.explanation.wording import listed, movers, number
+from robsim.analysis.leaves import leaves
+from robsim.analysis.truth import true_features
+from robsim.motion import Motion
+
+
+def own_motions(again: Repeated) -> Iterator[Removal]:
+    scene = again.case.scene
+    if not scene.motions:
+        return
+    names = listed([f"'{motion.robot}'" for motion in scene.motions])
+    drift, gain = _drift(again), views.gain_of(again.case)
+    known = any(leaf.feed_forward is not None for leaf in leaves(again.case.task))
+    how = "and its feed-forward does not make up for it" if known else "and the law does not know"
+    sentence = f"{movers(scene)}, {how}"
+    if np.isfinite(drift / gain):
+        sentence += (
+            f": a law of gain {number(gain)} per second lags behind by about the drift of the "
+            f"error over the gain, {number(drift)} / {number(gain)} = "
+            f"{views.size(again, drift / gain)}"
+        )
+    still = [Motion(m.robot, np.zeros(scene.robot(m.robot).nv)) for m in scene.motions]
+    evidence = {"drift": drift, "gain": gain, "lag": drift / gain}
+    undone = f"with {names} standing still"
+    yield Removal(
+        "own motion", "what moves on its own", f"{sentence}.", _stands(still), evidence, undone
+    )
+
+
+def _stands(still: list[Motion]) -> Any:
+    return lambda case: case.but(scene=case.scene.replacing(*still))
+
+
+def _drift(again: Repeated) -> float:
+    """How fast what moves on its own changes the error in the end: its largest, per second."""
+    case, last = again.case, len(again.moments) - 1
+    truth = true_features(case.task, case.scene, again.moments[last].q)
+    if truth is None:
+        return float("nan")
+    own = case.scene.drift(last * case.dt)
+    return float(np.abs(truth.rates[0] @ own).max())

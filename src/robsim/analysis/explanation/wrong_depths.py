@@ -1,0 +1,78 @@
+"""Depths that the law assumes and that are not the true ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robsim.analysis.case import Case, Repeated
+from robsim.analysis.diagnosis import diagnosed
+from robsim.analysis.explanation import views
+from robsim.analysis.explanation.removal import Removal, Told
+from robsim.analysis.explanation.wording import length, number
+from robsim.analysis.leaves import changed, leaves
+from robsim.servo import DepthFilter
+
+
+def wrong_depths(again: Repeated) -> Iterator[Removal]:
+    scales = {leaf.depth_scale for leaf in leaves(again.case.task)} - {1.0}
+    if scales:
+        sentence, evidence = _scaled(again, np.ravel(next(iter(scales))))
+        change, undone = _each_leaf(depth_scale=1.0), "with the true depths"
+        yield Removal("depth scale", "the wrong depths", sentence, change, evidence, undone)
+    odd = [leaf.depth for leaf in leaves(again.case.task) if leaf.depth != "true"]
+    if odd:
+        depths = views.mean_depths(again)
+        depths = depths[depths > 0] if (depths > 0).any() else depths
+        low, high = float(depths.min()), float(depths.max())
+        sentence = (
+            f"The depth in L is {_said(odd[0])}, not the true one, which goes from {length(low)} "
+            f"to {length(high)}."
+        )
+        change, evidence = _each_leaf(depth="true"), {"least_m": low, "most_m": high}
+        undone = "with the true depth"
+        yield Removal("depth", "the assumed depth", sentence, change, evidence, undone)
+
+
+def _said(depth: Any) -> str:
+    if isinstance(depth, DepthFilter):
+        return "estimated by a filter"
+    return "that of the goal" if depth == "goal" else f"taken as {length(depth)}"
+
+
+def _scaled(again: Repeated, scale: Any) -> Told:
+    low, high = float(np.min(scale)), float(np.max(scale))
+    product = high * views.gain_of(again.case) * again.case.dt
+    evidence = {"least": low, "most": high, "gain_dt": product, "limit": 2.0}
+    if low == high:
+        sentence = (
+            f"The law takes all depths for {number(high)} times what they are, so that "
+            f"translations are {number(high)} times as fast as they should be: gain times period "
+            f"times that factor is {number(product)}, and the loop is "
+            f"{'unstable from' if product > 2 else 'stable up to'} 2."
+        )
+        return sentence, evidence
+    sentence = (
+        f"The depths that the law assumes are wrong by factors from {number(low)} to "
+        f"{number(high)}, not the same for all marks, to which the loop is sensitive (Malis and "
+        "Rives 2003)"
+    )
+    slowest = diagnosed(again)["contraction"].values[-1]
+    if not np.isfinite(slowest):
+        return f"{sentence}.", evidence
+    ideal = abs(1 - views.gain_of(again.case) * again.case.dt)
+    sentence += (
+        f": of the error of the motion that is served worst {100 * slowest:.4g} percent are left "
+        f"after a period, where {100 * ideal:.4g} should be."
+    )
+    return sentence, evidence | {"contraction": float(slowest), "ideal": ideal}
+
+
+def _each_leaf(**values: Any) -> Any:
+    def change(case: Case) -> Case:
+        return case.but(task=changed(case.task, lambda leaf: replace(leaf, **values)))
+
+    return change
