@@ -669,7 +669,8 @@ def test_the_distance_of_the_farthest_mark_is_drawn_over_time(compared):
         )
         np.testing.assert_allclose(lines(axes, name).get_xdata(), lived["time"].values)
         np.testing.assert_allclose(lines(axes, name).get_ydata(), away, rtol=1e-12)
-    assert legend(axes) == ["current", "pose", "slow"]
+    (names,) = axes.figure.legends
+    assert [text.get_text() for text in names.get_texts()] == ["current", "pose", "slow"]
 
 
 def test_measures_are_drawn_as_shares_of_the_largest_and_hollow_where_nothing_converged(compared):

@@ -9,12 +9,13 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, shown_view
+from robsim.arrays import Array, frozen, runs_first, runs_last, shown_view
 from robsim.camera import Camera
 from robsim.errors import InputError
 from robsim.kernels import camera as kernels
 from robsim.kernels.pose import fit_pose
 from robsim.pose import homogeneous
+from robsim.vision.pose import estimate_pose
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
@@ -57,11 +58,15 @@ class Observation:
 
     @cached_property
     def pose_last(self) -> Array:
-        """T_c_o (3, 4, B)."""
+        """T_c_o (3, 4, B); from the image alone where the guess is behind the camera."""
         if self.model is None or self.guess_last is None:
             raise InputError("a pose needs the model of the target and a guess; here are none")
         T = np.empty(self.guess_last.shape)
         fit_pose(self.model, self.points_last, self.guess_last, T)
+        lost = np.isnan(T[0, 0])
+        if lost.any() and len(self.model) > 2:
+            lost &= np.isfinite(self.points_last).all(axis=(0, 1))  # guessed behind the camera
+            T[..., lost] = _from_image(self.model, self.points_last[..., lost])
         return T
 
     @classmethod
@@ -81,6 +86,12 @@ class Observation:
             model=None if self.model is None else frozen(self.model[marks]),
             other=None if self.other is None else self.other.some(marks),
         )
+
+
+def _from_image(model: Array, points: Array) -> Array:
+    """T_c_o (3, 4, B) without a guess, from normalised points (N, 2, B)."""
+    found = estimate_pose(model, runs_first(points), Camera(np.eye(3)))
+    return runs_last(found.T_c_o[:, :3], 2)
 
 
 @runtime_checkable

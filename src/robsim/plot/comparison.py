@@ -75,6 +75,8 @@ def _slide(found: Comparison) -> Figure:
     below = grid[1].subgridspec(1, 3, width_ratios=(1, 1.15, 1))
     for i, draw in enumerate((_draw_errors, _draw_measures, _draw_ways)):
         draw(figure.add_subplot(below[i]), found)
+    names = figure.axes[len(found.names)].get_legend_handles_labels()
+    figure.legend(*names, loc="outside lower center", ncols=columns, frameon=False)
     return figure
 
 
@@ -117,7 +119,6 @@ def _draw_errors(axes: Axes, found: Comparison) -> None:
         axes.set(yscale="log", ylim=(max(low, 1e-6 * high) / 2, 2 * high))
     axes.set_xlim(left=0)
     _open(axes, "both")
-    axes.legend(loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def normalised(found: Comparison) -> dict[str, tuple[float, Array]]:
