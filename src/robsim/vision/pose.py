@@ -41,9 +41,9 @@ class PoseEstimate(Value):
     T_c_o (..., 4, 4): the target in camera axes; rms (...): distance in the image between measured
     and reprojected marks, root of the mean square over the 2N coordinates, pixels. `other` and
     `other_rms`: the next best minimum, the second pose of a planar target; `candidates`
-    (..., 4, 4, 4): all that were found, the best first. `covariance` (..., 6, 6) of the twist
-    (v, omega) in camera axes that leads from the estimate to the truth, m and rad, to first order.
-    NaN where there is none.
+    (..., 4, 4, 4) and `errors` (..., 4): all that were found with their rms, the best first.
+    `covariance` (..., 6, 6) of the twist (v, omega) in camera axes that leads from the estimate to
+    the truth, m and rad, to first order. NaN where there is none.
 
     `ambiguous` (...) is true where the image does not tell the pose: no pose was found; or the
     other minimum is not a hundred times less likely; or the standard deviation of the target's
@@ -53,13 +53,32 @@ class PoseEstimate(Value):
     by: they are always ambiguous.
     """
 
-    T_c_o: Array
-    rms: Array
-    ambiguous: NDArray[np.bool_]
-    other: Array
-    other_rms: Array
-    covariance: Array
     candidates: Array
+    errors: Array
+    ambiguous: NDArray[np.bool_]
+    covariance: Array
+
+    @property
+    def T_c_o(self) -> Array:
+        """(..., 4, 4) the best."""
+        best: Array = self.candidates[..., 0, :, :]
+        return best
+
+    @property
+    def rms(self) -> Array:
+        """(...) of the best, pixels."""
+        return np.asarray(self.errors[..., 0])
+
+    @property
+    def other(self) -> Array:
+        """(..., 4, 4) the next best."""
+        second: Array = self.candidates[..., 1, :, :]
+        return second
+
+    @property
+    def other_rms(self) -> Array:
+        """(...) of the next best, pixels."""
+        return np.asarray(self.errors[..., 1])
 
     def __repr__(self) -> str:
         if self.rms.ndim:
@@ -109,13 +128,10 @@ def estimate_pose(
     poses[~np.isfinite(poses).all((-1, -2))] = np.nan
     rms = np.sqrt(np.where(np.isinf(squares), np.nan, squares) / (2 * len(p)))
     return PoseEstimate(
-        T_c_o=frozen(poses[..., 0, :, :].copy()),
-        rms=frozen(rms[:, 0].reshape(lead)),
-        ambiguous=frozen((~sure).reshape(lead)),
-        other=frozen(poses[..., 1, :, :].copy()),
-        other_rms=frozen(rms[:, 1].reshape(lead)),
-        covariance=frozen(covariance.reshape(*lead, 6, 6)),
-        candidates=frozen(poses),
+        frozen(poses),
+        frozen(rms.reshape(*lead, 4)),
+        frozen((~sure).reshape(lead)),
+        frozen(covariance.reshape(*lead, 6, 6)),
     )
 
 
