@@ -100,21 +100,10 @@ def here(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def robsim(here, monkeypatch, capsys):
+def robsim(here, called):
     """`robsim ARGUMENTS` in this process."""
 
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["robsim", *map(str, arguments)])
-        status = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            status = stop.code or 0
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return Done(status, out, err)
-
-    return call
+    return lambda *arguments: Done(*called(*arguments))
 
 
 def process(*arguments, **settings):

@@ -1,7 +1,6 @@
 """`robsim compare`: schemes from files and from values, what it writes and what it refuses."""
 
 import functools
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -24,23 +23,12 @@ run = { dt = "40 ms", duration = "8 s" }
 
 
 @pytest.fixture
-def robsim(tmp_path, monkeypatch, capsys):
+def robsim(tmp_path, monkeypatch, called):
     """`robsim ARGUMENTS` in this process, in a folder with a scenario: (status, out, err)."""
     monkeypatch.chdir(tmp_path)
     Path("turn.toml").write_text(TURN, encoding="utf-8")
 
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["robsim", *map(str, arguments)])
-        status = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            status = stop.code or 0
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return status, out, err
-
-    return call
+    return called
 
 
 def files(folder):
