@@ -16,6 +16,7 @@ from robsim.errors import InputError, suggest
 from robsim.kernels import loop as kernels
 from robsim.kernels import sensing as wrong
 from robsim.kernels.loop import Noise
+from robsim.kernels.sight import Look
 from robsim.record import LONGEST
 from robsim.sensing import Sensing
 from robsim.servo.sight import Sight, joined
@@ -63,10 +64,10 @@ class Frames:
         self.share = self.age - periods if self.age - periods > ROUNDING else 0.0
         self.past = deque(maxlen=max(self.age, 1))
 
-    def at(self, step: int, q: Array, noise: Noise) -> Frame:
-        """The image that the controller has at a step, where the joints stand at q (nq, B)."""
+    def at(self, step: int, look: Look, noise: Noise) -> Frame:
+        """The image that the controller has at a step, where all marks are as in `look`."""
         if self.last is None or step % self.every == 0:
-            self.last = self._arrived(step, self._then(step, q), noise)
+            self.last = self._arrived(step, self._then(step, look), noise)
         return self.last
 
     def old(self, step: int) -> NDArray[np.int64] | int:
@@ -85,22 +86,22 @@ class Frames:
         rest.last = self.last and self.last.going(~over)
         return rest
 
-    def _then(self, step: int, q: Array) -> Array:
-        """Where the joints stood when the image was taken; at the start, if it is older."""
+    def _then(self, step: int, look: Look) -> Look:
+        """Where all marks were when the image was taken; at the start, if it is older."""
         if not self.past:
-            return q
-        if step < self.age:
-            return self.past[0].q
-        return self.drives.moved(self.past[0], self.share * self.dt)
+            return look
+        q = self.past[0].q
+        if step >= self.age:
+            q = self.drives.moved(self.past[0], self.share * self.dt)
+        return joined([sight.look(q) for sight in self.sights])
 
-    def _arrived(self, step: int, q: Array, noise: Noise) -> Frame:
-        looks = [sight.look(q) for sight in self.sights]
-        look = joined(looks)
+    def _arrived(self, step: int, look: Look, noise: Noise) -> Frame:
         pixels = np.empty_like(look.pixels)
         kernels.measure(look.pixels, noise, step, pixels)
         self._spoil(step, noise, pixels)
-        hidden = np.repeat(self._hidden(step)[:, None], q.shape[1], axis=1)
-        new = Frame(pixels, look.depth, hidden, np.full(q.shape[1], step))
+        runs = noise.runs.size
+        hidden = np.repeat(self._hidden(step)[:, None], runs, axis=1)
+        new = Frame(pixels, look.depth, hidden, np.full(runs, step))
         return new if self.last is None else self._kept(new, self.last, step, noise)
 
     def _spoil(self, step: int, noise: Noise, pixels: Array) -> None:

@@ -283,8 +283,8 @@ def _told(loop: Loop, chunk: _Chunk, step: int, look: Look, looks: dict[Key, Loo
         kernels.measure(look.pixels, chunk.noise, step, pixels)
         measured = {key: pixels[rows] for key, rows in zip(looks, loop.rows, strict=True)}
         return Instant(step, loop.dt, chunk.q, looks, measured, chunk.memory)
-    frame, each = chunk.frames.at(step, chunk.q, chunk.noise), zip(looks, loop.rows, strict=True)
-    parts = {key: frame.of(rows) for key, rows in each}
+    frame = chunk.frames.at(step, look, chunk.noise)
+    parts = {key: frame.of(rows) for key, rows in zip(looks, loop.rows, strict=True)}
     return Instant(
         step,
         loop.dt,

@@ -181,11 +181,13 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
 
 
 def check_progress(progress: object) -> None:
+    """InputError unless it is a function, or None."""
     if progress is not None and not callable(progress):
         raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
 
 
 def check_kinds(scene: object, task: object) -> None:
+    """InputError unless these are a Scene and a task."""
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     if isinstance(task, type) or not isinstance(task, Task):

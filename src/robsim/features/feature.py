@@ -64,8 +64,9 @@ class Observation:
         T = np.empty(self.guess_last.shape)
         fit_pose(self.model, self.points_last, self.guess_last, T)
         lost = np.isnan(T[0, 0])
-        if lost.any() and len(self.model) > 2:
+        if lost.any():
             lost &= np.isfinite(self.points_last).all(axis=(0, 1))  # guessed behind the camera
+        if lost.any() and len(self.model) > 2:
             T[..., lost] = _from_image(self.model, self.points_last[..., lost])
         return T
 

@@ -17,6 +17,7 @@ from robsim.motion import Motion
 
 
 def own_motions(again: Repeated) -> Iterator[Removal]:
+    """The robots with motions of their own, all put to rest at once."""
     scene = again.case.scene
     if not scene.motions:
         return
