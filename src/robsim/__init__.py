@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
+from robsim import curves as curves
 from robsim import examples as examples
 from robsim import robots as robots
 from robsim import units as units
@@ -45,13 +46,19 @@ from robsim.features import StereoPoints as StereoPoints
 from robsim.features import ThetaU as ThetaU
 from robsim.features import Translation as Translation
 from robsim.features import VanishingPoint as VanishingPoint
+from robsim.joint import Ackermann as Ackermann
+from robsim.joint import Chord as Chord
+from robsim.joint import Joint as Joint
+from robsim.joint import Mimic as Mimic
+from robsim.joint import Rolling as Rolling
+from robsim.joint import Steering as Steering
+from robsim.link import Link as Link
 from robsim.motion import Motion as Motion
 from robsim.outcome import Outcome as Outcome
 from robsim.pose import Pose as Pose
 from robsim.primitives import Block as Block
 from robsim.primitives import CameraBody as CameraBody
 from robsim.primitives import Wheel as Wheel
-from robsim.robot import Link as Link
 from robsim.robot import Robot as Robot
 from robsim.scene import Mounted as Mounted
 from robsim.scene import Object as Object
@@ -90,7 +97,6 @@ from robsim.servo import Together as Together
 from robsim.servo import Transposed as Transposed
 from robsim.servo import Truncated as Truncated
 from robsim.simulate import simulate as simulate
-from robsim.tree import Joint as Joint
 from robsim.vision import HomographyMotions as HomographyMotions
 from robsim.vision import PoseEstimate as PoseEstimate
 from robsim.vision import Triangulated as Triangulated

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from robsim.actuation import Actuation
 from robsim.arrays import Array, frozen
 from robsim.kernels import actuation as kernels
-from robsim.kernels import tree
 from robsim.scene import Scene
 
 
@@ -37,9 +36,8 @@ class Drives:
         q, rates, mean = held.q.copy(), held.qd, held.qd
         if self.actuation.moves:
             rates, mean = self._follow(held, dt)
-        joints = self.scene.tree.joints
-        tree.integrate(joints.kind, joints.iq, joints.iv, mean, dt, q)
-        return q, rates
+        done = self.scene.tree.advance(q, mean, dt)
+        return q, rates if done is mean else done
 
     def moved(self, held: Held, seconds: float) -> Array:
         """Coordinates (nq, B) some time after a period began."""
@@ -62,6 +60,11 @@ class Drives:
         after[self.columns], between[self.columns] = v, mean
         return after, between
 
+    @property
+    def moves(self) -> bool:
+        """Whether joints move otherwise than they are commanded: so does a car that must steer."""
+        return self.actuation.moves or bool(self.scene.tree.cars)
+
     @cached_property
     def _limits(self) -> tuple[Array, Array]:
         velocity, acceleration = (
@@ -73,9 +76,9 @@ class Drives:
     @cached_property
     def _steps(self) -> Array:
         """(nq,) of the encoders; zero where a joint has none."""
-        joints, steps = self.scene.tree.joints, np.zeros(self.scene.nq)
+        steps = np.zeros(self.scene.nq)
         given = np.full(self.scene.nq, self.actuation.encoder, dtype=float)
-        for kind, i in zip(joints.kind, joints.iq, strict=True):
-            if kind in (tree.REVOLUTE, tree.PRISMATIC):
-                steps[i] = given[i]
+        counted = self.scene.tree.alone(np.arange(self.scene.nv))
+        counted = counted[counted >= 0]
+        steps[counted] = given[counted]
         return frozen(steps)

@@ -63,12 +63,12 @@ class Loop:
         controller, scene = self.controller, self.scene
         check_sensing(self.sensing, controller.sights, self.dt)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
-        rates = scene.nv if self.actuation.moves else 0
+        self.drives = Drives(self.actuation, scene, controller.columns)
+        rates = scene.nv if self.drives.moves else 0
         widths = (scene.nq, scene.nv, rates, controller.k, controller.goal_pixels.size)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         self.limits: Array = np.ascontiguousarray(scene.limits + slack)
-        self.drives = Drives(self.actuation, scene, controller.columns)
         self.steady = not any(callable(motion.rates) for motion in scene.motions)
         self.still = scene.drift(0.0)
         self.moves = controller.sights[0].moves(controller.columns)
@@ -83,7 +83,7 @@ class Loop:
 
     def _scheme(self) -> Scheme | None:
         """For the compiled loop, where that can run all that is asked for, and pays."""
-        plain = self.steady and self.prompt and not (self.actuation.moves or self.witness)
+        plain = self.steady and self.prompt and not (self.drives.moves or self.witness)
         scheme = self.controller.compiled if plain else None
         return scheme if scheme and pays(len(self.q0), self.steps) else None
 
@@ -222,7 +222,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
     rates = chunk.rates[:0]
-    if loop.actuation.moves:
+    if loop.drives.moves:
         rates = np.where(loop.scene.prescribed[:, None], drift[:, None], chunk.rates)
     kernels.settle(
         step,
@@ -245,7 +245,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         qd,
         outcome,
     )
-    if not loop.prompt or loop.actuation.moves:
+    if not loop.prompt or loop.drives.moves:
         _wait(loop, chunk, step, command, rates, outcome)
     if loop.witness:
         loop.witness(Moment(now, told, decision, chunk.q, qd))
@@ -267,7 +267,7 @@ def _wait(
     """
     controller = loop.controller
     near = (np.abs(command.error) < controller.tolerance).all(axis=0)
-    if loop.actuation.moves:
+    if loop.drives.moves:
         lag = np.ascontiguousarray((rates[controller.columns] - command.qd)[:, None])
         change = product(command.reach, lag)[:, 0]
         near &= (np.abs(change) < controller.tolerance * controller.pace).all(axis=0)

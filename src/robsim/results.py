@@ -153,12 +153,12 @@ def _camera_motion(scene: Scene, camera: str, q: Array, qd: Array) -> tuple[Arra
     joints, shape = scene.tree, q.shape[:2]
     poses, twists = np.empty((q[..., 0].size, 4, 4)), np.empty((q[..., 0].size, 6))
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
-    carries = joints.carries(camera)
+    moves = joints.moves(joints.carried(camera))
     for part in _blocks(len(poses)):
-        M = joints.bodies(np.ascontiguousarray(rows[part].T))
-        T = joints.frame(M, camera)
+        bodies = joints.bodies(np.ascontiguousarray(rows[part].T))
+        T = joints.frame(bodies, camera)
         J = np.empty((6, joints.nv, T.shape[-1]))
-        tree.camera_jacobian(M, T, joints.body, joints.angular, joints.axis, carries, J)
+        tree.camera_jacobian(bodies, T, moves, J)
         poses[part] = homogeneous(T)
         poses[part][np.isnan(T[0, 0])] = np.nan
         twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -12,72 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
-from robsim.kernels import tree as kernels
-from robsim.pose import (
-    IDENTITY,
-    Pose,
-    as_pose,
-    axis_rotation,
-    common_lead,
-    homogeneous,
-    is_pose_like,
-    one_pose,
-)
+from robsim.joint import FIXED, Joint, Mimic, units_of
+from robsim.link import Link, coordinate_names, velocity_names
+from robsim.names import checked_name
+from robsim.pose import IDENTITY, Pose, as_pose, common_lead, homogeneous, is_pose_like, one_pose
 from robsim.primitives import Primitive
-from robsim.tree import (
-    COORDINATE_NAMES,
-    COORDINATE_UNITS,
-    COORDINATES,
-    FIXED,
-    VELOCITIES,
-    VELOCITY_NAMES,
-    VELOCITY_UNITS,
-    Frame,
-    Joint,
-    Tree,
-)
+from robsim.tree import Frame, Tree
 from robsim.value import Value
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
-
-
-def checked_name(name: object, what: str) -> str:
-    """A name that is safe in files, figures and paths, or an InputError."""
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise InputError(
-            f"{what} {name!r}: a name starts with a letter and has up to 64 letters, digits, _ or -"
-        )
-    return name
-
-
-def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
-    """One or several primitives as a tuple, or an InputError that names their owner."""
-    shapes = (given,) if isinstance(given, Primitive) else given
-    if not isinstance(shapes, Iterable) or not all(isinstance(s, Primitive) for s in shapes):
-        raise InputError(f"{owner}: shapes are Block, Wheel or CameraBody, got {given!r:.80}")
-    return tuple(shapes)
-
-
-@dataclass(frozen=True)
-class Link:
-    """A rigid part: its frame hangs from the link `parent` by `joint`; `shapes` draw it.
-
-    >>> Link("body", "base", Joint("floating")).joint.kind
-    'floating'
-    """
-
-    name: str
-    parent: str | None = None
-    joint: Joint = FIXED
-    shapes: tuple[Primitive, ...] = ()
-
-    def __post_init__(self) -> None:
-        checked_name(self.name, "link")
-        if not isinstance(self.joint, Joint):
-            raise InputError(f"link '{self.name}': expected a Joint, got {self.joint!r:.80}")
-        object.__setattr__(self, "shapes", checked_shapes(self.shapes, f"link '{self.name}'"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +30,11 @@ class Robot(Value):
 
     Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
     (metres) joints, seven for floating ones (position, unit quaternion x y z w), three for planar
-    joints and unicycles (x, y, theta). Velocities (..., nv) likewise, in the axes that the link
-    has before its tail: the body twist (v, omega) of a floating joint, (vx, vy, omega) of a planar
-    one, (v, omega) of a unicycle, along x and about z.
+    joints and unicycles (x, y, theta), a fourth for cars (the steering angle), one for rails (arc
+    length, metres). Velocities (..., nv) likewise, in the axes that the link has before its tail:
+    the body twist (v, omega) of a floating joint, (vx, vy, omega) of a planar one, (v, omega) of
+    a unicycle or car, along x and about z, the speed along a rail. A joint that follows others has
+    none of its own; a rolling wheel has its angle as a coordinate, and no velocity.
     """
 
     name: str
@@ -176,12 +122,12 @@ class Robot(Value):
     @property
     def nq(self) -> int:
         """How many coordinates."""
-        return sum(COORDINATES[link.joint.kind] for link in self.links)
+        return len(self.coordinate_names)
 
     @property
     def nv(self) -> int:
         """How many velocities."""
-        return sum(VELOCITIES[link.joint.kind] for link in self.links)
+        return len(self.velocity_names)
 
     @property
     def rest(self) -> Array:
@@ -192,34 +138,41 @@ class Robot(Value):
 
     @property
     def limits(self) -> Array:
-        """(nq, 2): lowest and highest of each coordinate, infinite where there is none."""
-        rows: list[tuple[float, float]] = []
+        """(nq, 2): lowest and highest of each coordinate, infinite where there is none.
+
+        A coordinate that others mimic is also held where they are within theirs.
+        """
+        rows = np.empty((self.nq, 2))
+        rows[:] = -np.inf, np.inf
+        for i, link in enumerate(self._owners):
+            if link.joint.steering is not None and self.coordinate_names[i].endswith(".steering"):
+                rows[i] = np.array([-1, 1]) * link.joint.steering.limit
+            elif link.joint.limits is not None:
+                rows[i] = link.joint.limits
         for link in self.links:
-            rows += [link.joint.limits or (-np.inf, np.inf)] * COORDINATES[link.joint.kind]
-        return np.array(rows, dtype=np.float64).reshape(-1, 2)
+            if isinstance(link.joint.follows, Mimic) and link.joint.limits is not None:
+                self._narrow(rows, link.joint.follows, np.array(link.joint.limits))
+        return rows
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
         """One name for each coordinate: the link's, with .x and so on where a joint has several."""
-        return labels(self.links, COORDINATE_NAMES)
+        return coordinate_names(self.links)
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
         """ "rad", "m", or "1" of each coordinate."""
-        units: list[str] = []
-        for link in self.links:
-            units += COORDINATE_UNITS[link.joint.kind]
-        return tuple(units)
+        return units_of([link.joint for link in self.links])
 
     @property
     def velocity_names(self) -> tuple[str, ...]:
         """One name for each velocity."""
-        return labels(self.links, VELOCITY_NAMES)
+        return velocity_names(self.links)
 
     @property
     def velocity_units(self) -> tuple[str, ...]:
         """ "rad/s" or "m/s" of each velocity."""
-        return tuple(unit for k in self.links for unit in VELOCITY_UNITS[k.joint.kind])
+        return tuple(unit for link in self.links for unit in link.joint.parts.rates)
 
     @property
     def tip(self) -> str:
@@ -249,7 +202,7 @@ class Robot(Value):
         values = numbers(q, what, (self.nq,))
         start = 0
         for link in self.links:
-            size = COORDINATES[link.joint.kind]
+            size = len(link.joint.parts.coordinates)
             if link.joint.kind == "floating":
                 quaternion = values[..., start + 3 : start + 7]
                 length = np.linalg.norm(quaternion, axis=-1, keepdims=True)
@@ -269,8 +222,8 @@ class Robot(Value):
         array([0., 1., 0.])
         """
         values = self.coordinates(q, limits=False)
-        M = self.tree.bodies(runs_last(values, 1))
-        return homogeneous(self.tree.frame(M, self._link(link)), values.shape[:-1])
+        bodies = self.tree.bodies(runs_last(values, 1))
+        return homogeneous(self.tree.frame(bodies, self._link(link)), values.shape[:-1])
 
     def frames(self, q: Any) -> Array:
         """Poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
@@ -279,8 +232,8 @@ class Robot(Value):
         array([0., 1., 2.])
         """
         values = self.coordinates(q, limits=False)
-        M = self.tree.bodies(runs_last(values, 1))
-        poses = [self.tree.frame(M, link.name) for link in self.links]
+        bodies = self.tree.bodies(runs_last(values, 1))
+        poses = [self.tree.frame(bodies, link.name) for link in self.links]
         return np.stack([homogeneous(T, values.shape[:-1]) for T in poses], axis=-3)
 
     def jacobian(self, q: Any, link: str | None = None) -> Array:
@@ -290,14 +243,14 @@ class Robot(Value):
         array([0., 1., 0., 0., 0., 1.])
         """
         values = self.coordinates(q, limits=False)
-        M = self.tree.bodies(runs_last(values, 1))
-        return runs_first(self.tree.jacobian(M, self._link(link)), values.shape[:-1])
+        bodies = self.tree.bodies(runs_last(values, 1))
+        return runs_first(self.tree.jacobian(bodies, self._link(link)), values.shape[:-1])
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
         """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.
 
-        A floating joint moves by T exp(V dt), a planar one or a unicycle along an arc; limits are
-        not looked at.
+        A floating joint moves by T exp(V dt), a planar one or a unicycle along an arc, a car too,
+        once it has steered; limits of coordinates are not looked at.
 
         >>> Robot.from_dh([[0, 0, 1, 0]]).integrate([0.1], [2.0], 0.5)
         array([1.1])
@@ -306,9 +259,7 @@ class Robot(Value):
         lead = common_lead(start.shape[:-1], rate.shape[:-1], "q and v")
         moved = runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
         rates = runs_last(np.broadcast_to(rate, (*lead, self.nv)), 1)
-        joints = self.tree.joints
-        seconds = float(numbers(dt, "dt", ()))
-        kernels.integrate(joints.kind, joints.iq, joints.iv, rates, seconds, moved)
+        self.tree.advance(moved, rates, float(numbers(dt, "dt", ())))
         return runs_first(moved, lead)
 
     def _link(self, name: str | None) -> str:
@@ -322,7 +273,27 @@ class Robot(Value):
     @property
     def _floats(self) -> bool:
         """Whether all that moves is one floating joint, so that a pose says everything."""
-        return [k.joint.kind for k in self.links if COORDINATES[k.joint.kind]] == ["floating"]
+        return [k.joint.kind for k in self.links if k.joint.kind != "fixed"] == ["floating"]
+
+    @property
+    def _owners(self) -> list[Link]:
+        """(nq,) the link whose joint has the coordinate."""
+        return [link for link in self.links for _ in link.joint.parts.coordinates]
+
+    def _narrow(self, rows: Array, follows: Mimic, limits: Array) -> None:
+        """Limits of a coordinate that mimics are limits of the one that it follows in the end."""
+        names = self.coordinate_names
+        mimics = {link.joint.name or link.name: link.joint.follows for link in self.links}
+        while follows.ratio != 0.0:
+            limits = np.sort((limits - follows.offset) / follows.ratio)
+            if follows.of in names:
+                i = names.index(follows.of)
+                rows[i] = max(rows[i, 0], limits[0]), min(rows[i, 1], limits[1])
+                return
+            above = mimics[follows.of]
+            if not isinstance(above, Mimic):
+                return
+            follows = above
 
     def _check_limits(self, q: Array, what: str) -> None:
         low, high = self.limits[:, 0] - LIMIT_SLACK, self.limits[:, 1] + LIMIT_SLACK
@@ -338,35 +309,12 @@ class Robot(Value):
             )
 
 
-def labels(links: Iterable[Link], parts: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """Names of what the joints of `links` have, by the `parts` of each kind of joint."""
-    return tuple(link.name + part for link in links for part in parts[link.joint.kind])
-
-
 def _spans(limits: ArrayLike, n: int) -> list[list[float]]:
     """(n, 2) limits; a joint without has (-inf, inf)."""
     given = np.asarray(limits)
     free = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
     spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))
     return np.where(free, given, spans).tolist()  # type: ignore[no-any-return]
-
-
-def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
-    """(place, tail) of a DH row, so that the joint is place . motion(q) . tail."""
-    theta, d, a, alpha = row
-    turn, rise = _rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
-    reach = Pose.at(a, 0, 0) @ _rigid(axis_rotation("x", alpha))
-    if convention == "standard":
-        return (turn, rise @ reach) if kind == "revolute" else (turn @ rise, reach)
-    if convention == "modified":
-        return (reach @ turn, rise) if kind == "revolute" else (reach @ turn @ rise, IDENTITY)
-    raise InputError(f"DH convention must be 'standard' or 'modified', got {convention!r}")
-
-
-def _rigid(R: Array) -> Pose:
-    T = np.eye(4)
-    T[:3, :3] = R
-    return Pose(T)
 
 
 def _joint_kinds(joints: object, n: int) -> list[Literal["revolute", "prismatic"]]:

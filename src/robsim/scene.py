@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from robsim.arrays import Array, frozen, numbers, runs_last
 from robsim.camera import Camera
 from robsim.errors import InputError, suggest
+from robsim.joint import FIXED, Joint
+from robsim.link import checked_shapes
 from robsim.motion import Motion
+from robsim.names import checked_name
 from robsim.pose import IDENTITY, Pose, homogeneous, one_pose
-from robsim.robot import Robot, checked_name, checked_shapes
-from robsim.tree import FIXED, Frame, Joint, Tree
+from robsim.robot import Robot
+from robsim.tree import Frame, Tree
 from robsim.value import Value
 
 T = TypeVar("T", Robot, "Object", "Mounted", Motion)
@@ -273,7 +276,9 @@ class Scene:
         frames = []
         for robot in self.robots:
             for i, link in enumerate(robot.links):
-                joint = link.joint if i else _fixed(robot.base @ link.joint.place @ link.joint.tail)
+                joint = link.joint.within(robot.name)
+                if not i:
+                    joint = _fixed(robot.base @ link.joint.place @ link.joint.tail)
                 parent = f"{robot.name}.{link.parent}" if i else robot.on
                 frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
         hung: tuple[Object | Mounted, ...] = (*self.objects, *self.cameras)

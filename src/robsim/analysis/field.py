@@ -14,7 +14,7 @@ from robsim.arrays import Array, length, runs_last, some_runs
 from robsim.errors import InputError, RankWarning
 from robsim.kernels import tree
 from robsim.kernels.loop import Command
-from robsim.kernels.tree import FLOATING, PRISMATIC, REVOLUTE, UNICYCLE
+from robsim.kernels.tree import CAR, FLOATING, PRISMATIC, RAIL, REVOLUTE, UNICYCLE
 from robsim.pose import Pose, homogeneous
 from robsim.scene import Scene
 from robsim.servo.broyden import Broyden
@@ -71,8 +71,9 @@ class Field:
     @cached_property
     def unreached(self) -> int:
         """How many coordinates no command changes at once: the way sideways of each unicycle."""
-        bodies = np.unique(self.scene.tree.body[self.controller.columns])
-        return int((self.scene.tree.joints.kind[bodies] == UNICYCLE).sum())
+        tree = self.scene.tree
+        bodies = np.unique(tree.owners[self.controller.columns])
+        return int(np.isin(tree.joints.kind[bodies], (UNICYCLE, CAR)).sum())
 
     @cached_property
     def goal_pose(self) -> Pose:
@@ -128,16 +129,16 @@ class Field:
 
     def moved(self, q: Array, dq: Array) -> Array:
         """The states (nq, B) that lie dq (n, B) away."""
-        joints, out = self.scene.tree.joints, q.copy()
+        out = q.copy()
         velocities = np.zeros((self.scene.nv, q.shape[1]))
         velocities[self.controller.columns] = dq
-        tree.integrate(joints.kind, joints.iq, joints.iv, velocities, 1.0, out)
+        tree.integrate(self.scene.tree.joints, velocities, 1.0, out)
         return out
 
     def within_limits(self, q: Array) -> Array:
         """The states, their joints turned fully about as often as brings them into their limits."""
         joints, limits, out = self.scene.tree.joints, self.scene.limits, q.copy()
-        for i in joints.iq[joints.kind == REVOLUTE]:
+        for i in joints.iq[(joints.kind == REVOLUTE) & (joints.iq >= 0)]:
             low, high = limits[i]
             if np.isfinite(low) and np.isfinite(high):
                 out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
@@ -181,12 +182,14 @@ class Field:
         joints = self.scene.tree.joints
         far = np.zeros((a.shape[1], b.shape[1]))
         for kind, i in zip(joints.kind[1:], joints.iq[1:], strict=True):
+            if i < 0:
+                continue  # it follows others
             if kind == FLOATING:
                 place, turn = slice(i, i + 3), slice(i + 3, i + 7)
                 ways = [_norm(a[place], b[place]), _angle(a[turn], b[turn])]
             elif kind == REVOLUTE:
                 ways = [_turn(a[i], b[i])]
-            elif kind == PRISMATIC:
+            elif kind in (PRISMATIC, RAIL):
                 ways = [_norm(a[i : i + 1], b[i : i + 1])]
             else:
                 ways = [_norm(a[i : i + 2], b[i : i + 2]), _turn(a[i + 2], b[i + 2])]

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.analysis.field import Field
 from robsim.arrays import Array, numbers, runs_last
 from robsim.errors import InputError
-from robsim.kernels.tree import FLOATING, PRISMATIC, REVOLUTE
+from robsim.kernels.tree import FLOATING, PRISMATIC, RAIL, REVOLUTE
 from robsim.pose import Pose, homogeneous
 
 AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
@@ -52,7 +52,7 @@ def _flies(field: Field) -> bool:
     tree, columns = field.scene.tree, field.controller.columns
     body, _ = tree.find(field.controller.sights[0].eye.name)
     free = tree.joints.kind[body] == FLOATING and tree.joints.parent[body] == 0
-    return bool(free and (tree.body[columns] == body).all())
+    return bool(free and (tree.owners[columns] == body).all())
 
 
 def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw:
@@ -106,7 +106,7 @@ def _anywhere(field: Field) -> Draw:
     """Coordinates of what is commanded, uniform within their limits; the others at home."""
     scene, tree = field.scene, field.scene.tree
     home = runs_last(scene.home, 1)
-    bodies = np.unique(tree.body[field.controller.columns])
+    bodies = np.unique(tree.owners[field.controller.columns])
     kinds, starts = tree.joints.kind[bodies].tolist(), tree.joints.iq[bodies].tolist()
     low, high = scene.limits.T
 
@@ -117,7 +117,7 @@ def _anywhere(field: Field) -> Draw:
                 q[i : i + 3] += rng.uniform(-AROUND, AROUND, (3, count))
                 quaternion = rng.standard_normal((4, count))
                 q[i + 3 : i + 7] = quaternion / np.linalg.norm(quaternion, axis=0)
-            elif kind in (REVOLUTE, PRISMATIC):
+            elif kind in (REVOLUTE, PRISMATIC, RAIL):
                 reach = np.pi if kind == REVOLUTE else AROUND
                 ends = np.array([low[i], high[i]])
                 ends = np.where(np.isfinite(ends), ends, home[i] + reach * np.array([-1, 1]))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from robsim.camera import Camera
+from robsim.describe.joint import joint
 from robsim.describe.values import NoDescription, Table, builtin, coordinates, length, ours, pose
+from robsim.link import Link
 from robsim.motion import Motion
 from robsim.primitives import Block, CameraBody, Primitive, Wheel
-from robsim.robot import Link, Robot
+from robsim.robot import Robot
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import COORDINATE_UNITS, Joint
 
 SHAPES: dict[str, type[Primitive]] = {"block": Block, "wheel": Wheel, "camera": CameraBody}
 
@@ -25,11 +26,7 @@ def shape(value: Primitive) -> Table:
 
 def link(value: Link) -> Table:
     """One link on its joint."""
-    joint = ours(ours(value, Link).joint, Joint)
-    table: Table = {"name": value.name, "parent": value.parent, "joint": joint.kind}
-    table |= {"place": pose(joint.place), "tail": pose(joint.tail)}
-    if joint.limits:
-        table["limits"] = coordinates(joint.limits, 2 * COORDINATE_UNITS[joint.kind])
+    table: Table = {"name": ours(value, Link).name, "parent": value.parent, **joint(value.joint)}
     table["shapes"] = [shape(s) for s in value.shapes]
     return {k: v for k, v in table.items() if v not in (None, {}, [])}
 

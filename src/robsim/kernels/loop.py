@@ -78,9 +78,7 @@ def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
     else:
         features.flat(x, command.s)
     features.choose_interaction(scheme.interaction, scheme.L_goal, L)
-    tree.camera_jacobian(
-        seen.bodies, seen.T_w_c, moves.body, moves.angular, moves.axis, moves.sign, J
-    )
+    tree.camera_jacobian(seen.bodies, seen.T_w_c, moves, J)
     solve.product(L, J, command.reach)
     features.difference(command.s, scheme.s_goal, command.error)
     if scheme.law == JOINT:
@@ -220,5 +218,5 @@ def stride(
         )
         if ended > 0 or step >= until:
             return step
-        tree.integrate(joints.kind, joints.iq, joints.iv, qd, dt, q)
+        tree.integrate(joints, qd, dt, q)
         step += 1

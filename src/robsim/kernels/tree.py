@@ -1,10 +1,12 @@
 """The kinematic tree: poses of its moving bodies, Jacobians, and the motion of held velocities.
 
-A joint is `place . motion(q) . tail`. Tails and fixed joints are folded into constants before
+A joint is `place . motion(x) . tail`. Tails and fixed joints are folded into constants before
 they come here (see `robsim.tree`), so a moving body i has a parent body, a constant `place`, a
-kind, and its first coordinate `iq`. A velocity j of the tree moves body `body[j]` along or about
-axis `axis[j]` of that body's own frame: prismatic and revolute joints have one such velocity,
-floating joints six, planar joints three, unicycles two.
+kind, and its first coordinate `ix` among x: those of the tree, q, then those that depend on them.
+
+A velocity of the tree moves one or several bodies: each such move is along or about an axis of
+that body's own frame, times a ratio. Ratio 0 is 1; the others are derivatives of coordinates that
+depend on others, curvatures of rails, and what turns the wheels of vehicles.
 """
 
 import math
@@ -12,10 +14,33 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.kernels import se3
+from robsim.kernels import curve, se3
 from robsim.kernels.jit import kernel, part
 
-REVOLUTE, PRISMATIC, FLOATING, PLANAR, UNICYCLE = 1, 2, 3, 4, 5
+REVOLUTE, PRISMATIC, FLOATING, PLANAR, UNICYCLE, CAR, RAIL = 1, 2, 3, 4, 5, 6, 7
+MIMIC, CHORD, ACKERMANN = 0, 1, 2
+
+
+class Ties(NamedTuple):
+    """Coordinates that depend on one other, in an order in which that comes before."""
+
+    kind: Any  # MIMIC, CHORD, ACKERMANN
+    source: Any  # row of x
+    # MIMIC: ratio, offset. CHORD: length, radius, at. ACKERMANN: wheelbase, y of the wheel
+    numbers: Any  # (ties, 3)
+    curve: Any  # of a chord
+    gives: Any  # likewise
+    ratio: Any  # row of the derivative by the velocity of its root; the root has 0
+
+
+class Wheels(NamedTuple):
+    """Wheels that roll under their vehicle; the hub stands at (x, y) of it."""
+
+    row: Any  # of their angle in q
+    velocity: Any  # v of the vehicle; omega is the next
+    steering: Any  # row of x by whose angle the wheel is turned, or -1
+    ratio: Any  # rows of what v and omega add to its speed: the first of two
+    numbers: Any  # (wheels, 3): radius, x, y
 
 
 class Joints(NamedTuple):
@@ -23,18 +48,34 @@ class Joints(NamedTuple):
 
     parent: Any
     kind: Any
-    iq: Any  # first coordinate
-    iv: Any  # first velocity
+    ix: Any  # first coordinate among x
+    iq: Any  # the same where it is one of the tree's own, -1 where it depends on others
+    iv: Any  # first velocity, -1 where it has none of its own
     place: Any  # (bodies, 3, 4)
+    curve: Any  # that a rail follows
+    bend: Any  # row of the curvature of a rail among the ratios
+    ties: Ties
+    wheels: Wheels
+    curves: curve.Curves
+    ratios: int  # how many
+
+
+class Bodies(NamedTuple):
+    """Where the moving bodies are, and by which ratios velocities move them; the run last."""
+
+    poses: Any  # (bodies, 3, 4, B) in the world
+    ratio: Any  # (ratios, B)
 
 
 class Moves(NamedTuple):
-    """Some velocities of a tree: which, what they move and how, and with which sign."""
+    """What some velocities of a tree move: one row for each body that each of them moves."""
 
-    columns: Any
+    columns: Any  # the velocities
+    velocity: Any  # of each move, the number of its velocity among them; in order
     body: Any
     angular: Any
     axis: Any
+    ratio: Any
     sign: Any
 
 
@@ -82,52 +123,149 @@ def glide(q, T):
 
 
 @kernel
-def bodies(parent, kind, iq, place, q, M):
-    """Poses M[i, 3, 4, b] in the world of all bodies; parents come before their children."""
+def ride(curves, which, s, T, bend):
+    """T <- T C(s), in place, where C is the frame that rides on a curve; its curvature bend[b]."""
+    for b in range(s.size):
+        x, y, c, d, bend[b] = curve.point(curves, which, s[b])
+        for r in range(3):
+            X, Y = T[r, 0, b], T[r, 1, b]
+            T[r, 3, b] += X * x + Y * y
+            T[r, 0, b] = c * X + d * Y
+            T[r, 1, b] = c * Y - d * X
+
+
+@kernel
+def steered(angle, wheelbase, y):
+    """Angle of a wheel at the side y of a car, and its derivative by the steering angle.
+
+    tan = wheelbase sin/(wheelbase cos - y sin): all axles meet in one point (R. N. Jazar, Vehicle
+    Dynamics, 2008, section 7.1).
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    near, far = wheelbase * c - y * s, wheelbase * s
+    return math.atan2(far, near), wheelbase * wheelbase / (near * near + far * far)
+
+
+@kernel
+def depend(ties, curves, x, ratio):
+    """Fill the rows of x[:, b] that depend on others, and their derivatives."""
+    first = x.shape[0] - ties.kind.size
+    for i in range(ties.kind.size):
+        source, row = ties.source[i], ties.ratio[i]
+        above = 0 if source < first else ties.ratio[source - first]
+        for b in range(x.shape[1]):
+            u, v, w = ties.numbers[i]
+            if ties.kind[i] == CHORD:
+                x[first + i, b], slope = curve.chord(
+                    curves, ties.curve[i], x[source, b], u, v, w, ties.gives[i]
+                )
+            elif ties.kind[i] == ACKERMANN:
+                x[first + i, b], slope = steered(x[source, b], u, v)
+            else:
+                x[first + i, b], slope = u * x[source, b] + v, u
+            ratio[row, b] = slope * ratio[above, b]
+
+
+@kernel
+def spin(wheels, x, ratio):
+    """What v and omega of a vehicle add to the speeds of its wheels, rad/s for each of them.
+
+    The hub at (x, y) moves at (v - omega y, omega x); a wheel of radius R, turned by the angle h,
+    rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
+    """
+    for i in range(wheels.row.size):
+        row, (R, X, Y) = wheels.ratio[i], wheels.numbers[i]
+        for b in range(x.shape[1]):
+            angle = x[wheels.steering[i], b] if wheels.steering[i] >= 0 else 0.0
+            c, s = math.cos(angle), math.sin(angle)
+            ratio[row, b], ratio[row + 1, b] = c / R, (s * X - c * Y) / R
+
+
+@kernel
+def _place(joints, x, poses, ratio):
+    """Poses of all bodies from all coordinates; parents come before their children."""
+    kind, ix = joints.kind, joints.ix
     for r in range(3):
         for c in range(4):
-            for b in range(q.shape[1]):
-                M[0, r, c, b] = 1.0 if r == c else 0.0
-    for i in range(1, M.shape[0]):
-        se3.compose_constant(M[parent[i]], place[i], M[i])
+            for b in range(x.shape[1]):
+                poses[0, r, c, b] = 1.0 if r == c else 0.0
+    for i in range(1, poses.shape[0]):
+        se3.compose_constant(poses[joints.parent[i]], joints.place[i], poses[i])
         if kind[i] == REVOLUTE:
-            turn(q[iq[i]], M[i])
+            turn(x[ix[i]], poses[i])
         elif kind[i] == PRISMATIC:
-            slide(q[iq[i]], M[i])
+            slide(x[ix[i]], poses[i])
         elif kind[i] == FLOATING:
-            fly(q[iq[i] : iq[i] + 7], M[i])
+            fly(x[ix[i] : ix[i] + 7], poses[i])
+        elif kind[i] == RAIL:
+            ride(joints.curves, joints.curve[i], x[ix[i]], poses[i], ratio[joints.bend[i]])
         else:
-            glide(q[iq[i] : iq[i] + 3], M[i])
+            glide(x[ix[i] : ix[i] + 3], poses[i])
+
+
+@part
+def _bend_further(joints, own, ratio):
+    """Curvature is per metre of the rail; where that depends on others, per unit of theirs."""
+    for i in range(1, joints.kind.size):
+        if joints.kind[i] == RAIL and joints.ix[i] >= own:
+            slope = joints.ties.ratio[joints.ix[i] - own]
+            for b in range(ratio.shape[1]):
+                ratio[joints.bend[i], b] *= ratio[slope, b]
 
 
 @kernel
-def frame(M, body, offset, T):
+def bodies(joints, q, out):
+    """Fill `out` for coordinates q[n, b]."""
+    ties, wheels, ratio = joints.ties, joints.wheels, out.ratio
+    for b in range(q.shape[1]):
+        ratio[0, b] = 1.0
+    if ties.kind.size == 0:
+        spin(wheels, q, ratio)
+        _place(joints, q, out.poses, ratio)
+        return
+    x = np.empty((q.shape[0] + ties.kind.size, q.shape[1]))
+    for i in range(q.shape[0]):
+        for b in range(q.shape[1]):
+            x[i, b] = q[i, b]
+    depend(ties, joints.curves, x, ratio)
+    spin(wheels, x, ratio)
+    _place(joints, x, out.poses, ratio)
+    _bend_further(joints, q.shape[0], ratio)
+
+
+@kernel
+def frame(poses, body, offset, T):
     """T[3, 4, b] of a frame that rides on a body at a constant offset."""
-    se3.compose_constant(M[body], offset, T)
+    se3.compose_constant(poses[body], offset, T)
 
 
 @kernel
-def jacobian(M, point, body, angular, axis, sign, J):
+def jacobian(bodies, point, moves, J):
     """J[6, j, b] of a frame at point[3, b], rows (v, omega) in world axes.
 
-    `sign[j]` is 1 where velocity j carries the frame and 0 where not; for the motion of one
-    frame relative to another it is the difference of the two, both taken at the same point.
+    `sign` is 1 where a move carries the frame and 0 where not; for the motion of one frame
+    relative to another it is the difference of the two, both taken at the same point.
     An axis a through o gives v = a x (p - o), omega = a; a slide along a gives v = a.
     """
-    for j in range(sign.size):
-        i, c, s = body[j], axis[j], float(sign[j])
+    M = bodies.poses
+    for m in range(moves.velocity.size):
+        j, i, c, s = moves.velocity[m], moves.body[m], moves.axis[m], float(moves.sign[m])
+        more = m > 0 and moves.velocity[m - 1] == j
+        k = moves.ratio[m]
         for r in range(3):
             u, w = (r + 1) % 3, (r + 2) % 3
             for b in range(M.shape[3]):
-                if angular[j]:
-                    J[r, j, b] = s * (
+                ratio = s * bodies.ratio[k, b]
+                if moves.angular[m]:
+                    v = ratio * (
                         M[i, u, c, b] * (point[w, b] - M[i, w, 3, b])
                         - M[i, w, c, b] * (point[u, b] - M[i, u, 3, b])
                     )
-                    J[r + 3, j, b] = s * M[i, r, c, b]
+                    omega = ratio * M[i, r, c, b]
                 else:
-                    J[r, j, b] = s * M[i, r, c, b]
-                    J[r + 3, j, b] = 0.0
+                    v, omega = ratio * M[i, r, c, b], 0.0
+                J[r, j, b] = J[r, j, b] + v if more else v
+                J[r + 3, j, b] = J[r + 3, j, b] + omega if more else omega
 
 
 @kernel
@@ -145,10 +283,10 @@ def into_axes(T, J, out):
 
 
 @kernel
-def camera_jacobian(M, T_w_c, body, angular, axis, sign, J):
+def camera_jacobian(bodies, T_w_c, moves, J):
     """J_c - J_o[6, j, b] at the camera origin in camera axes, so that V_c - V_o = J qdot."""
     world = np.empty_like(J)
-    jacobian(M, T_w_c[:, 3], body, angular, axis, sign, world)
+    jacobian(bodies, T_w_c[:, 3], moves, world)
     into_axes(T_w_c, world, J)
 
 
@@ -164,19 +302,58 @@ def spread(columns, some, drift, qd):
 
 
 @kernel
-def integrate(kind, iq, iv, v, dt, q):
+def integrate(joints, v, dt, q):
     """Q <- the coordinates after the velocity v[n, b] was held for dt: exact, in place."""
+    kind, iq, iv, wheels = joints.kind, joints.iq, joints.iv, joints.wheels
     for i in range(1, kind.size):
         n, m = iq[i], iv[i]
+        if m < 0:
+            continue  # what depends on others moves with them
         if kind[i] == FLOATING:
             _integrate_floating(v[m : m + 6], dt, q[n : n + 7])
         elif kind[i] == PLANAR:
             _integrate_in_plane(v[m : m + 3], dt, q[n : n + 3])
-        elif kind[i] == UNICYCLE:
+        elif kind[i] == UNICYCLE or kind[i] == CAR:
             _integrate_in_plane(v[m : m + 2], dt, q[n : n + 3])
         else:
             for b in range(q.shape[1]):
                 q[n, b] += dt * v[m, b]
+    if wheels.row.size > 0:
+        _roll(joints, v, dt, q)
+
+
+@kernel
+def _roll(joints, v, dt, q):
+    """The angles of the wheels of vehicles, whose speeds are constant along an arc."""
+    wheels, ties = joints.wheels, joints.ties
+    x = np.empty((q.shape[0] + ties.kind.size, q.shape[1]))
+    ratio = np.ones((joints.ratios, q.shape[1]))
+    for i in range(q.shape[0]):
+        for b in range(q.shape[1]):
+            x[i, b] = q[i, b]
+    depend(ties, joints.curves, x, ratio)
+    spin(wheels, x, ratio)
+    for i in range(wheels.row.size):
+        n, m, k = wheels.row[i], wheels.velocity[i], wheels.ratio[i]
+        for b in range(q.shape[1]):
+            q[n, b] += dt * (ratio[k, b] * v[m, b] + ratio[k + 1, b] * v[m + 1, b])
+
+
+@kernel
+def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
+    """The steering angle q[row, b] of a car goes where omega asks for, and v has what it gives.
+
+    tan(angle) = wheelbase omega/v, within the limit, and no more than rate dt from where it was;
+    then it is held, and omega = v tan(angle)/wheelbase. A car that stands keeps its angle.
+    """
+    for b in range(q.shape[1]):
+        speed, turn_rate, angle = v[velocity, b], v[velocity + 1, b], q[row, b]
+        if speed != 0.0:
+            wanted = math.atan(wheelbase * turn_rate / speed)
+            wanted = min(max(wanted, -limit), limit)
+            angle += min(max(wanted - angle, -rate * dt), rate * dt)
+        q[row, b] = angle
+        v[velocity + 1, b] = speed * math.tan(angle) / wheelbase
 
 
 @kernel

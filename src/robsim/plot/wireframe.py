@@ -9,12 +9,12 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.camera import Camera
+from robsim.joint import SINGLE
 from robsim.plot import palette
 from robsim.pose import IDENTITY
 from robsim.primitives import Primitive
 from robsim.robot import Robot
 from robsim.scene import Mounted, Scene
-from robsim.tree import COORDINATES
 
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
@@ -82,7 +82,9 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in link.shapes:
             yield _shape(label, own if plain else shape.color, shape, T)
-        if not shapes and link.parent and COORDINATES[link.joint.kind] <= 1:  # an arm, no flight
+        if (
+            not shapes and link.parent and link.joint.kind in ("fixed", *SINGLE)
+        ):  # an arm, no flight
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
 

@@ -11,15 +11,17 @@ import numpy as np
 from robsim.arrays import Array
 from robsim.camera import Camera
 from robsim.errors import FrameError, InputError, suggest
+from robsim.joint import units_of
+from robsim.link import Link, coordinate_names
 from robsim.motion import Motion
-from robsim.pose import IDENTITY, Pose
 from robsim.primitives import Block, CameraBody, Primitive, Wheel
-from robsim.robot import Link, Robot, dh_constants, labels
+from robsim.robot import Robot
 from robsim.scenario import schema
+from robsim.scenario.joint import joint
+from robsim.scenario.place import pose
 from robsim.scenario.problems import Problems, under
 from robsim.scenario.quantity import coordinate
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import COORDINATE_NAMES, COORDINATE_UNITS, COORDINATES, Joint
 
 MOST_LINKS_IN_ALL = 1024
 T = TypeVar("T", bound=schema.PartTable)
@@ -43,37 +45,17 @@ def scene(table: schema.SceneTable, problems: Problems, *prefix: str | int) -> S
     return problems.settled(made)
 
 
-def pose(table: schema.PoseKeys) -> Pose:
-    """A pose; InputError for two rotations at once."""
-    given = [key for key in ("rpy", "rotvec", "rotation") if getattr(table, key) is not None]
-    if len(given) > 1:
-        raise InputError(f"{' and '.join(given)}: give one rotation only")
-    if not given and table.position is None:
-        return IDENTITY
-    T = np.eye(4)
-    if table.rotation is not None:
-        T[:3, :3] = table.rotation
-    elif table.rpy is not None:
-        T = np.array(Pose.at(rpy=table.rpy))
-    elif table.rotvec is not None:
-        T = np.array(Pose.at(rotvec=table.rotvec))
-    if table.position is not None:
-        T[:3, 3] = table.position
-    with under("rotation"):
-        return Pose(T)
-
-
 def robot(table: schema.RobotTable) -> Robot:
     """A robot, its links and its home."""
     links: list[Link] = []
     for part in table.links:
         with under("links", part.name):
             links.append(_link(part, table.convention, links))
-    units = [unit for k in links for unit in COORDINATE_UNITS[k.joint.kind]]
+    units = units_of([link.joint for link in links])
     home = None
     if table.home is not None:
         with under("home"):
-            home = configuration(table.home, units, labels(links, COORDINATE_NAMES))
+            home = configuration(table.home, units, coordinate_names(links))
     base = pose(table)
     try:
         return Robot(table.name, tuple(links), home, base=base, on=table.on)
@@ -161,33 +143,7 @@ def _link(table: schema.LinkTable, convention: str, before: list[Link]) -> Link:
             "whole gets a base link first, and then its moving link"
         )
     parent = table.parent or (before[-1].name if before else None)
-    limits = None if table.limits is None else _limits(table.limits, table.joint)
-    joint = Joint(table.joint, *_constants(table, convention), limits)
-    return Link(table.name, parent, joint, _shapes(table.shapes))
-
-
-def _constants(table: schema.LinkTable, convention: str) -> tuple[Pose, Pose]:
-    """place and tail of a joint."""
-    if table.dh is None:
-        with under("place"):
-            place = pose(table.place)
-        with under("tail"):
-            return place, pose(table.tail)
-    if {"place", "tail"} & table.model_fields_set:
-        raise InputError("dh and place or tail: give one of the two only")
-    if COORDINATES[table.joint] > 1:
-        raise InputError(f"a {table.joint} joint has place and tail, not dh")
-    row = np.array([table.dh.theta, table.dh.d, table.dh.a, table.dh.alpha])
-    return dh_constants(row, convention, table.joint)
-
-
-def _limits(given: Sequence[str], kind: str) -> tuple[float, float]:
-    units = COORDINATE_UNITS[kind]
-    with under("limits"):
-        if len(units) != 1:
-            raise InputError(f"a {kind} joint has none")
-        low, high = configuration(given, units * 2, ("lowest", "highest"))
-    return float(low), float(high)
+    return Link(table.name, parent, joint(table, convention), _shapes(table.shapes))
 
 
 def _shapes(tables: Iterable[schema.ShapeTable]) -> tuple[Primitive, ...]:

@@ -6,8 +6,8 @@ from typing import Any
 
 from robsim.errors import InputError
 from robsim.scenario import task_schema as schema
-from robsim.scenario.build import pose
 from robsim.scenario.feature import features
+from robsim.scenario.place import pose
 from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import either
 from robsim.scenario.run import start

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, Tag
 
+from robsim.joint import Kind
 from robsim.scenario.quantity import (
     Angle,
     Angles,
@@ -23,14 +24,15 @@ from robsim.scenario.quantity import (
     Number,
     Pair,
     Period,
+    Place,
     Position,
     Record,
     Reference,
     Size,
     Text,
+    TurnRate,
     forms,
 )
-from robsim.tree import Kind
 
 SCHEMA = 1
 MOST_PARTS, MOST_LINKS, MOST_SHAPES, MOST_MARKS = 64, 256, 256, 10_000
@@ -103,12 +105,102 @@ class DHTable(Table):
     alpha: Angle
 
 
+class LineTable(Table):
+    """robsim.curves.Line."""
+
+    kind: Literal["line"]
+    length: Extent
+
+
+class ArcTable(Table):
+    """robsim.curves.Arc."""
+
+    kind: Literal["arc"]
+    radius: Extent
+    angle: Angle
+
+
+class PolylineTable(Table):
+    """robsim.curves.Polyline; points "x, y m"."""
+
+    kind: Literal["polyline"]
+    points: Annotated[list[Place], Field(min_length=2, max_length=1000)]
+    radius: Extent
+
+
+class CatenaryTable(Table):
+    """robsim.curves.Catenary; start and end "x, y m"."""
+
+    kind: Literal["catenary"]
+    start: Place
+    end: Place
+    length: Extent
+
+
+CurveTable = Annotated[
+    LineTable | ArcTable | PolylineTable | CatenaryTable, Field(discriminator="kind")
+]
+
+
+class SteeringTable(Table):
+    """robsim.Steering."""
+
+    wheelbase: Extent
+    limit: Angle | None = None
+    rate: TurnRate | None = None
+
+
+class MimicTable(Table):
+    """robsim.Mimic; the offset is in the unit of the joint."""
+
+    kind: Literal["mimic"]
+    of: Reference
+    ratio: Number = 1.0
+    offset: Coordinate | None = None
+
+
+class ChordTable(Table):
+    """robsim.Chord."""
+
+    kind: Literal["chord"]
+    of: Reference
+    length: Extent
+    radius: Length = 0.0
+    at: Extent | None = None
+    gives: Literal["angle", "arc", "height"] = "arc"
+
+
+class AckermannTable(Table):
+    """robsim.Ackermann."""
+
+    kind: Literal["ackermann"]
+    of: Reference
+
+
+class RollingTable(Table):
+    """robsim.Rolling."""
+
+    kind: Literal["rolling"]
+    radius: Extent
+
+
+FollowsTable = Annotated[
+    MimicTable | ChordTable | AckermannTable | RollingTable, Field(discriminator="kind")
+]
+
+
 class LinkTable(Table):
     """robsim.Link on its joint: `dh` or `place` and `tail`."""
 
     name: Name
     parent: Name | None = None
     joint: Kind = "fixed"
+    joint_name: Name | None = None
+    speed: Coordinate | None = None
+    effort: Annotated[float, Field(gt=0)] | None = None
+    curve: CurveTable | None = None
+    steering: SteeringTable | None = None
+    follows: FollowsTable | None = None
     dh: DHTable | None = None
     place: PoseKeys = PoseKeys()
     tail: PoseKeys = PoseKeys()

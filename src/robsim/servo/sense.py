@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.errors import GoalError, InputError, RankWarning
-from robsim.kernels.tree import UNICYCLE
+from robsim.kernels.tree import CAR, UNICYCLE
 from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Servo
 from robsim.servo.feed_forward import Estimated
@@ -129,7 +129,7 @@ def warn_of_rank(controller: Servo) -> None:
 def warn_of_wheels(controller: Servo) -> None:
     """RankWarning if a unicycle alone is asked for more than two numbers."""
     tree, columns = controller.scene.tree, controller.columns
-    rolls = (tree.joints.kind[tree.body[columns]] == UNICYCLE).all()
+    rolls = np.isin(tree.kinds[columns], (UNICYCLE, CAR)).all()
     if rolls and controller.k > columns.size:
         warnings.warn(
             "a unicycle cannot move sideways, and no smooth law drives it to a pose (Brockett "
