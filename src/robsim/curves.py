@@ -212,7 +212,7 @@ class Catenary(Curve):
 
     >>> cable = Catenary((0, 0), (10, 0), 10.2)
     >>> cable.at(5.1).position.round(3)  # its middle hangs lowest
-    array([ 5.   , -0.867,  0.   ])
+    array([ 5.   , -0.872,  0.   ])
     """
 
     start: Any
@@ -241,7 +241,8 @@ class Catenary(Curve):
     @cached_property
     def parameter(self) -> float:
         """a, metres: the radius of curvature at the lowest point."""
-        h, v = self.end[0] - self.start[0], self.end[1] - self.start[1]
+        h: float = self.end[0] - self.start[0]
+        v: float = self.end[1] - self.start[1]
         apart = math.hypot(h, v)
         ratio = math.sqrt((self.length - v) * (self.length + v)) / h  # sinh(z)/z with z = h/(2a)
         excess = (self.length - apart) * (self.length + apart) / (h * h) / (ratio + 1.0)

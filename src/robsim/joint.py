@@ -87,6 +87,7 @@ class Chord:
     "angle"   of the chord, from the tangent at the first wheel (radians)
     "arc"     s of the point where the third wheel touches the curve (metres)
     "height"  of the centre of the third wheel above the chord (metres)
+    "tilt"    of the tangent where the third wheel touches, from the chord (radians)
 
     >>> Chord("rear", 0.4, gives="angle").at
     0.4
@@ -96,7 +97,7 @@ class Chord:
     length: float
     radius: float = 0.0
     at: float | None = None
-    gives: Literal["angle", "arc", "height"] = "arc"
+    gives: Literal["angle", "arc", "height", "tilt"] = "arc"
 
     def __post_init__(self) -> None:
         checked_of(self.of)
@@ -108,12 +109,11 @@ class Chord:
         if at > self.length:
             raise InputError(f"chord at must not exceed its length {self.length:g}, got {at:g}")
         if self.gives not in GIVEN:
-            raise InputError(
-                f"a chord gives no {self.gives!r}; {suggest(self.gives, GIVEN, 'it gives')}"
-            )
+            hint = suggest(self.gives, GIVEN, "what a chord gives")
+            raise InputError(f"a chord gives no {self.gives!r}; {hint}")
 
 
-GIVEN = ("angle", "arc", "height")
+GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
 
 
 @dataclass(frozen=True)
@@ -257,7 +257,7 @@ class Joint:
         if self.kind not in SINGLE:
             raise InputError(f"a {self.kind} joint cannot follow others; {', '.join(SINGLE)} can")
         gives = getattr(self.follows, "gives", "")
-        turns = isinstance(self.follows, Rolling | Ackermann) or gives == "angle"
+        turns = isinstance(self.follows, Rolling | Ackermann) or gives in ("angle", "tilt")
         slides = gives in ("arc", "height")
         if (turns and self.kind != "revolute") or (slides and self.kind == "revolute"):
             what = f"{type(self.follows).__name__} gives {'an angle' if turns else 'a length'}"

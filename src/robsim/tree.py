@@ -156,7 +156,8 @@ class Tree:
     @property
     def kinds(self) -> NDArray[np.int64]:
         """(nv,) the kind of that joint, see `robsim.kernels.tree`."""
-        return self.joints.kind[self.owners]
+        kinds: NDArray[np.int64] = self.joints.kind[self.owners]
+        return kinds
 
     @cached_property
     def _ancestry(self) -> Array:
@@ -203,9 +204,8 @@ class _Builder:
         """The constants for the kernels."""
         parent, kind, ix, iq, iv, place, which, bend = zip(*self.bodies, strict=True)
         places = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
-        rows = (_integers(column) for column in (parent, kind, ix, iq, iv))
         return kernels.Joints(
-            *rows,
+            *(_integers(parent), _integers(kind), _integers(ix), _integers(iq), _integers(iv)),
             places,
             _integers(which),
             _integers(bend),
@@ -225,7 +225,7 @@ class _Builder:
         body, own = len(self.bodies), joint.parts
         q, v = self.first[frame.name]
         iq, iv = (q if own.coordinates else -1), (v if own.velocities else -1)
-        ix = self.rows[frame.label] if frame.label in self.rows else q
+        ix = self.rows.get(frame.label, q)  # of several coordinates the first
         which = bend = 0
         if joint.curve is not None:
             which, bend = self._curve(joint.curve), self.ratios
@@ -316,8 +316,9 @@ class _Builder:
     def _wheels(self) -> kernels.Wheels:
         row, velocity, steering, ratio = np.array(self.wheels, dtype=np.int64).reshape(-1, 4).T
         numbers = frozen(np.array(self.wheel_numbers).reshape(-1, 3))
-        rows = (_integers(column) for column in (row, velocity, steering, ratio))
-        return kernels.Wheels(*rows, numbers)
+        return kernels.Wheels(
+            *(_integers(row), _integers(velocity), _integers(steering), _integers(ratio)), numbers
+        )
 
     def _curve(self, curve: Curve) -> int:
         if curve not in self.curves:

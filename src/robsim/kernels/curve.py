@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from robsim.kernels import se3
 from robsim.kernels.jit import kernel
 
-ANGLE, ARC, HEIGHT = 0, 1, 2  # what a chord gives
+ANGLE, ARC, HEIGHT, TILT = 0, 1, 2, 3  # what a chord gives
 ROUNDING = 4e-16  # relative
 
 
@@ -119,13 +119,13 @@ def _third(curves, which, near, far, radius, x, y, ux, uy, at):
 
 @kernel
 def chord(curves, which, s, length, radius, at, gives):
-    """What a chord from the wheel at s gives (ANGLE, ARC or HEIGHT), and its derivative by s.
+    """What a chord from the wheel at s gives, and its derivative by s.
 
     P1, P2: wheel centres, P' = (1 - radius k) t, u = (P2 - P1)/length and n its left normal.
     From |P2 - P1| = length: s2' = u.P1'/u.P2'; the chord turns by psi' = n.(P2' s2' - P1')/length,
     against the tangent by psi' - k. From (P3 - P1).u = at, with height h = (P3 - P1).n:
-    s3' = (u.P1' - h psi')/(u.P3'), h' = n.(P3' s3' - P1') - at psi'. (Own derivation, checked
-    against central differences.)
+    s3' = (u.P1' - h psi')/(u.P3'), h' = n.(P3' s3' - P1') - at psi'; the tangent there turns
+    against the chord by k3 s3' - psi'. (Own derivation, checked against central differences.)
     """
     x, y, c, d, rate = wheel(curves, which, s, radius)
     far = _second(curves, which, s, length, radius)
@@ -136,13 +136,16 @@ def chord(curves, which, s, length, radius, at, gives):
     if gives == ANGLE:
         k = point(curves, which, s)[4]
         return math.atan2(c * uy - d * ux, c * ux + d * uy), turn - k
-    if at == length:
-        return (far, slope) if gives == ARC else (0.0, 0.0)
-    s3 = _third(curves, which, s, far, radius, x, y, ux, uy, at)
-    X, Y, C, D, RATE = wheel(curves, which, s3, radius)
-    height = ux * (Y - y) - uy * (X - x)
-    slope = (rate * (ux * c + uy * d) - height * turn) / (RATE * (ux * C + uy * D))
+    touch, height = far, 0.0
+    if at < length:
+        touch = _third(curves, which, s, far, radius, x, y, ux, uy, at)
+        X, Y, C, D, RATE = wheel(curves, which, touch, radius)
+        height = ux * (Y - y) - uy * (X - x)
+        slope = (rate * (ux * c + uy * d) - height * turn) / (RATE * (ux * C + uy * D))
     if gives == ARC:
-        return s3, slope
+        return touch, slope
+    if gives == TILT:
+        k = point(curves, which, touch)[4]
+        return math.atan2(ux * D - uy * C, ux * C + uy * D), k * slope - turn
     climb = ux * (RATE * D * slope - rate * d) - uy * (RATE * C * slope - rate * c)
     return height, climb - at * turn

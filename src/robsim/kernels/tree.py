@@ -343,15 +343,16 @@ def _roll(joints, v, dt, q):
 def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
     """The steering angle q[row, b] of a car goes where omega asks for, and v has what it gives.
 
-    tan(angle) = wheelbase omega/v, within the limit, and no more than rate dt from where it was;
+    tan(angle) = wheelbase omega/v, within the limit, and no more than rate |dt| from where it was;
     then it is held, and omega = v tan(angle)/wheelbase. A car that stands keeps its angle.
     """
+    step = rate * abs(dt)
     for b in range(q.shape[1]):
         speed, turn_rate, angle = v[velocity, b], v[velocity + 1, b], q[row, b]
         if speed != 0.0:
             wanted = math.atan(wheelbase * turn_rate / speed)
             wanted = min(max(wanted, -limit), limit)
-            angle += min(max(wanted - angle, -rate * dt), rate * dt)
+            angle += min(max(wanted - angle, -step), step)
         q[row, b] = angle
         v[velocity + 1, b] = speed * math.tan(angle) / wheelbase
 

@@ -82,9 +82,8 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in link.shapes:
             yield _shape(label, own if plain else shape.color, shape, T)
-        if (
-            not shapes and link.parent and link.joint.kind in ("fixed", *SINGLE)
-        ):  # an arm, no flight
+        arm = link.joint.kind == "fixed" or link.joint.kind in SINGLE  # it does not fly or drive
+        if not shapes and link.parent and arm:
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
 

@@ -167,7 +167,7 @@ class ChordTable(Table):
     length: Extent
     radius: Length = 0.0
     at: Extent | None = None
-    gives: Literal["angle", "arc", "height"] = "arc"
+    gives: Literal["angle", "arc", "height", "tilt"] = "arc"
 
 
 class AckermannTable(Table):
