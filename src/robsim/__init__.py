@@ -11,6 +11,7 @@ __version__ = "0.1.0"
 
 from robsim import examples as examples
 from robsim import robots as robots
+from robsim import trajectory as trajectory
 from robsim import units as units
 from robsim.actuation import Actuation as Actuation
 from robsim.analysis.equilibria import equilibria as equilibria
@@ -70,6 +71,8 @@ from robsim.servo import DepthFilter as DepthFilter
 from robsim.servo import Docking as Docking
 from robsim.servo import ErrorBelow as ErrorBelow
 from robsim.servo import Estimated as Estimated
+from robsim.servo import FollowJoints as FollowJoints
+from robsim.servo import FollowPath as FollowPath
 from robsim.servo import Given as Given
 from robsim.servo import Hybrid as Hybrid
 from robsim.servo import JointLaw as JointLaw
