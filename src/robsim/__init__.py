@@ -12,6 +12,7 @@ __version__ = "0.1.0"
 from robsim import curves as curves
 from robsim import examples as examples
 from robsim import robots as robots
+from robsim import trajectory as trajectory
 from robsim import units as units
 from robsim.actuation import Actuation as Actuation
 from robsim.analysis.equilibria import equilibria as equilibria
@@ -53,6 +54,9 @@ from robsim.joint import Mimic as Mimic
 from robsim.joint import Rolling as Rolling
 from robsim.joint import Steering as Steering
 from robsim.link import Link as Link
+from robsim.mission import Mission as Mission
+from robsim.mission import MissionRun as MissionRun
+from robsim.mission import Phase as Phase
 from robsim.motion import Motion as Motion
 from robsim.outcome import Outcome as Outcome
 from robsim.pose import Pose as Pose
@@ -77,6 +81,8 @@ from robsim.servo import DepthFilter as DepthFilter
 from robsim.servo import Docking as Docking
 from robsim.servo import ErrorBelow as ErrorBelow
 from robsim.servo import Estimated as Estimated
+from robsim.servo import FollowJoints as FollowJoints
+from robsim.servo import FollowPath as FollowPath
 from robsim.servo import Given as Given
 from robsim.servo import Hybrid as Hybrid
 from robsim.servo import JointLaw as JointLaw

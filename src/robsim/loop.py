@@ -71,10 +71,10 @@ class Loop:
         self.limits: Array = np.ascontiguousarray(scene.limits + slack)
         self.steady = not any(callable(motion.rates) for motion in scene.motions)
         self.still = scene.drift(0.0)
-        self.moves = controller.sights[0].moves(controller.columns)
         self.prompt = self.sensing.only_noise and not self.actuation.counts
         self.rows = self._rows()
         self.scheme = self._scheme()
+        self.moves = controller.sights[0].moves(controller.columns) if self.scheme else None
 
     def _rows(self) -> list[slice]:
         """Of the pixels, by sight."""
@@ -90,8 +90,7 @@ class Loop:
     @property
     def scene(self) -> Scene:
         """The true one."""
-        scene: Scene = self.controller.scene
-        return scene
+        return self.controller.scene
 
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
@@ -189,7 +188,7 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.dt,
         loop.scene.tree.joints,
         loop.limits,
-        loop.hold,
+        np.full(runs, loop.hold),
         loop.still,
         sight.constants,
         loop.moves,
@@ -214,11 +213,12 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     controller, runs = loop.controller, chunk.rows.size
     sights = controller.sights
     looks = [sight.look(chunk.q) for sight in sights]
-    look, told = joined(looks), {s.key: each for s, each in zip(sights, looks, strict=True)}
+    look, told = joined(looks, runs), {s.key: each for s, each in zip(sights, looks, strict=True)}
     now = _told(loop, chunk, step, look, told)
     decision = controller.decided(now)
-    command = decision.command
-    T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
+    command, hold = decision.command, loop.hold | controller.busy(now)
+    bodies = looks[0].bodies if looks else loop.scene.tree.bodies(chunk.q)
+    T = loop.scene.tree.frame(bodies, controller.moving)
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
     rates = chunk.rates[:0]
@@ -228,7 +228,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         step,
         loop.steps,
         loop.limits,
-        loop.hold,
+        hold,
         drift,
         controller.columns,
         controller.pace,

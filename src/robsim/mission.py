@@ -119,9 +119,7 @@ class MissionRun:
 
     def __str__(self) -> str:
         wide = max(len(leg.name) for leg in self.legs)
-        lines = [
-            f"{leg.start:8.2f} s  {leg.name:{wide}}  {leg.outcome.words}" for leg in self.legs
-        ]
+        lines = [f"{leg.start:8.2f} s  {leg.name:{wide}}  {leg.outcome.words}" for leg in self.legs]
         left = self.planned - len(self.legs)
         return "\n".join([*lines, *([f"{left} phases were not begun"] if left else [])])
 
@@ -180,7 +178,10 @@ class Mission:
         if q.ndim != 1:
             raise InputError(f"a mission starts at one q0 ({scene.nq},), got {q.shape}")
         settings: dict[str, Any] = {
-            "dt": dt, "seed": seed, "sensing": sensing, "actuation": actuation
+            "dt": dt,
+            "seed": seed,
+            "sensing": sensing,
+            "actuation": actuation,
         }
         self._check_tasks(q, settings)
         legs: list[Leg] = []

@@ -131,7 +131,8 @@ def settle(
 
     Fills qd of all joints, where those that are not commanded have the velocities `drift`, and
     outcome; keeps every so many steps in `track`, with the velocities `rates` of the joints, which
-    has no rows where they are those commanded. T is the pose whose way is measured.
+    has no rows where they are those commanded. T is the pose whose way is measured; hold[b] says
+    which runs go on though they have converged or stalled.
     """
     tree.spread(columns, command.qd, drift, qd)
     if step == 0:

@@ -115,9 +115,18 @@ def relative(T_w_a: Array, T_w_b: Array) -> Array:
     return T
 
 
-def joined(looks: Sequence[Look]) -> Look:
+def joined(looks: Sequence[Look], runs: int) -> Look:
     """All marks of several looks one after the other; poses are those of the first."""
     if len(looks) == 1:
         return looks[0]
+    if not looks:
+        return _blind(runs)
     parts = (np.concatenate([getattr(look, name) for look in looks]) for name in Look._fields[-4:])
     return Look(*looks[0][:3], *parts)
+
+
+def _blind(runs: int) -> Look:
+    """Of no camera: no poses and no marks."""
+    sizes: list[tuple[int, ...]] = [(3, 4), (4,), (4,), (3,), (), (2,)]
+    bodies, T_w_c, T_w_o, points, depth, pixels = (np.empty((0, *n, runs)) for n in sizes)
+    return Look(bodies, T_w_c, T_w_o, points, depth, pixels, np.empty((0, runs), np.int8))

@@ -93,7 +93,8 @@ class Switched(Several):
         return thrown
 
     def _comparison(self, now: Instant, part: Controller, one: Decision) -> Comparison:
-        pixels = np.concatenate([now.pixels[sight.key] for sight in part.sights])
+        seen = (now.pixels[sight.key] for sight in part.sights)
+        pixels = np.concatenate([np.empty((0, 2, now.runs)), *seen])
         command = one.command
         return Comparison(command.s, command.error, command.qd, pixels)
 
