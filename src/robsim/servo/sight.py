@@ -127,6 +127,8 @@ def joined(looks: Sequence[Look], runs: int) -> Look:
 
 def _blind(runs: int) -> Look:
     """Of no camera: no poses and no marks."""
-    sizes: list[tuple[int, ...]] = [(3, 4), (4,), (4,), (3,), (), (2,), ()]
-    poses, *rest = (np.empty((0, *n, runs)) for n in sizes)
-    return Look(tree.Bodies(poses, np.empty((0, runs))), *rest[:-1], rest[-1].astype(np.int8))
+    sizes: list[tuple[int, ...]] = [(3, 4), (), (4,), (4,), (3,), (), (2,)]
+    poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
+    T_w_c, T_w_o, points, depth, pixels = others
+    status = np.empty((0, runs), np.int8)
+    return Look(tree.Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
