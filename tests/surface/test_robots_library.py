@@ -17,17 +17,27 @@ from robsim.dh import dh_constants
 NAMES = (
     "conveyor",
     "free_camera",
+    "gantry",
     "holonomic_base",
+    "kinova_gen3",
+    "lbr_iiwa14",
     "mobile_arm",
     "pan_tilt",
     "panda",
     "planar_2r",
+    "planar_3r",
     "puma560",
     "rhino_xr4",
+    "scara",
+    "stanford_arm",
     "turntable",
     "unicycle",
+    "ur5e",
 )
 ARMS = ("rhino_xr4", "puma560", "planar_2r")
+DRAWN = (*ARMS, "panda", "mobile_arm", "planar_3r", "stanford_arm", "scara", "ur5e", "lbr_iiwa14")
+DRAWN = (*DRAWN, "kinova_gen3", "gantry")  # whose links must hang together
+BELOW = {"planar_2r": -0.14, "planar_3r": -0.085}  # arms in the plane z = 0, on a foot
 ORACLE = Path(__file__).parents[1] / "oracles" / "pinocchio_dh.json"
 TABLES = {spec["name"]: spec for spec in json.loads(ORACLE.read_text())["robots"]}
 
@@ -159,7 +169,7 @@ def test_each_robot_is_drawn_and_no_wheel_goes_through_the_floor(name):
     pairs = zip(robot.links, frames, strict=True)
     corners = [shape.at(T).vertices for link, T in pairs for shape in link.shapes]
     lowest = np.concatenate(corners)[:, 2].min()
-    assert lowest == pytest.approx(-0.14 if name == "planar_2r" else 0, abs=1e-12)
+    assert lowest == pytest.approx(BELOW.get(name, 0), abs=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -180,7 +190,7 @@ def test_each_kind_of_number_has_a_source(name):
 
 
 def test_the_links_of_the_arms_are_drawn_in_different_colours():
-    for name in (*ARMS, "panda", "mobile_arm"):
+    for name in DRAWN:
         drawn = [link.shapes for link in robots.load(name).links if link.shapes]
         colors = [{shape.color for shape in shapes} for shapes in drawn]
         assert all(len(own) == 1 for own in colors)
@@ -189,11 +199,11 @@ def test_the_links_of_the_arms_are_drawn_in_different_colours():
 
 
 def spans(link, T, line):
-    """Where a line (point, direction) is inside the blocks of a link, as (enter, leave)."""
-    for block in (shape for shape in link.shapes if isinstance(shape, rs.Block)):
-        box = (rs.Pose(T) @ block.pose).inv()
+    """Where a line (point, direction) is inside the boxes around shapes, as (enter, leave)."""
+    for shape in link.shapes:
+        box = (rs.Pose(T) @ shape.pose).inv()
         point, along = box @ line[0], box.rotation @ line[1]
-        half = np.array([block.length, block.width, block.height]) / 2 + 1e-9
+        half = shape.at(shape.pose.inv()).vertices.max(axis=0) + 1e-9
         with np.errstate(divide="ignore", invalid="ignore"):
             near, far = np.sort([(-half - point) / along, (half - point) / along], axis=0)
         still = np.abs(along) < 1e-12
@@ -203,8 +213,8 @@ def spans(link, T, line):
             yield near.max(), far.min()
 
 
-@pytest.mark.parametrize("name", [*ARMS, "panda", "mobile_arm"])
-def test_the_blocks_of_two_links_meet_on_the_axis_of_their_joint(name):
+@pytest.mark.parametrize("name", DRAWN)
+def test_the_shapes_of_two_links_meet_on_the_axis_of_their_joint(name):
     robot = robots.load(name)
     frames = robot.frames(robot.home)
     for i, link in enumerate(robot.links[1:], start=1):
@@ -212,12 +222,71 @@ def test_the_blocks_of_two_links_meet_on_the_axis_of_their_joint(name):
             continue
         axis = frames[i - 1] @ link.joint.place.matrix
         line = axis[:3, 3], axis[:3, 2]
+        above = i - 1 if robot.links[i - 1].shapes else i - 2  # a frame of a table has no shape
         gaps = [
             max(a[0], b[0]) - min(a[1], b[1])
-            for a in spans(robot.links[i - 1], frames[i - 1], line)
+            for a in spans(robot.links[above], frames[above], line)
             for b in spans(link, frames[i], line)
         ]
         assert gaps and min(gaps) < 1e-6, (link.name, gaps)
+
+
+def boxes(link, T):
+    """The boxes along the axes of the base around the shapes of a link: (lowest, highest)."""
+    corners = [shape.at(T).vertices for shape in link.shapes]
+    return [(each.min(axis=0) - 1e-9, each.max(axis=0) + 1e-9) for each in corners]
+
+
+@pytest.mark.parametrize("name", ["gantry", "stanford_arm", "scara"])
+@pytest.mark.parametrize("end", [0, 1])
+def test_what_slides_stays_in_what_carries_it_at_both_ends_of_its_travel(name, end):
+    robot = robots.load(name)
+    slides = [link.joint.kind == "prismatic" for link in robot.links if link.joint.kind != "fixed"]
+    frames = robot.frames(np.where(slides, robot.limits[:, end], robot.home))
+    for i, link in enumerate(robot.links):
+        if link.joint.kind == "prismatic":
+            pairs = [
+                (low, high, least, most)
+                for low, high in boxes(robot.links[i - 1], frames[i - 1])
+                for least, most in boxes(link, frames[i])
+            ]
+            assert any((a <= d).all() and (c <= b).all() for a, b, c, d in pairs), link.name
+
+
+def test_new_arms_at_home_stand_as_their_files_say():
+    """Tools that point straight down, levels and homes of the makers, added up by hand."""
+    for name in ("ur5e", "lbr_iiwa14", "scara", "gantry"):
+        robot = robots.load(name)
+        np.testing.assert_allclose(robot.fk(robot.home)[:3, 2], [0, 0, -1], rtol=0, atol=1e-12)
+    h = np.sqrt(0.5)
+    iiwa = [0.42 * h + 0.4 * h, 0, 0.36 + 0.42 * h - 0.4 * h - 0.126]
+    flange = robots.lbr_iiwa14().fk(robots.lbr_iiwa14().home)
+    np.testing.assert_allclose(flange[:3, 3], iiwa, rtol=0, atol=1e-12)
+    stanford = robots.stanford_arm()
+    boom, tool = stanford.fk(stanford.home, "boom"), stanford.fk(stanford.home)
+    np.testing.assert_allclose(boom[:3, [2, 3]], [[1, 0.6], [0, 0.154], [0, 0.412]], atol=1e-12)
+    np.testing.assert_allclose(tool[:3, 2], [0.5, 0, -np.sqrt(0.75)], atol=1e-12)
+    gen3 = robots.kinova_gen3()
+    level = gen3.fk(gen3.home)
+    np.testing.assert_allclose(level[:3, 2], [1, 0, 0], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(robots.gantry().fk([0.3, -0.2, 0.5])[:3, 3], [0.3, -0.2, 0.5])
+    np.testing.assert_allclose(robots.scara().fk(robots.scara().home)[2, 3], 0.877 - 0.1 - 0.2)
+
+
+def test_limits_of_the_new_arms_are_those_of_their_sources():
+    ways = {
+        "ur5e": [360] * 6,
+        "lbr_iiwa14": [170, 120, 170, 120, 170, 120, 175],
+        "kinova_gen3": [np.inf, 128.9, np.inf, 147.8, np.inf, 120.3, np.inf],
+    }
+    for name, degrees in ways.items():
+        np.testing.assert_allclose(np.degrees(robots.load(name).limits[:, 1]), degrees, atol=1e-12)
+        np.testing.assert_array_equal(
+            robots.load(name).limits[:, 0], -robots.load(name).limits[:, 1]
+        )
+    scara, boom = robots.scara().limits, robots.stanford_arm().limits[2]
+    np.testing.assert_allclose(np.degrees(np.diff(scara[[0, 1, 3]])[:, 0]), [300, 294, 554])
+    np.testing.assert_allclose([*scara[2], *boom], [0, 0.195, 12 * 0.0254, 50 * 0.0254])
 
 
 def test_robsim_reads_robots_only_when_asked():
