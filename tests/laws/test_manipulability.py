@@ -111,6 +111,8 @@ def test_a_link_that_never_moves_so_has_none():
     np.testing.assert_array_equal(condition_number(gantry, q, axes="angular"), [np.inf, np.inf])
     np.testing.assert_array_equal(manipulability(gantry, q, "base"), [0, 0])
     np.testing.assert_array_equal(manipulability(gantry, q, "bridge", "linear"), [1, 1])
+    post = rs.Robot("post", [rs.Link("base")])
+    assert (manipulability(post, []), condition_number(post, [])) == (0, np.inf)
 
 
 @pytest.mark.parametrize("name", ["puma560", "panda", "scara", "unicycle", "mobile_arm"])

@@ -18,4 +18,4 @@ def uniform(seed: int, stream: int, count: int, n: int) -> Array:
     """
     out = np.empty((n, count))
     random.uniforms(np.uint64(seed), np.arange(count, dtype=np.uint64), 0, stream, out)
-    return runs_first(out)
+    return runs_first(out, (count,))

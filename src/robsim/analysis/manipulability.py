@@ -25,9 +25,9 @@ def manipulability(
     Up to a constant it is the volume of the ellipsoid of its velocities at joint velocities of unit
     length, and zero at singularities. Where J has no more rows than columns it is the measure
     sqrt(det(J J^T)) of Yoshikawa 1985, "Manipulability of robotic mechanisms", International
-    Journal of Robotics Research 4(2), which is always zero for n < 6 joints. Here the product
-    is over the r largest singular values, r being the rank that J has almost everywhere: all n of
-    an arm with n < 6 joints, and those within the plane of an arm that never leaves it.
+    Journal of Robotics Research 4(2); where it has more, that one is always zero. Here the product
+    is over the r largest singular values, r being the rank that J has almost everywhere: over all n
+    of an arm with n < 6 joints, over those in the plane of an arm that never leaves it.
 
     q        (..., nq)
     link     whose motion is looked at; the last by default
@@ -105,7 +105,7 @@ def singular_values(
         raise InputError(f"no axes {axes!r:.80}; {suggest(axes, ROWS, 'axes')}")
     unit = positive(length, "length (metres)")
     q = robot.coordinates(q, limits=False)
-    rank = _rank(_spectrum(robot, _tried(robot), link, axes, unit))
+    rank = _rank(_spectrum(robot, _tried(robot), link, axes, 1.0))
     return _spectrum(robot, q, link, axes, unit)[..., :rank]
 
 
