@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from robsim.describe import option
+from robsim.describe import follow, option
 from robsim.describe.feature import camera, features
 from robsim.describe.option import Units
 from robsim.describe.scene import scene
@@ -13,12 +13,15 @@ from robsim.describe.values import NoDescription, Table, builtin, length, quanti
 from robsim.errors import InputError
 from robsim.scene import Scene
 from robsim.servo import (
+    FOLLOWERS,
     IBVS,
     PBVS,
     SCHEMES,
     SEVERAL,
     Docking,
     ErrorBelow,
+    FollowJoints,
+    FollowPath,
     Hybrid,
     NearBorder,
     Partitioned,
@@ -34,6 +37,7 @@ TASKS: dict[str, type[Any]] = {
     **SCHEMES,
     Placing.kind: Placing,
     Docking.kind: Docking,
+    **FOLLOWERS,
     **SEVERAL,
 }
 CONDITIONS: dict[str, type[Any]] = {"error_below": ErrorBelow, "near_border": NearBorder}
@@ -72,6 +76,10 @@ def _task(value: Any, truth: Scene, shared: Units | None, apart: bool) -> Table:
     table: Table = {"kind": builtin(TASKS, value)}
     if isinstance(value, Together):
         return {**table, "tasks": [_task(each, truth, None, apart) for each in value.tasks]}
+    if isinstance(value, FollowJoints):
+        return {**table, **follow.joints(value, truth)}
+    if isinstance(value, FollowPath):
+        return {**table, **follow.path(value, lambda: _units(value, truth))}
     units = shared or (lambda: _units(value, truth))
     if isinstance(value, Switch):
         first, second = (_task(v, truth, units, apart) for v in (value.first, value.second))

@@ -8,7 +8,7 @@ from typing import Any
 
 from robsim.describe.task import CONDITIONS, TASKS
 from robsim.errors import InputError
-from robsim.scenario import option
+from robsim.scenario import follow, option
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
@@ -51,6 +51,10 @@ class TaskReader:
                 return self._switch(table, path)
             if isinstance(table, schema.PrioritiesTable | schema.TogetherTable):
                 return self._several(table, path)
+            if isinstance(table, schema.FollowJointsTable):
+                return follow.joints(table, self.scene)
+            if isinstance(table, schema.FollowPathTable):
+                return follow.path(table)
         return self._servo(table, path) if isinstance(table, schema.ServoTable) else None
 
     def _several(
@@ -123,6 +127,10 @@ def _check_units(
         for i, (inner, made) in enumerate(zip(table.tasks, task.tasks, strict=True)):
             _check_units(inner, made, scene, None, (*path, "tasks", i))
         return
+    if isinstance(table, schema.FollowJointsTable):
+        return  # whose joints are known when it is read
+    if isinstance(table, schema.FollowPathTable):
+        shared = None  # it commands its own joints, whatever it stands in
     columns: Commanded = shared or (lambda: task.columns(scene))
     if isinstance(table, schema.SwitchTable):
         for key in ("first", "second"):

@@ -76,11 +76,11 @@ class FollowJoints(Value):
 
     def columns(self, scene: Scene) -> Columns:
         """The velocities of its joints."""
-        return frozen(np.array(sorted(axis.velocity for axis in self._axes(scene))))
+        return frozen(np.array(sorted(axis.velocity for axis in self.axes(scene))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> JointFollower:
         """Its controller, of its own joints; InputError for what the scene does not have."""
-        axes = self._axes(scene)
+        axes = self.axes(scene)
         names = [scene.velocity_names[axis.velocity] for axis in axes]
         goal = self._goal(names)
         coordinates = np.array([axis.coordinate for axis in axes])
@@ -114,8 +114,8 @@ class FollowJoints(Value):
             return Quintic(start, goal, self.duration)
         return Trapezoid(start, goal, speed=self.speed, acceleration=self.acceleration)
 
-    def _axes(self, scene: Scene) -> list[Axis]:
-        """Its joints, in the order of the axes of the trajectory."""
+    def axes(self, scene: Scene) -> list[Axis]:
+        """Its joints, in the order of the axes of the trajectory; InputError for unknown names."""
         if isinstance(self.to, dict):
             return [axis_named(scene, name, "to") for name in self.to]
         return axes_named(scene, self.joints)
