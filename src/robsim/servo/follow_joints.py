@@ -39,8 +39,8 @@ class FollowJoints(Value):
     joints        names of joints or robots, in the order of the n axes; None: those that `to`
                   names, or all with one coordinate and one velocity
     gain          per second, at which a distance from the trajectory is made up; at most, and by
-                  default, all of it in one period. With `Actuation(lag)` that comes to rest too,
-                  and without overshoot at gain = 1/(4 lag)
+                  default, all of it in one period. With `Actuation(lag)` that still stays nearest
+                  to the trajectory, but rings; a gain of 1/(4 lag) does not
     tolerance     rad or m: converged when the trajectory is over and every joint this near its end
 
     A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
