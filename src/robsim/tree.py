@@ -65,11 +65,9 @@ class Tree:
         self.nq, self.nv = built.nq, built.nv
         self.where: dict[str, tuple[int, Array]] = built.where
         self.joints: kernels.Joints = built.joints()
-        moves = sorted(built.moves)  # by velocity, then body
-        self.velocity, self.body, self.angular, self.axis, self.ratio = (
-            _integers([move[i] for move in moves]) for i in range(5)
-        )
-        self.angular = frozen(self.angular.astype(np.bool_))
+        # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
+        self.moved = _integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
+        self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:
@@ -131,9 +129,9 @@ class Tree:
         if columns is None:
             columns = _integers(np.arange(self.nv))
         chosen = np.isin(self.velocity, columns)
-        numbers = _integers(np.searchsorted(columns, self.velocity[chosen]))
-        every = self.body, self.angular, self.axis, self.ratio, sign
-        return kernels.Moves(columns, numbers, *(frozen(array[chosen]) for array in every))
+        rows = self.moved[chosen]
+        rows[:, 0] = np.searchsorted(columns, rows[:, 0])
+        return kernels.Moves(columns, frozen(rows), frozen(sign[chosen]))
 
     def alone(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
         """Of each of some velocities, the only coordinate that it changes, or -1."""
