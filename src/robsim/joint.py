@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robsim.arrays import numbers, positive
+from robsim.arrays import Array, numbers, positive
 from robsim.curves import Curve
 from robsim.errors import InputError, suggest
 from robsim.names import checked_name
@@ -172,6 +173,20 @@ class Steering:
             object.__setattr__(self, name, positive(getattr(self, name), f"steering {name}"))
         if self.limit >= np.pi / 2:
             raise InputError(f"steering limit must be below a right angle, got {self.limit:g} rad")
+
+    def rates(self, speed: ArrayLike, angle: ArrayLike) -> Array:
+        """Velocities (..., 2) = (v, omega) of a car that is told its speed (m/s) and angle (rad).
+
+        omega = v tan(angle)/wheelbase. InputError: an angle beyond the limit.
+
+        >>> Steering(0.5).rates(1.0, 0.3).round(6)
+        array([1.      , 0.618672])
+        """
+        v, turned = numbers(speed, "speed (m/s)", ()), numbers(angle, "steering angle (rad)", ())
+        if (np.abs(turned) > self.limit).any():
+            far = float(turned.flat[np.abs(turned).argmax()])
+            raise InputError(f"steering angle {far:g} rad: the limit is {self.limit:g} rad")
+        return np.stack(np.broadcast_arrays(v, v * np.tan(turned) / self.wheelbase), axis=-1)
 
 
 def checked_of(name: object) -> None:
