@@ -53,7 +53,7 @@ KINDS: dict[str, Parts] = {
     "car": Parts((*_IN_PLANE, ".steering"), ("m", "m", "rad", "rad"), *_FORWARD),
     "rail": Parts(("",), ("m",), ("",), ("m/s",), ((False, 0),)),
 }
-SINGLE = {kind for kind, parts in KINDS.items() if len(parts.coordinates) == 1}
+SINGLE = tuple(kind for kind, parts in KINDS.items() if len(parts.coordinates) == 1)
 
 
 @dataclass(frozen=True)
@@ -234,6 +234,10 @@ class Joint:
         for part in ("speed", "effort"):
             if getattr(self, part) is not None:
                 object.__setattr__(self, part, positive(getattr(self, part), f"joint {part}"))
+                if self.kind not in SINGLE:
+                    raise InputError(
+                        f"a {self.kind} joint has no {part} of its own; {', '.join(SINGLE)} have"
+                    )
         self._check("curve", Curve, "rail")
         self._check("steering", Steering, "car")
         self._check_follows()

@@ -63,6 +63,7 @@ class Robot(Value):
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
+        self._check_ranges()
         home = self.rest if self.home is None else self.home
         home = self.coordinates(home, f"{self.name}.home")
         if home.ndim != 1:
@@ -324,6 +325,15 @@ class Robot(Value):
             if not isinstance(above, Mimic):
                 return
             follows = above
+
+    def _check_ranges(self) -> None:
+        """InputError if a coordinate and those that mimic it have no limits in common."""
+        for name, (low, high) in zip(self.coordinate_names, self.limits, strict=True):
+            if low > high:
+                raise InputError(
+                    f"joint '{name}' of '{self.name}' and what mimics it are never within their "
+                    "limits at once"
+                )
 
     def _check_limits(self, q: Array, what: str) -> None:
         low, high = self.limits[:, 0] - LIMIT_SLACK, self.limits[:, 1] + LIMIT_SLACK

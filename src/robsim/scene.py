@@ -241,9 +241,8 @@ class Scene:
                 f"q: '{name}' changes hands at one state ({self.nq},), got {values.shape}"
             )
         self._check_hanging(thing, to)
-        T_to_w = Pose(self.pose(to, values).matrix).inv()
-        there = T_to_w @ Pose(self.pose(thing.name, values).matrix)
-        return self.replacing(replace(thing, pose=there, on=to))
+        there = self.pose(to, values).inv() @ self.pose(thing.name, values)
+        return self.replacing(replace(thing, pose=Pose(there.matrix), on=to))
 
     def released(self, name: str, q: Any = None) -> Scene:
         """A copy in which an object stands in the world, where it is at q (nq,).
