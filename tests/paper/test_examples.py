@@ -68,9 +68,3 @@ def test_a_car_with_one_gain_for_all_cannot_turn_enough_as_it_slows_down():
     assert outcome(stuck) == "TIME_LIMIT" and outcome(arrived) == "CONVERGED"
     np.testing.assert_allclose(stuck.error.values[-1], [0.0247, 0.0004], atol=1e-4)
     assert stuck.q_end[3] == -0.4189 and abs(arrived.q_end[3]) < 0.003
-
-
-def test_a_car_asked_for_the_whole_image_ends_askew():
-    with pytest.warns(rs.RankWarning, match="a car cannot move sideways"):
-        run = run_of("car", "task={kind='ibvs'}")
-    assert outcome(run) != "CONVERGED" and run.pixel_error > 5
