@@ -177,7 +177,8 @@ class Steering:
     def rates(self, speed: ArrayLike, angle: ArrayLike) -> Array:
         """Velocities (..., 2) = (v, omega) of a car that is told its speed (m/s) and angle (rad).
 
-        omega = v tan(angle)/wheelbase. InputError: an angle beyond the limit.
+        omega = v tan(angle)/wheelbase: the rates of a `Motion`, for a car that goes its own way.
+        InputError: an angle beyond the limit.
 
         >>> Steering(0.5).rates(1.0, 0.3).round(6)
         array([1.      , 0.618672])

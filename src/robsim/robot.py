@@ -207,8 +207,8 @@ class Robot(Value):
         >>> import robsim as rs
         >>> at = Pose.at(z=-0.1083)  # the tool frame of this arm lies between the finger tips
         >>> rhino = rs.robots.rhino_xr4().with_tool(rs.robots.rhino_gripper(), at, bare=True)
-        >>> rhino.coordinate_names[-1], rhino.home[-1], rhino.tip
-        ('opening', 0.04, 'tip')
+        >>> rhino.coordinate_names[-1], rhino.tip
+        ('opening', 'tip')
         """
         if not isinstance(tool, Robot):
             raise InputError(f"tool: expected a Robot, got {tool!r:.80}")

@@ -23,8 +23,8 @@ def steering_limit(inquiry: Inquiry) -> Finding | None:
             continue
         radius = steering.wheelbase / np.tan(steering.limit)
         sentence = (
-            f"'{scene.coordinate_names[row]}' is at its limit of {degrees(steering.limit)}, and the "
-            f"law asks for {degrees(abs(wanted))}: the car drives no circle smaller than "
+            f"'{scene.coordinate_names[row]}' is at its limit of {degrees(steering.limit)}, and "
+            f"the law asks for {degrees(abs(wanted))}: the car drives no circle smaller than "
             f"{length(radius)} in radius. Let the way ahead take longer than the turn, by a larger "
             "gain of what turns it, or start farther away."
         )
