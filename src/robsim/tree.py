@@ -101,16 +101,26 @@ class Tree:
         kernels.jacobian(bodies, point, self.moves(self.carried(name)), J)
         return J
 
-    def advance(self, q: Array, v: Array, dt: float) -> Array:
-        """Move q[n, b] by velocities v[m, b] held for dt; the velocities that there were.
+    def advance(self, q: Array, v: Array, dt: float) -> None:
+        """Move q[n, b] by velocities v[m, b] held for dt, after cars have steered for them."""
+        self.steer(q, v, dt)
+        self.roll(q, v, dt)
 
-        Where these differ from v, a car could not steer as it was told.
-        """
+    def steer(self, q: Array, v: Array, dt: float) -> None:
+        """Turn the wheels of cars, as far as they get in a period of dt."""
+        for row, velocity, s in self.cars:
+            kernels.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
+
+    def roll(self, q: Array, v: Array, seconds: float) -> None:
+        """Move q[n, b] by velocities v[m, b], cars as they have steered."""
+        kernels.integrate(self.joints, self.driven(q, v), seconds, q)
+
+    def driven(self, q: Array, v: Array) -> Array:
+        """The velocities v[m, b] as the steering angles of cars allow them."""
         if self.cars:
             v = v.copy()
         for row, velocity, s in self.cars:
-            kernels.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
-        kernels.integrate(self.joints, v, dt, q)
+            kernels.obey(row, velocity, s.wheelbase, q, v)
         return v
 
     def carried(self, name: str) -> Array:

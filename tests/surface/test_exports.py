@@ -136,7 +136,7 @@ def test_robots_of_the_library_are_functions_by_name():
     for name in rs.robots.names():
         assert getattr(rs.robots, name)().name == name and name in dir(rs.robots)
     with pytest.raises(
-        AttributeError, match="no robot 'rhino' in the library; robots: conveyor, free_camera"
+        AttributeError, match="no robot 'rhino' in the library; robots: car, conveyor"
     ):
         _ = rs.robots.rhino
 

@@ -355,10 +355,10 @@ def _roll(joints, v, dt, q):
 
 @kernel
 def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
-    """The steering angle q[row, b] of a car goes where omega asks for, and v has what it gives.
+    """The steering angle q[row, b] of a car goes where the omega in v asks for.
 
-    tan(angle) = wheelbase omega/v, within the limit, and no more than rate |dt| from where it was;
-    then it is held, and omega = v tan(angle)/wheelbase. A car that stands keeps its angle.
+    tan(angle) = wheelbase omega/v, within the limit, and no more than rate |dt| from where it was.
+    A car that stands keeps its angle.
     """
     step = rate * abs(dt)
     for b in range(q.shape[1]):
@@ -368,7 +368,13 @@ def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
             wanted = min(max(wanted, -limit), limit)
             angle += min(max(wanted - angle, -step), step)
         q[row, b] = angle
-        v[velocity + 1, b] = speed * math.tan(angle) / wheelbase
+
+
+@kernel
+def obey(row, velocity, wheelbase, q, v):
+    """Omega of a car as its speed and its steering angle give it: v tan(angle)/wheelbase."""
+    for b in range(q.shape[1]):
+        v[velocity + 1, b] = v[velocity, b] * math.tan(q[row, b]) / wheelbase
 
 
 @kernel
