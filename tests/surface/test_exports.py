@@ -34,6 +34,7 @@ SIGNATURES = {
     "Scene.view": "self q camera points",
     "IBVS": "goal camera target features",
     "simulate": "scene task q0 dt duration seed",
+    "clearance": "scene q one other",
     "compare": "scene tasks q0",
     "load_scenario": "path",
     "save_run": "run path",
