@@ -18,6 +18,11 @@ from robsim.actuation import Actuation as Actuation
 from robsim.analysis.equilibria import equilibria as equilibria
 from robsim.analysis.equilibrium import Equilibria as Equilibria
 from robsim.analysis.equilibrium import Equilibrium as Equilibrium
+from robsim.analysis.manipulability import condition_number as condition_number
+from robsim.analysis.manipulability import manipulability as manipulability
+from robsim.analysis.manipulability import singularity_distance as singularity_distance
+from robsim.analysis.workspace import Workspace as Workspace
+from robsim.analysis.workspace import workspace as workspace
 from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility

@@ -122,12 +122,12 @@ class Robot(Value):
     @property
     def nq(self) -> int:
         """How many coordinates."""
-        return len(self.coordinate_names)
+        return self.tree.nq
 
     @property
     def nv(self) -> int:
         """How many velocities."""
-        return len(self.velocity_names)
+        return self.tree.nv
 
     @property
     def rest(self) -> Array:

@@ -35,8 +35,10 @@ NAMES = (
     "ur5e",
 )
 ARMS = ("rhino_xr4", "puma560", "planar_2r")
-DRAWN = (*ARMS, "panda", "mobile_arm", "planar_3r", "stanford_arm", "scara", "ur5e", "lbr_iiwa14")
-DRAWN = (*DRAWN, "kinova_gen3", "gantry")  # whose links must hang together
+DRAWN = (  # their links must hang together
+    *(*ARMS, "panda", "mobile_arm", "planar_3r", "stanford_arm", "scara", "ur5e", "lbr_iiwa14"),
+    *("kinova_gen3", "gantry"),
+)
 BELOW = {"planar_2r": -0.14, "planar_3r": -0.085}  # arms in the plane z = 0, on a foot
 ORACLE = Path(__file__).parents[1] / "oracles" / "pinocchio_dh.json"
 TABLES = {spec["name"]: spec for spec in json.loads(ORACLE.read_text())["robots"]}

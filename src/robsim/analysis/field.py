@@ -21,6 +21,8 @@ from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Controller, Servo
 from robsim.servo.depth import DepthFilter
 from robsim.servo.feed_forward import Estimated
+from robsim.servo.follow_joints import FollowJoints
+from robsim.servo.follow_path import FollowPath
 from robsim.servo.instant import Instant
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import relative
@@ -218,6 +220,8 @@ def _memories(task: Any) -> Iterator[str]:
     """What of a task, or of the tasks in it, depends on more than the state."""
     if isinstance(task, Switch) and task.latch:
         yield "Switch with latch=True"
+    if isinstance(task, FollowJoints | FollowPath):
+        yield f"{type(task).__name__} goes by the time"
     for part in _parts(task).values():
         for one in part if isinstance(part, tuple) else (part,):
             yield from _memories(one)

@@ -329,10 +329,9 @@ def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
 
     if "time" not in result.dims:
         return  # of a summary there is nothing to draw
-    figures = {"image": plot.image(result)}
-    for camera in dict.fromkeys(result.mark_camera.values.tolist()):
-        if camera != result.mark_camera.values[0]:
-            figures[f"image_{camera}"] = plot.image(result, camera)
+    cameras = list(dict.fromkeys(result.mark_camera.values.tolist()))
+    names = [f"image_{camera}" if i else "image" for i, camera in enumerate(cameras)]
+    figures = {name: plot.image(result, each) for name, each in zip(names, cameras, strict=True)}
     if "run" not in result.dims:
         figures |= {
             "scene": plot.scene(scenario.scene, run=result),
@@ -345,6 +344,8 @@ def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
 
 def _moving_frame(result: xr.Dataset, scenario: Scenario) -> str | None:
     """Whose velocity is shown: None for the camera; where that stands, what carries the target."""
+    if not result.sizes["mark"]:
+        return None
     scene, target = scenario.scene, str(result.mark_target.values[0])
     stands = not scene.tree.carries(str(result.mark_camera.values[0])).any()
     return scene.object(target).on if stands else None
@@ -358,7 +359,7 @@ def _report(result: xr.Dataset, folder: Path) -> None:
                 click.echo(f"{count:7} {outcome.name}")
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
-        if int(result.outcome) != Outcome.CONVERGED:
+        if int(result.outcome) != Outcome.CONVERGED and result.sizes["mark"]:
             click.echo(f"why          robsim explain {folder}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from robsim import robots, units
-from robsim.robot import Link, Robot
+from robsim.link import Link
+from robsim.robot import Robot
 
 WIDTH = 100  # of a line of prose
 _AXIS = {"revolute": "about", "prismatic": "along"}  # what a joint does with the z of its place

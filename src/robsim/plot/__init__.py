@@ -12,3 +12,4 @@ from robsim.plot.robot import robot as robot
 from robsim.plot.run import run as run
 from robsim.plot.scene import scene as scene
 from robsim.plot.velocity import velocity as velocity
+from robsim.plot.workspace import workspace as workspace

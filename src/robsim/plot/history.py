@@ -77,6 +77,8 @@ def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     InputError: no camera of that name.
     """
     cameras = list(dict.fromkeys(run["mark_camera"].values.tolist()))
+    if not cameras:
+        raise InputError("no camera has a part in this run: there is no image of it")
     name = cameras[0] if camera is None else camera
     if name not in cameras:
         raise InputError(f"no camera {name!r} in the run; {suggest(name, cameras, 'cameras')}")

@@ -172,6 +172,8 @@ TurnRate = Annotated[float, Field(gt=0), _reads(quantity, "turn rate")]
 AnySpeed = Annotated[
     float, Field(gt=0), BeforeValidator(lambda value: either(value, "turn rate", "speed"))
 ]
+Acceleration = Annotated[float, Field(gt=0), _reads(quantity, "acceleration")]
+TurnAcceleration = Annotated[float, Field(gt=0), _reads(quantity, "turn acceleration")]
 Instant = Annotated[float, Field(ge=0), _reads(quantity, "time")]
 Coordinate = Annotated[Any, BeforeValidator(_raw_coordinate)]
 Depth = Annotated[Any, BeforeValidator(_depth)]

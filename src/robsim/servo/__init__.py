@@ -37,5 +37,7 @@ from robsim.servo.task import ServoTask as ServoTask
 from robsim.servo.task import Task as Task
 from robsim.servo.together import Together as Together
 
-FOLLOWERS = {each.kind: each for each in (FollowJoints, FollowPath)}
+FOLLOWERS: dict[str, type[FollowJoints] | type[FollowPath]] = {
+    each.kind: each for each in (FollowJoints, FollowPath)
+}
 SEVERAL = {each.kind: each for each in (Priorities, Switch, Together)}

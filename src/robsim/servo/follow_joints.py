@@ -39,8 +39,8 @@ class FollowJoints(Value):
     joints        names of joints or robots, in the order of the n axes; None: those that `to`
                   names, or all with one coordinate and one velocity
     gain          per second, at which a distance from the trajectory is made up; at most, and by
-                  default, all of it in one period. With `Actuation(lag)` that comes to rest too,
-                  and without overshoot at gain = 1/(4 lag)
+                  default, all of it in one period. With `Actuation(lag)` that still stays nearest
+                  to the trajectory, but rings; a gain of 1/(4 lag) does not
     tolerance     rad or m: converged when the trajectory is over and every joint this near its end
 
     A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
@@ -76,11 +76,11 @@ class FollowJoints(Value):
 
     def columns(self, scene: Scene) -> Columns:
         """The velocities of its joints."""
-        return frozen(np.array(sorted(axis.velocity for axis in self._axes(scene))))
+        return frozen(np.array(sorted(axis.velocity for axis in self.axes(scene))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> JointFollower:
         """Its controller, of its own joints; InputError for what the scene does not have."""
-        axes = self._axes(scene)
+        axes = self.axes(scene)
         names = [scene.velocity_names[axis.velocity] for axis in axes]
         goal = self._goal(names)
         coordinates = np.array([axis.coordinate for axis in axes])
@@ -114,8 +114,8 @@ class FollowJoints(Value):
             return Quintic(start, goal, self.duration)
         return Trapezoid(start, goal, speed=self.speed, acceleration=self.acceleration)
 
-    def _axes(self, scene: Scene) -> list[Axis]:
-        """Its joints, in the order of the axes of the trajectory."""
+    def axes(self, scene: Scene) -> list[Axis]:
+        """Its joints, in the order of the axes of the trajectory; InputError for unknown names."""
         if isinstance(self.to, dict):
             return [axis_named(scene, name, "to") for name in self.to]
         return axes_named(scene, self.joints)

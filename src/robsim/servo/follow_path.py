@@ -154,7 +154,7 @@ class FollowPath(Shaped):
     def _checked_goal(self) -> Any:
         """A pose, or a position."""
         if is_pose_like(self.to):
-            pose = one_pose(self.to, "to")
+            pose = Pose(one_pose(self.to, "to").matrix)  # in the world, whatever names it has
             return pose if self.mask == "pose" else pose.position
         place = numbers(self.to, "to (a pose, or a position)", (3,))
         if place.ndim != 1:

@@ -72,6 +72,11 @@ class Blends(Value):
         return float(self._plan.middle[-1] + 0.5 * self._plan.seconds[-1])
 
     @property
+    def times(self) -> Array:
+        """(m,) seconds at which it starts, passes by each point in between, and ends."""
+        return np.concatenate([[0.0], self._plan.middle[1:-1], [self.duration]])
+
+    @property
     def misses(self) -> Array:
         """(m, n): how far the way passes by each point, in each axis; zero at both ends."""
         found: Array = np.abs(self._plan.change) * self._plan.seconds[:, None] / 8.0

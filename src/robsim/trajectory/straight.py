@@ -144,6 +144,6 @@ class Straight(Value):
 
 def _pose(value: Any, what: str) -> Pose:
     try:
-        return as_pose(value)
+        return Pose(as_pose(value).matrix)  # in the one base frame, whatever names it has
     except InputError as error:
         raise InputError(f"{what}: {error}") from None
