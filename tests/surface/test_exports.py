@@ -45,6 +45,7 @@ SIGNATURES = {
     "plot.run": "run scene",
     "plot.comparison": "comparison",
     "plot.diagnosis": "diagnosis",
+    "plot.moments": "scene q titles",
     "plot.robot": "robot q",
     "plot.workspace": "workspace",
     "diagnose": "run scene task sensing actuation",

@@ -15,7 +15,8 @@ from robsim.errors import InputError, suggest
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.wireframe import displayed
-from robsim.primitives import Primitive
+from robsim.pose import IDENTITY
+from robsim.primitives import CameraBody, Primitive
 from robsim.scene import Scene
 
 # rows: to the right of the picture, up, and towards who looks, in the axes of the figures
@@ -115,17 +116,17 @@ def _draw(axes: Any, faces: list[Face]) -> None:
 
 
 def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
-    """The faces of a solid that are turned to who looks."""
+    """The faces of a solid that are turned to who looks; one looks into the eye of a camera."""
     points = solid.vertices @ view.T
     borders = {tuple(sorted(edge)) for edge in solid.edges.tolist()}
     for face in solid.faces:
         corners = points[list(face)]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
         straight = float(normal[2] / np.linalg.norm(normal))
-        if straight > 1e-9:
+        if straight > 1e-9 or (straight < -1e-9 and isinstance(solid, CameraBody)):
             sides = zip(face, face[1:] + face[:1], strict=True)
             edges = [points[[a, b], :2] for a, b in sides if (min(a, b), max(a, b)) in borders]
-            pale = PALE * (0.5 + 0.5 * straight)
+            pale = PALE * (0.5 + 0.5 * abs(straight))
             yield Face(float(corners[:, 2].mean()), corners[:, :2], edges, color, pale)
 
 
@@ -133,7 +134,8 @@ def _solids(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
     """Every shape where it stands, with its colour."""
     parts = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
     parts += [(thing.name, thing.shapes) for thing in scene.objects]
-    parts += [(e.name, (e.camera.drawn(np.eye(4)),)) for e in scene.cameras if e.camera.body]
+    bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
+    parts += [(name, (body,)) for name, body in bodies if body is not None]
     for frame, shapes in parts:
         if shapes:
             T = displayed(scene, frame, q)
