@@ -11,7 +11,8 @@ from robsim.errors import InputError
 from robsim.pose import Pose
 from robsim.scenario import option
 from robsim.scenario import task_schema as schema
-from robsim.scenario.build import configuration, pose
+from robsim.scenario.build import configuration
+from robsim.scenario.place import pose
 from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import coordinate, either
 from robsim.scene import Scene
