@@ -118,6 +118,7 @@ from robsim.vision import triangulate as triangulate
 
 if TYPE_CHECKING:
     from robsim import plot as plot
+    from robsim.analysis.clearance import clearance as clearance
     from robsim.analysis.compare import Comparison as Comparison
     from robsim.analysis.compare import compare as compare
     from robsim.analysis.diagnosis import diagnose as diagnose
@@ -132,6 +133,7 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
+    "clearance": "robsim.analysis.clearance",
     "Comparison": "robsim.analysis.compare",
     "compare": "robsim.analysis.compare",
     "diagnose": "robsim.analysis.diagnosis",

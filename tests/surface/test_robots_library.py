@@ -21,6 +21,8 @@ NAMES = (
     "free_camera",
     "gantry",
     "holonomic_base",
+    "inspection_a",
+    "inspection_b",
     "kinova_gen3",
     "lbr_iiwa14",
     "mobile_arm",
@@ -43,6 +45,7 @@ DRAWN = (  # their links must hang together
     *("kinova_gen3", "gantry"),
 )
 BELOW = {"planar_2r": -0.14, "planar_3r": -0.085}  # arms in the plane z = 0, on a foot
+HANG = "inspection_a", "inspection_b"  # from a cable
 ORACLE = Path(__file__).parents[1] / "oracles" / "pinocchio_dh.json"
 TABLES = {spec["name"]: spec for spec in json.loads(ORACLE.read_text())["robots"]}
 
@@ -169,7 +172,7 @@ def test_the_belt_slides_along_x_and_the_plate_turns_about_z():
     np.testing.assert_array_equal(scene.pose("cup", [-1]).position, [-1, 0, 0.6])
 
 
-@pytest.mark.parametrize("name", sorted(set(NAMES) - {"free_camera"}))
+@pytest.mark.parametrize("name", sorted(set(NAMES) - {"free_camera", *HANG}))
 def test_each_robot_is_drawn_and_no_wheel_goes_through_the_floor(name):
     robot = robots.load(name)
     frames = robot.frames(robot.home)
@@ -177,6 +180,40 @@ def test_each_robot_is_drawn_and_no_wheel_goes_through_the_floor(name):
     corners = [shape.at(T).vertices for link, T in pairs for shape in link.shapes]
     lowest = np.concatenate(corners)[:, 2].min()
     assert lowest == pytest.approx(BELOW.get(name, 0), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", HANG)
+def test_the_parts_of_a_robot_on_a_cable_hold_together(name):
+    """Closed and with every arm open: no link is drawn apart from the one that carries it."""
+    robot, scene = robots.load(name), rs.Scene(robots.load(name))
+    links = {link.name: link for link in robot.links}
+    wide = [0.08 if n.endswith("lift") else 1.5 for n in robot.coordinate_names]
+    arm = [n.endswith(("lift", "swing")) for n in robot.coordinate_names]
+    q = np.stack([robot.home, np.where(arm, wide, robot.home)])
+    drawn = [link for link in robot.links if link.shapes]
+    for link in drawn:
+        above = links[link.parent]
+        while not above.shapes and above.parent is not None:
+            above = links[above.parent]
+        if above.shapes:
+            assert rs.clearance(scene, q, f"{name}.{link.name}", f"{name}.{above.name}").max() < 0
+    assert len(drawn) == {"inspection_a": 8, "inspection_b": 13}[name]
+
+
+@pytest.mark.parametrize("name", HANG)
+def test_a_robot_on_a_cable_hangs_below_it(name):
+    robot = robots.load(name)
+    cable = robot.links[1].joint.curve
+    middle = cable.at(cable.length / 2).position
+    assert -middle[1] == pytest.approx(1.01, abs=0.005)  # the sag that its file tells
+    hang = dict(zip((k.name for k in robot.links), robot.frames(robot.home), strict=True))
+    np.testing.assert_allclose(hang["rear"][:3, 3][[0, 2]], cable.at(3.0).position[:2], atol=1e-15)
+    wheels = [link for link in hang if link.endswith("wheel")]
+    assert len(wheels) == (2 if name == "inspection_a" else 3)
+    for wheel in wheels:
+        away = cable.nearest(hang[wheel][:3, 3][[0, 2]])[1]
+        assert away == pytest.approx(0.05, abs=1e-12)
+        assert hang["centre"][2, 3] < hang[wheel][2, 3] - 0.15
 
 
 @pytest.mark.parametrize("name", NAMES)
