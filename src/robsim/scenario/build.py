@@ -35,7 +35,7 @@ def scene(table: schema.SceneTable, problems: Problems, *prefix: str | int) -> S
     cameras = _each(table.cameras, camera, problems, *prefix, "cameras")
     with problems.at(*prefix, "display"):
         display = pose(table.display)
-    _check_frames(table, problems, prefix)
+    _check_frames(table, robots, problems, prefix)
     problems.stop()
     made = None
     with problems.at(*prefix):
@@ -46,7 +46,16 @@ def scene(table: schema.SceneTable, problems: Problems, *prefix: str | int) -> S
 
 
 def robot(table: schema.RobotTable) -> Robot:
-    """A robot, its links and its home."""
+    """A robot with its tools, where it stands."""
+    made = _linked(table)
+    for tool in table.tools:
+        with under("tools", tool.name):
+            made = made.with_tool(_linked(tool), pose(tool), tool.on, tool.bare)
+    return replace(made, base=pose(table), on=table.on)
+
+
+def _linked(table: schema.LinkedTable) -> Robot:
+    """A robot in the world, its links and its home."""
     links: list[Link] = []
     for part in table.links:
         with under("links", part.name):
@@ -56,9 +65,8 @@ def robot(table: schema.RobotTable) -> Robot:
     if table.home is not None:
         with under("home"):
             home = configuration(table.home, units, coordinate_names(links))
-    base = pose(table)
     try:
-        return Robot(table.name, tuple(links), home, base=base, on=table.on)
+        return Robot(table.name, tuple(links), home)
     except InputError as error:  # of home, or of links that do not go together
         with under("home" if str(error).startswith(f"{table.name}.home") else "links"):
             raise
@@ -171,7 +179,10 @@ def _each(
 
 
 def _check_frames(
-    table: schema.SceneTable, problems: Problems, prefix: Iterable[str | int]
+    table: schema.SceneTable,
+    robots: Sequence[Robot],
+    problems: Problems,
+    prefix: Iterable[str | int],
 ) -> None:
     """What each thing stands on must exist."""
     kinds: dict[str, Sequence[schema.PartTable]] = {
@@ -180,12 +191,15 @@ def _check_frames(
         "cameras": table.cameras,
     }
     frames = ["world", *(f"{r.name}.{k.name}" for r in table.robots for k in r.links)]
+    carried = [f"{r.name}.{k.name}" for r in robots for k in r.links]
+    frames += [name for name in carried if name not in frames]
+    unknown = {r.name for r in table.robots if r.tools} - {r.name for r in robots}
     if len(frames) > MOST_LINKS_IN_ALL:
         problems.add("robots", f"more than {MOST_LINKS_IN_ALL} links in all")
         return
     frames += [part.name for part in (*table.objects, *table.cameras)]
     for kind, parts in kinds.items():
         for part in parts:
-            if part.on not in frames:
+            if part.on not in frames and part.on.partition(".")[0] not in unknown:
                 with problems.at(*prefix, kind, part.name, "on"):
                     raise InputError(f"no frame {part.on!r}; {suggest(part.on, frames, 'frames')}")

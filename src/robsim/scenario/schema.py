@@ -215,14 +215,28 @@ class PartTable(PoseKeys):
     on: Reference = "world"
 
 
-class RobotTable(PartTable):
-    """robsim.Robot; a library robot is expanded to this form."""
+class LinkedTable(PoseKeys):
+    """Links on joints."""
 
+    name: Name
     about: Text | None = None
     sources: Annotated[list[Text], Field(max_length=64)] = []
     convention: Literal["standard", "modified"] = "standard"
     home: Coordinates | None = None
     links: Annotated[list[LinkTable], Field(min_length=1, max_length=MOST_LINKS)]
+
+
+class ToolTable(LinkedTable):
+    """What robsim.Robot.with_tool puts on a link: the last, or `on`."""
+
+    on: Name | None = None
+    bare: bool = False
+
+
+class RobotTable(LinkedTable, PartTable):
+    """robsim.Robot; a library robot is expanded to this form."""
+
+    tools: Annotated[list[ToolTable], Field(max_length=MOST_PARTS)] = []
 
 
 class RobotFile(RobotTable):
