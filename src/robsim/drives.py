@@ -32,16 +32,12 @@ class Drives:
     columns: NDArray[np.int64]
 
     def advance(self, held: Held, dt: float) -> tuple[Array, Array]:
-        """Coordinates and velocities after a period, or a part of it."""
-        q, rates, mean = held.q.copy(), held.qd, held.qd
-        if self.actuation.moves:
-            rates, mean = self._follow(held, dt)
-        done = self.scene.tree.advance(q, mean, dt)
-        return q, rates if done is mean else done
+        """Coordinates and velocities after a period."""
+        return self._after(held, dt, dt)
 
-    def moved(self, held: Held, seconds: float) -> Array:
-        """Coordinates (nq, B) some time after a period began."""
-        return held.q if seconds == 0.0 else self.advance(held, seconds)[0]
+    def moved(self, held: Held, seconds: float, dt: float) -> Array:
+        """Coordinates (nq, B) some time after a period began that lasts dt."""
+        return held.q if seconds == 0.0 else self._after(held, seconds, dt)[0]
 
     def counted(self, q: Array) -> Array:
         """Coordinates (nq, B) as the encoders say."""
@@ -50,6 +46,19 @@ class Drives:
         out = np.empty_like(q)
         kernels.count(self._steps, q, out)
         return out
+
+    def _after(self, held: Held, seconds: float, dt: float) -> tuple[Array, Array]:
+        """Cars steer once in a period, when it begins."""
+        tree, q = self.scene.tree, held.q.copy()
+        if tree.cars:
+            tree.steer(q, self._velocities(held, dt)[1], dt)
+        rates, mean = self._velocities(held, seconds)
+        tree.roll(q, mean, seconds)
+        return q, tree.driven(q, rates)
+
+    def _velocities(self, held: Held, seconds: float) -> tuple[Array, Array]:
+        """(nv, B) after some time, and their mean until then."""
+        return self._follow(held, seconds) if self.actuation.moves else (held.qd, held.qd)
 
     def _follow(self, held: Held, dt: float) -> tuple[Array, Array]:
         """Velocities (nv, B) at the end, and their mean; those that nobody commands are given."""

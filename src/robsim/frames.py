@@ -92,7 +92,7 @@ class Frames:
             return look
         q = self.past[0].q
         if step >= self.age:
-            q = self.drives.moved(self.past[0], self.share * self.dt)
+            q = self.drives.moved(self.past[0], self.share * self.dt, self.dt)
         return joined([sight.look(q) for sight in self.sights], q.shape[1])
 
     def _arrived(self, step: int, look: Look, noise: Noise) -> Frame:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robsim.arrays import numbers, positive
+from robsim.arrays import Array, numbers, positive
 from robsim.curves import Curve
 from robsim.errors import InputError, suggest
 from robsim.names import checked_name
@@ -52,7 +53,7 @@ KINDS: dict[str, Parts] = {
     "car": Parts((*_IN_PLANE, ".steering"), ("m", "m", "rad", "rad"), *_FORWARD),
     "rail": Parts(("",), ("m",), ("",), ("m/s",), ((False, 0),)),
 }
-SINGLE = {kind for kind, parts in KINDS.items() if len(parts.coordinates) == 1}
+SINGLE = tuple(kind for kind, parts in KINDS.items() if len(parts.coordinates) == 1)
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,21 @@ class Steering:
         if self.limit >= np.pi / 2:
             raise InputError(f"steering limit must be below a right angle, got {self.limit:g} rad")
 
+    def rates(self, speed: ArrayLike, angle: ArrayLike) -> Array:
+        """Velocities (..., 2) = (v, omega) of a car that is told its speed (m/s) and angle (rad).
+
+        omega = v tan(angle)/wheelbase: the rates of a `Motion`, for a car that goes its own way.
+        InputError: an angle beyond the limit.
+
+        >>> Steering(0.5).rates(1.0, 0.3).round(6)
+        array([1.      , 0.618672])
+        """
+        v, turned = numbers(speed, "speed (m/s)", ()), numbers(angle, "steering angle (rad)", ())
+        if (np.abs(turned) > self.limit).any():
+            far = float(turned.flat[np.abs(turned).argmax()])
+            raise InputError(f"steering angle {far:g} rad: the limit is {self.limit:g} rad")
+        return np.stack(np.broadcast_arrays(v, v * np.tan(turned) / self.wheelbase), axis=-1)
+
 
 def checked_of(name: object) -> None:
     """InputError unless it can be the name of a coordinate."""
@@ -219,6 +235,10 @@ class Joint:
         for part in ("speed", "effort"):
             if getattr(self, part) is not None:
                 object.__setattr__(self, part, positive(getattr(self, part), f"joint {part}"))
+                if self.kind not in SINGLE:
+                    raise InputError(
+                        f"a {self.kind} joint has no {part} of its own; {', '.join(SINGLE)} have"
+                    )
         self._check("curve", Curve, "rail")
         self._check("steering", Steering, "car")
         self._check_follows()

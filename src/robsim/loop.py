@@ -224,6 +224,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     rates = chunk.rates[:0]
     if loop.drives.moves:
         rates = np.where(loop.scene.prescribed[:, None], drift[:, None], chunk.rates)
+        rates = loop.scene.tree.driven(chunk.q, rates)
     kernels.settle(
         step,
         loop.steps,

@@ -18,6 +18,7 @@ from robsim.link import Link, coordinate_names, velocity_names
 from robsim.names import checked_name
 from robsim.pose import IDENTITY, Pose, as_pose, common_lead, homogeneous, is_pose_like, one_pose
 from robsim.primitives import Primitive
+from robsim.tool import mounted
 from robsim.tree import Frame, Tree
 from robsim.value import Value
 
@@ -62,6 +63,7 @@ class Robot(Value):
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
+        self._check_ranges()
         home = self.rest if self.home is None else self.home
         home = self.coordinates(home, f"{self.name}.home")
         if home.ndim != 1:
@@ -192,6 +194,35 @@ class Robot(Value):
         """A copy under another name, for a second one in a scene."""
         return replace(self, name=name)
 
+    def with_tool(
+        self, tool: Robot, pose: Any = IDENTITY, on: str | None = None, bare: bool = False
+    ) -> Robot:
+        """A copy that carries a tool at `pose` on its link `on` (the tip by default).
+
+        Links and coordinates of the tool come after its own, at home as the tool is; a name that
+        both have gets that of the tool in front, as in "gripper_base". The base link of the tool
+        no longer is one, but a link that does not move. `bare` takes the shapes of the link `on`
+        away, for a tool that stands for what was drawn there.
+
+        >>> import robsim as rs
+        >>> at = Pose.at(z=-0.1083)  # the tool frame of this arm lies between the finger tips
+        >>> rhino = rs.robots.rhino_xr4().with_tool(rs.robots.rhino_gripper(), at, bare=True)
+        >>> rhino.coordinate_names[-1], rhino.tip
+        ('opening', 'tip')
+        """
+        if not isinstance(tool, Robot):
+            raise InputError(f"tool: expected a Robot, got {tool!r:.80}")
+        if tool.on != "world":
+            raise InputError(
+                f"the tool '{tool.name}' stands on '{tool.on}', not on '{self.name}'; give the "
+                "pose and the link to with_tool instead"
+            )
+        if not isinstance(bare, bool | np.bool_):
+            raise InputError(f"bare must be True or False, got {bare!r:.80}")
+        at = one_pose(pose, f"pose of the tool '{tool.name}'") @ tool.base
+        links = mounted(self.links, tool.links, tool.name, self._link(on), at, bool(bare))
+        return replace(self, links=links, home=np.concatenate([self.home, tool.home]))
+
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
         """Checked coordinates (..., nq), a copy; a Pose is taken where one joint floats.
 
@@ -294,6 +325,15 @@ class Robot(Value):
             if not isinstance(above, Mimic):
                 return
             follows = above
+
+    def _check_ranges(self) -> None:
+        """InputError if a coordinate and those that mimic it have no limits in common."""
+        for name, (low, high) in zip(self.coordinate_names, self.limits, strict=True):
+            if low > high:
+                raise InputError(
+                    f"joint '{name}' of '{self.name}' and what mimics it are never within their "
+                    "limits at once"
+                )
 
     def _check_limits(self, q: Array, what: str) -> None:
         low, high = self.limits[:, 0] - LIMIT_SLACK, self.limits[:, 1] + LIMIT_SLACK

@@ -65,11 +65,9 @@ class Tree:
         self.nq, self.nv = built.nq, built.nv
         self.where: dict[str, tuple[int, Array]] = built.where
         self.joints: kernels.Joints = built.joints()
-        moves = sorted(built.moves)  # by velocity, then body
-        self.velocity, self.body, self.angular, self.axis, self.ratio = (
-            _integers([move[i] for move in moves]) for i in range(5)
-        )
-        self.angular = frozen(self.angular.astype(np.bool_))
+        # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
+        self.moved = _integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
+        self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:
@@ -103,16 +101,26 @@ class Tree:
         kernels.jacobian(bodies, point, self.moves(self.carried(name)), J)
         return J
 
-    def advance(self, q: Array, v: Array, dt: float) -> Array:
-        """Move q[n, b] by velocities v[m, b] held for dt; the velocities that there were.
+    def advance(self, q: Array, v: Array, dt: float) -> None:
+        """Move q[n, b] by velocities v[m, b] held for dt, after cars have steered for them."""
+        self.steer(q, v, dt)
+        self.roll(q, v, dt)
 
-        Where these differ from v, a car could not steer as it was told.
-        """
+    def steer(self, q: Array, v: Array, dt: float) -> None:
+        """Turn the wheels of cars, as far as they get in a period of dt."""
+        for row, velocity, s in self.cars:
+            kernels.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
+
+    def roll(self, q: Array, v: Array, seconds: float) -> None:
+        """Move q[n, b] by velocities v[m, b], cars as they have steered."""
+        kernels.integrate(self.joints, self.driven(q, v), seconds, q)
+
+    def driven(self, q: Array, v: Array) -> Array:
+        """The velocities v[m, b] as the steering angles of cars allow them."""
         if self.cars:
             v = v.copy()
         for row, velocity, s in self.cars:
-            kernels.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
-        kernels.integrate(self.joints, v, dt, q)
+            kernels.obey(row, velocity, s.wheelbase, q, v)
         return v
 
     def carried(self, name: str) -> Array:
@@ -131,9 +139,9 @@ class Tree:
         if columns is None:
             columns = _integers(np.arange(self.nv))
         chosen = np.isin(self.velocity, columns)
-        numbers = _integers(np.searchsorted(columns, self.velocity[chosen]))
-        every = self.body, self.angular, self.axis, self.ratio, sign
-        return kernels.Moves(columns, numbers, *(frozen(array[chosen]) for array in every))
+        rows = self.moved[chosen]
+        rows[:, 0] = np.searchsorted(columns, rows[:, 0])
+        return kernels.Moves(columns, frozen(rows), frozen(sign[chosen]))
 
     def alone(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
         """Of each of some velocities, the only coordinate that it changes, or -1."""

@@ -360,46 +360,6 @@ def test_from_a_trajectory_on_to_servoing(puma_scene, puma_goal):
     assert outcome(rs.simulate(puma_scene, border, puma_goal + 0.02, duration=30)) == "CONVERGED"
 
 
-# the same bits
-
-
-BATCHES = {
-    "joints": lambda scene: rs.FollowJoints({"shoulder": 0.5, "forearm": -2.7}, duration=1.1),
-    "limits": lambda scene: rs.FollowJoints({"shoulder": 0.5}, speed=0.5, acceleration=1.0),
-    "path": lambda scene: rs.FollowPath(
-        reached(scene, START, OFFSET), speed=0.1, acceleration=1, turn=0.5, turn_acceleration=1
-    ),
-    "gain": lambda scene: rs.FollowPath(
-        reached(scene, START, OFFSET).position, mask="position", duration=1.0, gain=3.0
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BATCHES)
-@pytest.mark.parametrize("actuation", [None, rs.Actuation(lag=0.05, encoder=1e-9)])
-def test_batches_chunks_and_threads_do_not_matter(arm, name, actuation):
-    starts = START + np.random.default_rng(2).uniform(-0.1, 0.1, (7, 6))
-    told = {"duration": 4.0, "actuation": actuation}
-    task = BATCHES[name](arm)
-    run = followed(arm, task, starts, **told)
-    assert len(np.unique(run.end_time)) > 1 or name == "joints" or actuation
-    for changes in ({"chunk": 3, "threads": 2}, {"chunk": 1, "threads": 1}):
-        again = followed(arm, task, starts, **told, **changes)
-        for variable in run.variables:
-            assert run[variable].values.tobytes() == again[variable].values.tobytes(), variable
-    alone = followed(arm, task, starts[3], run=3, **told)
-    for variable in alone.variables:
-        row = run[variable].isel(run=3) if "run" in run[variable].dims else run[variable]
-        assert alone[variable].values.tobytes() == row.values.tobytes(), variable
-
-
-def test_a_run_is_saved_opened_and_replayed(arm, tmp_path):
-    for make in BATCHES.values():
-        run = followed(arm, make(arm), duration=0.5)
-        back = rs.open_run(rs.save_run(run, tmp_path / "run.nc"))
-        assert back.identical(run) and rs.replay(back).identical(run)
-
-
 # analyses and figures
 
 
@@ -482,6 +442,10 @@ def test_bad_tasks_for_joints_are_one_clear_error(told, message):
         (rs.FollowJoints([0.0, 0.0], duration=1.0), "to: expected 6 axes, for shoulder, upper_arm"),
         (rs.FollowJoints(trajectory=ONE), "trajectory: expected 6 axes"),
         (rs.FollowJoints([0.0], joints="elbow", duration=1.0), "joints: no joint 'elbow'"),
+        (
+            rs.FollowJoints({"shoulder": 0.0, "puma560.shoulder": 1.0}, duration=1.0),
+            "to: 'shoulder' is named twice",
+        ),
         (
             rs.FollowJoints([0.0, 0.0], joints=["shoulder", "puma560.shoulder"], duration=1.0),
             "'shoulder' is named twice",

@@ -33,6 +33,12 @@ SIGNATURES = {
     "Scene": "robots objects cameras display",
     "Scene.view": "self q camera points",
     "IBVS": "goal camera target features",
+    "FollowJoints": "to trajectory joints duration speed acceleration",
+    "FollowPath": "to path frame mask duration speed acceleration turn",
+    "trajectory.Quintic": "start end duration",
+    "trajectory.Trapezoid": "start end speed acceleration",
+    "trajectory.Blends": "points speed acceleration corner",
+    "trajectory.Straight": "start end duration speed acceleration turn",
     "simulate": "scene task q0 dt duration seed",
     "clearance": "scene q one other",
     "compare": "scene tasks q0",
@@ -132,7 +138,7 @@ def test_robots_of_the_library_are_functions_by_name():
     for name in rs.robots.names():
         assert getattr(rs.robots, name)().name == name and name in dir(rs.robots)
     with pytest.raises(
-        AttributeError, match="no robot 'rhino' in the library; robots: conveyor, free_camera"
+        AttributeError, match="no robot 'rhino' in the library; robots: car, conveyor"
     ):
         _ = rs.robots.rhino
 

@@ -15,7 +15,9 @@ from robsim import robots
 from robsim.dh import dh_constants
 
 NAMES = (
+    "car",
     "conveyor",
+    "differential_drive",
     "free_camera",
     "gantry",
     "holonomic_base",
@@ -29,6 +31,7 @@ NAMES = (
     "planar_2r",
     "planar_3r",
     "puma560",
+    "rhino_gripper",
     "rhino_xr4",
     "scara",
     "stanford_arm",
@@ -61,7 +64,7 @@ def test_the_robots_are_these():
 def test_a_robot_that_does_not_exist_names_the_nearest():
     with pytest.raises(rs.InputError, match="did you mean 'puma560'"):
         robots.load("puma56")
-    with pytest.raises(AttributeError, match="robots: conveyor, free_camera"):
+    with pytest.raises(AttributeError, match="robots: car, conveyor"):
         _ = robots.puma56
 
 
@@ -136,6 +139,8 @@ FORWARD = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]  # x to the right, y down, z along
         ("pan_tilt", "head", [0, 0, 0.25]),
         ("holonomic_base", "camera_mount", [0.27, 0, 0.46]),
         ("unicycle", "camera_mount", [0.14, 0, 0.38]),
+        ("differential_drive", "camera_mount", [0.03, 0, 0.13]),
+        ("car", "camera_mount", [0.2, 0, 0.22]),
     ],
 )
 def test_a_camera_mounted_on_it_looks_forward(name, link, where):
@@ -350,3 +355,26 @@ def test_only_the_scenario_package_knows_pydantic():
         if "import pydantic" in path.read_text() or "from pydantic" in path.read_text()
     }
     assert users == {"scenario"}
+
+
+def test_the_car_is_that_of_the_f1tenth_gym():
+    """Wheelbase lf + lr, steering and its rate, and the size that its shapes fill."""
+    car = robots.car()
+    assert car.links[1].joint.steering == rs.Steering(0.15875 + 0.17145, 0.4189, 3.2)
+    front = car.fk(car.home, "front_left")[:3, 3]
+    np.testing.assert_allclose(front, [0.3302, 0.1325, 0.055], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.ptp(corners_of(car), axis=0)[:2], [0.58, 0.31], atol=1e-12)
+
+
+def test_the_differential_drive_has_the_wheels_of_a_burger():
+    robot = robots.differential_drive()
+    left, right = (robot.fk(robot.home, f"wheel_{side}") for side in ("left", "right"))
+    np.testing.assert_allclose(left[:3, 3] - right[:3, 3], [0, 0.16, 0], rtol=0, atol=1e-15)
+    assert left[2, 3] == 0.033 and robot.links[2].joint.follows == rs.Rolling(0.033)
+    np.testing.assert_allclose(np.ptp(corners_of(robot), axis=0)[1:], [0.178, 0.192], atol=1e-12)
+
+
+def corners_of(robot):
+    """(V, 3) of all its shapes at home."""
+    pairs = zip(robot.links, robot.frames(robot.home), strict=True)
+    return np.concatenate([shape.at(T).vertices for link, T in pairs for shape in link.shapes])

@@ -179,12 +179,13 @@ class Field:
     def apart(self, a: Array, b: Array) -> Array:
         """How far (A, B) states (nq, A) and (nq, B) are apart, the largest of metres and radians.
 
-        A turn is compared modulo 2 pi, a floating joint by its way and its angle.
+        A turn is compared modulo 2 pi, a floating joint by its way and its angle; how far the
+        wheels of vehicles have turned does not count.
         """
         joints = self.scene.tree.joints
         far = np.zeros((a.shape[1], b.shape[1]))
         for kind, i in zip(joints.kind[1:], joints.iq[1:], strict=True):
-            if i < 0:
+            if i < 0 or i in joints.wheels.row:
                 continue  # it follows others
             if kind == FLOATING:
                 place, turn = slice(i, i + 3), slice(i + 3, i + 7)

@@ -71,11 +71,9 @@ class Moves(NamedTuple):
     """What some velocities of a tree move: one row for each body that each of them moves."""
 
     columns: Any  # the velocities
-    velocity: Any  # of each move, the number of its velocity among them; in order
-    body: Any
-    angular: Any
-    axis: Any
-    ratio: Any
+    # (moves, 5): the number of its velocity among them, in order; body, whether it turns, axis,
+    # row of its ratio. One table, because each array that a kernel is given costs time
+    rows: Any
     sign: Any
 
 
@@ -181,56 +179,69 @@ def spin(wheels, x, ratio):
             ratio[row, b], ratio[row + 1, b] = c / R, (s * X - c * Y) / R
 
 
-@kernel
-def _place(joints, x, poses, ratio):
-    """Poses of all bodies from all coordinates; parents come before their children."""
-    kind, ix = joints.kind, joints.ix
+@part
+def _world(T):
+    """T <- the identity."""
     for r in range(3):
         for c in range(4):
-            for b in range(x.shape[1]):
-                poses[0, r, c, b] = 1.0 if r == c else 0.0
+            for b in range(T.shape[2]):
+                T[r, c, b] = 1.0 if r == c else 0.0
+
+
+@kernel
+def _place(parent, kind, ix, place, x, poses):
+    """Poses of all bodies but rails from coordinates x; parents come before their children."""
+    _world(poses[0])
     for i in range(1, poses.shape[0]):
-        se3.compose_constant(poses[joints.parent[i]], joints.place[i], poses[i])
-        if kind[i] == REVOLUTE:
-            turn(x[ix[i]], poses[i])
-        elif kind[i] == PRISMATIC:
-            slide(x[ix[i]], poses[i])
-        elif kind[i] == FLOATING:
-            fly(x[ix[i] : ix[i] + 7], poses[i])
-        elif kind[i] == RAIL:
-            ride(joints.curves, joints.curve[i], x[ix[i]], poses[i], ratio[joints.bend[i]])
-        else:
-            glide(x[ix[i] : ix[i] + 3], poses[i])
+        se3.compose_constant(poses[parent[i]], place[i], poses[i])
+        _move(kind[i], ix[i], x, poses[i])
 
 
 @part
-def _bend_further(joints, own, ratio):
-    """Curvature is per metre of the rail; where that depends on others, per unit of theirs."""
-    for i in range(1, joints.kind.size):
-        if joints.kind[i] == RAIL and joints.ix[i] >= own:
-            slope = joints.ties.ratio[joints.ix[i] - own]
-            for b in range(ratio.shape[1]):
-                ratio[joints.bend[i], b] *= ratio[slope, b]
+def _move(kind, i, x, T):
+    """T <- T motion(x) for any joint but a rail, whose first coordinate is x[i, b]; in place."""
+    if kind == REVOLUTE:
+        turn(x[i], T)
+    elif kind == PRISMATIC:
+        slide(x[i], T)
+    elif kind == FLOATING:
+        fly(x[i : i + 7], T)
+    elif kind != RAIL:
+        glide(x[i : i + 3], T)
 
 
 @kernel
-def bodies(joints, q, out):
-    """Fill `out` for coordinates q[n, b]."""
-    ties, wheels, ratio = joints.ties, joints.wheels, out.ratio
-    for b in range(q.shape[1]):
-        ratio[0, b] = 1.0
-    if ties.kind.size == 0:
-        spin(wheels, q, ratio)
-        _place(joints, q, out.poses, ratio)
-        return
+def _place_all(joints, q, poses, ratio):
+    """The same for any tree, and its ratios."""
+    ties, wheels, curves = joints.ties, joints.wheels, joints.curves
     x = np.empty((q.shape[0] + ties.kind.size, q.shape[1]))
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
             x[i, b] = q[i, b]
-    depend(ties, joints.curves, x, ratio)
+    depend(ties, curves, x, ratio)
     spin(wheels, x, ratio)
-    _place(joints, x, out.poses, ratio)
-    _bend_further(joints, q.shape[0], ratio)
+    _world(poses[0])
+    for i in range(1, poses.shape[0]):
+        se3.compose_constant(poses[joints.parent[i]], joints.place[i], poses[i])
+        if joints.kind[i] == RAIL:
+            row, bend = joints.ix[i], joints.bend[i]
+            ride(curves, joints.curve[i], x[row], poses[i], ratio[bend])
+            slope = ties.ratio[row - q.shape[0]] if row >= q.shape[0] else 0
+            for b in range(q.shape[1]):  # per metre of the rail, or per unit of what it follows
+                ratio[bend, b] *= ratio[slope, b]
+        else:
+            _move(joints.kind[i], joints.ix[i], x, poses[i])
+
+
+@part
+def bodies(joints, q, out):
+    """Fill `out` for coordinates q[n, b]."""
+    for b in range(q.shape[1]):
+        out.ratio[0, b] = 1.0
+    if joints.ratios == 1:  # no velocity moves anything but its own body
+        _place(joints.parent, joints.kind, joints.ix, joints.place, q, out.poses)
+    else:
+        _place_all(joints, q, out.poses, out.ratio)
 
 
 @kernel
@@ -248,15 +259,14 @@ def jacobian(bodies, point, moves, J):
     An axis a through o gives v = a x (p - o), omega = a; a slide along a gives v = a.
     """
     M = bodies.poses
-    for m in range(moves.velocity.size):
-        j, i, c, s = moves.velocity[m], moves.body[m], moves.axis[m], float(moves.sign[m])
-        more = m > 0 and moves.velocity[m - 1] == j
-        k = moves.ratio[m]
+    for m in range(moves.sign.size):
+        j, i, turns, c, k = moves.rows[m]
+        s, more = float(moves.sign[m]), m > 0 and moves.rows[m - 1, 0] == j
         for r in range(3):
             u, w = (r + 1) % 3, (r + 2) % 3
             for b in range(M.shape[3]):
                 ratio = s * bodies.ratio[k, b]
-                if moves.angular[m]:
+                if turns:
                     v = ratio * (
                         M[i, u, c, b] * (point[w, b] - M[i, w, 3, b])
                         - M[i, w, c, b] * (point[u, b] - M[i, u, 3, b])
@@ -301,10 +311,16 @@ def spread(columns, some, drift, qd):
             qd[columns[j], b] = some[j, b]
 
 
-@kernel
+@part
 def integrate(joints, v, dt, q):
     """Q <- the coordinates after the velocity v[n, b] was held for dt: exact, in place."""
-    kind, iq, iv, wheels = joints.kind, joints.iq, joints.iv, joints.wheels
+    _integrate(joints.kind, joints.iq, joints.iv, v, dt, q)
+    if joints.ratios > 1:  # there may be wheels of vehicles
+        _roll(joints, v, dt, q)
+
+
+@kernel
+def _integrate(kind, iq, iv, v, dt, q):
     for i in range(1, kind.size):
         n, m = iq[i], iv[i]
         if m < 0:
@@ -318,8 +334,6 @@ def integrate(joints, v, dt, q):
         else:
             for b in range(q.shape[1]):
                 q[n, b] += dt * v[m, b]
-    if wheels.row.size > 0:
-        _roll(joints, v, dt, q)
 
 
 @kernel
@@ -341,10 +355,10 @@ def _roll(joints, v, dt, q):
 
 @kernel
 def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
-    """The steering angle q[row, b] of a car goes where omega asks for, and v has what it gives.
+    """The steering angle q[row, b] of a car goes where the omega in v asks for.
 
-    tan(angle) = wheelbase omega/v, within the limit, and no more than rate |dt| from where it was;
-    then it is held, and omega = v tan(angle)/wheelbase. A car that stands keeps its angle.
+    tan(angle) = wheelbase omega/v, within the limit, and no more than rate |dt| from where it was.
+    A car that stands keeps its angle.
     """
     step = rate * abs(dt)
     for b in range(q.shape[1]):
@@ -354,7 +368,13 @@ def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
             wanted = min(max(wanted, -limit), limit)
             angle += min(max(wanted - angle, -step), step)
         q[row, b] = angle
-        v[velocity + 1, b] = speed * math.tan(angle) / wheelbase
+
+
+@kernel
+def obey(row, velocity, wheelbase, q, v):
+    """Omega of a car as its speed and its steering angle give it: v tan(angle)/wheelbase."""
+    for b in range(q.shape[1]):
+        v[velocity + 1, b] = v[velocity, b] * math.tan(q[row, b]) / wheelbase
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.camera import Camera
-from robsim.errors import FrameError, InputError, suggest
+from robsim.errors import InputError, suggest
 from robsim.joint import units_of
 from robsim.link import Link, coordinate_names
 from robsim.motion import Motion
@@ -59,11 +59,8 @@ def robot(table: schema.RobotTable) -> Robot:
     base = pose(table)
     try:
         return Robot(table.name, tuple(links), home, base=base, on=table.on)
-    except FrameError:  # names, parents and loops
-        with under("links"):
-            raise
-    except InputError:
-        with under("home"):
+    except InputError as error:  # of home, or of links that do not go together
+        with under("home" if str(error).startswith(f"{table.name}.home") else "links"):
             raise
 
 

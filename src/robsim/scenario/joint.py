@@ -82,7 +82,9 @@ def _follows(table: Any, kind: str) -> Coupling | None:
     with under("follows"):
         made = _given(table, "kind")
         if "offset" in made:
-            made["offset"] = coordinate(made["offset"], _unit(kind))
+            unit = _unit(kind)
+            with under("offset"):
+                made["offset"] = coordinate(made["offset"], unit)
         coupling: Coupling = FOLLOWS[table.kind](**made)
         return coupling
 
@@ -97,7 +99,7 @@ def _speed(table: schema.LinkTable) -> float | None:
 def _unit(kind: str) -> str:
     """Of the only coordinate of a joint."""
     if kind not in SINGLE:
-        raise InputError(f"a {kind} joint has none; {', '.join(sorted(SINGLE))} joints have one")
+        raise InputError(f"a {kind} joint has none; {', '.join(SINGLE)} joints have one")
     return KINDS[kind].units[0]
 
 

@@ -231,11 +231,11 @@ class DockingTable(ServoTable):
 Goals = Annotated[dict[Label, Coordinate], Field(min_length=1, max_length=MOST_NUMBERS)]
 
 
-class LimitKeys(Table):
-    """Limits of joints: one for all, or one for each."""
+class LimitedTable(Table):
+    """Under limits of joints: one for all, or one for each."""
 
-    speed: Each | None = None
-    acceleration: Each | None = None
+    speed: Each
+    acceleration: Each
 
 
 class QuinticTable(Table):
@@ -247,7 +247,7 @@ class QuinticTable(Table):
     duration: Period
 
 
-class TrapezoidTable(LimitKeys):
+class TrapezoidTable(LimitedTable):
     """robsim.trajectory.Trapezoid."""
 
     kind: Literal["trapezoid"]
@@ -255,7 +255,7 @@ class TrapezoidTable(LimitKeys):
     end: Coordinates
 
 
-class BlendsTable(LimitKeys):
+class BlendsTable(LimitedTable):
     """robsim.trajectory.Blends."""
 
     kind: Literal["blends"]
@@ -280,7 +280,7 @@ class StraightTable(PaceKeys):
     end: PoseKeys
 
 
-class FollowJointsTable(LimitKeys):
+class FollowJointsTable(Table):
     """robsim.FollowJoints."""
 
     kind: Literal["follow_joints"]
@@ -295,6 +295,8 @@ class FollowJointsTable(LimitKeys):
     ) = None
     joints: Joints | None = None
     duration: Period | None = None
+    speed: Each | None = None
+    acceleration: Each | None = None
     gain: Positive | None = None
     tolerance: Positive | None = None
 

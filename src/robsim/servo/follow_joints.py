@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
@@ -10,21 +9,20 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, not_negative, numbers, positive
+from robsim.arrays import Array, frozen, numbers, positive
 from robsim.errors import InputError
 from robsim.kernels.loop import Command
 from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
-from robsim.servo.controller import Controller, Decision
-from robsim.servo.instant import Instant, remember
+from robsim.servo.controller import Decision
+from robsim.servo.follower import Follower, check_trajectory
+from robsim.servo.instant import Instant
 from robsim.servo.inverse import RCOND
-from robsim.servo.named import Axis, axes_named, axis_named
+from robsim.servo.named import Axis, axes_named, axis_named, distinct
 from robsim.servo.shaped import Columns, names_of
 from robsim.trajectory import Quintic, Trapezoid
 from robsim.trajectory.limits import per_axis
 from robsim.value import Value
-
-ENDED = 1e-9  # of a period: times that differ by less are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +98,7 @@ class FollowJoints(Value):
             self.gain or 1.0,
             n,
             RCOND,
+            self.gain,
             self,
             goal,
             coordinates,
@@ -117,7 +116,7 @@ class FollowJoints(Value):
     def axes(self, scene: Scene) -> list[Axis]:
         """Its joints, in the order of the axes of the trajectory; InputError for unknown names."""
         if isinstance(self.to, dict):
-            return [axis_named(scene, name, "to") for name in self.to]
+            return distinct(scene, [axis_named(scene, name, "to") for name in self.to], "to")
         return axes_named(scene, self.joints)
 
     def _goal(self, names: list[str]) -> Array:
@@ -160,7 +159,7 @@ class FollowJoints(Value):
             if limits or self.duration is not None:
                 raise InputError("a trajectory has its own times: leave duration and limits out")
             check_trajectory(self.trajectory, "trajectory")
-        elif (self.duration is None) == (len(limits) < 2) or (limits and self.duration is not None):
+        elif (self.duration is None) == (not limits) or len(limits) == 1:
             told = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
             raise InputError(f"give either duration, or speed and acceleration; got {told or None}")
         elif self.duration is not None:
@@ -170,7 +169,7 @@ class FollowJoints(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class JointFollower(Controller):
+class JointFollower(Follower):
     """The controller of `FollowJoints`."""
 
     task: FollowJoints
@@ -180,28 +179,18 @@ class JointFollower(Controller):
 
     def decide(self, now: Instant) -> Decision:
         """On the trajectory, and back to it."""
-        q, trajectory = np.ascontiguousarray(now.q[self.coordinates]), self._trajectory(now)
-        here, ahead = (self._at(trajectory, s, now) for s in (now.time, (now.step + 1) * now.dt))
-        qd = (ahead - here) / now.dt + gain_of(self.task.gain, now.dt) * (here - q)
+        q = np.ascontiguousarray(now.q[self.coordinates])
+        r = self.trajectory(now, q)
+        here, ahead = (self._at(r, t, now) for t in (now.time, (now.step + 1) * now.dt))
+        qd = (ahead - here) / now.dt + self.rate(now.dt) * (here - q)
         s, qd = q[self.order], np.ascontiguousarray(qd[self.order])
         reach = np.zeros((self.k, self.k, now.runs))
         reach[range(self.k), range(self.k)] = 1.0
         return Decision(Command(s, s - self.s_goal, qd, reach), self._jacobian(now), None)
 
-    def note(self, now: Instant, basis: Any, qd: Array) -> None:
-        """There is nothing to remember."""
-
-    def busy(self, now: Instant) -> NDArray[np.bool_]:
-        """(B,): until the trajectory is over."""
-        return under_way(self._trajectory(now).duration, now)
-
-    def _trajectory(self, now: Instant) -> Any:
-        """From where each run started."""
-        if self.task.trajectory is not None:
-            return self.task.trajectory
-        if "start" not in now.memory:
-            remember(now.memory, "start", now.q[self.coordinates])
-        return self.task.planned(now.memory["start"], self.goal)
+    def planned(self, start: Array) -> Any:
+        """From where each run started (B, n)."""
+        return self.task.planned(start, self.goal)
 
     def _at(self, trajectory: Any, seconds: float, now: Instant) -> Array:
         """(n, B) in the order of its axes."""
@@ -213,24 +202,6 @@ class JointFollower(Controller):
         """(6, n, B) of the tip."""
         tree = self.scene.tree
         return np.ascontiguousarray(tree.jacobian(tree.bodies(now.q), self.frame)[:, self.columns])
-
-
-def gain_of(gain: float | None, dt: float) -> float:
-    """Per second; more than all of it in one period would be too much."""
-    return 1.0 / dt if gain is None else min(gain, 1.0 / dt)
-
-
-def under_way(duration: Any, now: Instant) -> NDArray[np.bool_]:
-    """(B,): whether durations, one for all or (B,), are not over."""
-    going: NDArray[np.bool_] = now.time < np.asarray(duration) - ENDED * now.dt
-    return np.broadcast_to(going, (now.runs,)).copy()
-
-
-def check_trajectory(value: Any, what: str) -> None:
-    """InputError unless it has at(t) and a duration."""
-    if isinstance(value, type) or not callable(getattr(value, "at", None)):
-        raise InputError(f"{what}: expected an object with duration and at(t), got {value!r:.80}")
-    not_negative(getattr(value, "duration", math.nan), f"{what}.duration (seconds)")
 
 
 def _check_limits(scene: Scene, coordinates: NDArray[np.int64], goal: Array) -> None:

@@ -6,7 +6,6 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.arrays import Array, frozen, numbers, positive, runs_last
 from robsim.errors import InputError, suggest
@@ -15,9 +14,9 @@ from robsim.kernels.loop import Command
 from robsim.kernels.pose_features import theta_u_interaction
 from robsim.pose import Pose, homogeneous, is_pose_like, one_pose
 from robsim.scene import Scene
-from robsim.servo.controller import Controller, Decision, rcond_of
-from robsim.servo.follow_joints import check_trajectory, gain_of, under_way
-from robsim.servo.instant import Instant, remember
+from robsim.servo.controller import Decision, rcond_of
+from robsim.servo.follower import Follower, check_trajectory
+from robsim.servo.instant import Instant
 from robsim.servo.inverse import Inverse, Transposed, as_inverse, product, rank
 from robsim.servo.shaped import Columns, Shaped
 from robsim.servo.shaping import Shaping
@@ -114,6 +113,7 @@ class FollowPath(Shaped):
             self.gain or 1.0,
             _usual_rank(scene, frame, columns, k),
             rcond_of(self.inverse),
+            self.gain,
             self,
             end,
             self.inverse,
@@ -181,7 +181,7 @@ class FollowPath(Shaped):
 
 
 @dataclass(frozen=True, eq=False)
-class PathFollower(Controller):
+class PathFollower(Follower):
     """The controller of `FollowPath`."""
 
     task: FollowPath
@@ -203,20 +203,15 @@ class PathFollower(Controller):
             qd = self.shaping.shaped(now, qd, reach, error, J)
         return Decision(Command(s, error, qd, reach), J, None)
 
-    def note(self, now: Instant, basis: Any, qd: Array) -> None:
-        """There is nothing to remember."""
-
-    def busy(self, now: Instant) -> NDArray[np.bool_]:
-        """(B,): until the path is over."""
-        return under_way(self._path(now).duration, now)
+    def planned(self, start: Array) -> Any:
+        """From where the frame of each run started (B, 3, 4)."""
+        return self.task.planned(start)
 
     def _twist(self, now: Instant, T: Array) -> Array:
         """(v, omega) (6, B) in world axes that carry the frame to its next place."""
-        if self.task.path is None and "start" not in now.memory:
-            remember(now.memory, "start", T)
-        path = self._path(now)
+        path = self.trajectory(now, T)
         here, ahead = (self._at(path, t, now) for t in (now.time, (now.step + 1) * now.dt))
-        left = 1.0 - gain_of(self.task.gain, now.dt) * now.dt  # of what is missed, a period later
+        left = 1.0 - self.rate(now.dt) * now.dt  # of what is missed, a period later
         wanted = ahead.copy()
         if left > 0.0:
             twist, back = np.zeros((6, now.runs)), np.empty(T.shape)
@@ -226,12 +221,6 @@ class PathFollower(Controller):
             wanted[:, 3] = ahead[:, 3] + left * (T[:, 3] - here[:, 3])
         V = np.concatenate([wanted[:, 3] - T[:, 3], turn_between(T, wanted)])
         return V / now.dt
-
-    def _path(self, now: Instant) -> Any:
-        """From where each run started."""
-        if self.task.path is not None:
-            return self.task.path
-        return self.task.planned(now.memory["start"])
 
     def _at(self, path: Any, seconds: float, now: Instant) -> Array:
         """(3, 4, B)."""

@@ -64,9 +64,14 @@ def axes_named(scene: Scene, names: tuple[str, ...] | None) -> list[Axis]:
             found += free
         else:
             found.append(axis_named(scene, name, "joints"))
-    twice = {axis for axis in found if found.count(axis) > 1}
-    if twice:
-        raise InputError(f"joints: '{scene.velocity_names[min(twice).velocity]}' is named twice")
     if not found:
         raise InputError("the scene has no joint with a coordinate and a velocity of its own")
-    return found
+    return distinct(scene, found, "joints")
+
+
+def distinct(scene: Scene, axes: list[Axis], what: str) -> list[Axis]:
+    """The same; InputError if one is named twice."""
+    twice = {axis for axis in axes if axes.count(axis) > 1}
+    if twice:
+        raise InputError(f"{what}: '{scene.velocity_names[min(twice).velocity]}' is named twice")
+    return axes

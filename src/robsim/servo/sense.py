@@ -127,13 +127,14 @@ def warn_of_rank(controller: Servo) -> None:
 
 
 def warn_of_wheels(controller: Servo) -> None:
-    """RankWarning if a unicycle alone is asked for more than two numbers."""
-    tree, columns = controller.scene.tree, controller.columns
-    rolls = np.isin(tree.kinds[columns], (UNICYCLE, CAR)).all()
-    if rolls and controller.k > columns.size:
+    """RankWarning if a unicycle or a car alone is asked for more than two numbers."""
+    kinds, columns = controller.scene.tree.kinds[controller.columns], controller.columns
+    if np.isin(kinds, (UNICYCLE, CAR)).all() and controller.k > columns.size:
+        steers = (kinds == CAR).any()
         warnings.warn(
-            "a unicycle cannot move sideways, and no smooth law drives it to a pose (Brockett "
-            "1983): use Docking, or no more features than it has velocities",
+            f"a {'car' if steers else 'unicycle'} cannot move sideways, and no smooth law drives "
+            f"it to a pose (Brockett 1983): use {'' if steers else 'Docking, or '}no more features "
+            "than it has velocities",
             RankWarning,
             stacklevel=_callers(),
         )

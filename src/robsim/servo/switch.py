@@ -29,7 +29,8 @@ class Switch(Value):
     latch   stay with the second; otherwise it is asked anew at every instant (a switched system as
             in Gans and Hutchinson 2007)
 
-    A run has converged when the errors of both are small: their goals must be one.
+    A run has converged when the errors of both are small: their goals must be one. The time of a
+    trajectory that one of them follows is that of the run, whenever its turn comes.
 
     A mark of either scheme that leaves its image ends a run, and so does an error of either that is
     not finite.
