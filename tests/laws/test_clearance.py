@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim import Block, CameraBody, InputError, Object, Pose, Wheel
+from robsim.analysis.clearance import hull
+from robsim.primitives import Primitive
 
 steady = settings(derandomize=True, max_examples=25, deadline=None)
 seeds = st.integers(0, 2**32)
@@ -126,6 +128,11 @@ def test_what_overlaps_is_parted_by_its_depth(seed):
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     for way in ways:  # a shorter way than the depth parts them in no direction
         assert gap(a, b, Pose.at(*(0.99 * depth * way)) @ pose) < 0
+
+
+def test_a_shape_of_ones_own_has_no_hull():
+    with pytest.raises(InputError, match="no hull of a Primitive"):
+        hull(Primitive())
 
 
 # robots
