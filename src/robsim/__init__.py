@@ -46,6 +46,7 @@ from robsim.features import StereoPoints as StereoPoints
 from robsim.features import ThetaU as ThetaU
 from robsim.features import Translation as Translation
 from robsim.features import VanishingPoint as VanishingPoint
+from robsim.inertia import Inertia as Inertia
 from robsim.joint import Ackermann as Ackermann
 from robsim.joint import Chord as Chord
 from robsim.joint import Joint as Joint
@@ -56,8 +57,10 @@ from robsim.link import Link as Link
 from robsim.motion import Motion as Motion
 from robsim.outcome import Outcome as Outcome
 from robsim.pose import Pose as Pose
+from robsim.primitives import Ball as Ball
 from robsim.primitives import Block as Block
 from robsim.primitives import CameraBody as CameraBody
+from robsim.primitives import Mesh as Mesh
 from robsim.primitives import Wheel as Wheel
 from robsim.robot import Robot as Robot
 from robsim.scene import Mounted as Mounted

@@ -172,6 +172,9 @@ TurnRate = Annotated[float, Field(gt=0), _reads(quantity, "turn rate")]
 AnySpeed = Annotated[
     float, Field(gt=0), BeforeValidator(lambda value: either(value, "turn rate", "speed"))
 ]
+Mass = Annotated[float, Field(gt=0), _reads(quantity, "mass")]
+Density = Annotated[float, Field(gt=0), _reads(quantity, "density")]
+Moments = Annotated[Vector, _reads(vector, "inertia")]
 Instant = Annotated[float, Field(ge=0), _reads(quantity, "time")]
 Coordinate = Annotated[Any, BeforeValidator(_raw_coordinate)]
 Depth = Annotated[Any, BeforeValidator(_depth)]
