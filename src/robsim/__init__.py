@@ -21,6 +21,7 @@ from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
 from robsim.errors import FileError as FileError
+from robsim.errors import FileWarning as FileWarning
 from robsim.errors import FrameError as FrameError
 from robsim.errors import GoalError as GoalError
 from robsim.errors import InputError as InputError

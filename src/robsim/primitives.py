@@ -323,7 +323,7 @@ def _check_mesh_name(name: object) -> None:
     if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
         raise InputError(f"mesh {name!r:.80}: {good}")
     package = name.startswith("package://")
-    path = PurePosixPath(name.removeprefix("package://"))
+    path = PurePosixPath(name.removeprefix("package://").lstrip("/") if package else name)
     parts = path.parts
     if path.is_absolute() or "\\" in name or ":" in str(path) or len(parts) < 1 + package:
         raise InputError(f"mesh {name!r:.80}: absolute, or not a file name; {good}")

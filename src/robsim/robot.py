@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robsim import urdf
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
@@ -62,7 +64,7 @@ class Robot(Value):
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
-        home = self.rest if self.home is None else self.home
+        home = np.clip(self.rest, *self.limits.T) if self.home is None else self.home
         home = self.coordinates(home, f"{self.name}.home")
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
@@ -111,6 +113,16 @@ class Robot(Value):
             joint = Joint(kinds[i], place, tail, tuple(spans[i]) if spans[i] else None)
             parts.append(Link(names[i + 1], names[i], joint, drawn[i + 1]))
         return cls(name, tuple(parts), home)
+
+    @classmethod
+    def from_urdf(cls, path: str | os.PathLike[str]) -> Robot:
+        """From a URDF file, strictly: nothing that the file names is opened.
+
+        Coordinates are called after the joints, in their order; a link has the name that it has
+        there. Home is zero, or what the limits allow next to it. FileError: all that is wrong,
+        each with its line; a FileWarning tells what is left out or read in another way.
+        """
+        return urdf.read(path, cls)
 
     @cached_property
     def tree(self) -> Tree:

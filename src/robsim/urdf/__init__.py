@@ -1,0 +1,7 @@
+"""URDF files: read strictly, written so that simulators take them; and MJCF, written only.
+
+A file that is read is data from anywhere: it is never executed, nothing that it names is opened,
+and whatever is wrong in it is told with its line.
+"""
+
+from robsim.urdf.read import read as read
