@@ -124,6 +124,17 @@ class Robot(Value):
         """
         return urdf.read(path, cls)
 
+    def to_urdf(self, path: str | os.PathLike[str]) -> None:
+        """Write a URDF file; read back, it has the same links, poses, limits and inertias.
+
+        Where the base stands, home, and the `n` of circles are not written. A link beside the axis
+        of its joint (as with DH rows) takes a second one, "elbow.axis", which is gone again when
+        RobSim reads the file. A camera body becomes two boxes. A link that moves and weighs
+        nothing gets 1 g and 1e-6 kg m^2, so that simulators take it. InputError: rails, vehicles
+        and what follows by other than Mimic, which the format cannot express, by name.
+        """
+        urdf.write(self.name, self.links, path)
+
     @cached_property
     def tree(self) -> Tree:
         """The robot alone, its base link in the world's place."""

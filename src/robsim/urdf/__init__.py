@@ -5,3 +5,4 @@ and whatever is wrong in it is told with its line.
 """
 
 from robsim.urdf.read import read as read
+from robsim.urdf.write import write as write

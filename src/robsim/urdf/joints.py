@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from robsim.pose import IDENTITY, Pose
 from robsim.urdf.elements import Element
 from robsim.urdf.findings import Findings
 from robsim.urdf.values import LARGEST, frame_of, number, origin, vector
-from robsim.urdf.words import child, named, needed, needed_child, safe
+from robsim.urdf.words import TAIL, child, named, needed, needed_child, safe
 
 KINDS: dict[str, Kind] = {
     "fixed": "fixed",
@@ -38,8 +39,8 @@ class Hinge:
     joint: Joint
 
 
-def hinge(element: Element, findings: Findings) -> Hinge | None:
-    """A <joint>; None after an error that leaves nothing of it."""
+def hinge(element: Element, tails: Mapping[str, Element], findings: Findings) -> Hinge | None:
+    """A <joint>, with what is behind its child in `tails`; None after an error in its names."""
     name, kind = named(element, findings), _kind(element, findings)
     ends = [_end(element, tag, findings) for tag in ("parent", "child")]
     place = origin(element, findings)
@@ -49,20 +50,24 @@ def hinge(element: Element, findings: Findings) -> Hinge | None:
     follows = _mimic(element, kind, findings)
     if name is None or kind is None or ends[0] is None or ends[1] is None:
         return None
+    below, tail = ends[1], IDENTITY
+    if below in tails:
+        tail = origin(tails[below], findings)
+        below = tails[below].attributes["name"].removesuffix(TAIL)
     turn = Pose(np.block([[axis, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]]))
     if (axis == np.eye(3)).all():
         turn = IDENTITY
     joint = Joint(
         KINDS[kind],
         place @ turn,
-        turn.inv(),
+        turn.inv() @ tail,
         limits,
-        name=name if name != safe(ends[1], "link") else None,
+        name=name if name != safe(below, "link") else None,
         speed=speed,
         effort=effort,
         follows=follows,
     )
-    return Hinge(element, name, ends[0], ends[1], joint)
+    return Hinge(element, name, ends[0], below, joint)
 
 
 def _kind(element: Element, findings: Findings) -> str | None:
@@ -131,6 +136,8 @@ def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[flo
     if span is None:
         return None
     lower, upper = span
+    if -lower == upper == LARGEST:  # what our writer puts where there are none
+        return None
     if lower == upper or (lower <= -LARGEST and upper >= LARGEST):
         findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")
         return None

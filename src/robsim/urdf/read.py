@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
@@ -14,7 +14,7 @@ from robsim.urdf.elements import Element, parsed
 from robsim.urdf.findings import Findings
 from robsim.urdf.joints import Hinge, hinge
 from robsim.urdf.parts import colors, inertia, shapes
-from robsim.urdf.words import check_words, children, hint, named
+from robsim.urdf.words import AXIS, TAIL, check_words, child, children, hint, named
 
 R = TypeVar("R")
 Links = dict[str, tuple[Element, Link]]  # by the name in the file
@@ -43,12 +43,15 @@ def read(path: str | os.PathLike[str], build: Callable[[str, tuple[Link, ...]], 
 
 def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
     """The name of the robot, and its links on their joints."""
-    drawn, joints = children(root, "link"), children(root, "joint")
+    tails = _tails(root)
+    drawn = [k for k in children(root, "link") if k.attributes.get("name") not in tails]
+    behind = set(tails.values())
+    joints = [j for j in children(root, "joint") if j not in behind]
     if not 0 < len(drawn) <= MOST_LINKS:
         findings.error(root, f"{len(drawn)} links; from 1 to {MOST_LINKS} are allowed")
     name = named(root, findings)
-    links = _links(root, findings)
-    hinges = [h for each in joints if (h := hinge(each, findings)) is not None]
+    links = _links(drawn, colors(root, findings), findings)
+    hinges = [h for each in joints if (h := hinge(each, tails, findings)) is not None]
     if not links or len(links) + len(hinges) < len(drawn) + len(joints):
         findings.stop()  # how they hang together cannot be said
     order = _hung(root, links, hinges, findings)
@@ -57,19 +60,41 @@ def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
     return name, order
 
 
-def _links(root: Element, findings: Findings) -> Links:
+def _tails(root: Element) -> dict[str, Element]:
+    """The <joint> "elbow.tail" behind each <link> "elbow.axis", which it takes a link to write.
+
+    Only what is as our writer makes it: a link that shows nothing, and carries but "elbow".
+    """
+    behind: dict[str, list[Element]] = {}
+    for joint in children(root, "joint"):
+        parent = child(joint, "parent")
+        if parent is not None:
+            behind.setdefault(parent.attributes.get("link", ""), []).append(joint)
+    found = {}
+    for link in children(root, "link"):
+        name = link.attributes.get("name", "")
+        stem, hung = name.removesuffix(AXIS), behind.get(name, [])
+        if stem == name or len(hung) != 1 or any(part.tag != "inertial" for part in link.children):
+            continue
+        end = child(hung[0], "child")
+        written = hung[0].attributes == {"name": stem + TAIL, "type": "fixed"}
+        if written and end is not None and end.attributes.get("link") == stem:
+            found[name] = hung[0]
+    return found
+
+
+def _links(drawn: Iterable[Element], palette: Mapping[str, str], findings: Findings) -> Links:
     found: Links = {}
-    palette = colors(root, findings)
-    for element in children(root, "link"):
+    for element in drawn:
         name = named(element, findings)
-        weight, drawn = inertia(element, findings), shapes(element, palette, findings)
+        weight, solids = inertia(element, findings), shapes(element, palette, findings)
         if name is None:
             continue
         given = element.attributes["name"]
         if given in found:
             line = found[given][0].line
             findings.error(element, f"there is a link of that name in line {line}; one is allowed")
-        found[given] = element, Link(name, shapes=drawn, inertia=weight)
+        found[given] = element, Link(name, shapes=solids, inertia=weight)
     return found
 
 

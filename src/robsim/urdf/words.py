@@ -62,6 +62,7 @@ WORDS = {
 }
 MEANS_MORE = {"quat_xyzw": "rpy"}  # what must not be left out, and what is read instead
 SEVERAL = ("link", "joint", "visual", "collision", "material")
+AXIS, TAIL = ".axis", ".tail"  # what our writer adds to the name of a link beside its axis
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
 
 
