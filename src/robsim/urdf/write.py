@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,11 +30,13 @@ def write(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -> Non
     check(name, links, "URDF")
     text = Text()
     moving = {link.joint.name or link.name for link in links if link.joint.kind != "fixed"}
+    links = _unchained(links)
+    tied = _tied(links)
     with text.inside("robot", name=name):
         for link in links:
             _link(text, link)
         for link in links[1:]:
-            _joint(text, link, moving)
+            _joint(text, link, moving, tied)
     text.save(path)
 
 
@@ -110,9 +113,36 @@ def _origin(text: Text, pose: Pose) -> None:
         text.put("origin", xyz=xyz, rpy=rpy)
 
 
-def _joint(text: Text, link: Link, moving: set[str]) -> None:
+def _unchained(links: Sequence[Link]) -> list[Link]:
+    """Coordinates that follow one which follows: they follow what that does, all the way.
+
+    Pinocchio and yourdfpy know no others.
+    """
+    follows = {k.joint.name or k.name: k.joint.follows for k in links}
+    found = []
+    for link in links:
+        tie, above = link.joint.follows, None
+        while isinstance(tie, Mimic) and isinstance(above := follows.get(tie.of), Mimic):
+            tie = Mimic(above.of, tie.ratio * above.ratio, tie.ratio * above.offset + tie.offset)
+        found.append(replace(link, joint=replace(link.joint, follows=tie)))
+    return found
+
+
+def _tied(links: Iterable[Link]) -> set[str]:
+    """The links whose coordinates follow or are followed.
+
+    Without limits they are written as revolute: Pinocchio has no continuous joints that mimic.
+    """
+    follows = {link.name: link.joint.follows for link in links}
+    sources = {each.of for each in follows.values() if isinstance(each, Mimic)}
+    return {k.name for k in links if follows[k.name] or (k.joint.name or k.name) in sources}
+
+
+def _joint(text: Text, link: Link, moving: set[str], tied: set[str]) -> None:
     """The joint that a link hangs from; two, with a link between, where it is beside its axis."""
     joint, name = link.joint, link.joint.name or link.name
+    if joint.limits is None and (joint.kind == "prismatic" or link.name in tied):
+        joint = replace(joint, limits=(-LARGEST, LARGEST))
     if joint.kind == "fixed":
         name = f"{link.name}_fixed" if name in moving else name
         _hinge(text, name, link.parent, link.name, joint.place @ joint.tail, joint)
@@ -162,10 +192,8 @@ def _hinge(
 
 
 def _limit(text: Text, joint: Joint) -> None:
-    """What is not known is 0 for the drive, and all that there is for a slide."""
+    """What is not known of the drive is 0."""
     lower, upper = joint.limits or (None, None)
-    if joint.kind == "prismatic" and lower is None:
-        lower, upper = -LARGEST, LARGEST
     if lower is not None or (joint.kind == "revolute" and (joint.speed or joint.effort)):
         drive = {"effort": joint.effort or 0.0, "velocity": joint.speed or 0.0}
         text.put("limit", lower=lower, upper=upper, **drive)
