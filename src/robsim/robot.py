@@ -135,6 +135,16 @@ class Robot(Value):
         """
         urdf.write(self.name, self.links, path)
 
+    def to_mjcf(self, path: str | os.PathLike[str]) -> None:
+        """Write a MuJoCo model: bodies, joints, geoms, inertias, and equalities for what mimics.
+
+        Joints are called as our coordinates; a planar one becomes two slides and a hinge, "deck.x",
+        "deck.y" and "deck.theta". What floats must stand on what does not move; the coordinates
+        of its free joint are the pose of the body in the world. The base stands at the origin.
+        Meshes are left out, with a FileWarning; the rest is as in `to_urdf`.
+        """
+        urdf.write_mjcf(self.name, self.links, path)
+
     @cached_property
     def tree(self) -> Tree:
         """The robot alone, its base link in the world's place."""
