@@ -27,6 +27,7 @@ from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
 from robsim.errors import FileError as FileError
+from robsim.errors import FileWarning as FileWarning
 from robsim.errors import FrameError as FrameError
 from robsim.errors import GoalError as GoalError
 from robsim.errors import InputError as InputError
@@ -52,6 +53,7 @@ from robsim.features import StereoPoints as StereoPoints
 from robsim.features import ThetaU as ThetaU
 from robsim.features import Translation as Translation
 from robsim.features import VanishingPoint as VanishingPoint
+from robsim.inertia import Inertia as Inertia
 from robsim.joint import Ackermann as Ackermann
 from robsim.joint import Chord as Chord
 from robsim.joint import Joint as Joint
@@ -65,8 +67,10 @@ from robsim.mission import Phase as Phase
 from robsim.motion import Motion as Motion
 from robsim.outcome import Outcome as Outcome
 from robsim.pose import Pose as Pose
+from robsim.primitives import Ball as Ball
 from robsim.primitives import Block as Block
 from robsim.primitives import CameraBody as CameraBody
+from robsim.primitives import Mesh as Mesh
 from robsim.primitives import Wheel as Wheel
 from robsim.robot import Robot as Robot
 from robsim.scene import Mounted as Mounted

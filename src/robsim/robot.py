@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robsim import urdf
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
@@ -64,7 +66,7 @@ class Robot(Value):
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
         self._check_ranges()
-        home = self.rest if self.home is None else self.home
+        home = np.clip(self.rest, *self.limits.T) if self.home is None else self.home
         home = self.coordinates(home, f"{self.name}.home")
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
@@ -113,6 +115,37 @@ class Robot(Value):
             joint = Joint(kinds[i], place, tail, tuple(spans[i]) if spans[i] else None)
             parts.append(Link(names[i + 1], names[i], joint, drawn[i + 1]))
         return cls(name, tuple(parts), home)
+
+    @classmethod
+    def from_urdf(cls, path: str | os.PathLike[str]) -> Robot:
+        """From a URDF file, strictly: nothing that the file names is opened.
+
+        Coordinates are called after the joints, in their order; a link has the name that it has
+        there. Home is zero, or what the limits allow next to it. FileError: all that is wrong,
+        each with its line; a FileWarning tells what is left out or read in another way.
+        """
+        return urdf.read(path, cls)
+
+    def to_urdf(self, path: str | os.PathLike[str]) -> None:
+        """Write a URDF file; read back, it has the same links, poses, limits and inertias.
+
+        Where the base stands, home, and the `n` of circles are not written. A link beside the axis
+        of its joint (as with DH rows) takes a second one, "elbow.axis", which is gone again when
+        RobSim reads the file. A camera body becomes two boxes. A link that moves and weighs
+        nothing gets 1 g and 1e-6 kg m^2, so that simulators take it. InputError: rails, vehicles
+        and what follows by other than Mimic, which the format cannot express, by name.
+        """
+        urdf.write(self.name, self.links, path)
+
+    def to_mjcf(self, path: str | os.PathLike[str]) -> None:
+        """Write a MuJoCo model: bodies, joints, geoms, inertias, and equalities for what mimics.
+
+        Joints are called as our coordinates; a planar one becomes two slides and a hinge, "deck.x",
+        "deck.y" and "deck.theta". What floats must stand on what does not move; the coordinates
+        of its free joint are the pose of the body in the world. The base stands at the origin.
+        Meshes are left out, with a FileWarning; the rest is as in `to_urdf`.
+        """
+        urdf.write_mjcf(self.name, self.links, path)
 
     @cached_property
     def tree(self) -> Tree:

@@ -46,8 +46,16 @@ def any_shapes(rng):
     return (
         rs.Block(*sizes[:3], color="tab:red").at(any_pose(rng)),
         rs.Wheel(*sizes[3:5], n=5 + int(rng.integers(9)), color="#00ff00", pose=any_pose(rng)),
-        rs.CameraBody(*sizes[5:], color="k").at(any_pose(rng)),
+        rs.CameraBody(*sizes[5:], color="k", mass=sizes[0]).at(any_pose(rng)),
+        rs.Ball(sizes[6], n=7, density=1e3 * sizes[1]).at(any_pose(rng)),
+        rs.Mesh("package://a/b c.stl", (1, -sizes[2], 0.001), "#123456", pose=any_pose(rng)),
     )
+
+
+def any_inertia(rng):
+    """Of three bars that cross somewhere."""
+    bars = [rs.Block(*rng.uniform(0.01, 1, 3), mass=rng.uniform(0.1, 9)) for _ in range(3)]
+    return rs.Link("bars", shapes=[bar.at(any_pose(rng)) for bar in bars]).inertial
 
 
 def any_arm(rng, name):
@@ -60,6 +68,7 @@ def any_arm(rng, name):
     arm = rs.Robot.from_dh(rows, convention, "PRR", home, limits, name, shapes=shapes)
     plate = rs.Link("plate", "link2", rs.Joint("fixed", any_pose(rng), any_pose(rng)))
     held = rs.Link("held", "plate", rs.Joint("floating", tail=any_pose(rng)), any_shapes(rng))
+    held = dataclasses.replace(held, inertia=any_inertia(rng))
     deck = rs.Link("deck", "plate", rs.Joint("planar", any_pose(rng), any_pose(rng)))
     rover = rs.Link("rover", "deck", rs.Joint("unicycle", any_pose(rng)), any_shapes(rng))
     home = [*home, *any_pose(rng).q, *rng.normal(size=6)]

@@ -11,10 +11,11 @@ import numpy as np
 from robsim.arrays import Array
 from robsim.camera import Camera
 from robsim.errors import InputError, suggest
+from robsim.inertia import Inertia
 from robsim.joint import units_of
 from robsim.link import Link, coordinate_names
 from robsim.motion import Motion
-from robsim.primitives import Block, CameraBody, Primitive, Wheel
+from robsim.primitives import Ball, Block, CameraBody, Mesh, Primitive, Wheel
 from robsim.robot import Robot
 from robsim.scenario import schema
 from robsim.scenario.joint import joint
@@ -24,6 +25,14 @@ from robsim.scenario.quantity import coordinate
 from robsim.scene import Mounted, Object, Scene
 
 MOST_LINKS_IN_ALL = 1024
+POSE_KEYS = set(schema.PoseKeys.model_fields)
+SHAPES: dict[str, type[Primitive]] = {
+    "block": Block,
+    "wheel": Wheel,
+    "camera": CameraBody,
+    "ball": Ball,
+    "mesh": Mesh,
+}
 T = TypeVar("T", bound=schema.PartTable)
 V = TypeVar("V")
 
@@ -148,7 +157,18 @@ def _link(table: schema.LinkTable, convention: str, before: list[Link]) -> Link:
             "whole gets a base link first, and then its moving link"
         )
     parent = table.parent or (before[-1].name if before else None)
-    return Link(table.name, parent, joint(table, convention), _shapes(table.shapes))
+    shapes = _shapes(table.shapes)
+    return Link(table.name, parent, joint(table, convention), shapes, _inertia(table.inertia))
+
+
+def _inertia(table: schema.InertiaTable | None) -> Inertia | None:
+    if table is None:
+        return None
+    tensor = np.diag(table.moments)
+    for (i, j), product in zip(((0, 1), (0, 2), (1, 2)), table.products, strict=True):
+        tensor[i, j] = tensor[j, i] = product
+    with under("inertia"):
+        return Inertia(table.mass, table.centre, tensor)
 
 
 def _shapes(tables: Iterable[schema.ShapeTable]) -> tuple[Primitive, ...]:
@@ -159,12 +179,12 @@ def _shapes(tables: Iterable[schema.ShapeTable]) -> tuple[Primitive, ...]:
     return tuple(made)
 
 
-def _brick(table: schema.BodyTable | schema.BlockTable | schema.WheelTable) -> Any:
-    where = pose(table)
-    if isinstance(table, schema.WheelTable):
-        return Wheel(table.radius, table.width, table.n, table.color, pose=where)
-    brick = Block if isinstance(table, schema.BlockTable) else CameraBody
-    return brick(table.length, table.width, table.height, table.color, pose=where)
+def _brick(table: Any) -> Any:
+    """A shape of the kind that the table says; a table without one is the body of a camera."""
+    given = {key: value for key, value in table if key not in POSE_KEYS and key != "kind"}
+    if "scale" in given:
+        given["scale"] = tuple(given["scale"])
+    return SHAPES[getattr(table, "kind", "camera")](**given, pose=pose(table))
 
 
 def _each(

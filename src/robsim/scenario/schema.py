@@ -15,11 +15,14 @@ from robsim.scenario.quantity import (
     Angles,
     Color,
     Coordinate,
+    Density,
     Extent,
     Focal,
     Instant,
     Length,
+    Mass,
     Matrix,
+    Moments,
     Name,
     Number,
     Pair,
@@ -28,6 +31,7 @@ from robsim.scenario.quantity import (
     Position,
     Record,
     Reference,
+    Row,
     Size,
     Text,
     TurnRate,
@@ -59,7 +63,14 @@ class Brick(PoseKeys):
     color: Color = "k"
 
 
-class BlockTable(Brick):
+class Solid(Brick):
+    """What every shape has that can weigh something."""
+
+    mass: Mass | None = None
+    density: Density | None = None
+
+
+class BlockTable(Solid):
     """robsim.Block."""
 
     kind: Literal["block"]
@@ -68,7 +79,7 @@ class BlockTable(Brick):
     height: Extent
 
 
-class WheelTable(Brick):
+class WheelTable(Solid):
     """robsim.Wheel."""
 
     kind: Literal["wheel"]
@@ -77,7 +88,7 @@ class WheelTable(Brick):
     n: Annotated[int, Field(ge=3, le=4096)] = 32
 
 
-class BodyTable(Brick):
+class BodyTable(Solid):
     """robsim.CameraBody, as the body of a camera."""
 
     length: Extent
@@ -91,7 +102,25 @@ class CameraShapeTable(BodyTable):
     kind: Literal["camera"]
 
 
-ShapeTable = Annotated[BlockTable | WheelTable | CameraShapeTable, Field(discriminator="kind")]
+class BallTable(Solid):
+    """robsim.Ball."""
+
+    kind: Literal["ball"]
+    radius: Extent
+    n: Annotated[int, Field(ge=3, le=4096)] = 32
+
+
+class MeshTable(Brick):
+    """robsim.Mesh: a name alone."""
+
+    kind: Literal["mesh"]
+    filename: Annotated[str, Field(max_length=1000)]
+    scale: Row = [1.0, 1.0, 1.0]
+
+
+ShapeTable = Annotated[
+    BlockTable | WheelTable | CameraShapeTable | BallTable | MeshTable, Field(discriminator="kind")
+]
 Shapes = Annotated[list[ShapeTable], Field(max_length=MOST_SHAPES)]
 Coordinates = Annotated[list[Coordinate], Field(max_length=7 * MOST_LINKS * MOST_PARTS)]
 
@@ -189,6 +218,15 @@ FollowsTable = Annotated[
 ]
 
 
+class InertiaTable(Table):
+    """robsim.Inertia: moments ixx, iyy, izz and products ixy, ixz, iyz of the tensor."""
+
+    mass: Mass
+    centre: Position = (0.0, 0.0, 0.0)
+    moments: Moments
+    products: Moments = (0.0, 0.0, 0.0)
+
+
 class LinkTable(Table):
     """robsim.Link on its joint: `dh` or `place` and `tail`."""
 
@@ -206,6 +244,7 @@ class LinkTable(Table):
     tail: PoseKeys = PoseKeys()
     limits: Annotated[list[str], Field(min_length=2, max_length=2)] | None = None
     shapes: Shapes = []
+    inertia: InertiaTable | None = None
 
 
 class PartTable(PoseKeys):
