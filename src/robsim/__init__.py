@@ -46,6 +46,8 @@ from robsim.features import StereoPoints as StereoPoints
 from robsim.features import ThetaU as ThetaU
 from robsim.features import Translation as Translation
 from robsim.features import VanishingPoint as VanishingPoint
+from robsim.ik import IKReason as IKReason
+from robsim.ik import IKResult as IKResult
 from robsim.joint import Ackermann as Ackermann
 from robsim.joint import Chord as Chord
 from robsim.joint import Joint as Joint

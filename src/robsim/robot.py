@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
+from robsim.ik import Arm, Effort, IKResult, solve
 from robsim.joint import FIXED, Joint, Mimic, units_of
 from robsim.link import Link, coordinate_names, velocity_names
 from robsim.names import checked_name
@@ -245,6 +246,56 @@ class Robot(Value):
         values = self.coordinates(q, limits=False)
         bodies = self.tree.bodies(runs_last(values, 1))
         return runs_first(self.tree.jacobian(bodies, self._link(link)), values.shape[:-1])
+
+    def ik(
+        self,
+        T: Any,
+        q0: Any = None,
+        *,
+        link: str | None = None,
+        mask: Any = None,
+        tolerance: float = 1e-8,
+        iterations: int = 40,
+        restarts: int = 100,
+        seed: int = 0,
+        limits: bool = True,
+        threads: int | None = None,
+    ) -> IKResult:
+        """Coordinates that bring a link (the last by default) to poses T (..., 4, 4) in the base.
+
+        q0          (..., nq), where the search begins; None is home
+        mask        what counts: None for the whole pose, "position", "pointing" (position and the
+                    direction of the link's z axis), or six weights of (p_goal - p, rotation vector
+                    of R_goal R'), in the axes of the base
+        tolerance   of `error`, the larger of the metres and the radians that count
+        iterations  of each search at most; it ends sooner where it is not worth going on
+        restarts    how many more searches, from random coordinates, nearest pose first
+        seed        of these; they are the same for every row
+        limits      False to search without them
+        threads     how many; None for one per processor. The result is the same for any number
+
+        Damped least squares with a damping in proportion to the squared error (Chan and Lawrence
+        1988; Sugihara 2011); joints at their limits are held there. What moves freely may take
+        part, a vehicle not. A row has the same bits alone and in any batch. InputError: T is no
+        pose, q0 does not fit, no joint moves the link, it rides on a vehicle.
+
+        >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], home=[0.1, 0.1])
+        >>> found = arm.ik(Pose.at(1, 1, 0), mask="position")
+        >>> bool(found.success), found.reason.name
+        (True, 'SOLVED')
+        """
+        free = np.tile([-np.inf, np.inf], (self.nq, 1))
+        arm = Arm(
+            self.tree,
+            self._link(link),
+            self.limits if limits else free,
+            self.home,
+            self.coordinate_units,
+            self.velocity_names,
+        )
+        start = self.home if q0 is None else self.coordinates(q0, "q0", limits=limits)
+        effort = Effort.checked(tolerance, iterations, restarts, seed, threads)
+        return solve(arm, T, start, mask, effort)
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
         """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.

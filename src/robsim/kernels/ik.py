@@ -20,7 +20,7 @@ from robsim.kernels.normal import damped_step, transposed_product
 
 SOLVED, UNREACHABLE, LIMITS, ITERATIONS = 1, 2, 3, 4
 REST, STEP, BACK, OVER, DONE = 0, 1, 2, 3, 4  # what a lane may do after an iteration
-LANES = 32
+LANES = 64
 DAMPING = 0.015  # times e'e
 FLOOR = 1e-12  # of the damping: keeps Cholesky's pivots positive
 STILL = 1e-3  # cosine of e and the columns of J, and share of e'e that a step would gain
