@@ -20,6 +20,7 @@ from robsim.analysis.equilibrium import Equilibrium as Equilibrium
 from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
+from robsim.closed_ik import ClosedIK as ClosedIK
 from robsim.errors import FileError as FileError
 from robsim.errors import FrameError as FrameError
 from robsim.errors import GoalError as GoalError

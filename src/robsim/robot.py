@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.closed_ik import ClosedIK, solve_closed
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
 from robsim.ik import Arm, Effort, IKResult, solve
@@ -284,18 +285,33 @@ class Robot(Value):
         >>> bool(found.success), found.reason.name
         (True, 'SOLVED')
         """
-        free = np.tile([-np.inf, np.inf], (self.nq, 1))
-        arm = Arm(
-            self.tree,
-            self._link(link),
-            self.limits if limits else free,
-            self.home,
-            self.coordinate_units,
-            self.velocity_names,
-        )
         start = self.home if q0 is None else self.coordinates(q0, "q0", limits=limits)
         effort = Effort.checked(tolerance, iterations, restarts, seed, threads)
-        return solve(arm, T, start, mask, effort)
+        return solve(self._arm(link, limits), T, start, mask, effort)
+
+    def closed_ik(self, T: Any, *, link: str | None = None, tolerance: float = 1e-9) -> ClosedIK:
+        """All solutions for poses T (..., 4, 4), where the arm has a closed form.
+
+        Six joints with a spherical wrist have eight (Pieper 1968; Paul and Zhang 1986), five like
+        those of the Rhino four (Schilling 1990, section 3.5); axes 2 and 3 are parallel, and axis
+        1 is square to them. The arm is known by its geometry, not by its name. A solution is valid
+        if the entries of its pose differ from T by no more than the tolerance. InputError: T is no
+        pose, or the arm has no such form, and why.
+
+        >>> a = np.pi / 2
+        >>> rows = [[0, 0.3, 0, -a], [0, 0, 0.2, 0], [0, 0, 0.2, 0], [0, 0, 0, -a], [0, 0.1, 0, 0]]
+        >>> arm = Robot.from_dh(rows)
+        >>> found = arm.closed_ik(arm.fk([0.1, -1.0, 1.0, 0.5, 0.2]))
+        >>> found.q.shape, found.q[0].round(9)
+        ((4, 5), array([ 0.1, -1. ,  1. ,  0.5,  0.2]))
+        """
+        return solve_closed(self._arm(link, True), T, tolerance)
+
+    def _arm(self, link: str | None, limits: bool) -> Arm:
+        """What inverse kinematics has to know."""
+        rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
+        names = self.coordinate_units, self.velocity_names
+        return Arm(self.tree, self._link(link), rows, self.home, *names)
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
         """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.
