@@ -26,6 +26,7 @@ from robsim.analysis.workspace import workspace as workspace
 from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
+from robsim.closed_ik import ClosedIK as ClosedIK
 from robsim.errors import FileError as FileError
 from robsim.errors import FileWarning as FileWarning
 from robsim.errors import FrameError as FrameError
@@ -53,6 +54,8 @@ from robsim.features import StereoPoints as StereoPoints
 from robsim.features import ThetaU as ThetaU
 from robsim.features import Translation as Translation
 from robsim.features import VanishingPoint as VanishingPoint
+from robsim.ik import IKReason as IKReason
+from robsim.ik import IKResult as IKResult
 from robsim.inertia import Inertia as Inertia
 from robsim.joint import Ackermann as Ackermann
 from robsim.joint import Chord as Chord

@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike
 
 from robsim import urdf
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.closed_ik import ClosedIK, solve_closed
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
+from robsim.ik import Arm, Effort, IKResult, solve
 from robsim.joint import FIXED, Joint, Mimic, units_of
 from robsim.link import Link, coordinate_names, velocity_names
 from robsim.names import checked_name
@@ -309,6 +311,71 @@ class Robot(Value):
         values = self.coordinates(q, limits=False)
         bodies = self.tree.bodies(runs_last(values, 1))
         return runs_first(self.tree.jacobian(bodies, self._link(link)), values.shape[:-1])
+
+    def ik(
+        self,
+        T: Any,
+        q0: Any = None,
+        *,
+        link: str | None = None,
+        mask: Any = None,
+        tolerance: float = 1e-8,
+        iterations: int = 40,
+        restarts: int = 100,
+        seed: int = 0,
+        limits: bool = True,
+        threads: int | None = None,
+    ) -> IKResult:
+        """Coordinates that bring a link (the last by default) to poses T (..., 4, 4) in the base.
+
+        q0          (..., nq), where the search begins; None is home
+        mask        what counts: None for the whole pose, "position", "pointing" (position and the
+                    direction of the link's z axis), or six weights of (p_goal - p, rotation vector
+                    of R_goal R'), in the axes of the base
+        tolerance   of `error`, the larger of the metres and the radians that count
+        iterations  of each search at most; it ends sooner where it is not worth going on
+        restarts    how many more searches, from random coordinates, nearest pose first
+        seed        of these; they are the same for every row
+        limits      False to search without them
+        threads     how many; None for one per processor. The result is the same for any number
+
+        Damped least squares with a damping in proportion to the squared error (Chan and Lawrence
+        1988; Sugihara 2011); joints at their limits are held there. What moves freely may take
+        part, a vehicle not. A row has the same bits alone and in any batch. InputError: T is no
+        pose, q0 does not fit, no joint moves the link, it rides on a vehicle.
+
+        >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], home=[0.1, 0.1])
+        >>> found = arm.ik(Pose.at(1, 1, 0), mask="position")
+        >>> bool(found.success), found.reason.name
+        (True, 'SOLVED')
+        """
+        start = self.home if q0 is None else self.coordinates(q0, "q0", limits=limits)
+        effort = Effort.checked(tolerance, iterations, restarts, seed, threads)
+        return solve(self._arm(link, limits), T, start, mask, effort)
+
+    def closed_ik(self, T: Any, *, link: str | None = None, tolerance: float = 1e-9) -> ClosedIK:
+        """All solutions for poses T (..., 4, 4), where the arm has a closed form.
+
+        Six joints with a spherical wrist have eight (Pieper 1968; Paul and Zhang 1986), five like
+        those of the Rhino four (Schilling 1990, section 3.5); axes 2 and 3 are parallel, and axis
+        1 is square to them. The arm is known by its geometry, not by its name. A solution is valid
+        if the entries of its pose differ from T by no more than the tolerance. InputError: T is no
+        pose, or the arm has no such form, and why.
+
+        >>> a = np.pi / 2
+        >>> rows = [[0, 0.3, 0, -a], [0, 0, 0.2, 0], [0, 0, 0.2, 0], [0, 0, 0, -a], [0, 0.1, 0, 0]]
+        >>> arm = Robot.from_dh(rows)
+        >>> found = arm.closed_ik(arm.fk([0.1, -1.0, 1.0, 0.5, 0.2]))
+        >>> found.q.shape, found.q[0].round(9)
+        ((4, 5), array([ 0.1, -1. ,  1. ,  0.5,  0.2]))
+        """
+        return solve_closed(self._arm(link, True), T, tolerance)
+
+    def _arm(self, link: str | None, limits: bool) -> Arm:
+        """What inverse kinematics has to know."""
+        rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
+        names = self.coordinate_units, self.velocity_names
+        return Arm(self.tree, self._link(link), rows, self.home, *names)
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
         """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.
