@@ -159,7 +159,7 @@ def robots_() -> None:
     """List the robots of the library."""
     for name in robots.names():
         links = ", ".join(link.name for link in robots.load(name).links)
-        click.echo(f"{'':18} links: {links}")
+        click.echo(f"{name:18} {robots.about(name)}\n{'':18} links: {links}")
 
 
 def main() -> None:
