@@ -13,9 +13,8 @@ def run_of(*changes):
     scenario = rs.load_scenario(rs.examples.path("car"), changes)
     run = scenario.run()
     aside, ahead = run.error.dropna("time").values[-1] / cm
-    print(
-        f"{rs.Outcome(int(run.outcome)).name:10}: sign {aside:5.2f} cm aside, {ahead:5.2f} cm away"
-    )
+    name = rs.Outcome(int(run.outcome)).name
+    print(f"{name:10}: the sign {aside:.2f} cm aside, and {ahead:.2f} cm too far away")
     return scenario.scene, run
 
 

@@ -26,7 +26,7 @@ from robsim.analysis.explanation.stalls import (
     own_law,
     unseen_goal,
 )
-from robsim.analysis.explanation.steering import steering_limit
+from robsim.analysis.explanation.steering import steering
 from robsim.outcome import Outcome
 
 Reason = Callable[[Inquiry], Finding | None]
@@ -59,6 +59,6 @@ _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.DIVERGED: (loop_gain, ascending, retreat, roll, misled, unseen_goal, growing),
     Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
     Outcome.TIME_LIMIT: (
-        *(slow, steering_limit, ascending, loop_gain, misled, retreat, unseen_goal, lagging),
+        *(slow, steering, ascending, loop_gain, misled, retreat, unseen_goal, lagging),
     ),
 }

@@ -6,28 +6,44 @@ import numpy as np
 
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.wording import degrees, length
+from robsim.analysis.explanation.wording import degrees, length, number
+from robsim.joint import Steering
 
 AT_THE_LIMIT = 0.999  # of the largest angle
 
 
-def steering_limit(inquiry: Inquiry) -> Finding | None:
-    """A car that ends with its steering at the limit, and is to turn more."""
-    moment, scene = inquiry.again.moments[-1], inquiry.case.scene
-    for row, velocity, steering in scene.tree.cars:
-        angle, (v, omega) = float(moment.q[row, 0]), moment.qd[velocity : velocity + 2, 0]
-        wanted = float(np.arctan2(steering.wheelbase * omega * np.sign(v), abs(v)))
-        if inquiry.falls or not abs(wanted) > steering.limit * (1 + 1e-9):
+def steering(inquiry: Inquiry) -> Finding | None:
+    """A car that stands and is to turn, or whose steering is at its limit and is to turn more."""
+    moment, tree = inquiry.again.moments[-1], inquiry.case.scene.tree
+    for row, velocity, told in tree.cars:
+        name = inquiry.case.scene.coordinate_names[row]
+        speed, turn = (float(rate) for rate in moment.qd[velocity : velocity + 2, 0])
+        if inquiry.falls or turn == 0.0:
             continue
-        if angle * np.sign(wanted) < AT_THE_LIMIT * steering.limit:
-            continue
-        radius = steering.wheelbase / np.tan(steering.limit)
-        sentence = (
-            f"'{scene.coordinate_names[row]}' is at its limit of {degrees(steering.limit)}, and "
-            f"the law asks for {degrees(abs(wanted))}: the car drives no circle smaller than "
-            f"{length(radius)} in radius. Let the way ahead take longer than the turn, by a larger "
-            "gain of what turns it, or start farther away."
-        )
-        evidence = {"limit_rad": steering.limit, "asked_rad": abs(wanted), "radius_m": radius}
-        return Finding("steering limit", sentence, evidence)
+        if speed == 0.0:
+            return _standing(name, turn)
+        asked = float(np.arctan(told.wheelbase * turn / speed))
+        beyond = abs(asked) > told.limit * (1 + 1e-9)
+        if beyond and moment.q[row, 0] * np.sign(asked) > AT_THE_LIMIT * told.limit:
+            return _at_the_limit(name, told, abs(asked))
     return None
+
+
+def _standing(name: str, turn: float) -> Finding:
+    sentence = (
+        f"The law asks for {number(turn)} rad/s of a car that stands: however '{name}' is, only a "
+        "car that drives can turn."
+    )
+    return Finding("standing car", sentence, {"turn_rad_s": turn})
+
+
+def _at_the_limit(name: str, told: Steering, asked: float) -> Finding:
+    radius = told.wheelbase / float(np.tan(told.limit))
+    sentence = (
+        f"'{name}' is at its limit of {degrees(told.limit)}, and the law asks for "
+        f"{degrees(asked)}: the car drives no circle smaller than {length(radius)} in radius. Let "
+        "the way ahead take longer than the turn, by a larger gain of what turns it, or start "
+        "farther away."
+    )
+    evidence = {"limit_rad": told.limit, "asked_rad": asked, "radius_m": radius}
+    return Finding("steering limit", sentence, evidence)
