@@ -42,7 +42,7 @@ def robots_(name: str | None, output: Path | None, force: bool) -> None:
     if name is None:
         for each in robots.names():
             links = ", ".join(link.name for link in robots.load(each).links)
-            click.echo(f"{each:14} {robots.about(each)}\n{'':14} links: {links}")
+            click.echo(f"{each:18} {robots.about(each)}\n{'':14} links: {links}")
         click.echo("print and draw one: robsim robots NAME")
         return
     robots.file(name)  # a name that is not there is an error before the file is
