@@ -26,8 +26,8 @@ class Inertia(Value):
     other two.
 
     >>> ball = Inertia(2.0, tensor=0.8 * np.eye(3))
-    >>> (ball + ball).tensor[0, 0]
-    1.6
+    >>> (ball + ball).tensor.diagonal()
+    array([1.6, 1.6, 1.6])
     """
 
     mass: float
@@ -50,6 +50,8 @@ class Inertia(Value):
         Parallel axes (Goldstein, Classical Mechanics, section 5.3): about a point r away a tensor
         grows by m (r'r 1 - r r').
         """
+        if not isinstance(other, Inertia):
+            return NotImplemented
         mass = self.mass + other.mass
         centre = (self.mass * self.centre + other.mass * other.centre) / mass
         return Inertia(mass, centre, self._about(centre) + other._about(centre))

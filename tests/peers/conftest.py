@@ -128,6 +128,27 @@ def gripper():
     return rs.Robot("gripper", links)
 
 
+def mixture():
+    """Joints of all kinds, everywhere constant poses on both sides of the motion; a body flies."""
+    rng = np.random.default_rng(3)
+
+    def joint(kind, **more):
+        place, tail = (rs.Pose.at(*rng.normal(size=3), rpy=rng.normal(size=3)) for _ in range(2))
+        return rs.Joint(kind, place, tail, **more)
+
+    brick = rs.Block(0.1, 0.2, 0.3, mass=2).at(rs.Pose.at(0.1, rpy=(1, 2, 3)))
+    links = [
+        rs.Link("base"),
+        rs.Link("deck", "base", joint("planar"), (brick,)),
+        rs.Link("plate", "deck", joint("fixed"), (rs.Wheel(0.1, 0.2, mass=1), rs.Ball(0.1))),
+        rs.Link("arm", "plate", joint("revolute", effort=3.0)),
+        rs.Link("shelf", "base", joint("fixed")),
+        rs.Link("drone", "shelf", joint("floating"), (rs.CameraBody(0.1, 0.2, 0.3),)),
+        rs.Link("slide", "drone", joint("prismatic", name="lift", limits=(-1.0, 3.0))),
+    ]
+    return rs.Robot("mixture", links)
+
+
 def expressible(robot):
     kinds = {"fixed", "revolute", "prismatic", "floating", "planar"}
     joints = [link.joint for link in robot.links]
@@ -138,7 +159,7 @@ def pytest_generate_tests(metafunc):
     """`written`: each robot that the formats can express. `published`: the files of the peers."""
     if "written" in metafunc.fixturenames:
         library = [rs.robots.load(name) for name in rs.robots.names()]
-        every = [*(robot for robot in library if expressible(robot)), gripper()]
+        every = [*(robot for robot in library if expressible(robot)), gripper(), mixture()]
         metafunc.parametrize("written", every, ids=lambda robot: robot.name)
     if "published" in metafunc.fixturenames:
         every = [

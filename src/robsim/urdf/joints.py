@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.arrays import Array
 from robsim.errors import suggest
 from robsim.joint import SINGLE, Joint, Kind, Mimic
 from robsim.pose import IDENTITY, Pose
@@ -44,7 +43,7 @@ def hinge(element: Element, tails: Mapping[str, Element], findings: Findings) ->
     name, kind = named(element, findings), _kind(element, findings)
     ends = [_end(element, tag, findings) for tag in ("parent", "child")]
     place = origin(element, findings)
-    axis = _axis(element, kind, findings)
+    turn = _turn(element, kind, findings)
     speed, effort = _drive(element, kind, findings)
     limits = _limits(element, kind, findings)
     follows = _mimic(element, kind, findings)
@@ -54,9 +53,6 @@ def hinge(element: Element, tails: Mapping[str, Element], findings: Findings) ->
     if below in tails:
         tail = origin(tails[below], findings)
         below = tails[below].attributes["name"].removesuffix(TAIL)
-    turn = Pose(np.block([[axis, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]]))
-    if (axis == np.eye(3)).all():
-        turn = IDENTITY
     joint = Joint(
         KINDS[kind],
         place @ turn,
@@ -84,22 +80,24 @@ def _end(element: Element, tag: str, findings: Findings) -> str | None:
     return None if end is None else needed(end, "link", findings)
 
 
-def _axis(element: Element, kind: str | None, findings: Findings) -> Array:
-    """R (3, 3) whose z is the axis, in the axes of the joint; x where nothing is said."""
+def _turn(element: Element, kind: str | None, findings: Findings) -> Pose:
+    """A rotation that takes z to the axis of the joint, which is x where nothing is said."""
     given = child(element, "axis")
     axis = np.array([1.0, 0.0, 0.0])
     if given is not None:
         read = vector(given, "xyz", findings)
         axis = axis if read is None else read
     if kind in (None, "fixed", "floating"):
-        return np.eye(3)
+        return IDENTITY
     length = float(np.linalg.norm(axis))
     if given is not None and length < SHORTEST_AXIS:
         findings.error(given, f"the axis is zero; a {kind} joint needs one, as in xyz='0 0 1'")
-        return np.eye(3)
+        return IDENTITY
     if given is not None and abs(length - 1) > UNIT_AXIS:
         findings.odd(given, f"the axis has length {length:.6g}, and is read with length 1")
-    return frame_of(axis / length)
+    T = np.eye(4)
+    T[:3, :3] = frame_of(axis / length)
+    return Pose(T)
 
 
 def _drive(
