@@ -243,24 +243,6 @@ def _put(q, b, out, run):
 
 
 @kernel
-def _book(lanes, model, tolerance, found):
-    """Keep what is better than all that a run had before."""
-    for b in range(lanes.run.size):
-        run = lanes.run[b]
-        if run >= 0:
-            found.iterations[run] += 1
-        if run >= 0 and model.square[b] < lanes.best[b]:
-            lanes.best[b], found.error[run] = model.square[b], lanes.error[b]
-            _put(lanes.q, b, found.q, run)
-            if lanes.error[b] < tolerance:
-                found.reason[run] = SOLVED
-            elif model.still[b]:
-                found.reason[run] = LIMITS if model.held[b] > 0 else UNREACHABLE
-            else:
-                found.reason[run] = ITERATIONS
-
-
-@kernel
 def _search(lanes, model, tolerance, restarts, iterations):
     """What each lane does now; a search is over where it is still, stuck, or took too long."""
     for b in range(lanes.run.size):
@@ -277,6 +259,25 @@ def _search(lanes, model, tolerance, restarts, iterations):
             lanes.turn[b] = DONE
         else:
             lanes.turn[b] = OVER if over else STEP
+
+
+@kernel
+def _book(lanes, model, tolerance, restarts, found):
+    """Where a search ends, keep what is better than all before it; in the last one, at once."""
+    for b in range(lanes.run.size):
+        run, ends = lanes.run[b], lanes.turn[b] == OVER or lanes.turn[b] == DONE
+        if ends:
+            found.iterations[run] += lanes.iteration[b]
+        looks = run >= 0 and (ends or lanes.search[b] > restarts)
+        if looks and model.square[b] < lanes.best[b]:
+            lanes.best[b], found.error[run] = model.square[b], lanes.error[b]
+            _put(lanes.q, b, found.q, run)
+            if lanes.error[b] < tolerance:
+                found.reason[run] = SOLVED
+            elif model.still[b]:
+                found.reason[run] = LIMITS if model.held[b] > 0 else UNREACHABLE
+            else:
+                found.reason[run] = ITERATIONS
 
 
 @kernel
@@ -398,8 +399,8 @@ def solve(joints, target, bounds, goals, starts, tolerance, iterations, found):
     following, going = B, B
     while going > 0:
         _propose(joints, target, bounds, lanes, model)
-        _book(lanes, model, tolerance, found)
         _search(lanes, model, tolerance, restarts, iterations)
+        _book(lanes, model, tolerance, restarts, found)
         _descend(lanes, model, restarts)
         for b in range(B):
             if lanes.turn[b] == DONE and following < runs:
