@@ -46,7 +46,7 @@ class ClosedIK(Value):
     >>> puma = robots.puma560()
     >>> found = puma.closed_ik(puma.fk(puma.home))
     >>> int(found.valid.sum()), int(found.within.sum())
-    (8, 4)
+    (8, 2)
     """
 
     q: Array

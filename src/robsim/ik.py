@@ -24,7 +24,7 @@ from robsim.value import Value
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
 FINEST = 1e-12  # metres or radians: less is rounding
-CHUNK = 4096  # runs that one thread takes at a time
+CHUNK = 16384  # runs that one thread takes at a time
 FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins where there is no limit
 
 

@@ -311,15 +311,17 @@ def _enter(lanes, b, run, goals, q0):
 
 
 @kernel
-def _distance(target, goal, b, T, k):
-    """Squared, with mean weights; of rotations |R - R_goal|^2/2 = 2 - 2 cos(angle)."""
-    total, weight = 0.0, target.weight
+def _distances(target, goal, b, T, square):
+    """square[k] of T[3, 4, k] from goal b, with mean weights; |R - R_goal|^2/2 = 2 - 2 cos."""
+    weight = target.weight
     spin = (weight[3] ** 2 + weight[4] ** 2 + weight[5] ** 2) / 6.0
+    for k in range(square.size):
+        square[k] = 0.0
     for r in range(3):
-        total += (weight[r] * (goal[r, 3, b] - T[r, 3, k])) ** 2
-        for c in range(2 if target.pointing else 0, 3):
-            total += spin * (goal[r, c, b] - T[r, c, k]) ** 2
-    return total
+        for c in range(2 if target.pointing else 0, 4):
+            factor, wanted = weight[r] ** 2 if c == 3 else spin, goal[r, c, b]
+            for k in range(square.size):
+                square[k] += factor * (wanted - T[r, c, k]) ** 2
 
 
 @kernel
@@ -335,10 +337,11 @@ def _restart(target, bounds, lanes, b, starts, found):
         _put(found.q, run, lanes.q, b)
         lanes.best[b] = np.inf
         return
-    for k in range(starts.q.shape[1]):
-        distance = _distance(target, lanes.goal, b, starts.poses, k)
-        if lanes.begun[b] < distance < nearest:
-            nearest, chosen = distance, k
+    distance = np.empty(starts.q.shape[1])
+    _distances(target, lanes.goal, b, starts.poses, distance)
+    for k in range(distance.size):
+        if lanes.begun[b] < distance[k] < nearest:
+            nearest, chosen = distance[k], k
     lanes.begun[b] = nearest
     found.restarts[run] += 1
     _put(starts.q0, run, lanes.q, b)
