@@ -189,59 +189,57 @@ def _world(T):
 
 
 @kernel
-def _place(parent, kind, ix, place, x, poses):
-    """Poses of all bodies but rails from coordinates x; parents come before their children."""
+def _place(parent, kind, ix, place, which, curves, bend, x, poses, ratio):
+    """Poses of all bodies from coordinates x; parents come before their children."""
     _world(poses[0])
     for i in range(1, poses.shape[0]):
         se3.compose_constant(poses[parent[i]], place[i], poses[i])
-        _move(kind[i], ix[i], x, poses[i])
-
-
-@part
-def _move(kind, i, x, T):
-    """T <- T motion(x) for any joint but a rail, whose first coordinate is x[i, b]; in place."""
-    if kind == REVOLUTE:
-        turn(x[i], T)
-    elif kind == PRISMATIC:
-        slide(x[i], T)
-    elif kind == FLOATING:
-        fly(x[i : i + 7], T)
-    elif kind != RAIL:
-        glide(x[i : i + 3], T)
+        if kind[i] == REVOLUTE:
+            turn(x[ix[i]], poses[i])
+        elif kind[i] == PRISMATIC:
+            slide(x[ix[i]], poses[i])
+        elif kind[i] == FLOATING:
+            fly(x[ix[i] : ix[i] + 7], poses[i])
+        elif kind[i] == RAIL:
+            ride(curves, which[i], x[ix[i]], poses[i], ratio[bend[i]])
+        else:
+            glide(x[ix[i] : ix[i] + 3], poses[i])
 
 
 @kernel
-def _place_all(joints, q, poses, ratio):
-    """The same for any tree, and its ratios."""
-    ties, wheels, curves = joints.ties, joints.wheels, joints.curves
-    x = np.empty((q.shape[0] + ties.kind.size, q.shape[1]))
+def _extend(joints, q, ratio):
+    """All coordinates x[:, b]: q, and those that follow it; and the ratios but for curvatures."""
+    x = np.empty((q.shape[0] + joints.ties.kind.size, q.shape[1]))
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
             x[i, b] = q[i, b]
-    depend(ties, curves, x, ratio)
-    spin(wheels, x, ratio)
-    _world(poses[0])
-    for i in range(1, poses.shape[0]):
-        se3.compose_constant(poses[joints.parent[i]], joints.place[i], poses[i])
-        if joints.kind[i] == RAIL:
-            row, bend = joints.ix[i], joints.bend[i]
-            ride(curves, joints.curve[i], x[row], poses[i], ratio[bend])
-            slope = ties.ratio[row - q.shape[0]] if row >= q.shape[0] else 0
-            for b in range(q.shape[1]):  # per metre of the rail, or per unit of what it follows
-                ratio[bend, b] *= ratio[slope, b]
-        else:
-            _move(joints.kind[i], joints.ix[i], x, poses[i])
+    depend(joints.ties, joints.curves, x, ratio)
+    spin(joints.wheels, x, ratio)
+    return x
 
 
-@part
+@kernel
+def _bend_further(kind, ix, bend, slopes, own, ratio):
+    """Curvature is per metre of a rail; of one that follows others, per unit of theirs."""
+    for i in range(1, kind.size):
+        if kind[i] == RAIL and ix[i] >= own:
+            for b in range(ratio.shape[1]):
+                ratio[bend[i], b] *= ratio[slopes[ix[i] - own], b]
+
+
+@kernel
 def bodies(joints, q, out):
     """Fill `out` for coordinates q[n, b]."""
+    parent, kind, ix, bend = joints.parent, joints.kind, joints.ix, joints.bend
+    place, which, curves, ratio = joints.place, joints.curve, joints.curves, out.ratio
     for b in range(q.shape[1]):
-        out.ratio[0, b] = 1.0
+        ratio[0, b] = 1.0
     if joints.ratios == 1:  # no velocity moves anything but its own body
-        _place(joints.parent, joints.kind, joints.ix, joints.place, q, out.poses)
+        _place(parent, kind, ix, place, which, curves, bend, q, out.poses, ratio)
     else:
-        _place_all(joints, q, out.poses, out.ratio)
+        x = _extend(joints, q, ratio)
+        _place(parent, kind, ix, place, which, curves, bend, x, out.poses, ratio)
+        _bend_further(kind, ix, bend, joints.ties.ratio, q.shape[0], ratio)
 
 
 @kernel
@@ -339,14 +337,8 @@ def _integrate(kind, iq, iv, v, dt, q):
 @kernel
 def _roll(joints, v, dt, q):
     """The angles of the wheels of vehicles, whose speeds are constant along an arc."""
-    wheels, ties = joints.wheels, joints.ties
-    x = np.empty((q.shape[0] + ties.kind.size, q.shape[1]))
-    ratio = np.ones((joints.ratios, q.shape[1]))
-    for i in range(q.shape[0]):
-        for b in range(q.shape[1]):
-            x[i, b] = q[i, b]
-    depend(ties, joints.curves, x, ratio)
-    spin(wheels, x, ratio)
+    wheels, ratio = joints.wheels, np.ones((joints.ratios, q.shape[1]))
+    _extend(joints, q, ratio)
     for i in range(wheels.row.size):
         n, m, k = wheels.row[i], wheels.velocity[i], wheels.ratio[i]
         for b in range(q.shape[1]):
