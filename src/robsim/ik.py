@@ -185,7 +185,7 @@ def _bounds(arm: Arm) -> kernels.Bounds:
     row = arm.tree.alone(columns)
     turns = np.zeros(len(arm.limits), dtype=np.bool_)
     turns[row[(arm.tree.kinds[columns] == REVOLUTE) & (row >= 0)]] = True
-    turns[np.intersect1d(arm.tree.joints.ties.source, np.flatnonzero(turns))] = False
+    turns[np.intersect1d(arm.tree.joints.ties.rows[:, 1], np.flatnonzero(turns))] = False
     endless = turns & np.isinf(arm.limits).all(axis=1)
     low, high = arm.limits.T.copy()
     low[endless], high[endless] = -math.pi, math.pi

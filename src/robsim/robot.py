@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from robsim import urdf
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.assembly import Frame
 from robsim.closed_ik import ClosedIK, solve_closed
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
@@ -23,7 +24,7 @@ from robsim.names import checked_name
 from robsim.pose import IDENTITY, Pose, as_pose, common_lead, homogeneous, is_pose_like, one_pose
 from robsim.primitives import Primitive
 from robsim.tool import mounted
-from robsim.tree import Frame, Tree
+from robsim.tree import Tree
 from robsim.value import Value
 
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.arrays import Array, frozen, numbers, runs_last
+from robsim.assembly import Frame
 from robsim.camera import Camera
 from robsim.errors import FrameError, InputError, suggest
 from robsim.joint import FIXED, Joint
@@ -19,7 +20,7 @@ from robsim.motion import Motion
 from robsim.names import checked_name
 from robsim.pose import IDENTITY, Pose, homogeneous, one_pose
 from robsim.robot import Robot
-from robsim.tree import Frame, Tree
+from robsim.tree import Tree
 from robsim.value import Value
 
 T = TypeVar("T", Robot, "Object", "Mounted", Motion)

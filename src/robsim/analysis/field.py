@@ -75,7 +75,7 @@ class Field:
         """How many coordinates no command changes at once: the way sideways of each unicycle."""
         tree = self.scene.tree
         bodies = np.unique(tree.owners[self.controller.columns])
-        return int(np.isin(tree.joints.kind[bodies], (UNICYCLE, CAR)).sum())
+        return int(np.isin(tree.kind[bodies], (UNICYCLE, CAR)).sum())
 
     @cached_property
     def goal_pose(self) -> Pose:
@@ -139,8 +139,8 @@ class Field:
 
     def within_limits(self, q: Array) -> Array:
         """The states, their joints turned fully about as often as brings them into their limits."""
-        joints, limits, out = self.scene.tree.joints, self.scene.limits, q.copy()
-        for i in joints.iq[(joints.kind == REVOLUTE) & (joints.iq >= 0)]:
+        tree, limits, out = self.scene.tree, self.scene.limits, q.copy()
+        for i in tree.iq[(tree.kind == REVOLUTE) & (tree.iq >= 0)]:
             low, high = limits[i]
             if np.isfinite(low) and np.isfinite(high):
                 out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
@@ -148,8 +148,8 @@ class Field:
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
         """States (nq, B) on the way from a to b (nq, B): coordinates in proportion, (B,) 0 to 1."""
-        joints, b = self.scene.tree.joints, b.copy()
-        turns = [slice(i + 3, i + 7) for i in joints.iq[joints.kind == FLOATING]]
+        tree, b = self.scene.tree, b.copy()
+        turns = [slice(i + 3, i + 7) for i in tree.iq[tree.kind == FLOATING]]
         for turn in turns:  # q and -q are one rotation
             b[turn] *= np.where((a[turn] * b[turn]).sum(axis=0) < 0, -1.0, 1.0)
         q = (1.0 - share) * a + share * b
@@ -182,10 +182,11 @@ class Field:
         A turn is compared modulo 2 pi, a floating joint by its way and its angle; how far the
         wheels of vehicles have turned does not count.
         """
-        joints = self.scene.tree.joints
+        tree = self.scene.tree
+        rolled = tree.joints.wheels.rows[:, 0]
         far = np.zeros((a.shape[1], b.shape[1]))
-        for kind, i in zip(joints.kind[1:], joints.iq[1:], strict=True):
-            if i < 0 or i in joints.wheels.row:
+        for kind, i in zip(tree.kind[1:], tree.iq[1:], strict=True):
+            if i < 0 or i in rolled:
                 continue  # it follows others
             if kind == FLOATING:
                 place, turn = slice(i, i + 3), slice(i + 3, i + 7)

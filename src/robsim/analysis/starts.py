@@ -51,7 +51,7 @@ def _flies(field: Field) -> bool:
     """Whether one floating joint, which hangs from the world, carries the first camera."""
     tree, columns = field.scene.tree, field.controller.columns
     body, _ = tree.find(field.controller.sights[0].eye.name)
-    free = tree.joints.kind[body] == FLOATING and tree.joints.parent[body] == 0
+    free = tree.kind[body] == FLOATING and tree.parent[body] == 0
     return bool(free and (tree.owners[columns] == body).all())
 
 
@@ -60,7 +60,7 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
     sight, tree = field.controller.sights[0], field.scene.tree
     home = runs_last(field.scene.home, 1)
     body, T_b_c = tree.find(sight.eye.name)
-    first = tree.joints.iq[body]
+    first = tree.iq[body]
     T_w_o = Pose(homogeneous(sight.look(home).T_w_o)[0])
     middle = T_w_o @ sight.target.marks.mean(axis=0)
     way = (T_w_o @ field.goal_pose.inv()).position - middle
@@ -107,7 +107,7 @@ def _anywhere(field: Field) -> Draw:
     scene, tree = field.scene, field.scene.tree
     home = runs_last(scene.home, 1)
     bodies = np.unique(tree.owners[field.controller.columns])
-    kinds, starts = tree.joints.kind[bodies].tolist(), tree.joints.iq[bodies].tolist()
+    kinds, starts = tree.kind[bodies].tolist(), tree.iq[bodies].tolist()
     low, high = scene.limits.T
 
     def draw(rng: np.random.Generator, count: int) -> Array:

@@ -376,7 +376,7 @@ def _lanes(nq, B):
 @part
 def _model(joints, n, B):
     """Room for one."""
-    poses = np.empty((joints.parent.size, 3, 4, B))
+    poses = np.empty((joints.rows.shape[0], 3, 4, B))
     bodies = tree.Bodies(poses, np.empty((joints.ratios, B)))
     e, J, real = np.empty((6, B)), np.empty((6, n, B)), np.empty((3, B))
     held, still = np.empty(B, np.int64), np.empty(B, np.bool_)

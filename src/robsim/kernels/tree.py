@@ -21,39 +21,37 @@ REVOLUTE, PRISMATIC, FLOATING, PLANAR, UNICYCLE, CAR, RAIL = 1, 2, 3, 4, 5, 6, 7
 MIMIC, CHORD, ACKERMANN = 0, 1, 2
 
 
+# Integers stand in tables, because each array that a kernel is given costs time: columns of
+# `Joints.rows`
+PARENT, KIND, IX, IQ, IV, CURVE, BEND = range(7)
+
+
 class Ties(NamedTuple):
     """Coordinates that depend on one other, in an order in which that comes before."""
 
-    kind: Any  # MIMIC, CHORD, ACKERMANN
-    source: Any  # row of x
-    # MIMIC: ratio, offset. CHORD: length, radius, at. ACKERMANN: wheelbase, y of the wheel
-    numbers: Any  # (ties, 3)
-    curve: Any  # of a chord
-    gives: Any  # likewise
-    ratio: Any  # row of the derivative by the velocity of its root; the root has 0
+    # (ties, 5): MIMIC, CHORD or ACKERMANN; row of x that it depends on; row of the ratio that is
+    # its derivative by the velocity of its root; of a chord its curve, and what it gives
+    rows: Any
+    # (ties, 3) MIMIC: ratio, offset. CHORD: length, radius, at. ACKERMANN: wheelbase, y of a wheel
+    numbers: Any
 
 
 class Wheels(NamedTuple):
     """Wheels that roll under their vehicle; the hub stands at (x, y) of it."""
 
-    row: Any  # of their angle in q
-    velocity: Any  # v of the vehicle; omega is the next
-    steering: Any  # row of x by whose angle the wheel is turned, or -1
-    ratio: Any  # rows of what v and omega add to its speed: the first of two
+    # (wheels, 4): row of their angle in q; v of the vehicle, omega is the next; row of x by whose
+    # angle the wheel is turned, or -1; ratio of what v adds to its speed, that of omega is the next
+    rows: Any
     numbers: Any  # (wheels, 3): radius, x, y
 
 
 class Joints(NamedTuple):
     """The constants of a tree, body by body; body 0 is the world."""
 
-    parent: Any
-    kind: Any
-    ix: Any  # first coordinate among x
-    iq: Any  # the same where it is one of the tree's own, -1 where it depends on others
-    iv: Any  # first velocity, -1 where it has none of its own
+    # (bodies, 7): parent; kind; first coordinate among x; the same where it is one of the tree's
+    # own, or -1; first velocity, or -1; the curve of a rail; row of its curvature among the ratios
+    rows: Any
     place: Any  # (bodies, 3, 4)
-    curve: Any  # that a rail follows
-    bend: Any  # row of the curvature of a rail among the ratios
     ties: Ties
     wheels: Wheels
     curves: curve.Curves
@@ -147,17 +145,15 @@ def steered(angle, wheelbase, y):
 @kernel
 def depend(ties, curves, x, ratio):
     """Fill the rows of x[:, b] that depend on others, and their derivatives."""
-    first = x.shape[0] - ties.kind.size
-    for i in range(ties.kind.size):
-        source, row = ties.source[i], ties.ratio[i]
-        above = 0 if source < first else ties.ratio[source - first]
+    first = x.shape[0] - ties.rows.shape[0]
+    for i in range(ties.rows.shape[0]):
+        kind, source, row, which, gives = ties.rows[i]
+        above = 0 if source < first else ties.rows[source - first, 2]
         for b in range(x.shape[1]):
             u, v, w = ties.numbers[i]
-            if ties.kind[i] == CHORD:
-                x[first + i, b], slope = curve.chord(
-                    curves, ties.curve[i], x[source, b], u, v, w, ties.gives[i]
-                )
-            elif ties.kind[i] == ACKERMANN:
+            if kind == CHORD:
+                x[first + i, b], slope = curve.chord(curves, which, x[source, b], u, v, w, gives)
+            elif kind == ACKERMANN:
                 x[first + i, b], slope = steered(x[source, b], u, v)
             else:
                 x[first + i, b], slope = u * x[source, b] + v, u
@@ -171,10 +167,11 @@ def spin(wheels, x, ratio):
     The hub at (x, y) moves at (v - omega y, omega x); a wheel of radius R, turned by the angle h,
     rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
     """
-    for i in range(wheels.row.size):
-        row, (R, X, Y) = wheels.ratio[i], wheels.numbers[i]
+    for i in range(wheels.rows.shape[0]):
+        _, _, steering, row = wheels.rows[i]
+        R, X, Y = wheels.numbers[i]
         for b in range(x.shape[1]):
-            angle = x[wheels.steering[i], b] if wheels.steering[i] >= 0 else 0.0
+            angle = x[steering, b] if steering >= 0 else 0.0
             c, s = math.cos(angle), math.sin(angle)
             ratio[row, b], ratio[row + 1, b] = c / R, (s * X - c * Y) / R
 
@@ -189,27 +186,29 @@ def _world(T):
 
 
 @kernel
-def _place(parent, kind, ix, place, which, curves, bend, x, poses, ratio):
+def _place(rows, place, curves, x, out):
     """Poses of all bodies from coordinates x; parents come before their children."""
+    poses = out.poses
     _world(poses[0])
     for i in range(1, poses.shape[0]):
-        se3.compose_constant(poses[parent[i]], place[i], poses[i])
-        if kind[i] == REVOLUTE:
-            turn(x[ix[i]], poses[i])
-        elif kind[i] == PRISMATIC:
-            slide(x[ix[i]], poses[i])
-        elif kind[i] == FLOATING:
-            fly(x[ix[i] : ix[i] + 7], poses[i])
-        elif kind[i] == RAIL:
-            ride(curves, which[i], x[ix[i]], poses[i], ratio[bend[i]])
+        parent, kind, ix, _, _, which, bend = rows[i]
+        se3.compose_constant(poses[parent], place[i], poses[i])
+        if kind == REVOLUTE:
+            turn(x[ix], poses[i])
+        elif kind == PRISMATIC:
+            slide(x[ix], poses[i])
+        elif kind == FLOATING:
+            fly(x[ix : ix + 7], poses[i])
+        elif kind == RAIL:
+            ride(curves, which, x[ix], poses[i], out.ratio[bend])
         else:
-            glide(x[ix[i] : ix[i] + 3], poses[i])
+            glide(x[ix : ix + 3], poses[i])
 
 
 @kernel
 def _extend(joints, q, ratio):
     """All coordinates x[:, b]: q, and those that follow it; and the ratios but for curvatures."""
-    x = np.empty((q.shape[0] + joints.ties.kind.size, q.shape[1]))
+    x = np.empty((q.shape[0] + joints.ties.rows.shape[0], q.shape[1]))
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
             x[i, b] = q[i, b]
@@ -218,28 +217,27 @@ def _extend(joints, q, ratio):
     return x
 
 
-@kernel
-def _bend_further(kind, ix, bend, slopes, own, ratio):
+@part
+def _bend_further(rows, ties, own, ratio):
     """Curvature is per metre of a rail; of one that follows others, per unit of theirs."""
-    for i in range(1, kind.size):
-        if kind[i] == RAIL and ix[i] >= own:
+    for i in range(1, rows.shape[0]):
+        if rows[i, KIND] == RAIL and rows[i, IX] >= own:
+            bend, slope = rows[i, BEND], ties.rows[rows[i, IX] - own, 2]
             for b in range(ratio.shape[1]):
-                ratio[bend[i], b] *= ratio[slopes[ix[i] - own], b]
+                ratio[bend, b] *= ratio[slope, b]
 
 
 @kernel
 def bodies(joints, q, out):
     """Fill `out` for coordinates q[n, b]."""
-    parent, kind, ix, bend = joints.parent, joints.kind, joints.ix, joints.bend
-    place, which, curves, ratio = joints.place, joints.curve, joints.curves, out.ratio
     for b in range(q.shape[1]):
-        ratio[0, b] = 1.0
+        out.ratio[0, b] = 1.0
     if joints.ratios == 1:  # no velocity moves anything but its own body
-        _place(parent, kind, ix, place, which, curves, bend, q, out.poses, ratio)
+        _place(joints.rows, joints.place, joints.curves, q, out)
     else:
-        x = _extend(joints, q, ratio)
-        _place(parent, kind, ix, place, which, curves, bend, x, out.poses, ratio)
-        _bend_further(kind, ix, bend, joints.ties.ratio, q.shape[0], ratio)
+        x = _extend(joints, q, out.ratio)
+        _place(joints.rows, joints.place, joints.curves, x, out)
+        _bend_further(joints.rows, joints.ties, q.shape[0], out.ratio)
 
 
 @kernel
@@ -312,22 +310,22 @@ def spread(columns, some, drift, qd):
 @part
 def integrate(joints, v, dt, q):
     """Q <- the coordinates after the velocity v[n, b] was held for dt: exact, in place."""
-    _integrate(joints.kind, joints.iq, joints.iv, v, dt, q)
+    _integrate(joints.rows, v, dt, q)
     if joints.ratios > 1:  # there may be wheels of vehicles
         _roll(joints, v, dt, q)
 
 
 @kernel
-def _integrate(kind, iq, iv, v, dt, q):
-    for i in range(1, kind.size):
-        n, m = iq[i], iv[i]
+def _integrate(rows, v, dt, q):
+    for i in range(1, rows.shape[0]):
+        _, kind, _, n, m, _, _ = rows[i]
         if m < 0:
             continue  # what depends on others moves with them
-        if kind[i] == FLOATING:
+        if kind == FLOATING:
             _integrate_floating(v[m : m + 6], dt, q[n : n + 7])
-        elif kind[i] == PLANAR:
+        elif kind == PLANAR:
             _integrate_in_plane(v[m : m + 3], dt, q[n : n + 3])
-        elif kind[i] == UNICYCLE or kind[i] == CAR:
+        elif kind in (UNICYCLE, CAR):
             _integrate_in_plane(v[m : m + 2], dt, q[n : n + 3])
         else:
             for b in range(q.shape[1]):
@@ -339,8 +337,8 @@ def _roll(joints, v, dt, q):
     """The angles of the wheels of vehicles, whose speeds are constant along an arc."""
     wheels, ratio = joints.wheels, np.ones((joints.ratios, q.shape[1]))
     _extend(joints, q, ratio)
-    for i in range(wheels.row.size):
-        n, m, k = wheels.row[i], wheels.velocity[i], wheels.ratio[i]
+    for i in range(wheels.rows.shape[0]):
+        n, m, _, k = wheels.rows[i]
         for b in range(q.shape[1]):
             q[n, b] += dt * (ratio[k, b] * v[m, b] + ratio[k + 1, b] * v[m + 1, b])
 

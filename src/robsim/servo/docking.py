@@ -57,7 +57,7 @@ class Docking(ServoTask):
         eye, scene = regulated.sights[0].eye, regulated.sights[0].scene
         body, T_b_c = scene.tree.find(eye.name)
         moved = scene.tree.owners[regulated.columns]
-        if scene.tree.joints.kind[body] != UNICYCLE or (moved != body).any() or moved.size != 2:
+        if scene.tree.kind[body] != UNICYCLE or (moved != body).any() or moved.size != 2:
             raise InputError(
                 f"docking is for a camera that rides on a unicycle; '{eye.name}' does not, or "
                 "other joints move as well"
