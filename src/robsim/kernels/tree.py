@@ -26,7 +26,7 @@ class Ties(NamedTuple):
 
     kind: Any  # MIMIC, CHORD, ACKERMANN
     source: Any  # row of x
-    # MIMIC: ratio, offset. CHORD: length, radius, at. ACKERMANN: wheelbase, y of the wheel
+    # MIMIC: ratio, offset. CHORD: length, radius, at. ACKERMANN: wheelbase, x, y of the wheel
     numbers: Any  # (ties, 3)
     curve: Any  # of a chord
     gives: Any  # likewise
@@ -133,15 +133,15 @@ def ride(curves, which, s, T, bend):
 
 
 @kernel
-def steered(angle, wheelbase, y):
-    """Angle of a wheel at the side y of a car, and its derivative by the steering angle.
+def steered(angle, wheelbase, x, y):
+    """Angle of a wheel at (x, y) of a car, and its derivative by the steering angle.
 
-    tan = wheelbase sin/(wheelbase cos - y sin): all axles meet in one point (R. N. Jazar, Vehicle
+    tan = x sin/(wheelbase cos - y sin): all axles meet in one point (R. N. Jazar, Vehicle
     Dynamics, 2008, section 7.1).
     """
     c, s = math.cos(angle), math.sin(angle)
-    near, far = wheelbase * c - y * s, wheelbase * s
-    return math.atan2(far, near), wheelbase * wheelbase / (near * near + far * far)
+    near, far = wheelbase * c - y * s, x * s
+    return math.atan2(far, near), x * wheelbase / (near * near + far * far)
 
 
 @kernel
@@ -158,7 +158,7 @@ def depend(ties, curves, x, ratio):
                     curves, ties.curve[i], x[source, b], u, v, w, ties.gives[i]
                 )
             elif ties.kind[i] == ACKERMANN:
-                x[first + i, b], slope = steered(x[source, b], u, v)
+                x[first + i, b], slope = steered(x[source, b], u, v, w)
             else:
                 x[first + i, b], slope = u * x[source, b] + v, u
             ratio[row, b] = slope * ratio[above, b]
