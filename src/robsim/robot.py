@@ -456,7 +456,8 @@ def _mimicked(
     while isinstance(mimic, Mimic):
         if mimic.ratio == 0.0:
             return None, limits
-        limits = np.sort((limits - mimic.offset) / mimic.ratio)
+        with np.errstate(over="ignore"):  # a ratio next to 0 limits nothing
+            limits = np.sort((limits - mimic.offset) / mimic.ratio)
         if mimic.of in number:
             return number[mimic.of], limits
         mimic = follows[mimic.of]
