@@ -64,10 +64,10 @@ class Assembly:
         self.first = _first_indices(self.frames)  # coordinates keep the declared order
         self.nq, self.nv = self.first.pop(None)
         self.where["world"] = (0, IDENTITY.matrix)
+        self.owners = _owners(self.frames)
         self.ties = _in_order([f for f in self.frames if _is_tied(f.joint)])
         self.rows = _rows(self.frames, self.first)  # of all coordinates, by name
         self.rows |= {frame.label: self.nq + i for i, frame in enumerate(self.ties)}
-        self.owners = {name: frame for frame in self.frames for name in _names(frame)}
         for frame in self.ties:
             _check_source(frame, self.owners)
         self.curves: list[Curve] = []
@@ -140,9 +140,7 @@ class Assembly:
         while _is_tied(owner.joint):
             name = owner.joint.follows.of  # type: ignore[union-attr]
             owner = self.owners[name]
-        if name.endswith(".steering"):
-            return None
-        return self.first[owner.name][1]
+        return None if _steers(owner, name) else self.first[owner.name][1]
 
     def _tie(self, i: int, frame: Frame) -> tuple[tuple[int, ...], tuple[float, ...]]:
         """A row of `kernels.Ties`: integers and numbers."""
@@ -152,21 +150,22 @@ class Assembly:
         if isinstance(follows, Mimic):
             return (kernels.MIMIC, source, ratio, 0, 0), (follows.ratio, follows.offset, 0.0)
         if isinstance(follows, Ackermann):
-            return (kernels.ACKERMANN, source, ratio, 0, 0), self._side(frame)
+            return (kernels.ACKERMANN, source, ratio, 0, 0), self._stand(frame)
         curve = self.owners[follows.of].joint.curve
-        assert curve is not None and follows.at is not None
+        assert curve is not None and follows.at is not None  # only a rail has a chord
+        _check_chord(frame.name, follows, curve)
         which, gives = self._curve(curve), GIVEN.index(follows.gives)
         numbers = follows.length, follows.radius, follows.at
         return (kernels.CHORD, source, ratio, which, gives), numbers
 
-    def _side(self, frame: Frame) -> tuple[float, float, float]:
-        """Wheelbase of the car that a front wheel is on, and its y there."""
+    def _stand(self, frame: Frame) -> tuple[float, float, float]:
+        """Wheelbase of the car that a steered wheel is on, and its x and y there."""
         body = self.where[frame.name][0]
         above, start = self.bodies[body][0], self.places[body]
         carrier = self.carriers[above]
         if carrier is None or carrier.joint.steering is None or abs(start[2, 2] - 1) > UPRIGHT:
             raise InputError(f"'{frame.name}' must stand upright on a car, to steer as its wheel")
-        return carrier.joint.steering.wheelbase, float(start[1, 3]), 0.0
+        return carrier.joint.steering.wheelbase, float(start[0, 3]), float(start[1, 3])
 
     def _roll(self, frame: Frame, body: int, row: int, radius: float) -> None:
         """A wheel: where its hub is on its vehicle, and what turns it about the vertical."""
@@ -174,6 +173,7 @@ class Assembly:
         carrier = self.carriers[above]
         if carrier is not None and _is_tied(carrier.joint):
             steering = self.rows[carrier.label]
+            _check_upright(frame.name, carrier.joint, self.places[above])
             aside = float(np.hypot(*hub[:2, 3]))
             if aside > UPRIGHT:
                 raise InputError(f"'{frame.name}': its hub is {aside:g} m beside what steers it")
@@ -209,7 +209,7 @@ def _check_source(frame: Frame, owners: dict[str, Frame]) -> None:
     if name not in owners:
         hint = suggest(name, owners, "coordinates")
         raise InputError(f"'{frame.name}' follows '{name}', and there is none; {hint}")
-    source, steers = owners[name].joint, name.endswith(".steering")
+    source, steers = owners[name].joint, _steers(owners[name], name)
     if isinstance(follows, Ackermann):
         fits, wanted = steers, "the steering angle of a car"
     elif isinstance(follows, Chord):
@@ -221,8 +221,51 @@ def _check_source(frame: Frame, owners: dict[str, Frame]) -> None:
         raise InputError(f"'{frame.name}' must follow {wanted}, and '{name}' is none")
 
 
+def _steers(owner: Frame, name: str) -> bool:
+    """Whether a coordinate of this frame is a steering angle; a link may have that name too."""
+    return owner.joint.kind == "car" and name.endswith(".steering")
+
+
+def _check_upright(name: str, steers: Joint, place: Array) -> None:
+    """InputError unless what steers a wheel turns about the vertical of its vehicle."""
+    if steers.kind != "revolute" or abs(place[2, 2] - 1) > UPRIGHT:
+        raise InputError(f"'{name}': what steers it must turn about the vertical, its z up")
+
+
+def _check_chord(name: str, chord: Chord, curve: Curve) -> None:
+    """InputError where a wheel does not fit into a bend, or no second wheel is so far away.
+
+    Wheel centres beside a circle of curvature k are on one of radius |1/k - radius|. Around half of
+    it and more, a chord as long as its diameter would jump from one side to the other.
+    """
+    sharpest = max(curve.bends, key=lambda k: k * chord.radius)
+    if sharpest * chord.radius >= 1.0:
+        raise InputError(
+            f"'{name}': a wheel of radius {abs(chord.radius):g} m does not fit into a bend of "
+            f"radius {1 / abs(sharpest):g} m"
+        )
+    k, turn = curve.pieces[:, 4], curve.pieces[:, 4] * curve.spans
+    short = (np.abs(turn) >= np.pi) & (2.0 * (1.0 - chord.radius * k) <= chord.length * np.abs(k))
+    if short.any():
+        raise InputError(
+            f"'{name}': a chord of {chord.length:g} m does not fit on a circle of radius "
+            f"{1 / np.abs(k[short]).max():g} m"
+        )
+
+
 def _names(frame: Frame) -> list[str]:
     return [frame.label] if _is_tied(frame.joint) else frame.coordinates
+
+
+def _owners(frames: Iterable[Frame]) -> dict[str, Frame]:
+    """The frame whose joint has a coordinate, by its name; FrameError if two have one name."""
+    found: dict[str, Frame] = {}
+    for frame in frames:
+        for name in _names(frame):
+            if name in found:
+                raise FrameError(f"two coordinates are called '{name}'")
+            found[name] = frame
+    return found
 
 
 def integers(values: ArrayLike) -> NDArray[np.int64]:
@@ -250,8 +293,6 @@ def _rows(frames: Iterable[Frame], first: dict[str | None, tuple[int, int]]) -> 
     rows: dict[str, int] = {}
     for frame in frames:
         for i, name in enumerate(frame.coordinates):
-            if name in rows:
-                raise FrameError(f"two coordinates are called '{name}'")
             rows[name] = first[frame.name][0] + i
     return rows
 
@@ -271,15 +312,19 @@ def _first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
 
 def _in_order(tied: list[Frame]) -> list[Frame]:
     """Those that follow others, each after what it follows; names are checked by the robot."""
-    waiting, order = list(tied), []
-    while waiting:
-        names = {frame.label for frame in waiting}
-        ready = [f for f in waiting if f.joint.follows.of not in names]  # type: ignore[union-attr]
-        if not ready:
-            raise InputError(f"'{waiting[0].label}' follows itself")
-        order += ready
-        waiting = [frame for frame in waiting if frame not in ready]
-    return order
+    source = {frame.label: frame.joint.follows.of for frame in tied}  # type: ignore[union-attr]
+    depth: dict[str, int] = {}
+    for first in source:
+        chain: dict[str, None] = {}  # a set in order
+        label = first
+        while label in source and label not in depth:
+            if label in chain:
+                raise InputError(f"'{label}' follows itself")
+            chain[label] = None
+            label = source[label]
+        deepest = depth.get(label, -1) + len(chain)
+        depth |= {name: deepest - i for i, name in enumerate(chain)}
+    return sorted(tied, key=lambda frame: depth[frame.label])
 
 
 def _parents_first(frames: list[Frame]) -> list[Frame]:

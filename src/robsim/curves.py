@@ -20,6 +20,7 @@ from robsim.kernels import curve as kernels
 from robsim.pose import Pose
 
 MOST_POINTS = 1000
+HUGE = 1e150  # its square is a number
 
 
 class Curve:
@@ -41,6 +42,23 @@ class Curve:
         """For the kernels, as the only curve."""
         ends = frozen(np.array([0, len(self.pieces)], dtype=np.int64))
         return kernels.Curves(ends, frozen(np.array([self.length])), self.pieces)
+
+    @cached_property
+    def spans(self) -> Array:
+        """(P,) metres of each piece."""
+        return frozen(np.diff(self.pieces[:, 0], append=self.length))
+
+    @cached_property
+    def bends(self) -> tuple[float, float]:
+        """The lowest and the highest curvature, per metre; 0 is that of the straight ends.
+
+        >>> Arc(2.0, -math.pi).bends
+        (-0.5, 0.0)
+        """
+        lowest = self.pieces[:, 0] - self.pieces[:, 6]  # point of a catenary: it bends most there
+        bends = self.curvature(np.clip(lowest, 0.0, self.length))
+        bends = np.concatenate([[0.0], self.pieces[:, 4], bends[self.pieces[:, 5] > 0]])
+        return float(bends.min()), float(bends.max())
 
     def at(self, s: ArrayLike) -> Pose:
         """Pose (..., 4, 4) at arc length s (...,) metres: x along the curve, z out of its plane.
@@ -82,6 +100,16 @@ class Curve:
             low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
         x, y, *_ = self._points(0.5 * (low + high))
         return 0.5 * (low + high), np.hypot(given[..., 0] - x, given[..., 1] - y)
+
+    def _check(self) -> None:
+        """InputError if its numbers are beyond what can be computed with."""
+        try:
+            with np.errstate(all="ignore"):
+                good = bool((np.abs([*self.pieces.ravel(), self.length]) < HUGE).all())
+        except ArithmeticError:
+            good = False
+        if not good:
+            raise InputError(f"numbers too large or too small for a curve: {self!r:.200}")
 
     def _points(self, s: ArrayLike) -> tuple[Array, ...]:
         """x, y, cos, sin, curvature, each (...,)."""
@@ -127,6 +155,7 @@ class Arc(Curve):
         object.__setattr__(self, "angle", angle)
         if angle == 0.0:
             raise InputError("angle of an arc (radians) must not be 0; a Line goes straight")
+        self._check()
 
     @property
     def length(self) -> float:
@@ -160,7 +189,7 @@ class Polyline(Curve):
         points = tuple((float(x), float(y)) for x, y in given)
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "radius", positive(self.radius, "radius of the corners"))
-        _ = self.pieces
+        self._check()
 
     @property
     def length(self) -> float:
@@ -237,6 +266,7 @@ class Catenary(Curve):
                 f"a catenary of {length:g} m does not hang between points {apart:g} m apart; "
                 "make it longer, or take a Line"
             )
+        self._check()
 
     @cached_property
     def parameter(self) -> float:

@@ -13,7 +13,7 @@ from robsim.arrays import Array, numbers, positive
 from robsim.curves import Curve
 from robsim.errors import InputError, suggest
 from robsim.names import checked_name
-from robsim.pose import IDENTITY, Pose, one_pose
+from robsim.pose import IDENTITY, Pose, common_lead, one_pose
 
 Kind = Literal["fixed", "revolute", "prismatic", "floating", "planar", "unicycle", "car", "rail"]
 
@@ -135,10 +135,10 @@ class Rolling:
 
 @dataclass(frozen=True)
 class Ackermann:
-    """The angle at which a front wheel of a car is turned, by the steering angle in the middle.
+    """The angle at which a wheel of a car is turned, by the steering angle in the middle.
 
     All axles point at the centre of the turn; `of` is the name of the steering coordinate, and
-    the side of the wheel follows from where its joint stands on the car.
+    where the wheel is follows from where its joint stands on the car: in front as a rule.
 
     >>> Ackermann("body.steering").of
     'body.steering'
@@ -187,6 +187,7 @@ class Steering:
         if (np.abs(turned) > self.limit).any():
             far = float(turned.flat[np.abs(turned).argmax()])
             raise InputError(f"steering angle {far:g} rad: the limit is {self.limit:g} rad")
+        common_lead(v.shape, turned.shape, "speed and steering angle")
         return np.stack(np.broadcast_arrays(v, v * np.tan(turned) / self.wheelbase), axis=-1)
 
 
@@ -204,11 +205,10 @@ class Joint:
     freely, a planar one in the plane z = 0; so do a unicycle and a car, which cannot move
     sideways, and a rail, which follows its `curve`, x along it. A car has a `steering`.
 
-    `limits` is (lowest, highest) in radians or metres, None for none; of a rail, its ends.
-    `follows` says that the coordinate depends on others (`Mimic`, `Chord`,
-    `Ackermann`, `Rolling`), `name` how
-    it is called where the link's name will not do. `speed` (rad/s or m/s) and `effort` (N m or N)
-    are what the drive can do, for trajectories and files.
+    `limits` is (lowest, highest) in radians or metres, None for none, or for a rail for its ends.
+    `follows` says that the coordinate depends on others (`Mimic`, `Chord`, `Ackermann`, `Rolling`),
+    `name` how it is called where the link's name will not do. `speed` (rad/s or m/s) and `effort`
+    (N m or N) are what the drive can do, for trajectories and files.
 
     >>> Joint("prismatic", limits=(0.0, 0.5)).limits
     (0.0, 0.5)
@@ -293,8 +293,14 @@ class Joint:
         if self.kind not in SINGLE:
             raise InputError(f"a {self.kind} joint has no limits, got {self.limits}")
         low, high = self.limits
-        if not (np.isfinite([low, high]).all() and low < high):
+        if not low < high:
             raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
+        if isinstance(self.follows, Chord | Ackermann):
+            raise InputError(
+                f"limits of a joint that follows by {type(self.follows).__name__} are not looked "
+                f"at: limit '{self.follows.of}'"
+            )
+        object.__setattr__(self, "limits", (float(low), float(high)))
 
 
 FIXED = Joint()

@@ -54,8 +54,10 @@ class Phase:
         if not isinstance(self.attach, Mapping):
             raise InputError(f"phase '{self.name}': attach is {{object: frame}}")
         put(self, "attach", dict(self.attach))
-        let_go = (self.release,) if isinstance(self.release, str) else tuple(self.release)
-        put(self, "release", let_go)
+        let_go = (self.release,) if isinstance(self.release, str) else self.release
+        if not isinstance(let_go, Sequence):
+            raise InputError(f"phase '{self.name}': release is a list of objects, got {let_go!r}")
+        put(self, "release", tuple(let_go))
         expects = self.expects if isinstance(self.expects, tuple | list) else (self.expects,)
         if not expects or not all(isinstance(each, Outcome) for each in expects):
             raise InputError(f"phase '{self.name}': expects an Outcome, got {self.expects!r:.80}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -180,17 +180,26 @@ class Robot(Value):
 
         A coordinate that others mimic is also held where they are within theirs.
         """
-        rows = np.empty((self.nq, 2))
+        return self._ranges.copy()
+
+    @cached_property
+    def _ranges(self) -> Array:
+        """The same, read-only."""
+        rows, names = np.empty((self.nq, 2)), self.coordinate_names
         rows[:] = -np.inf, np.inf
         for i, link in enumerate(self._owners):
-            if link.joint.steering is not None and self.coordinate_names[i].endswith(".steering"):
+            if link.joint.steering is not None and names[i].endswith(".steering"):
                 rows[i] = np.array([-1, 1]) * link.joint.steering.limit
             elif link.joint.limits is not None:
                 rows[i] = link.joint.limits
+        number = {name: i for i, name in enumerate(names)}
+        follows = {link.joint.name or link.name: link.joint.follows for link in self.links}
         for link in self.links:
             if isinstance(link.joint.follows, Mimic) and link.joint.limits is not None:
-                self._narrow(rows, link.joint.follows, np.array(link.joint.limits))
-        return rows
+                source, (low, high) = _mimicked(link, follows, number)
+                if source is not None:
+                    rows[source] = max(rows[source, 0], low), min(rows[source, 1], high)
+        return frozen(rows)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
@@ -416,24 +425,9 @@ class Robot(Value):
         """(nq,) the link whose joint has the coordinate."""
         return [link for link in self.links for _ in link.joint.parts.coordinates]
 
-    def _narrow(self, rows: Array, follows: Mimic, limits: Array) -> None:
-        """Limits of a coordinate that mimics are limits of the one that it follows in the end."""
-        names = self.coordinate_names
-        mimics = {link.joint.name or link.name: link.joint.follows for link in self.links}
-        while follows.ratio != 0.0:
-            limits = np.sort((limits - follows.offset) / follows.ratio)
-            if follows.of in names:
-                i = names.index(follows.of)
-                rows[i] = max(rows[i, 0], limits[0]), min(rows[i, 1], limits[1])
-                return
-            above = mimics[follows.of]
-            if not isinstance(above, Mimic):
-                return
-            follows = above
-
     def _check_ranges(self) -> None:
         """InputError if a coordinate and those that mimic it have no limits in common."""
-        for name, (low, high) in zip(self.coordinate_names, self.limits, strict=True):
+        for name, (low, high) in zip(self.coordinate_names, self._ranges, strict=True):
             if low > high:
                 raise InputError(
                     f"joint '{name}' of '{self.name}' and what mimics it are never within their "
@@ -441,17 +435,41 @@ class Robot(Value):
                 )
 
     def _check_limits(self, q: Array, what: str) -> None:
-        low, high = self.limits[:, 0] - LIMIT_SLACK, self.limits[:, 1] + LIMIT_SLACK
+        low, high = self._ranges[:, 0] - LIMIT_SLACK, self._ranges[:, 1] + LIMIT_SLACK
         outside = (q < low) | (q > high)
         if outside.any():
             where = tuple(int(i) for i in np.argwhere(outside)[0])
-            name, (lo, hi) = self.coordinate_names[where[-1]], self.limits[where[-1]]
+            name, (lo, hi) = self.coordinate_names[where[-1]], self._ranges[where[-1]]
             unit = self.coordinate_units[where[-1]]
             row = f" of row {where[:-1]}" if q.ndim > 1 else ""
             raise InputError(
                 f"{what}{row}: joint '{name}' of '{self.name}' is {q[where]:.6g} {unit}, "
                 f"outside its limits [{lo:.6g}, {hi:.6g}] {unit}"
             )
+
+
+def _mimicked(
+    link: Link, follows: Mapping[str, Any], number: Mapping[str, int]
+) -> tuple[int | None, Array]:
+    """The coordinate that a link mimics in the end, and what the link's limits are of that one.
+
+    None if it does not depend on it. InputError if what is mimicked does not mimic, but follows in
+    another way.
+    """
+    mimic: Any = link.joint.follows
+    limits = np.array(link.joint.limits)
+    while isinstance(mimic, Mimic):
+        if mimic.ratio == 0.0:
+            return None, limits
+        with np.errstate(over="ignore"):  # a ratio next to 0 limits nothing
+            limits = np.sort((limits - mimic.offset) / mimic.ratio)
+        if mimic.of in number:
+            return number[mimic.of], limits
+        mimic = follows[mimic.of]
+    raise InputError(
+        f"limits of '{link.name}' are not looked at, because what it mimics follows by "
+        f"{type(mimic).__name__}: limit '{mimic.of}'"
+    )
 
 
 def _spans(limits: ArrayLike, n: int) -> list[list[float]]:

@@ -30,10 +30,10 @@ def mounted(
     _check_apart(taken_too, labels.values(), name)
     base = tool[0]
     place = Joint(place=pose @ base.joint.place @ base.joint.tail)
-    hung = [Link(links[base.name], on, place, base.shapes)]
+    hung = [Link(links[base.name], on, place, base.shapes, base.inertia)]
     for link in tool[1:]:
         joint, parent = _renamed(link, links[link.name], labels), links[str(link.parent)]
-        hung.append(Link(links[link.name], parent, joint, link.shapes))
+        hung.append(replace(link, name=links[link.name], parent=parent, joint=joint))
     bared = [replace(link, shapes=()) if bare and link.name == on else link for link in arm]
     return (*bared, *hung)
 

@@ -179,8 +179,9 @@ def any_vehicle(rng):
     axle = rs.Pose.at(0.5, rng.normal(), 0.1)
     across = rs.Pose.at(rpy=([-1, 1][rng.integers(2)] * np.pi / 2, 0, 0))
     steering = rs.Steering(*rng.uniform(0.1, 1, 3))
-    chord = rs.Chord("way", 0.2, *rng.uniform(0.01, 0.2, 2), gives="angle")
     rail, wheel = any_curve(rng), rs.Rolling(rng.uniform(0.1, 1))
+    beside = rng.uniform(-0.9, 0.9) / max(1.0, *np.abs(rail.bends))  # a wheel that fits
+    chord = rs.Chord("way", 0.02, beside, rng.uniform(0.01, 0.02), gives="angle")
     tied = rs.Mimic("grip", rng.normal(), rng.normal())
     steers = rs.Ackermann("drive.steering")
     links = [

@@ -145,7 +145,7 @@ MISTAKES = {
     "a knuckle that leans": (
         '"30, 10, 5 cm"',
         '"30, 10, 5 cm", rpy = "5, 0, 0 deg"',
-        "links: 'wheel': its axis must lie across its vehicle",
+        "links: 'wheel': what steers it must turn about the vertical",
     ),
     "a wheel that lies": ('place = { rpy = "-90, 0, 0 deg" }', "", "links: 'wheel': its axis must"),
     "no radius": ('"rolling", radius = "5 cm"', '"rolling"', "wheel.follows.radius: missing"),

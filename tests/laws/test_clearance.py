@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim import Block, CameraBody, InputError, Object, Pose, Wheel
+from robsim import Ball, Block, CameraBody, InputError, Mesh, Object, Pose, Wheel
 from robsim.analysis.clearance import hull
 from robsim.primitives import Primitive
 
@@ -53,6 +53,11 @@ def turned(rng, far):
         (EYE, CUBE, Pose.at(0, 0, 1.0), 0.1),  # opening to face
         (EYE, CUBE, Pose.at(0, 0, -1.0), 0.5),  # back to face
         (EYE, CUBE, Pose.at(1, 0, 0.6), 0.35),  # its rim, 1.5 times as wide
+        (Ball(0.3), CUBE, Pose.at(1.2, 0.4, -0.3), 0.4),  # to a face
+        (Ball(0.3), CUBE, Pose.at(2, 2, 2), 1.5 * np.sqrt(3) - 0.3),  # to a corner
+        (Ball(0.3), CUBE, Pose.at(0.6, 0.1, 0), -0.2),
+        (Ball(0.3).at(Pose.at(0, 0, 0.5)), Ball(0.2), Pose.at(1, 2, 2.5), 2.5),
+        (Ball(0.3), Ball(0.2), Pose.at(0, 0, 0), -0.5),
     ],
 )
 def test_closed_forms(first, second, pose, expected):
@@ -133,6 +138,8 @@ def test_what_overlaps_is_parted_by_its_depth(seed):
 def test_a_shape_of_ones_own_has_no_hull():
     with pytest.raises(InputError, match="no hull of a Primitive"):
         hull(Primitive())
+    with pytest.raises(InputError, match="no hull of a Mesh"):
+        hull(Mesh("elbow.stl"))
 
 
 # robots

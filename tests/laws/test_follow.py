@@ -204,6 +204,19 @@ def test_the_distance_from_the_path_is_of_the_second_order_in_the_period(arm):
     assert off[1] < 1e-3  # metres and entries of rotations, at the usual 40 ms
 
 
+def test_a_base_that_moves_on_its_own_does_not_pull_the_frame_off_its_path():
+    """Second order in the period as well: what carries the frame anyway is not commanded."""
+    belt = rs.robots.conveyor()
+    arm = rs.robots.puma560().at(rs.Pose.at(0, 0, 0.5), on="conveyor.belt")
+    scene = rs.Scene([belt, arm], motions=[rs.Motion("conveyor", [0.05])])
+    goal = rs.Pose(scene.pose("puma560.flange").matrix) @ rs.Pose.at(0.05, 0, -0.1)
+    task, away = rs.FollowPath(goal, frame="puma560.flange", duration=1.0), []
+    for dt in (0.04, 0.02):
+        run = rs.simulate(scene, task, dt=dt, duration=2.0, hold=True)
+        away.append(np.abs(run.frame_pose.values[-1] - goal.matrix).max())
+    assert away[0] < 1e-5 and away[0] / away[1] == pytest.approx(4.0, abs=0.1)
+
+
 def test_each_path_is_planned_from_where_its_run_starts(arm):
     starts = START + np.random.default_rng(1).uniform(-0.1, 0.1, (4, 6))
     goal = reached(arm, START, OFFSET)
@@ -470,7 +483,7 @@ def test_a_joint_of_two_robots_needs_the_name_of_one():
     assert (
         abs(float(run.q_end[6]) - 0.1) < 1e-12 and run.frame_pose.attrs["frame"] == "other.flange"
     )
-    with pytest.raises(rs.InputError, match="name the robot"):
+    with pytest.raises(rs.InputError, match=r"frame: which one is to move\? Tips: puma560.fl"):
         rs.simulate(scene, rs.FollowPath(np.eye(4), duration=1.0))
 
 

@@ -1,5 +1,7 @@
 """Rails, coordinates that follow others, wheels that roll: derivatives, and motion without slip."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -196,6 +198,63 @@ def test_a_batch_gives_the_same_bits_as_each_run_alone():
             np.testing.assert_array_equal(mine, all_of_them[i])
 
 
+def both(first, second):
+    """Two robots in one scene, the second on the first; q and v of both, and their frames."""
+    base = Pose.at(0.3, -0.2, 0.5, rpy=(0.1, 0.2, 0.3))
+    one, other = first.named("one"), second.named("other").at(base, on=f"one.{first.tip}")
+    return rs.Scene([one, other])
+
+
+def test_in_a_scene_joints_follow_those_of_their_own_robot():
+    """Names get that of the robot in front; poses are products, and Jacobians derivatives."""
+    scene = both(crawler(), crawler(curves.Arc(3.0, -2.0)))
+    q, v = np.array([[7.0], [0.3], [1.0], [-0.4]]), np.array([[0.5], [0.7], [0.4], [-0.3]])
+    one, other = scene.robots
+    T = one.fk(q[:2, 0]) @ other.base.matrix @ other.fk(q[2:, 0], "middle")
+    close(scene.pose("other.middle", q[:, 0]).matrix, T)
+    J = scene.tree.jacobian(scene.tree.bodies(q), "other.middle")[..., 0] @ v[:, 0]
+    errors = []
+    for step in (1e-2, 5e-3):
+        moved = [scene.pose("other.middle", (q + h * v)[:, 0]).position for h in (step, -step)]
+        errors.append(np.abs((moved[0] - moved[1]) / (2 * step) - J[:3]).max())
+    assert 3.5 < errors[0] / errors[1] < 4.5 and errors[1] < 1e-3
+
+
+def test_a_link_may_be_called_steering():
+    """In a scene its coordinate is "robot.steering", and still no steering angle."""
+    links = [
+        Link("base"),
+        Link("steering", "base", Joint("revolute", tail=Pose.at(1, 0, 0))),
+        Link("b", "base", Joint("revolute", tail=Pose.at(0, 1, 0), follows=Mimic("steering", -2))),
+    ]
+    robot = Robot("column", links)
+    tree = rs.Scene([robot]).tree
+    J = tree.jacobian(tree.bodies(np.array([[0.3]])), "column.b")[..., 0]
+    np.testing.assert_array_equal(J, robot.jacobian([0.3], "b"))
+    assert J[5, 0] == -2.0
+    with pytest.raises(InputError, match="must follow the steering angle of a car"):
+        knuckle = Link("k", "b", Joint("revolute", follows=rs.Ackermann("steering")))
+        rs.Scene([Robot("column", [*links, knuckle])])
+
+
+def test_what_follows_is_found_in_any_order():
+    names = ["d", "a", "c", "b"]  # a is followed by b, b by c, c by d
+    links = [Link("base"), Link("root", "base", Joint("revolute"))]
+    for name in names:
+        of = {"a": "root", "b": "a", "c": "b", "d": "c"}[name]
+        links.append(Link(name, "base", Joint("revolute", follows=Mimic(of, -0.5, 0.1))))
+    angles = {
+        name: Pose(T).rotvec[2]
+        for name, T in zip(
+            [link.name for link in links], Robot("r", links).frames([0.8]), strict=True
+        )
+    }
+    expected = 0.8
+    for name in "abcd":
+        expected = 0.1 - 0.5 * expected
+        assert angles[name] == pytest.approx(expected, abs=1e-15)
+
+
 # wheels
 
 
@@ -217,6 +276,20 @@ def test_no_wheel_of_a_vehicle_slips_along_or_aside(seed):
     v = rng.normal() * np.array([1.0, np.tan(q[3]) / 0.5])
     for wheel in ("rear_left", "rear_right", "front_left", "front_right"):
         close(slip(robot, q, v, wheel, [0, 0, -1], 0.1), 0, 1e-14)
+
+
+@pytest.mark.parametrize("x", [-0.3, 0.2, 0.5, 0.9])
+def test_a_steered_wheel_may_be_anywhere_on_its_car(x):
+    steered = rs.Ackermann("body.steering")
+    links = [
+        Link("floor"),
+        Link("body", "floor", Joint("car", steering=Steering(0.5, 0.6, 2.0))),
+        Link("k", "body", Joint("revolute", Pose.at(x, 0.2), follows=steered)),
+        Link("wheel", "k", Joint("revolute", LEFT, follows=Rolling(0.1))),
+    ]
+    robot, q = Robot("truck", links), [0.3, -0.1, 0.7, 0.4, 0.2]
+    v = 0.8 * np.array([1.0, np.tan(0.4) / 0.5])
+    close(slip(robot, q, v, "wheel", [0, 0, -1], 0.1), 0, 1e-15)
 
 
 @steady
@@ -292,6 +365,17 @@ def test_a_coordinate_that_is_mimicked_keeps_both_within_their_limits():
         gripper().coordinates([0.045])
 
 
+def test_limits_of_what_mimics_hold_through_all_that_it_mimics():
+    links = [
+        Link("base"),
+        Link("a", "base", Joint("prismatic", limits=(-1.0, 1.0))),
+        Link("b", "base", Joint("prismatic", follows=Mimic("a", -2.0, 0.1))),
+        Link("c", "base", Joint("prismatic", limits=[-0.5, 0.9], follows=Mimic("b", 0.5, 0.2))),
+    ]
+    close(Robot("r", links).limits, [[-0.65, 0.75]], 1e-15)  # c = 0.25 - a
+    assert links[3].joint == Joint("prismatic", limits=(-0.5, 0.9), follows=links[3].joint.follows)
+
+
 def test_a_rail_has_the_limits_of_its_curve_and_goes_on_straight_beyond():
     robot = Robot("cart", [Link("floor"), Link("car", "floor", Joint("rail", curve=CABLE))])
     np.testing.assert_array_equal(robot.limits, [[0.0, 30.4]])
@@ -330,11 +414,72 @@ def test_a_rounded_polyline_is_smooth_and_as_long_as_its_parts():
         (lambda: curves.Polyline([(0, 0), (0, 0)], 1.0), "are one"),
         (lambda: curves.Arc(1.0, 0.0), "must not be 0"),
         (lambda: curves.Line(-1.0), "must be a positive number"),
+        (lambda: curves.Catenary((0, 0), (1, 0), 1e200), "too large or too small"),
+        (lambda: curves.Catenary((0, 0), (1e-200, -1), 2.0), "too large or too small"),
+        (lambda: curves.Polyline([(-1e308, 0), (1e308, 0)], 0.1), "too large or too small"),
+        (lambda: curves.Arc(1e-320, 1.0), "too large or too small"),
+        (lambda: curves.Polyline([(0, 0), (1, 0), (0, 0)], 0.01), "do not fit between points"),
+        (
+            lambda: Joint("revolute", limits=(0, 1), follows=Chord("a", 1.0, gives="angle")),
+            "limits of a joint that follows by Chord are not looked at: limit 'a'",
+        ),
+        (lambda: Steering(0.5).rates([1, 2], [0.1, 0.2, 0.3]), "batches of unequal shapes"),
     ],
 )
 def test_a_joint_or_curve_that_cannot_be_is_refused(make, told):
     with pytest.raises(InputError, match=told):
         make()
+
+
+def hung(curve, chord):
+    return Robot(
+        "r",
+        [
+            Link("a"),
+            Link("s", "a", Joint("rail", curve=curve)),
+            Link("b", "s", Joint("revolute", follows=chord)),
+            Link("t", "a", Joint("rail", curve=curve, follows=replace(chord, gives="arc"))),
+        ],
+    )
+
+
+@pytest.mark.parametrize(
+    ("curve", "chord", "told"),
+    [
+        (curves.Arc(0.1, 60 * np.pi), (0.2, 0.0), "chord of 0.2 m does not fit on a circle of"),
+        (curves.Arc(0.2, -4.0), (0.3, -0.06), "does not fit on a circle of radius 0.2 m"),
+        (curves.Arc(0.1, 1.0), (0.05, 0.1), "wheel of radius 0.1 m does not fit into a bend"),
+        (curves.Catenary((0, 0), (1, 0), 9.0), (0.5, 0.2), "wheel of radius 0.2 m does not fit"),
+    ],
+)
+def test_a_chord_that_does_not_fit_is_refused(curve, chord, told):
+    length, radius = chord
+    with pytest.raises(InputError, match=told):
+        hung(curve, Chord("s", length, radius, gives="angle"))
+
+
+@pytest.mark.parametrize(
+    ("curve", "chord"),
+    [
+        (curves.Arc(0.1, 60 * np.pi), (0.199, 0.0)),
+        (curves.Arc(0.2, -4.0), (0.3, 0.06)),
+        (curves.Catenary((0, 0), (1, 0), 9.0), (0.5, -0.2)),
+        (curves.Line(1.0), (3.0, 0.5)),
+        (
+            curves.Polyline([(0.001 * i, 0.2 * (i % 2)) for i in range(400)], 4e-4),
+            (0.3, 0.0),
+        ),
+    ],
+)
+def test_a_chord_is_found_wherever_its_wheels_are(curve, chord):
+    """Also beyond the ends, and where a curve goes to and fro many times before it is so far."""
+    length, radius = chord
+    robot = hung(curve, Chord("s", length, radius, gives="angle"))
+    for s in (-5.0, 0.0, 0.3 * curve.length, curve.length, curve.length + 5.0):
+        T, T_s, T_t = (robot.fk([s], link) for link in "bst")
+        first, second = (touch[:3, 3] + radius * touch[:3, 1] for touch in (T_s, T_t))
+        close(first + length * T[:3, 0], second, 1e-12)
+        assert np.isfinite(robot.jacobian([s])).all()
 
 
 def linked(joint, *more):
@@ -375,6 +520,38 @@ def linked(joint, *more):
                 Joint("prismatic"), Link("c", "b", Joint("prismatic", follows=Chord("b", 1.0)))
             ),
             "must follow a rail",
+        ),
+        (
+            lambda: linked(
+                Joint("revolute"),
+                Link("c", "b", Joint("revolute")),
+                Link("d", "b", Joint("revolute", name="c", follows=Mimic("b"))),
+            ),
+            "two coordinates are called 'c'",
+        ),
+        (
+            lambda: linked(
+                Joint("revolute"),
+                Link("c", "b", Joint("revolute", name="e", follows=Mimic("b"))),
+                Link("d", "b", Joint("revolute", name="e", follows=Mimic("b", 2.0))),
+            ),
+            "two coordinates are called 'e'",
+        ),
+        (
+            lambda: linked(
+                Joint("car", steering=Steering(0.5)),
+                Link("c", "b", Joint("prismatic", follows=Mimic("b.steering"))),
+                Link("d", "c", Joint("revolute", LEFT, follows=Rolling(0.1))),
+            ),
+            "what steers it must turn about the vertical",
+        ),
+        (
+            lambda: linked(
+                Joint("rail", curve=CABLE),
+                Link("c", "b", Joint("revolute", follows=Chord("b", 1.0, gives="angle"))),
+                Link("d", "b", Joint("revolute", limits=(0, 1), follows=Mimic("c"))),
+            ),
+            "limits of 'd' are not looked at, because what it mimics follows by Chord: limit 'b'",
         ),
     ],
 )

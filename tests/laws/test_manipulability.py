@@ -234,6 +234,12 @@ def test_another_link_and_other_axes_can_be_followed():
     assert str(elbow).startswith("puma560.upper_arm in 500 configurations\nx -0.4")
 
 
+def test_a_joint_without_limits_makes_one_turn_whatever_it_is_called():
+    turn = rs.Joint("revolute", name="shoulder", tail=rs.Pose.at(1, 0, 0))
+    found = workspace(rs.Robot("r", [rs.Link("base"), rs.Link("arm", "base", turn)]), 1000)
+    assert -np.pi < found.q.min() < -3 and 3 < found.q.max() < np.pi
+
+
 # ---- bad input ----
 
 

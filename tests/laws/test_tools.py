@@ -117,6 +117,14 @@ def test_names_that_clash_get_that_of_the_tool_in_front(rhino):
         two.with_tool(rs.robots.rhino_gripper().named("other"))
 
 
+def test_a_tool_weighs_what_it_weighed():
+    weight = rs.Inertia(2.0, (0.0, 0.0, 0.1), np.eye(3))
+    links = [Link("palm", inertia=weight), Link("jaw", "palm", Joint("revolute"), inertia=weight)]
+    plain = Robot("arm", [Link("base"), Link("hand", "base", Joint("revolute"), inertia=weight)])
+    carried = plain.with_tool(Robot("tool", links), bare=True)
+    assert [link.inertia for link in carried.links] == [None, weight, weight, weight]
+
+
 def test_joints_with_names_of_their_own_keep_them_or_get_the_tools():
     slide = Joint("prismatic", name="way")
     tool = Robot(

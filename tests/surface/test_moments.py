@@ -101,7 +101,12 @@ def test_it_shows_the_frame_of_the_figures():
         ({"views": ["below"]}, "no view 'below'"),
         ({"titles": ["a", "b"]}, "1 moments need as many titles, got 2"),
         ({"around": "arm.link2"}, "did you mean 'arm.link1'"),
-        ({"size": (0, 1)}, "must be a positive number"),
+        ({"size": (0, 1)}, r"size: expected \(width, height\) in metres, got \(0, 1\)"),
+        ({"size": 1.0}, r"size \(width, height\) in metres: expected shape"),
+        ({"views": "right"}, r"views: expected a list, such as \['right'\]"),
+        ({"views": []}, "views: expected a list"),
+        ({"views": [["right"]]}, r"no view \['right'\]"),
+        ({"titles": 5}, "titles: expected a list of texts, got 5"),
         ({"scene": ARM}, "expected a Scene"),
     ],
 )

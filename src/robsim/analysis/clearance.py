@@ -11,7 +11,7 @@ import numpy as np
 from robsim.arrays import Array
 from robsim.errors import InputError, suggest
 from robsim.pose import IDENTITY, Pose
-from robsim.primitives import Block, CameraBody, Primitive, Wheel
+from robsim.primitives import Ball, Block, CameraBody, Primitive, Wheel
 from robsim.scene import Scene
 
 ROWS = 256  # configurations that are looked at together, so that they fit into the cache
@@ -26,6 +26,7 @@ class Hull(NamedTuple):
     edges: Array  # (E, 3) along its edges, unit
     centre: Array  # (3,) of a ball around it
     radius: float
+    beyond: float  # metres by which it reaches past its points, in all directions
 
 
 class Solid(NamedTuple):
@@ -54,6 +55,7 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
     than the distance. It is the distance itself where a face or two crossing edges are nearest,
     and less where a corner faces a corner or the side of an edge. Each shape counts as its convex
     hull, and a wheel as the prism around its circle: what is found is never too large.
+    Of a mesh, whose file is never opened, nothing is known, and it is refused.
 
     >>> from robsim import Block, Object
     >>> cubes = [Object(n, Block(1, 1, 1), pose=Pose.at(x, 0, 0)) for n, x in [("a", 0), ("b", 3)]]
@@ -89,7 +91,8 @@ def _gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
     """(B,) the widest gap between two hulls along any of their axes, in axes of the first."""
     R, p = T_a_b[:, :3, :3], T_a_b[:, :3, 3]
     turned = np.swapaxes(R, 1, 2)
-    across = np.cross(a.edges[:, None], (b.edges @ turned)[:, None]).reshape(len(R), -1, 3)
+    across = np.cross(a.edges[:, None], (b.edges @ turned)[:, None])
+    across = across.reshape(len(R), len(a.edges) * len(b.edges), 3)
     between = (p + R @ b.centre - a.centre)[:, None]
     fixed = np.broadcast_to(a.normals, (len(R), *a.normals.shape))
     axes, are_axes = _units(np.concatenate([fixed, b.normals @ turned, across, between], axis=1))
@@ -98,7 +101,7 @@ def _gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
     ahead = second.min(axis=2) - first.max(axis=2)
     behind = first.min(axis=2) - second.max(axis=2)
     gaps: Array = np.where(are_axes, np.maximum(ahead, behind), -np.inf).max(axis=1)
-    return gaps
+    return gaps - (a.beyond + b.beyond)
 
 
 def _units(vectors: Array) -> tuple[Array, Any]:
@@ -172,8 +175,10 @@ def hull(shape: Primitive) -> Hull:
     points, normals, edges = _parts(own)
     points, turned = shape.pose @ points, shape.pose.rotation.T
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    radius = float(_length(points - centre).max())
-    return Hull(points, _units(normals @ turned)[0], _units(edges @ turned)[0], centre, radius)
+    beyond = own.radius if isinstance(own, Ball) else 0.0
+    radius = float(_length(points - centre).max()) + beyond
+    normals, edges = (_units(way @ turned)[0] for way in (normals, edges))
+    return Hull(points, normals, edges, centre, radius, beyond)
 
 
 def _parts(own: Primitive) -> tuple[Array, Array, Array]:
@@ -182,6 +187,8 @@ def _parts(own: Primitive) -> tuple[Array, Array, Array]:
         return own.vertices, np.eye(3), np.eye(3)
     if isinstance(own, Wheel):
         return _prism(own)
+    if isinstance(own, Ball):  # a point, and all that is near it
+        return np.zeros((1, 3)), np.eye(3), np.empty((0, 3))
     if isinstance(own, CameraBody):
         return _frustum(own.vertices)
     raise InputError(f"no hull of a {type(own).__name__} is known")

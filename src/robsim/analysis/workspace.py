@@ -93,12 +93,12 @@ def _ranges(robot: Robot) -> tuple[Array, Array]:
         raise InputError(f"robot '{robot.name}' has no joint that moves, and so no workspace")
     low, high = robot.limits.T.copy()
     free = ~np.isfinite(robot.limits).all(axis=1)
-    names, links = robot.coordinate_names, {link.name for link in robot.links}
-    turns = np.array([u == "rad" for u in robot.coordinate_units]) & [n in links for n in names]
-    endless = [f"'{name}'" for name, no in zip(names, free & ~turns, strict=True) if no]
-    if endless:
+    kinds = [link.joint.kind for link in robot.links for _ in link.joint.parts.coordinates]
+    endless = free & (np.array(kinds) != "revolute")
+    if endless.any():
+        names = [f"'{robot.coordinate_names[i]}'" for i in np.flatnonzero(endless)]
         raise InputError(
-            f"the workspace of '{robot.name}' has no end: no limits for {', '.join(endless)}; "
+            f"the workspace of '{robot.name}' has no end: no limits for {', '.join(names)}; "
             "expected limits for all joints but revolute ones"
         )
     low[free], high[free] = robot.home[free] - np.pi, robot.home[free] + np.pi

@@ -68,15 +68,12 @@ def wheel(curves, which, s, radius):
 def _second(curves, which, s, length, radius):
     """Where the second wheel touches: Newton steps on |P2 - P1| = length, inside a bracket."""
     x, y, _, _, _ = wheel(curves, which, s, radius)
-    low, high, reached = s, s + length, False
-    for _ in range(64):
+    low, high = s, s + length
+    while high > low:  # the straight way beyond the end leads away; far out there all s are one
         far = wheel(curves, which, high, radius)
         if math.hypot(far[0] - x, far[1] - y) >= length:
-            reached = True
             break
         low, high = high, high + 0.5 * length
-    if not reached:
-        return math.nan
     at = min(s + length, high)
     for _ in range(64):
         X, Y, c, d, rate = wheel(curves, which, at, radius)

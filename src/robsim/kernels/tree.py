@@ -32,7 +32,7 @@ class Ties(NamedTuple):
     # (ties, 5): MIMIC, CHORD or ACKERMANN; row of x that it depends on; row of the ratio that is
     # its derivative by the velocity of its root; of a chord its curve, and what it gives
     rows: Any
-    # (ties, 3) MIMIC: ratio, offset. CHORD: length, radius, at. ACKERMANN: wheelbase, y of a wheel
+    # (ties, 3) MIMIC: ratio, offset. CHORD: length, radius, at. ACKERMANN: wheelbase, x, y
     numbers: Any
 
 
@@ -131,15 +131,15 @@ def ride(curves, which, s, T, bend):
 
 
 @kernel
-def steered(angle, wheelbase, y):
-    """Angle of a wheel at the side y of a car, and its derivative by the steering angle.
+def steered(angle, wheelbase, x, y):
+    """Angle of a wheel at (x, y) of a car, and its derivative by the steering angle.
 
-    tan = wheelbase sin/(wheelbase cos - y sin): all axles meet in one point (R. N. Jazar, Vehicle
+    tan = x sin/(wheelbase cos - y sin): all axles meet in one point (R. N. Jazar, Vehicle
     Dynamics, 2008, section 7.1).
     """
     c, s = math.cos(angle), math.sin(angle)
-    near, far = wheelbase * c - y * s, wheelbase * s
-    return math.atan2(far, near), wheelbase * wheelbase / (near * near + far * far)
+    near, far = wheelbase * c - y * s, x * s
+    return math.atan2(far, near), x * wheelbase / (near * near + far * far)
 
 
 @kernel
@@ -154,7 +154,7 @@ def depend(ties, curves, x, ratio):
             if kind == CHORD:
                 x[first + i, b], slope = curve.chord(curves, which, x[source, b], u, v, w, gives)
             elif kind == ACKERMANN:
-                x[first + i, b], slope = steered(x[source, b], u, v)
+                x[first + i, b], slope = steered(x[source, b], u, v, w)
             else:
                 x[first + i, b], slope = u * x[source, b] + v, u
             ratio[row, b] = slope * ratio[above, b]

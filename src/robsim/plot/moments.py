@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from robsim.arrays import Array, numbers, positive
+from robsim.arrays import Array, numbers
 from robsim.errors import InputError, suggest
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
@@ -71,12 +71,8 @@ def moments(
     states = numbers(q, "q (moments, nq)", (scene.nq,))
     if states.ndim != 2 or not len(states):
         raise InputError(f"q: expected shape (moments, {scene.nq}), got {states.shape}")
-    for view in views:
-        if view not in VIEWS:
-            raise InputError(f"no view {view!r}; {suggest(str(view), VIEWS, 'views')}")
-    if titles and len(titles) != len(states):
-        raise InputError(f"{len(states)} moments need as many titles, got {len(titles)}")
-    width, height = (positive(part, "size (metres)") for part in size)
+    _check_texts(views, titles, len(states))
+    width, height = _size(size)
     with style():
         across = WIDEST / len(states)
         figure = new_figure(WIDEST, len(views) * across * height / width + TEXT)
@@ -91,6 +87,27 @@ def moments(
             axes.set_title(title)
         _scale(grid[-1, -1], width, height)
     return figure
+
+
+def _check_texts(views: Any, titles: Any, states: int) -> None:
+    """InputError for views that do not exist, or titles that are not as many as moments."""
+    if not isinstance(views, list | tuple) or not views:
+        raise InputError(f"views: expected a list, such as ['right'], got {views!r:.80}")
+    for view in views:
+        if not isinstance(view, str) or view not in VIEWS:
+            raise InputError(f"no view {view!r:.80}; {suggest(view, VIEWS, 'views')}")
+    if not isinstance(titles, list | tuple):
+        raise InputError(f"titles: expected a list of texts, got {titles!r:.80}")
+    if titles and len(titles) != states:
+        raise InputError(f"{states} moments need as many titles, got {len(titles)}")
+
+
+def _size(size: Any) -> tuple[float, float]:
+    """Width and height in metres."""
+    given = numbers(size, "size (width, height) in metres", (2,))
+    if given.ndim != 1 or (given <= 0).any():
+        raise InputError(f"size: expected (width, height) in metres, got {size!r:.80}")
+    return float(given[0]), float(given[1])
 
 
 def _faces(scene: Scene, q: Array, view: Array, middle: float, reach: float) -> list[Face]:

@@ -10,12 +10,13 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.camera import Camera
+from robsim.describe.scene import SHAPES
 from robsim.errors import InputError, suggest
 from robsim.inertia import Inertia
 from robsim.joint import units_of
 from robsim.link import Link, coordinate_names
 from robsim.motion import Motion
-from robsim.primitives import Ball, Block, CameraBody, Mesh, Primitive, Wheel
+from robsim.primitives import Primitive
 from robsim.robot import Robot
 from robsim.scenario import schema
 from robsim.scenario.joint import joint
@@ -26,13 +27,6 @@ from robsim.scene import Mounted, Object, Scene
 
 MOST_LINKS_IN_ALL = 1024
 POSE_KEYS = set(schema.PoseKeys.model_fields)
-SHAPES: dict[str, type[Primitive]] = {
-    "block": Block,
-    "wheel": Wheel,
-    "camera": CameraBody,
-    "ball": Ball,
-    "mesh": Mesh,
-}
 T = TypeVar("T", bound=schema.PartTable)
 V = TypeVar("V")
 

@@ -17,7 +17,7 @@ from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import coordinate, either
 from robsim.scene import Scene
 from robsim.servo import FollowJoints, FollowPath
-from robsim.servo.named import Axis, axes_named, axis_named, distinct
+from robsim.servo.named import Axis, axes_called, axes_named
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 Keywords = dict[str, Any]
@@ -32,7 +32,7 @@ _PER: dict[str, tuple[str, tuple[Any, Any]]] = {
 def joints(table: schema.FollowJointsTable, scene: Scene) -> FollowJoints:
     """Numbers have the units of the joints; InputError for a joint that does not exist."""
     if isinstance(table.to, dict):
-        axes = distinct(scene, [axis_named(scene, name, "to") for name in table.to], "to")
+        axes = axes_called(scene, table.to, "to")
     else:
         axes = axes_named(scene, _several(table.joints))
     units, names = _units(scene, axes)

@@ -7,38 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from robsim.curves import Arc, Catenary, Curve, Line, Polyline
+from robsim.curves import Curve
+from robsim.describe.joint import CURVES, FOLLOWS
 from robsim.dh import dh_constants
 from robsim.errors import InputError
-from robsim.joint import (
-    KINDS,
-    SINGLE,
-    Ackermann,
-    Chord,
-    Coupling,
-    Joint,
-    Mimic,
-    Rolling,
-    Steering,
-)
+from robsim.joint import KINDS, SINGLE, Coupling, Joint, Steering
 from robsim.pose import Pose
 from robsim.scenario import schema
 from robsim.scenario.place import pose
 from robsim.scenario.problems import under
 from robsim.scenario.quantity import coordinate
-
-CURVES: dict[str, type[Any]] = {
-    "line": Line,
-    "arc": Arc,
-    "polyline": Polyline,
-    "catenary": Catenary,
-}
-FOLLOWS: dict[str, type[Any]] = {
-    "mimic": Mimic,
-    "chord": Chord,
-    "ackermann": Ackermann,
-    "rolling": Rolling,
-}
 
 
 def joint(table: schema.LinkTable, convention: str) -> Joint:

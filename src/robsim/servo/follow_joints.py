@@ -18,7 +18,7 @@ from robsim.servo.controller import Decision
 from robsim.servo.follower import Follower, check_trajectory
 from robsim.servo.instant import Instant
 from robsim.servo.inverse import RCOND
-from robsim.servo.named import Axis, axes_named, axis_named, distinct
+from robsim.servo.named import Axis, axes_called, axes_named
 from robsim.servo.shaped import Columns, names_of
 from robsim.trajectory import Quintic, Trapezoid
 from robsim.trajectory.limits import per_axis
@@ -116,7 +116,7 @@ class FollowJoints(Value):
     def axes(self, scene: Scene) -> list[Axis]:
         """Its joints, in the order of the axes of the trajectory; InputError for unknown names."""
         if isinstance(self.to, dict):
-            return distinct(scene, [axis_named(scene, name, "to") for name in self.to], "to")
+            return axes_called(scene, self.to, "to")
         return axes_named(scene, self.joints)
 
     def _goal(self, names: list[str]) -> Array:
@@ -205,8 +205,9 @@ class JointFollower(Follower):
 
 
 def _check_limits(scene: Scene, coordinates: NDArray[np.int64], goal: Array) -> None:
+    limits = scene.limits
     for i, value in zip(coordinates, goal, strict=True):
-        low, high = scene.limits[i]
+        low, high = limits[i]
         if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
             name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
             raise InputError(

@@ -46,9 +46,9 @@ class FollowPath(Shaped):
 
     Resolved motion rate control (Whitney 1969; Siciliano et al. 2009, section 3.7): qdot = J^+ V
     with the twist V = (v, omega) that carries the frame, as it is, to where it should be one period
-    later: one step of Newton's method in each period, whose distance from the path is of the second
-    order in the period. s is the position and the rotation vector from the end of the path, both
-    in world axes.
+    later, less what a `Motion` does to it. That is one step of Newton's method in each period, so
+    the distance from the path is of the second order in the period. s is the position and the
+    rotation vector from the end of the path, both in world axes.
 
     >>> FollowPath([0.4, 0.0, 0.3], mask="position", duration=2.0).to
     array([0.4, 0. , 0.3])
@@ -139,8 +139,10 @@ class FollowPath(Shaped):
         if self.frame is not None:
             scene.tree.find(self.frame)
             return self.frame
-        robot = scene.robot()
-        return f"{robot.name}.{robot.tip}"
+        tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots]
+        if len(tips) != 1:
+            raise InputError(f"frame: which one is to move? Tips: {', '.join(tips) or 'none'}")
+        return tips[0]
 
     def _end(self) -> Array:
         """(3, 4) where the path ends."""
@@ -194,11 +196,13 @@ class PathFollower(Follower):
         tree = self.scene.tree
         M = tree.bodies(now.q)
         T = tree.frame(M, self.frame)
-        J = np.ascontiguousarray(tree.jacobian(M, self.frame)[:, self.columns])
+        every = tree.jacobian(M, self.frame)
+        J = np.ascontiguousarray(every[:, self.columns])
         away = turn_between(np.broadcast_to(self.end[..., None], T.shape), T)
         s = np.concatenate([T[:, 3], away])[: self.k]
         error, reach = s - self.s_goal, self._reach(J, away)
-        qd = self._solved(np.ascontiguousarray(J[: self.k]), self._twist(now, T)[: self.k])
+        V = self._twist(now, T) - self._drift(now, every)
+        qd = self._solved(np.ascontiguousarray(J[: self.k]), V[: self.k])
         if not self.shaping.idle:
             qd = self.shaping.shaped(now, qd, reach, error, J)
         return Decision(Command(s, error, qd, reach), J, None)
@@ -221,6 +225,13 @@ class PathFollower(Follower):
             wanted[:, 3] = ahead[:, 3] + left * (T[:, 3] - here[:, 3])
         V = np.concatenate([wanted[:, 3] - T[:, 3], turn_between(T, wanted)])
         return V / now.dt
+
+    def _drift(self, now: Instant, J: Array) -> Any:
+        """(v, omega) (6, B) of the frame by what moves on its own."""
+        if not self.scene.motions:
+            return 0.0
+        rates = self.scene.drift(now.time)[:, None, None]
+        return product(J, np.repeat(rates, now.runs, axis=2))[:, 0]
 
     def _at(self, path: Any, seconds: float, now: Instant) -> Array:
         """(3, 4, B)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from robsim.errors import InputError, suggest
@@ -20,32 +21,42 @@ def axes_of(scene: Scene) -> dict[str, Axis]:
     found: dict[str, Axis] = {}
     velocity = coordinate = 0
     for robot in scene.robots:
-        names = list(robot.coordinate_names)
+        rows = {name: i for i, name in enumerate(robot.coordinate_names)}
         for i, name in enumerate(robot.velocity_names):
-            if name in names:
-                axis = Axis(velocity + i, coordinate + names.index(name))
-                found[f"{robot.name}.{name}"] = axis
+            if name in rows:
+                found[f"{robot.name}.{name}"] = Axis(velocity + i, coordinate + rows[name])
         velocity, coordinate = velocity + robot.nv, coordinate + robot.nq
     return found
 
 
-def axis_named(scene: Scene, name: str, what: str) -> Axis:
-    """The joint of a name, in which that of its robot may be left out where there is one only.
+def axes_called(scene: Scene, names: Iterable[str], what: str) -> list[Axis]:
+    """The joints of some names, in which that of the robot may be left out where one has it only.
 
-    InputError names `what`: there is none, there are several, or it moves on its own.
+    InputError names `what`: there is none, there are several, it moves on its own, or is named
+    twice.
     """
     known = axes_of(scene)
-    fits = [full for full in known if name in (full, full.split(".", 1)[1])]
-    if len(fits) > 1:
-        raise InputError(f"{what}: which joint {name!r}? There are {', '.join(fits)}")
-    if not fits:
+    fits: dict[str, list[str]] = {}
+    for full in known:
+        for name in (full, full.split(".", 1)[1]):
+            fits.setdefault(name, []).append(full)
+    return distinct(scene, [_one(scene, known, fits, name, what) for name in names], what)
+
+
+def _one(
+    scene: Scene, known: dict[str, Axis], fits: dict[str, list[str]], name: str, what: str
+) -> Axis:
+    full = fits.get(name, [])
+    if len(full) > 1:
+        raise InputError(f"{what}: which joint {name!r}? There are {', '.join(full)}")
+    if not full:
         alone = len(scene.robots) == 1
-        exist = [full.split(".", 1)[1] if alone else full for full in known]
+        exist = [each.split(".", 1)[1] if alone else each for each in known]
         raise InputError(
             f"{what}: no joint {name!r} with a coordinate and a velocity of its own; "
             f"{suggest(name, exist, 'joints')}"
         )
-    axis = known[fits[0]]
+    axis = known[full[0]]
     if scene.prescribed[axis.velocity]:
         raise InputError(f"{what}: '{name}' moves on its own; a task cannot command it as well")
     return axis
@@ -63,7 +74,7 @@ def axes_named(scene: Scene, names: tuple[str, ...] | None) -> list[Axis]:
                 raise InputError(f"joints: robot '{name}' has none that a task can command by name")
             found += free
         else:
-            found.append(axis_named(scene, name, "joints"))
+            found += axes_called(scene, [name], "joints")
     if not found:
         raise InputError("the scene has no joint with a coordinate and a velocity of its own")
     return distinct(scene, found, "joints")
@@ -71,7 +82,7 @@ def axes_named(scene: Scene, names: tuple[str, ...] | None) -> list[Axis]:
 
 def distinct(scene: Scene, axes: list[Axis], what: str) -> list[Axis]:
     """The same; InputError if one is named twice."""
-    twice = {axis for axis in axes if axes.count(axis) > 1}
-    if twice:
-        raise InputError(f"{what}: '{scene.velocity_names[min(twice).velocity]}' is named twice")
+    if len(set(axes)) < len(axes):
+        twice = min(axis for axis in axes if axes.count(axis) > 1)
+        raise InputError(f"{what}: '{scene.velocity_names[twice.velocity]}' is named twice")
     return axes
