@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.actuation import Actuation
 from robsim.arrays import Array, positive
-from robsim.errors import InputError, suggest
+from robsim.errors import InputError, Interrupted, suggest
 from robsim.outcome import Outcome
 from robsim.scene import Scene
 from robsim.sensing import Sensing
@@ -28,7 +28,8 @@ class Phase:
 
     At its start the objects of `release` are left standing in the world where they are, and those
     of `attach`, {object: frame}, are from then on carried by that frame; none of them jumps. The
-    phase has succeeded if it ends as `expects` says: one outcome or several.
+    phase has succeeded if it ends as `expects` says: one outcome or several. After an expected
+    JOINT_LIMIT the next phase starts at the limit.
 
     >>> from robsim import FollowJoints
     >>> Phase("lift", FollowJoints(to={"lift": 0.1}, duration=2.0), attach={"cube": "arm.tool"})
@@ -66,6 +67,15 @@ class Phase:
     def __repr__(self) -> str:
         return f"Phase({self.name!r})"
 
+    def after(self, legs: Sequence[Leg], scene: Scene, q: Array, **settings: Any) -> Leg:
+        """How it goes from q (nq,), after these legs."""
+        with _named(self):
+            scene = self.begun(scene, q)
+            run = simulate(scene, self.task, q, duration=self.duration, **settings)
+        start, outcome = legs[-1].end if legs else 0.0, Outcome(int(run["outcome"]))
+        end = start + float(run["end_time"])
+        return Leg(self.name, outcome, outcome in self.expects, start, end, run, scene)
+
     def begun(self, scene: Scene, q: Array) -> Scene:
         """The scene as it hangs together from the start of this phase, at q (nq,)."""
         for thing in self.release:
@@ -100,6 +110,7 @@ class MissionRun:
 
     legs: tuple[Leg, ...]
     planned: int  # phases
+    problem: str = ""  # why the next phase could not begin, if it could not
 
     @property
     def succeeded(self) -> bool:
@@ -123,7 +134,8 @@ class MissionRun:
         wide = max(len(leg.name) for leg in self.legs)
         lines = [f"{leg.start:8.2f} s  {leg.name:{wide}}  {leg.outcome.words}" for leg in self.legs]
         left = self.planned - len(self.legs)
-        return "\n".join([*lines, *([f"{left} phases were not begun"] if left else [])])
+        lines += [self.problem] if self.problem else []
+        return "\n".join([*lines, *([f"phases not begun: {left}"] if left else [])])
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +185,9 @@ class Mission:
     ) -> MissionRun:
         """Simulate all phases from q0 (nq,), or home; keywords as those of `simulate`.
 
-        InputError: in the words of `simulate`, with the name of the phase in front.
+        InputError: in the words of `simulate`, with the name of the phase in front. What turns out
+        only on the way, such as a target that is out of sight where it was put down, ends the
+        mission and is its `problem`. Interrupted after Ctrl-C, with the legs so far in `.run`.
         """
         scene = self.scene
         q = scene.coordinates(scene.home if q0 is None else q0, "q0")
@@ -188,16 +202,21 @@ class Mission:
         self._check_tasks(q, settings)
         legs: list[Leg] = []
         for i, phase in enumerate(self.phases):
-            with _named(phase):
-                scene = phase.begun(scene, q)
-                run = simulate(scene, phase.task, q, duration=phase.duration, run=i, **settings)
-            start, outcome = legs[-1].end if legs else 0.0, Outcome(int(run["outcome"]))
-            end, good = start + float(run["end_time"]), outcome in phase.expects
-            legs.append(Leg(phase.name, outcome, good, start, end, run, scene))
-            if not good:
+            try:
+                legs.append(phase.after(legs, scene, q, run=i, **settings))
+            except Interrupted:
+                raise Interrupted("stopped by the user", self._so_far(legs)) from None
+            except InputError as error:
+                if not legs:
+                    raise
+                return self._so_far(legs, str(error))
+            scene, q = legs[-1].scene, np.clip(legs[-1].q_end, *scene.limits.T)
+            if not legs[-1].succeeded:
                 break
-            q = legs[-1].q_end
-        return MissionRun(tuple(legs), len(self.phases))
+        return self._so_far(legs)
+
+    def _so_far(self, legs: Sequence[Leg], problem: str = "") -> MissionRun:
+        return MissionRun(tuple(legs), len(self.phases), problem)
 
     def _check_names(self) -> None:
         """InputError for an object or a frame that does not exist, in any phase."""

@@ -58,13 +58,45 @@ def test_the_first_phase_that_goes_wrong_is_the_last():
     assert str(story).splitlines() == [
         "    0.00 s  a          converged",
         "    1.00 s  too short  time limit",
-        "1 phases were not begun",
+        "phases not begun: 1",
     ]
 
 
 def test_a_phase_may_expect_another_end():
     phases = [Phase("a", go(1.0, 1.0), 0.4, expects=Outcome.TIME_LIMIT), Phase("b", go(0, 0))]
     assert Mission(SCENE, phases).run().succeeded
+
+
+def test_what_turns_out_on_the_way_ends_a_mission_and_loses_nothing():
+    """The second phase carries the cup away, so that the third looks for it where it is not."""
+    lens = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
+    eye = rs.Mounted("eye", lens, on="planar_2r.fore", pose=rs.Pose.at(0, 0, -2))
+    near = rs.Object("cup", marks=[[0, 0, 0.05], [0.1, 0, 0.05]], pose=rs.Pose.at(1.4, 0.9, 0))
+    servo = rs.IBVS(goal=[0.6, 0.5])
+    phases = [
+        Phase("reach", go(0.5, 0.5)),
+        Phase("carry", go(-2.0, 0.5), attach={"cup": "planar_2r.upper"}),
+        Phase("look", servo, release=["cup"]),
+    ]
+    story = Mission(rs.Scene(ARM, near, eye), phases).run()
+    assert [leg.name for leg in story.legs] == ["reach", "carry"] and not story.succeeded
+    assert story.problem.startswith("phase 'look': ")
+    assert str(story).splitlines()[-2:] == [story.problem, "phases not begun: 1"]
+
+
+def test_after_an_expected_joint_limit_a_mission_goes_on_from_there():
+    belt, other = rs.robots.conveyor(), rs.robots.conveyor().named("other")
+    scene = rs.Scene([belt, other], motions=rs.Motion("other", [3.0]))
+    there, back = (rs.FollowJoints({"conveyor.belt": x}, duration=1.0) for x in (1.9, 0.0))
+    story = Mission(
+        scene,
+        [
+            Phase("wait for the limit", there, 2.0, expects=Outcome.JOINT_LIMIT),
+            Phase("back", back, 0.1),
+        ],
+    ).run()
+    assert story.legs[0].outcome == Outcome.JOINT_LIMIT and story.legs[0].succeeded
+    assert story.legs[0].q_end[1] > 2.0 and story.legs[1].run.q0[1] == 2.0
 
 
 def test_each_phase_has_noise_of_its_own_and_a_mission_repeats():
