@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from robsim import robots, units
+from robsim.joint import Ackermann, Chord, Coupling, Mimic
 from robsim.link import Link
 from robsim.robot import Robot
 
@@ -38,7 +39,9 @@ def _joints(robot: Robot, file: dict[str, Any]) -> list[str]:
     """One row for each link but the base, under a head."""
     dh = {table["name"]: table["dh"] for table in file["links"] if "dh" in table}
     told = _DH.format("theta deg", "d m", "a m", "alpha deg")
-    rows = [["link", "joint", told if dh else "place in its parent", "limits", "home"]]
+    tied = any(link.joint.follows and not _mine(robot, link) for link in robot.links)
+    last = "home, or what it follows" if tied else "home"
+    rows = [["link", "joint", told if dh else "place in its parent", "limits", last]]
     for above, link in zip(robot.links, robot.links[1:], strict=False):
         name = link.name if link.parent == above.name else f"{link.name} on {link.parent}"
         place = _row(dh[link.name]) if link.name in dh else _place(link)
@@ -59,12 +62,17 @@ def _place(link: Link) -> str:
     joint = link.joint
     pose = joint.place if joint.kind in _AXIS else joint.place @ joint.tail
     where = f"at {_vector(pose.position)} m"
+    if joint.curve is not None:
+        kind = type(joint.curve).__name__.lower()
+        return f"{where}, along a {kind} of {joint.curve.length:g} m"
     axis = f"{_AXIS.get(joint.kind, 'z along')} {_vector(pose.rotation[:, 2])}"
     return where if joint.kind not in (*_AXIS, "fixed") else f"{where}, {axis}"
 
 
 def _limits(robot: Robot, link: Link) -> str:
-    mine = _mine(robot, link)
+    mine, steering = _mine(robot, link), link.joint.steering
+    if steering is not None:
+        return f"steering {np.degrees(steering.limit):.4g} deg either way"
     if link.joint.limits is None or not mine:
         return "none" if mine else ""
     (low, unit), (high, _) = (_shown(x, robot.coordinate_units[mine[0]]) for x in link.joint.limits)
@@ -72,12 +80,24 @@ def _limits(robot: Robot, link: Link) -> str:
 
 
 def _home(robot: Robot, link: Link) -> str:
-    mine = _mine(robot, link)
+    mine, follows = _mine(robot, link), link.joint.follows
+    if follows is not None and not mine:
+        return _followed(follows)
     values = [" ".join(_shown(robot.home[i], robot.coordinate_units[i])) for i in mine]
     names = [robot.coordinate_names[i].removeprefix(f"{link.name}.") for i in mine]
     if len(mine) == 1:
         return values[0].strip()
     return ", ".join(f"{n} {v}".strip() for n, v in zip(names, values, strict=True))
+
+
+def _followed(follows: Coupling) -> str:
+    """What a joint without a coordinate of its own does."""
+    if isinstance(follows, Chord):
+        return f"{follows.gives} of the chord of {follows.length:g} m from {follows.of}"
+    if isinstance(follows, Mimic):
+        offset = f" {follows.offset:+g}" if follows.offset else ""
+        return f"{follows.ratio:g} {follows.of}{offset}"
+    return f"{follows.of}, by Ackermann" if isinstance(follows, Ackermann) else ""
 
 
 def _mine(robot: Robot, link: Link) -> list[int]:
