@@ -26,8 +26,8 @@ class Inertia(Value):
     other two.
 
     >>> ball = Inertia(2.0, tensor=0.8 * np.eye(3))
-    >>> (ball + ball).tensor[0, 0]
-    1.6
+    >>> (ball + ball).tensor.diagonal()
+    array([1.6, 1.6, 1.6])
     """
 
     mass: float

@@ -1,6 +1,7 @@
 """Robot -> URDF -> robot: names, poses, limits, inertia and shapes; and what cannot be written."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -227,3 +228,34 @@ def test_colours_that_files_have_no_name_for_become_grey(tmp_path):
     wheel = rs.Wheel(1, 1, color="tab:blue")
     robot = rs.Robot("r", rs.Link("base", shapes=(wheel, dataclasses.replace(wheel, color="#0f0"))))
     assert [s.color for s in again(robot, tmp_path).links[0].shapes] == ["#808080", "g"]
+
+
+def servo(arm):
+    """An eye on its last link that looks at a square from half a metre away."""
+    q = np.array([0, -0.5, 0, -2, 0, 1.6, 0.8])
+    square = rs.Pose(arm.fk(q)) @ rs.Pose.at(0, 0, 0.5)
+    marks = [(x, y, 0) for x, y in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))]
+    eye = rs.Mounted("eye", rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="panda.flange")
+    scene = rs.Scene([arm], [rs.Object("square", marks=marks, pose=square)], [eye])
+    return scene, rs.IBVS(goal=q), q + 0.03
+
+
+def test_a_robot_from_a_file_servos_like_the_one_that_was_written(tmp_path):
+    runs = []
+    for arm in (robots.panda(), again(robots.panda(), tmp_path)):
+        scene, task, q = servo(arm)
+        runs.append(rs.simulate(scene, task, q, duration=1.0))
+    close(runs[0]["q"], runs[1]["q"], 1e-10)
+    assert float(runs[0]["error_norm"][-1]) < 0.5 * float(runs[0]["error_norm"][0])
+
+
+def test_a_run_of_a_robot_from_a_file_is_repeated_from_its_text(tmp_path):
+    """The text of the scenario holds the robot, inertias and meshes too: no file is needed."""
+    arm = rs.Robot.from_urdf(Path(__file__).parents[1] / "inputs" / "urdf" / "00_good.urdf")
+    stone = rs.Mesh("package://stones/stone.stl", (1, 1, 0.5))
+    weighed = dataclasses.replace(arm.links[1], shapes=(stone, rs.Ball(0.1, mass=0.3)))
+    arm = dataclasses.replace(arm, links=(arm.links[0], weighed))
+    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="r.b")
+    dots = rs.Object("dots", marks=[(0.1, 0, 2), (0, 0.2, 2), (0, 0, 3), (0.1, 0.1, 3)])
+    run = rs.simulate(rs.Scene([arm], [dots], [eye]), rs.IBVS(goal=[0.1]), [0.0], duration=0.2)
+    assert rs.replay(run).identical(run)

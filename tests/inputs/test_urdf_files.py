@@ -1,5 +1,6 @@
 """URDF files: what is refused, and with which words; what is read otherwise; what comes out."""
 
+import time
 import warnings
 from pathlib import Path
 
@@ -155,7 +156,7 @@ def test_the_rest_of_the_corpus_is_read():
         ('name="upper"', 'name="' + "u" * 65 + '"', "has up to 64 letters"),
         ('name="lower"', 'name="ba.e"', "parent: no link 'lower'"),
         ('value="2"', 'value="-2"', "<link 'upper'> <inertial> <mass>: value is -2"),
-        ('ixx="1"', 'ixx="1 2"', "ixx = '1 2': expected one number, got 2"),
+        ('ixx="1"', 'ixx="1 2"', "ixx = '1 2': expected one number, got more"),
         ('ixx="1"', "", "<inertia>: ixx is missing"),
         ('<mass value="2"/>', "", "<link 'upper'> <inertial>: <mass> is missing"),
         ('radius="0.05"', 'radius="0"', "<cylinder>: radius is 0; it must be above 0"),
@@ -226,11 +227,19 @@ def test_a_file_of_100_megabytes_is_refused_before_it_is_read(tmp_path):
     [
         ("<a>" * 100_000, "nested more than 64 deep"),
         ("<robot name='r'>" + "<gazebo/>" * 100_001 + "</robot>", "more than 100000 elements"),
+        ("<robot name='r'>" + "<rumour/>" * 1001 + "</robot>", "more than 1000 unknown words"),
         ("<robot name='r'>" + "<link name='a'/>" * 2049 + "</robot>", "from 1 to 2048 are allowed"),
     ],
 )
 def test_what_is_too_much_is_refused(read, text, message):
     assert message in refused(read, text=text)
+
+
+@pytest.mark.parametrize("digits", ["1" * 100_000, "1" * 1_000_000 + "e", "0." + "0" * 200_000])
+def test_endless_numbers_are_refused_at_once(read, digits):
+    start = time.perf_counter()
+    assert "xyz = '" in refused(read, 'xyz="0 0 1"', f'xyz="{digits} 0 0"')
+    assert time.perf_counter() - start < 1.0
 
 
 # what is read otherwise than it is written, and told

@@ -8,6 +8,7 @@ from robsim.errors import FileError, FileWarning
 from robsim.urdf.elements import Element
 
 MOST = 50  # errors after which a file is not read further
+MOST_ODDITIES = 1000
 SHOWN = 5  # oddities that one warning lists
 LONGEST = 600  # characters of a line
 
@@ -31,6 +32,9 @@ class Findings:
 
     def odd(self, element: Element, text: str) -> None:
         """Something that is read in another way than it is written, or left out."""
+        if len(self.oddities) == MOST_ODDITIES:
+            self.error(element, f"more than {MOST_ODDITIES} unknown words and the like")
+            self.stop()
         self.oddities.append(self._line(element, text))
 
     def stop(self) -> None:

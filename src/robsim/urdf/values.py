@@ -15,7 +15,8 @@ from robsim.urdf.findings import Findings
 from robsim.urdf.words import child, needed
 
 LARGEST = 1e9  # of a number, so that no product of poses overflows
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+LONGEST = 64  # characters of a number
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
 def number(
@@ -103,14 +104,15 @@ def _numbers(
     findings: Findings,
     most: float = LARGEST,
 ) -> list[float] | None:
-    words = text.split()
-    wrong = next((word for word in words if not _NUMBER.fullmatch(word)), None)
+    words = text.split(None, count)
+    wrong = next((word for word in words[:count] if not _is_number(word)), None)
     if wrong is not None:
         findings.error(element, f"{name} = {text!r:.80}: {_reason(wrong)}")
         return None
     if len(words) != count:
         expected = "one number" if count == 1 else f"{count} numbers"
-        findings.error(element, f"{name} = {text!r:.80}: expected {expected}, got {len(words)}")
+        got = len(words) if len(words) <= count else "more"
+        findings.error(element, f"{name} = {text!r:.80}: expected {expected}, got {got}")
         return None
     values = [float(word) for word in words]
     if not all(math.isfinite(value) for value in values):
@@ -120,6 +122,10 @@ def _numbers(
         findings.error(element, f"{name} = {text!r:.80}: at most {most:g} is allowed")
         return None
     return values
+
+
+def _is_number(word: str) -> bool:
+    return len(word) <= LONGEST and _NUMBER.fullmatch(word) is not None
 
 
 def _reason(word: str) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from itertools import islice
 from typing import NamedTuple
 
 from robsim.names import checked_name
@@ -155,7 +156,7 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
 
 def hint(name: str, names: Iterable[str]) -> str:
     """The end of a message about a name that does not exist."""
-    near = nearest(name, names)
+    near = nearest(name, islice(names, 256))
     return f"did you mean '{near}'?" if near else "there is nothing near that name"
 
 
