@@ -41,6 +41,12 @@ class ClosedIK(Value):
     A spherical wrist has n = 8, and the index is 4 shoulder + 2 elbow + wrist, each 0 or 1: the
     arm ahead or turned about and leaning back, the elbow on either side, the wrist flipped. An arm
     of five joints has n = 4, without the wrist.
+
+    >>> from robsim import robots
+    >>> puma = robots.puma560()
+    >>> found = puma.closed_ik(puma.fk(puma.home))
+    >>> int(found.valid.sum()), int(found.within.sum())
+    (8, 2)
     """
 
     q: Array
@@ -78,7 +84,9 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
         within = valid & ((q >= low - SLACK) & (q <= high + SLACK)).all(axis=-1)
     lead = (*pose.shape[:-2], angles.shape[1])
     return ClosedIK(
-        frozen(q.reshape(*lead, -1)), frozen(valid.reshape(lead)), frozen(within.reshape(lead))
+        frozen(q.reshape(*lead, len(arm.home))),
+        frozen(valid.reshape(lead)),
+        frozen(within.reshape(lead)),
     )
 
 

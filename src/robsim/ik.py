@@ -24,7 +24,7 @@ from robsim.value import Value
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
 FINEST = 1e-12  # metres or radians: less is rounding
-CHUNK = 4096  # runs that one thread takes at a time
+CHUNK = 16384  # runs that one thread takes at a time
 FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins where there is no limit
 
 
@@ -71,6 +71,12 @@ class IKResult(Value):
     iterations  (...,) how often the link was placed, over all searches
     restarts    (...,) how many searches began elsewhere than at q0
     reason      (...,) codes of `IKReason`; for a single pose one of these
+
+    >>> from robsim import Robot
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], limits=[[-1, 1]])
+    >>> found = arm.ik(arm.fk([[0.5], [1.5]]))
+    >>> found.q.round(9)[:, 0], [IKReason(code).name for code in found.reason]
+    (array([0.5, 1. ]), ['SOLVED', 'LIMITS'])
     """
 
     q: Array

@@ -333,7 +333,8 @@ class Robot(Value):
                     direction of the link's z axis), or six weights of (p_goal - p, rotation vector
                     of R_goal R'), in the axes of the base
         tolerance   of `error`, the larger of the metres and the radians that count
-        iterations  of each search at most; it ends sooner where it is not worth going on
+        iterations  of each search at most; it ends sooner where it is not worth going on. The last
+                    one goes on from the best that was found, ten times as long if it has to
         restarts    how many more searches, from random coordinates, nearest pose first
         seed        of these; they are the same for every row
         limits      False to search without them
@@ -349,9 +350,10 @@ class Robot(Value):
         >>> bool(found.success), found.reason.name
         (True, 'SOLVED')
         """
+        arm = self._arm(link, limits)
         start = self.home if q0 is None else self.coordinates(q0, "q0", limits=limits)
         effort = Effort.checked(tolerance, iterations, restarts, seed, threads)
-        return solve(self._arm(link, limits), T, start, mask, effort)
+        return solve(arm, T, start, mask, effort)
 
     def closed_ik(self, T: Any, *, link: str | None = None, tolerance: float = 1e-9) -> ClosedIK:
         """All solutions for poses T (..., 4, 4), where the arm has a closed form.
@@ -373,6 +375,8 @@ class Robot(Value):
 
     def _arm(self, link: str | None, limits: bool) -> Arm:
         """What inverse kinematics has to know."""
+        if not isinstance(limits, bool | np.bool_):
+            raise InputError(f"limits must be True or False, got {limits!r:.80}")
         rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
         names = self.coordinate_units, self.velocity_names
         return Arm(self.tree, self._link(link), rows, self.home, *names)

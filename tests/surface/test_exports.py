@@ -30,6 +30,8 @@ SIGNATURES = {
     "Robot.fk": "self q link",
     "Robot.frames": "self q",
     "Robot.jacobian": "self q link",
+    "Robot.ik": "self T q0 link mask tolerance iterations restarts seed limits threads",
+    "Robot.closed_ik": "self T link tolerance",
     "Scene": "robots objects cameras display",
     "Scene.view": "self q camera points",
     "IBVS": "goal camera target features",

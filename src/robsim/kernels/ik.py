@@ -243,24 +243,6 @@ def _put(q, b, out, run):
 
 
 @kernel
-def _book(lanes, model, tolerance, found):
-    """Keep what is better than all that a run had before."""
-    for b in range(lanes.run.size):
-        run = lanes.run[b]
-        if run >= 0:
-            found.iterations[run] += 1
-        if run >= 0 and model.square[b] < lanes.best[b]:
-            lanes.best[b], found.error[run] = model.square[b], lanes.error[b]
-            _put(lanes.q, b, found.q, run)
-            if lanes.error[b] < tolerance:
-                found.reason[run] = SOLVED
-            elif model.still[b]:
-                found.reason[run] = LIMITS if model.held[b] > 0 else UNREACHABLE
-            else:
-                found.reason[run] = ITERATIONS
-
-
-@kernel
 def _search(lanes, model, tolerance, restarts, iterations):
     """What each lane does now; a search is over where it is still, stuck, or took too long."""
     for b in range(lanes.run.size):
@@ -277,6 +259,25 @@ def _search(lanes, model, tolerance, restarts, iterations):
             lanes.turn[b] = DONE
         else:
             lanes.turn[b] = OVER if over else STEP
+
+
+@kernel
+def _book(lanes, model, tolerance, restarts, found):
+    """Where a search ends, keep what is better than all before it; in the last one, at once."""
+    for b in range(lanes.run.size):
+        run, ends = lanes.run[b], lanes.turn[b] == OVER or lanes.turn[b] == DONE
+        if ends:
+            found.iterations[run] += lanes.iteration[b]
+        looks = run >= 0 and (ends or lanes.search[b] > restarts)
+        if looks and model.square[b] < lanes.best[b]:
+            lanes.best[b], found.error[run] = model.square[b], lanes.error[b]
+            _put(lanes.q, b, found.q, run)
+            if lanes.error[b] < tolerance:
+                found.reason[run] = SOLVED
+            elif model.still[b]:
+                found.reason[run] = LIMITS if model.held[b] > 0 else UNREACHABLE
+            else:
+                found.reason[run] = ITERATIONS
 
 
 @kernel
@@ -310,15 +311,17 @@ def _enter(lanes, b, run, goals, q0):
 
 
 @kernel
-def _distance(target, goal, b, T, k):
-    """Squared, with mean weights; of rotations |R - R_goal|^2/2 = 2 - 2 cos(angle)."""
-    total, weight = 0.0, target.weight
+def _distances(target, goal, b, T, square):
+    """square[k] of T[3, 4, k] from goal b, with mean weights; |R - R_goal|^2/2 = 2 - 2 cos."""
+    weight = target.weight
     spin = (weight[3] ** 2 + weight[4] ** 2 + weight[5] ** 2) / 6.0
+    for k in range(square.size):
+        square[k] = 0.0
     for r in range(3):
-        total += (weight[r] * (goal[r, 3, b] - T[r, 3, k])) ** 2
-        for c in range(2 if target.pointing else 0, 3):
-            total += spin * (goal[r, c, b] - T[r, c, k]) ** 2
-    return total
+        for c in range(2 if target.pointing else 0, 4):
+            factor, wanted = weight[r] ** 2 if c == 3 else spin, goal[r, c, b]
+            for k in range(square.size):
+                square[k] += factor * (wanted - T[r, c, k]) ** 2
 
 
 @kernel
@@ -334,10 +337,11 @@ def _restart(target, bounds, lanes, b, starts, found):
         _put(found.q, run, lanes.q, b)
         lanes.best[b] = np.inf
         return
-    for k in range(starts.q.shape[1]):
-        distance = _distance(target, lanes.goal, b, starts.poses, k)
-        if lanes.begun[b] < distance < nearest:
-            nearest, chosen = distance, k
+    distance = np.empty(starts.q.shape[1])
+    _distances(target, lanes.goal, b, starts.poses, distance)
+    for k in range(distance.size):
+        if lanes.begun[b] < distance[k] < nearest:
+            nearest, chosen = distance[k], k
     lanes.begun[b] = nearest
     found.restarts[run] += 1
     _put(starts.q0, run, lanes.q, b)
@@ -398,8 +402,8 @@ def solve(joints, target, bounds, goals, starts, tolerance, iterations, found):
     following, going = B, B
     while going > 0:
         _propose(joints, target, bounds, lanes, model)
-        _book(lanes, model, tolerance, found)
         _search(lanes, model, tolerance, restarts, iterations)
+        _book(lanes, model, tolerance, restarts, found)
         _descend(lanes, model, restarts)
         for b in range(B):
             if lanes.turn[b] == DONE and following < runs:
