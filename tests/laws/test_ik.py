@@ -1,5 +1,7 @@
 """Inverse kinematics: what is found is at the pose and within the limits, or it is said why not."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,33 +13,9 @@ HALF = np.pi / 2
 REASON = rs.IKReason
 
 
-def ur5e():
-    d, a = [0.1625, 0, 0, 0.1333, 0.0997, 0.0996], [0, -0.425, -0.3922, 0, 0, 0]
-    alpha, span = [HALF, 0, 0, HALF, -HALF, 0], np.array([2, 2, 1, 2, 2, 2]) * np.pi
-    home = np.radians([0, -90, 90, -90, -90, 0])
-    return rs.Robot.from_dh(
-        np.c_[np.zeros(6), d, a, alpha], limits=np.c_[-span, span], home=home, name="ur5e"
-    )
-
-
-def iiwa14():
-    d, alpha = [0.36, 0, 0.42, 0, 0.4, 0, 0.126], np.radians([-90, 90, 90, -90, -90, 90, 0])
-    span = np.radians([170, 120, 170, 120, 170, 120, 175])
-    home = np.radians([0, 30, 0, -60, 0, 60, 0])
-    return rs.Robot.from_dh(
-        np.c_[np.zeros(7), d, np.zeros(7), alpha],
-        limits=np.c_[-span, span],
-        home=home,
-        name="iiwa14",
-    )
-
-
 ARMS = {
-    "puma560": rs.robots.puma560,
-    "panda": rs.robots.panda,
-    "ur5e": ur5e,
-    "iiwa14": iiwa14,
-    "rhino_xr4": rs.robots.rhino_xr4,
+    name: partial(rs.robots.load, name)
+    for name in ("puma560", "panda", "ur5e", "lbr_iiwa14", "rhino_xr4")
 }
 
 
@@ -152,7 +130,7 @@ def test_a_solution_that_is_given_stays_as_it_is(name):
 @given(seed=st.integers(0, 2**32))
 @settings(derandomize=True, max_examples=20, deadline=None)
 def test_near_a_solution_that_one_is_found_and_no_other(seed):
-    robot = ur5e()
+    robot = rs.robots.ur5e()
     q = random_q(robot, 50, seed)
     sigma = np.linalg.svd(robot.jacobian(q), compute_uv=False)[:, -1]
     q = q[sigma > 0.05]
@@ -203,7 +181,7 @@ def test_a_whole_turn_brings_a_joint_within_its_limits():
 
 
 def test_few_iterations_are_told_as_such():
-    found = ur5e().ik(rs.Pose.at(3, 1, 2), iterations=1, restarts=0)
+    found = rs.robots.ur5e().ik(rs.Pose.at(3, 1, 2), iterations=1, restarts=0)
     assert found.reason is REASON.ITERATIONS and "more iterations" in found.reason.message
     assert found.restarts == 0 and found.iterations <= 13
 
@@ -354,3 +332,42 @@ def test_a_straight_wrist_takes_the_fourth_angle_as_zero():
     found = robot.closed_ik(robot.fk(q))
     best = found.q[np.nanargmin(turns(found.q[:, :3], q[:3]))]
     np.testing.assert_allclose(best[[3, 4, 5]], [0, 0, 0.9], atol=1e-7)
+
+
+def onto_the_first_axis(robot, q, wrist):
+    """Coordinates with joint 2 turned until the origin of `wrist` is on axis 1, above joint 2."""
+    x, _, z = robot.fk([0, 0, *q[2:]], wrist)[:3, 3] - robot.fk(q, robot.links[1].name)[:3, 3]
+    return np.array([q[0], -np.arctan2(-z, x) - HALF, *q[2:]])
+
+
+def plain():
+    """Like the Puma, with nothing beside the plane of its arm."""
+    d, a = [0.5, 0, 0, 0.4, 0, 0.1], [0, 0.4, 0.02, 0, 0, 0]
+    return rs.Robot.from_dh(np.c_[np.zeros(6), d, a, [-HALF, 0, HALF, -HALF, HALF, 0]])
+
+
+@pytest.mark.parametrize("q1", [0.0, 0.7, -2.0])
+@pytest.mark.parametrize("q4", [0.4, -1.0])
+def test_a_wrist_on_the_first_axis_has_closed_solutions(q1, q4):
+    """Every plane through the axis holds it: that of the tool counts, or any will do."""
+    for robot, wrist, solutions in ((plain(), "link5", 8), (rs.robots.rhino_xr4(), "wrist", 2)):
+        q = onto_the_first_axis(robot, np.array([q1, 0, 1.0, q4, 0.3, 0.2][: robot.nq]), wrist)
+        T = robot.fk(q)
+        assert np.hypot(*robot.fk(q, wrist)[:2, 3]) < 1e-15
+        found = robot.closed_ik(T)
+        assert found.valid.sum() >= solutions
+        assert np.abs(robot.fk(found.q[found.valid]) - T).max() < 1e-12
+
+
+def test_a_five_joint_arm_that_stands_upright_has_a_closed_solution():
+    """Its hand too is on the first axis, which then turns as the last does."""
+    rhino = rs.robots.rhino_xr4()
+    T = rhino.fk([0.3, -HALF, 0, -HALF, 0.4])  # the hand is a wrist's 9.5 mm beside the axis
+    assert rhino.closed_ik(T).valid.any()
+    rows = [[0, 0.3, 0, -HALF], [0, 0, 0.2, 0], [0, 0, 0.2, 0], [0, 0, 0, -HALF], [0, 0.1, 0, 0]]
+    arm = rs.Robot.from_dh(rows)
+    T = arm.fk([0.3, -HALF, 0, -HALF, 0.4])
+    assert np.abs(T[:2, 3]).max() < 1e-15
+    found = arm.closed_ik(T)
+    assert found.valid.any()
+    np.testing.assert_allclose(found.q[found.valid][0, 0], 0, atol=1e-15)
