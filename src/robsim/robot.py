@@ -331,7 +331,8 @@ class Robot(Value):
         q0          (..., nq), where the search begins; None is home
         mask        what counts: None for the whole pose, "position", "pointing" (position and the
                     direction of the link's z axis), or six weights of (p_goal - p, rotation vector
-                    of R_goal R'), in the axes of the base
+                    of R_goal R'), in the axes of the base: each 0 or from a thousandth of the
+                    largest on
         tolerance   of `error`, the larger of the metres and the radians that count
         iterations  of each search at most; it ends sooner where it is not worth going on. The last
                     one goes on from the best that was found, ten times as long if it has to
