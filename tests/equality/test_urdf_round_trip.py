@@ -215,6 +215,27 @@ def test_a_name_that_two_joints_would_have_is_given_to_the_one_that_moves(tmp_pa
     assert back.coordinate_names == ("b",) and back.links[2].joint.name == "b_fixed"
 
 
+def test_names_of_joints_that_do_not_move_never_clash(tmp_path):
+    turn, still = rs.Joint("revolute", name="b"), rs.Joint(name="x")
+    long = "l" * 64
+    links = [
+        rs.Link("base"),
+        rs.Link("a", "base", turn),
+        rs.Link("b", "a"),
+        rs.Link("b_fixed", "b"),
+        rs.Link("c", "b", still),
+        rs.Link("d", "c", still),
+        rs.Link("x", "d"),
+        rs.Link("e", "x", rs.Joint("prismatic", name=long)),
+        rs.Link(long, "e"),
+    ]
+    back = again(rs.Robot("r", links), tmp_path)
+    assert back.coordinate_names == ("b", long)
+    assert [k.name for k in back.links] == [k.name for k in links]
+    names = [k.joint.name or k.name for k in back.links[1:]]
+    assert len(set(names)) == len(names) and max(map(len, names)) == 64
+
+
 def test_the_body_of_a_camera_becomes_two_boxes_as_long(tmp_path):
     body = rs.CameraBody(0.08, 0.05, 0.03, mass=0.2)
     arm = rs.Robot("r", [rs.Link("base"), rs.Link("eye", "base", rs.Joint("revolute"), (body,))])
