@@ -421,7 +421,8 @@ class Robot(Value):
         names = self.coordinate_names
         mimics = {link.joint.name or link.name: link.joint.follows for link in self.links}
         while follows.ratio != 0.0:
-            limits = np.sort((limits - follows.offset) / follows.ratio)
+            with np.errstate(over="ignore"):  # what hardly follows has no say
+                limits = np.sort((limits - follows.offset) / follows.ratio)
             if follows.of in names:
                 i = names.index(follows.of)
                 rows[i] = max(rows[i, 0], limits[0]), min(rows[i, 1], limits[1])

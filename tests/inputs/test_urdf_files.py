@@ -141,6 +141,7 @@ def test_the_rest_of_the_corpus_is_read():
         ('<axis xyz="0 1 0"/>', "<axis/>", "<joint 'shoulder'> <axis>: xyz is missing"),
         ('<axis xyz="0 1 0"/>', '<axi xyz="0 1 0"/>', "unknown element; did you mean 'axis'?"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/>' * 2, "there is one already"),
+        ('lower="-1.5"', 'lower="2"', "lower and upper are both 2; write type 'fixed', or let it"),
         ('velocity="3"', 'velocty="3"', "unknown attribute 'velocty'; did you mean 'velocity'?"),
         ('velocity="3"', 'velocity="-3"', "velocity is -3; it must not be below 0"),
         ('velocity="3"', 'velocity="inf"', "velocity = 'inf': every number must be finite"),
@@ -188,6 +189,20 @@ def test_a_file_of_mistakes_is_not_read_to_its_end(read):
     many = '<link name="a"><visual/></link>\n' * 1000
     lines = refused(read, text=f'<robot name="r">{many}</robot>').split("\n")
     assert len(lines) == 51 and "was not read further" in lines[-1]
+
+
+def test_what_only_looks_like_our_second_link_keeps_its_place(read):
+    """A root that is called as those links are that a joint of ours takes to write."""
+    tail = '<joint name="b.tail" type="fixed"><parent link="b.axis"/><child link="b"/>'
+    text = f'<robot name="r"><link name="b.axis"/><link name="b"/>{tail}<origin xyz="1 2 3"/>'
+    with pytest.warns(rs.FileWarning, match="its name is read as 'b_axis'"):
+        robot = read(f"{text}</joint></robot>")
+    assert robot.fk([], "b")[:3, 3].tolist() == [1, 2, 3]
+
+
+def test_what_hardly_follows_another_does_not_hold_it(read):
+    arm = read(ARM, 'multiplier="0.01"', 'multiplier="1e-320"')
+    assert arm.limits[1].tolist() == [-np.inf, np.inf]
 
 
 def test_loops_of_mimics_end(read):
@@ -351,6 +366,22 @@ def test_a_chain_of_1000_links_is_read(read):
     robot = read(chain(1000))
     assert robot.nq == 999
     assert robot.fk(np.zeros(999))[:3, 3].tolist() == [0, 0, 999]
+
+
+def test_the_time_that_a_chain_takes_is_linear_in_its_length(read):
+    """Eight times as many links take about eight times as long, not 64 times."""
+
+    def seconds(text):
+        times = []
+        for _ in range(3):
+            start = time.process_time()
+            read(text)
+            times.append(time.process_time() - start)
+        return min(times)
+
+    short, long = (chain(n) for n in (128, 1024))
+    read(short)
+    assert seconds(long) < 24 * seconds(short)
 
 
 # what nobody thought of

@@ -63,23 +63,31 @@ def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
 def _tails(root: Element) -> dict[str, Element]:
     """The <joint> "elbow.tail" behind each <link> "elbow.axis", which it takes a link to write.
 
-    Only what is as our writer makes it: a link that shows nothing, and carries but "elbow".
+    Only what is as our writer makes it: a link on a joint that shows nothing, and carries but
+    "elbow".
     """
-    behind: dict[str, list[Element]] = {}
-    for joint in children(root, "joint"):
-        parent = child(joint, "parent")
-        if parent is not None:
-            behind.setdefault(parent.attributes.get("link", ""), []).append(joint)
+    above, behind = _by_link(root, "child"), _by_link(root, "parent")
     found = {}
     for link in children(root, "link"):
         name = link.attributes.get("name", "")
         stem, hung = name.removesuffix(AXIS), behind.get(name, [])
-        if stem == name or len(hung) != 1 or any(part.tag != "inertial" for part in link.children):
+        bare = all(part.tag == "inertial" for part in link.children)
+        if stem == name or name not in above or len(hung) != 1 or not bare:
             continue
         end = child(hung[0], "child")
         written = hung[0].attributes == {"name": stem + TAIL, "type": "fixed"}
         if written and end is not None and end.attributes.get("link") == stem:
             found[name] = hung[0]
+    return found
+
+
+def _by_link(root: Element, tag: str) -> dict[str, list[Element]]:
+    """The joints that have a link as their <parent> or <child>."""
+    found: dict[str, list[Element]] = {}
+    for joint in children(root, "joint"):
+        end = child(joint, tag)
+        if end is not None:
+            found.setdefault(end.attributes.get("link", ""), []).append(joint)
     return found
 
 
