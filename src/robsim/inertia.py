@@ -50,6 +50,8 @@ class Inertia(Value):
         Parallel axes (Goldstein, Classical Mechanics, section 5.3): about a point r away a tensor
         grows by m (r'r 1 - r r').
         """
+        if not isinstance(other, Inertia):
+            return NotImplemented
         mass = self.mass + other.mass
         centre = (self.mass * self.centre + other.mass * other.centre) / mass
         return Inertia(mass, centre, self._about(centre) + other._about(centre))
