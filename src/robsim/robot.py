@@ -123,8 +123,10 @@ class Robot(Value):
         """From a URDF file, strictly: nothing that the file names is opened.
 
         Coordinates are called after the joints, in their order; a link has the name that it has
-        there. Home is zero, or what the limits allow next to it. FileError: all that is wrong,
-        each with its line; a FileWarning tells what is left out or read in another way.
+        there. Shapes are what is to be seen of a link, or what it collides by where nothing is;
+        opacities and textures are left out. Home is zero, or what the limits allow next to it.
+        FileError: all that is wrong, each with its line; a FileWarning tells what is left out or
+        read in another way.
         """
         return urdf.read(path, cls)
 
