@@ -17,7 +17,7 @@ from robsim.closed_ik import ClosedIK, solve_closed
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
 from robsim.ik import Arm, Effort, IKResult, solve
-from robsim.joint import FIXED, Joint, Mimic, units_of
+from robsim.joint import FIXED, Coupling, Joint, Mimic, units_of
 from robsim.link import Link, coordinate_names, velocity_names
 from robsim.names import checked_name
 from robsim.pose import IDENTITY, Pose, as_pose, common_lead, homogeneous, is_pose_like, one_pose
@@ -190,7 +190,7 @@ class Robot(Value):
                 rows[i] = link.joint.limits
         for link in self.links:
             if isinstance(link.joint.follows, Mimic) and link.joint.limits is not None:
-                self._narrow(rows, link.joint.follows, np.array(link.joint.limits))
+                self._narrow(rows, link.joint.follows, link.joint.limits)
         return rows
 
     @property
@@ -418,21 +418,18 @@ class Robot(Value):
         """(nq,) the link whose joint has the coordinate."""
         return [link for link in self.links for _ in link.joint.parts.coordinates]
 
-    def _narrow(self, rows: Array, follows: Mimic, limits: Array) -> None:
+    def _narrow(self, rows: Array, follows: Mimic, limits: tuple[float, float]) -> None:
         """Limits of a coordinate that mimics are limits of the one that it follows in the end."""
         names = self.coordinate_names
         mimics = {link.joint.name or link.name: link.joint.follows for link in self.links}
-        while follows.ratio != 0.0:
-            with np.errstate(over="ignore"):  # what hardly follows has no say
-                limits = np.sort((limits - follows.offset) / follows.ratio)
-            if follows.of in names:
-                i = names.index(follows.of)
+        above: Coupling | None = follows
+        while isinstance(above, Mimic):
+            limits = above.source_limits(limits)
+            if above.of in names:
+                i = names.index(above.of)
                 rows[i] = max(rows[i, 0], limits[0]), min(rows[i, 1], limits[1])
                 return
-            above = mimics[follows.of]
-            if not isinstance(above, Mimic):
-                return
-            follows = above
+            above = mimics[above.of]
 
     def _check_ranges(self) -> None:
         """InputError if a coordinate and those that mimic it have no limits in common."""

@@ -295,6 +295,26 @@ def test_a_warning_lists_five_oddities_and_counts_the_others(read):
     assert len(lines) == 6 and lines[-1].endswith("and 7 more")
 
 
+PAIR = """<robot name="pair"><link name="base"/><link name="a"/><link name="b"/><link name="c"/>
+<joint name="one" type="prismatic"><parent link="base"/><child link="a"/>
+<limit lower="0" upper="0.04" effort="1" velocity="1"/></joint>
+<joint name="two" type="prismatic"><parent link="base"/><child link="b"/>
+<limit lower="0" upper="0.03" effort="1" velocity="1"/><mimic joint="one"/></joint>
+<joint name="three" type="prismatic"><parent link="base"/><child link="c"/>
+<limit lower="0" upper="0.04" effort="1" velocity="1"/><mimic joint="two" multiplier="-1"/></joint>
+</robot>"""
+
+
+def test_limits_of_what_mimics_that_leave_no_room_are_left_out(read):
+    """As the gripper of the PR2 has them: then its fingers could not move at all."""
+    with pytest.warns(rs.FileWarning, match=r":6: <joint 'three'>: its limits leave joint 'one'"):
+        pair = read(PAIR)
+    assert pair.limits.tolist() == [[0, 0.03]]
+    assert [k.joint.limits for k in pair.links[1:]] == [(0, 0.04), (0, 0.03), None]
+    with pytest.warns(rs.FileWarning, match="no room"):
+        assert read(PAIR, 'joint="one"', 'joint="one" offset="9"').limits[0, 1] == 0.04
+
+
 def test_a_link_called_world_gets_another_name(read):
     text = ARM.replace('name="base"', 'name="world"').replace('link="base"', 'link="world"')
     with pytest.warns(rs.FileWarning, match="its name is read as 'world_link'"):
