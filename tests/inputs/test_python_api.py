@@ -365,7 +365,7 @@ VALUES = {
     ),
     "robot of the library": (
         lambda: rs.robots.load("rhino"),
-        "no robot 'rhino' in the library; did you mean 'rhino_xr4'? robots: conveyor, free_camera",
+        "no robot 'rhino' in the library; did you mean 'rhino_xr4'? robots: car, conveyor",
     ),
     "joint kind": (
         lambda: rs.Joint("revolut"),
