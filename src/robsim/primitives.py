@@ -47,11 +47,6 @@ class Primitive:
                 object.__setattr__(self, part, value)
         if self.mass is not None and self.density is not None:
             raise InputError(f"{type(self).__name__}: give its mass or its density, not both")
-        if not isinstance(self.color, str) or not self.color.isprintable():
-            raise InputError(
-                f"{type(self).__name__} color: expected a letter as 'k', or a name or code that "
-                f"Matplotlib knows, got {self.color!r:.80}"
-            )
 
     def at(self, pose: Any) -> Self:
         """A copy moved by `pose`, rigidly: each vertex p becomes pose @ p.

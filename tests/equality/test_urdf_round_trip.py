@@ -203,6 +203,14 @@ def test_what_the_format_cannot_express_is_refused_by_name_all_at_once(tmp_path)
     assert not path.exists()
 
 
+@pytest.mark.parametrize("color", [(1, 0, 0), [1, 0, 0], 3, "a\0"])
+def test_a_colour_that_is_no_word_is_refused_by_the_name_of_its_link(tmp_path, color):
+    robot = rs.Robot("r", [rs.Link("base", shapes=(rs.Ball(1, color=color),))])
+    for write in (robot.to_urdf, robot.to_mjcf):
+        with pytest.raises(rs.InputError, match="'base' has a colour that is no word"):
+            write(tmp_path / "robot.xml")
+
+
 def test_where_a_file_cannot_be_written_is_told(tmp_path):
     with pytest.raises(rs.FileError, match="cannot be written: No such file"):
         robots.panda().to_urdf(tmp_path / "none" / "panda.urdf")

@@ -41,7 +41,7 @@ def write(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -> Non
 
 
 def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ()) -> None:
-    """InputError that names each joint which URDF cannot express, nor MJCF; and `more`."""
+    """InputError that names what neither URDF nor MJCF can express, link by link; and `more`."""
     wrong = []
     for link in links:
         joint = link.joint
@@ -50,6 +50,9 @@ def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ())
         elif joint.follows is not None and not isinstance(joint.follows, Mimic):
             kind = type(joint.follows).__name__
             wrong.append(f"'{link.name}' follows by {kind}, not Mimic")
+        for color in (shape.color for shape in link.shapes):
+            if not isinstance(color, str) or not color.isprintable():
+                wrong.append(f"'{link.name}' has a colour that is no word: {color!r:.40}")
     wrong += more
     if wrong:
         raise InputError(f"robot '{name}' cannot be written as {what}: {'; '.join(wrong)}")
