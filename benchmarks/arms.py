@@ -4,36 +4,10 @@ import numpy as np
 
 import robsim as rs
 
-HALF = np.pi / 2
-
-
-def ur5e() -> rs.Robot:
-    """Universal Robots UR5e: standard DH of the maker's support pages, limits of its manual."""
-    d = [0.1625, 0, 0, 0.1333, 0.0997, 0.0996]
-    a = [0, -0.425, -0.3922, 0, 0, 0]
-    alpha = [HALF, 0, 0, HALF, -HALF, 0]
-    span = np.array([2, 2, 1, 2, 2, 2]) * np.pi
-    home = np.radians([0, -90, 90, -90, -90, 0])
-    return _arm("ur5e", d, a, alpha, span, home)
-
-
-def iiwa14() -> rs.Robot:
-    """KUKA LBR iiwa 14 R820: link lengths and limits of its data sheet."""
-    d, alpha = [0.36, 0, 0.42, 0, 0.4, 0, 0.126], np.radians([-90, 90, 90, -90, -90, 90, 0])
-    span = np.radians([170, 120, 170, 120, 170, 120, 175])
-    home = np.radians([0, 30, 0, -60, 0, 60, 0])
-    return _arm("iiwa14", d, np.zeros(7), alpha, span, home)
-
-
-def _arm(name, d, a, alpha, span, home) -> rs.Robot:
-    rows = np.column_stack([np.zeros(len(d)), d, a, alpha])
-    limits = np.column_stack([-span, span])
-    return rs.Robot.from_dh(rows, name=name, limits=limits, home=home)
-
 
 def arms() -> list[rs.Robot]:
     """Those of the benchmark."""
-    return [rs.robots.puma560(), rs.robots.panda(), ur5e(), iiwa14()]
+    return [rs.robots.load(name) for name in ("puma560", "panda", "ur5e", "lbr_iiwa14")]
 
 
 def poses(robot: rs.Robot, count: int, seed: int = 0) -> np.ndarray:

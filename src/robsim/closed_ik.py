@@ -73,7 +73,7 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     axes = _axes(arm)
     centre = _check(axes, arm.link)
     goals = pose.reshape(-1, 4, 4)
-    with np.errstate(invalid="ignore"):  # NaN is what is not there
+    with np.errstate(invalid="ignore", divide="ignore"):  # NaN is what is not there
         angles = _angles(axes, centre, goals)
     q = np.broadcast_to(arm.home, (*angles.shape[:2], len(arm.home))).copy()
     q[..., axes.rows] = _folded(angles, arm.limits[axes.rows])
@@ -152,9 +152,10 @@ def _angles(axes: _Axes, centre: Array, goals: Array) -> Array:
     at = np.einsum("bij,j->bi", turned, centre - axes.T[:3, 3]) + goals[:, :3, 3]
     C, c = (at - p[0]) @ base.T, base @ (centre - p[0])  # at the pose, and at zero
     A, B = _planar(base @ (p[1] - p[0])), _planar(base @ (p[2] - p[0]))
+    spare = turned @ h[4] @ base.T if len(h) == 5 else np.zeros_like(C)
     found = []
     for shoulder in (0, 1):
-        q1 = _base_angle(C, c[1], shoulder)
+        q1 = _base_angle(C, c[1], spare, shoulder)
         rest = _about_z(-q1) @ base @ turned  # what the other joints have to do, in x, y, z
         along = _planar(np.einsum("bij,bj->bi", _about_z(-q1), C)) - A
         for elbow in (0, 1):
@@ -169,10 +170,18 @@ def _planar(x: Array) -> Array:
     return np.asarray(x[..., 2] + 1j * x[..., 0])
 
 
-def _base_angle(C: Array, aside: float, shoulder: int) -> Array:
-    """q1 that brings the plane of the arm, `aside` of axis 1, to the point C (b, 3)."""
-    lean = np.arcsin(_unit(aside / np.hypot(C[:, 0], C[:, 1])))
-    return np.asarray(np.arctan2(C[:, 1], C[:, 0]) - (np.pi - lean if shoulder else lean))
+def _base_angle(C: Array, aside: float, spare: Array, shoulder: int) -> Array:
+    """q1 that brings the plane of the arm, `aside` of axis 1, to the point C (b, 3).
+
+    Every plane through axis 1 holds a point on it: then the direction `spare` (b, 3) is brought
+    into the plane, and where this is zero, or along the axis too, q1 is 0 or half a turn.
+    """
+    away, level = np.hypot(C[:, 0], C[:, 1]), np.hypot(spare[:, 0], spare[:, 1])
+    on_axis = (away <= TRUE) & (abs(aside) <= TRUE)
+    lean = np.where(on_axis, 0.0, np.arcsin(_unit(aside / away)))
+    turn = np.where(level > TRUE, np.arctan2(spare[:, 1], spare[:, 0]), 0.0)
+    turn = np.where(on_axis, turn, np.arctan2(C[:, 1], C[:, 0]))
+    return np.asarray(turn - (np.pi - lean if shoulder else lean))
 
 
 def _two_bars(along: Array, u: Array, w: Array, elbow: int) -> tuple[Array, Array]:

@@ -24,6 +24,8 @@ from robsim.value import Value
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
 FINEST = 1e-12  # metres or radians: less is rounding
+FARTHEST = 1e9  # metres or radians: more could overflow, and stands for no limit in files
+LIGHTEST = 1e-3  # of weights, against the heaviest: rows of less are not brought to a tolerance
 CHUNK = 16384  # runs that one thread takes at a time
 FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins where there is no limit
 
@@ -49,12 +51,12 @@ class IKReason(IntEnum):
 _MESSAGES = {
     IKReason.SOLVED: "the link is at the pose, within the limits",
     IKReason.UNREACHABLE: (
-        "no small motion lessens the least error that was found, and no limit stands in the way; "
-        "the pose is out of reach, or try more restarts"
+        "no small motion lessens the least error that was found, and without limits it was not "
+        "reached either; the pose is out of reach, or try more restarts"
     ),
     IKReason.LIMITS: (
-        "the least error that was found stands at the limit of a joint; try more restarts, or "
-        "limits=False to see whether the arm reaches the pose without them"
+        "limits of joints stand in the way of the pose: without them it was reached, or they hold "
+        "the least error that was found; try more restarts"
     ),
     IKReason.ITERATIONS: "the error was still falling at the end; try more iterations or restarts",
 }
@@ -68,7 +70,7 @@ class IKResult(Value):
     success     (...,) whether that is a solution: `error` is below the tolerance
     error       (...,) the larger of the metres and the radians that count, by forward kinematics
                 of q: |p_goal - p| and the angle from R to R_goal (or from z axis to z axis)
-    iterations  (...,) how often the link was placed, over all searches
+    iterations  (...,) how often the link was placed, over all searches within the limits
     restarts    (...,) how many searches began elsewhere than at q0
     reason      (...,) codes of `IKReason`; for a single pose one of these
 
@@ -127,17 +129,42 @@ class Effort(NamedTuple):
 def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
     """Coordinates for poses T (..., 4, 4) of the link in the base, searched from q0 (..., nq)."""
     goal = as_pose(T).matrix
+    if (np.abs(goal[..., :3, 3]) > FARTHEST).any():
+        raise InputError(f"T: no position may be farther than {FARTHEST:g} m")
     lead = common_lead(goal.shape[:-2], q0.shape[:-1], "T and q0")
     goals = runs_last(np.broadcast_to(goal[..., :3, :], (*lead, 3, 4)), 2)
     first = runs_last(np.broadcast_to(q0, (*lead, q0.shape[-1])), 1)
-    target, bounds = _target(arm, mask), _bounds(arm)
+    target = _target(arm, mask)
+    found = _searched(arm, target, goals, first, effort)
+    if np.isfinite(arm.limits).any():
+        _tell_limits(arm, target, goals, found, effort)
+    return _result(found, lead)
+
+
+def _searched(
+    arm: Arm, target: kernels.Target, goals: Array, q0: Array, effort: Effort
+) -> kernels.Found:
+    """What is found for goals[3, 4, run] from q0[nq, run]."""
+    bounds = _bounds(arm)
     starts = _starts(arm, bounds, effort)
 
     def job(start: int, end: int) -> kernels.Found:
-        some, q = (array[..., start:end].copy() for array in (goals, first))
+        some, q = (array[..., start:end].copy() for array in (goals, q0))
         return _search(arm.tree, target, bounds, some, q, starts, effort)
 
-    return _result(_in_chunks(job, goals.shape[-1], effort.threads), lead)
+    return _in_chunks(job, goals.shape[-1], effort.threads)
+
+
+def _tell_limits(
+    arm: Arm, target: kernels.Target, goals: Array, found: kernels.Found, effort: Effort
+) -> None:
+    """Where nothing was found: whether it is there without limits says if these are the reason."""
+    lost = np.flatnonzero(np.isin(found.reason, (kernels.UNREACHABLE, kernels.LIMITS)))
+    if lost.size:
+        free = arm._replace(limits=np.full_like(arm.limits, np.inf) * [-1.0, 1.0])
+        reason = _searched(free, target, goals[..., lost], found.q[:, lost], effort).reason
+        found.reason[lost[reason == kernels.SOLVED]] = kernels.LIMITS
+        found.reason[lost[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
 
 
 def _target(arm: Arm, mask: Any) -> kernels.Target:
@@ -176,6 +203,9 @@ def _weights(mask: Any) -> Array:
         raise InputError(
             f"mask: expected six weights not below 0 and not all 0, got {weight.tolist()!r:.80}"
         )
+    weight = weight / weight.max()
+    if (weight[weight > 0] < LIGHTEST).any():
+        raise InputError(f"mask: a weight is 0, or at least {LIGHTEST:g} of the largest one")
     return frozen(weight)
 
 
@@ -199,8 +229,8 @@ def _starts(arm: Arm, bounds: kernels.Bounds, effort: Effort) -> tuple[Array, Ar
     run: so a run has the same bits in every batch.
     """
     free = np.array([FREE.get(unit, 0.0) for unit in arm.units])
-    low = np.where(np.isinf(bounds.low), arm.home - free, bounds.low)
-    high = np.where(np.isinf(bounds.high), arm.home + free, bounds.high)
+    low = np.where(bounds.low < -FARTHEST, arm.home - free, bounds.low)
+    high = np.where(bounds.high > FARTHEST, arm.home + free, bounds.high)
     share = np.empty((len(low), effort.restarts))
     random.uniforms(
         np.uint64(effort.seed), np.arange(effort.restarts, dtype=np.uint64), 0, 0, share
@@ -221,8 +251,8 @@ def _search(
     effort: Effort,
 ) -> kernels.Found:
     runs = goals.shape[-1]
-    counts = (np.empty(runs, dtype=np.int64) for _ in range(3))
-    found = kernels.Found(np.empty_like(q0), np.empty(runs), *counts)
+    counts = (np.full(runs, value) for value in (kernels.ITERATIONS, 0, 0))
+    found = kernels.Found(q0.copy(), np.full(runs, np.inf), *counts)  # what overflows stays so
     kernels.solve(
         tree.joints,
         target,

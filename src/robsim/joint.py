@@ -74,6 +74,18 @@ class Mimic:
             given = numbers(getattr(self, name), f"mimic {name}", ())
             object.__setattr__(self, name, float(given))
 
+    def source_limits(self, limits: tuple[float, float]) -> tuple[float, float]:
+        """(lowest, highest) of what it follows, where it is within such limits itself.
+
+        >>> Mimic("finger_left", -2.0, 1.0).source_limits((0.0, 2.0))
+        (-0.5, 0.5)
+        """
+        if self.ratio == 0.0:
+            return -np.inf, np.inf
+        with np.errstate(over="ignore"):  # what hardly follows has no say
+            ends = (np.array(limits) - self.offset) / self.ratio + 0.0
+        return float(ends.min()), float(ends.max())
+
 
 @dataclass(frozen=True)
 class Chord:

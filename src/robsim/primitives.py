@@ -68,7 +68,9 @@ class Primitive:
             return None
         volume, centre, per_mass = self._solid()
         mass = self.mass or volume * (self.density or 0.0)
-        return Inertia(mass, centre, mass * np.diag(per_mass)).at(self.pose)
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused
+            tensor = np.diag(mass * np.asarray(per_mass))
+        return Inertia(mass, centre, tensor).at(self.pose)
 
     @cached_property
     def vertices(self) -> Array:
@@ -213,12 +215,12 @@ class CameraBody(Primitive):
         """
         box, flare = 0.75 * self.length, 0.25 * self.length
         area = box + flare * 19 / 12  # all integrals over z, per area of the box
-        first = box**2 / 2 + flare * (box * 19 / 12 + flare * 43 / 48)
-        second = box**3 / 3 + flare * (
-            box**2 * 19 / 12 + 2 * box * flare * 43 / 48 + flare**2 * 19 / 30
+        first = box * box / 2 + flare * (box * 19 / 12 + flare * 43 / 48)
+        second = box * box * box / 3 + flare * (
+            box * box * 19 / 12 + 2 * box * flare * 43 / 48 + flare * flare * 19 / 30
         )
         z, breadth = first / area, (box + flare * 211 / 80) / area
-        x2, y2 = self.height**2 / 12 * breadth, self.width**2 / 12 * breadth
+        x2, y2 = (side * side / 12 * breadth for side in (self.height, self.width))
         volume = area * self.height * self.width
         return volume, np.array([0.0, 0.0, z]), _moments(x2, y2, second / area - z * z)
 
@@ -256,7 +258,7 @@ class Ball(Primitive):
 
     def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
         r = self.radius
-        return 4 / 3 * np.pi * r**3, np.zeros(3), np.full(3, 2 / 5 * r * r)
+        return 4 / 3 * np.pi * r * r * r, np.zeros(3), np.full(3, 2 / 5 * r * r)
 
     def _corners(self) -> Array:
         angle = 2 * np.pi * np.arange(self.n) / self.n

@@ -124,8 +124,10 @@ class Robot(Value):
         """From a URDF file, strictly: nothing that the file names is opened.
 
         Coordinates are called after the joints, in their order; a link has the name that it has
-        there. Home is zero, or what the limits allow next to it. FileError: all that is wrong,
-        each with its line; a FileWarning tells what is left out or read in another way.
+        there. Shapes are what is to be seen of a link, or what it collides by where nothing is;
+        opacities and textures are left out. Home is zero, or what the limits allow next to it.
+        FileError: all that is wrong, each with its line; a FileWarning tells what is left out or
+        read in another way.
         """
         return urdf.read(path, cls)
 
@@ -197,8 +199,7 @@ class Robot(Value):
         for link in self.links:
             if isinstance(link.joint.follows, Mimic) and link.joint.limits is not None:
                 source, (low, high) = _mimicked(link, follows, number)
-                if source is not None:
-                    rows[source] = max(rows[source, 0], low), min(rows[source, 1], high)
+                rows[source] = max(rows[source, 0], low), min(rows[source, 1], high)
         return frozen(rows)
 
     @property
@@ -341,7 +342,8 @@ class Robot(Value):
         q0          (..., nq), where the search begins; None is home
         mask        what counts: None for the whole pose, "position", "pointing" (position and the
                     direction of the link's z axis), or six weights of (p_goal - p, rotation vector
-                    of R_goal R'), in the axes of the base
+                    of R_goal R'), in the axes of the base: each 0 or from a thousandth of the
+                    largest on
         tolerance   of `error`, the larger of the metres and the radians that count
         iterations  of each search at most; it ends sooner where it is not worth going on. The last
                     one goes on from the best that was found, ten times as long if it has to
@@ -450,19 +452,17 @@ class Robot(Value):
 
 def _mimicked(
     link: Link, follows: Mapping[str, Any], number: Mapping[str, int]
-) -> tuple[int | None, Array]:
+) -> tuple[int, tuple[float, float]]:
     """The coordinate that a link mimics in the end, and what the link's limits are of that one.
 
-    None if it does not depend on it. InputError if what is mimicked does not mimic, but follows in
+    InputError if what is mimicked does not mimic, but follows in
     another way.
     """
     mimic: Any = link.joint.follows
-    limits = np.array(link.joint.limits)
+    assert link.joint.limits is not None
+    limits = link.joint.limits
     while isinstance(mimic, Mimic):
-        if mimic.ratio == 0.0:
-            return None, limits
-        with np.errstate(over="ignore"):  # a ratio next to 0 limits nothing
-            limits = np.sort((limits - mimic.offset) / mimic.ratio)
+        limits = mimic.source_limits(limits)
         if mimic.of in number:
             return number[mimic.of], limits
         mimic = follows[mimic.of]

@@ -10,9 +10,11 @@ FIELDS = ["q", "success", "error", "iterations", "restarts", "reason"]
 
 
 def goals(robot, count=150):
-    """Some that are reached at once, some after restarts, and some never."""
+    """Some that are reached at once, some after restarts, beyond the limits alone, or never."""
     rng = np.random.default_rng(4)
-    T = robot.fk(rng.uniform(*robot.limits.T, (count, robot.nq)))
+    q = rng.uniform(*robot.limits.T, (count, robot.nq))
+    q[1::5] = rng.uniform(-np.pi, np.pi, (count // 5, robot.nq))
+    T = robot.fk(q)
     T[::5, :3, 3] *= 1.5
     return T
 

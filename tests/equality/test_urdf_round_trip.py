@@ -203,6 +203,14 @@ def test_what_the_format_cannot_express_is_refused_by_name_all_at_once(tmp_path)
     assert not path.exists()
 
 
+@pytest.mark.parametrize("color", [(1, 0, 0), [1, 0, 0], 3, "a\0"])
+def test_a_colour_that_is_no_word_is_refused_by_the_name_of_its_link(tmp_path, color):
+    robot = rs.Robot("r", [rs.Link("base", shapes=(rs.Ball(1, color=color),))])
+    for write in (robot.to_urdf, robot.to_mjcf):
+        with pytest.raises(rs.InputError, match="'base' has a colour that is no word"):
+            write(tmp_path / "robot.xml")
+
+
 def test_where_a_file_cannot_be_written_is_told(tmp_path):
     with pytest.raises(rs.FileError, match="cannot be written: No such file"):
         robots.panda().to_urdf(tmp_path / "none" / "panda.urdf")
@@ -213,6 +221,27 @@ def test_a_name_that_two_joints_would_have_is_given_to_the_one_that_moves(tmp_pa
     robot = rs.Robot("r", [rs.Link("base"), turn, rs.Link("b", "a")])
     back = again(robot, tmp_path)
     assert back.coordinate_names == ("b",) and back.links[2].joint.name == "b_fixed"
+
+
+def test_names_of_joints_that_do_not_move_never_clash(tmp_path):
+    turn, still = rs.Joint("revolute", name="b"), rs.Joint(name="x")
+    long = "l" * 64
+    links = [
+        rs.Link("base"),
+        rs.Link("a", "base", turn),
+        rs.Link("b", "a"),
+        rs.Link("b_fixed", "b"),
+        rs.Link("c", "b", still),
+        rs.Link("d", "c", still),
+        rs.Link("x", "d"),
+        rs.Link("e", "x", rs.Joint("prismatic", name=long)),
+        rs.Link(long, "e"),
+    ]
+    back = again(rs.Robot("r", links), tmp_path)
+    assert back.coordinate_names == ("b", long)
+    assert [k.name for k in back.links] == [k.name for k in links]
+    names = [k.joint.name or k.name for k in back.links[1:]]
+    assert len(set(names)) == len(names) and max(map(len, names)) == 64
 
 
 def test_the_body_of_a_camera_becomes_two_boxes_as_long(tmp_path):

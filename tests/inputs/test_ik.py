@@ -25,6 +25,8 @@ GOAL = PUMA.fk(PUMA.home)
         (GOAL, {"mask": [1, 1, 1]}, r"mask.*expected shape \(..., 6\)"),
         (GOAL, {"mask": [1, 1, 1, 0, 0, -1]}, "six weights not below 0"),
         (GOAL, {"mask": [0] * 6}, "not all 0"),
+        (GOAL, {"mask": [1, 1, 1, 0, 0, 1e-4]}, "0, or at least 0.001 of the largest"),
+        (rs.Pose.at(1e155), {}, "no position may be farther than 1e.09 m"),
         (GOAL, {"tolerance": 0.0}, "tolerance .* must be a positive number"),
         (GOAL, {"tolerance": 1e-15}, "tolerance must be at least 1e-12"),
         (GOAL, {"iterations": 0}, "iterations must be a whole number from 1"),

@@ -141,6 +141,7 @@ def test_the_rest_of_the_corpus_is_read():
         ('<axis xyz="0 1 0"/>', "<axis/>", "<joint 'shoulder'> <axis>: xyz is missing"),
         ('<axis xyz="0 1 0"/>', '<axi xyz="0 1 0"/>', "unknown element; did you mean 'axis'?"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/>' * 2, "there is one already"),
+        ('lower="-1.5"', 'lower="2"', "lower and upper are both 2; write type 'fixed', or let it"),
         ('velocity="3"', 'velocty="3"', "unknown attribute 'velocty'; did you mean 'velocity'?"),
         ('velocity="3"', 'velocity="-3"', "velocity is -3; it must not be below 0"),
         ('velocity="3"', 'velocity="inf"', "velocity = 'inf': every number must be finite"),
@@ -165,7 +166,14 @@ def test_the_rest_of_the_corpus_is_read():
         ('<box size="1 1 1"/>', '<sphere radius="1"/>' * 2, "2 shapes; only one is allowed"),
         ('scale="1 1 2"', 'scale="1 1 0"', "three numbers other than 0"),
         ("package://arm/lower.stl", "../../lower.stl", "leaves its package by '..'"),
-        ("package://arm/lower.stl", "", "mesh '': expected"),
+        ("package://arm/lower.stl", "", "<mesh>: filename is missing"),
+        (
+            "package://arm/",
+            "$(find arm)/",
+            "filename = '$(find arm)/lower.stl': an expression",
+        ),
+        ('name="base"', 'name="${side}_base"', "name = '${side}_base': an expression of xacro"),
+        ('link="base"', 'link="${side}_base"', "link = '${side}_base': an expression of xacro"),
         ('rgba="0 0 1 1"', 'rgba="0 0 255 1"', "rgba: four numbers from 0 to 1 are allowed"),
         ('<link name="base"/>', '<xacro:tool name="x"/>', "xacro is not read; expand it"),
         ("<robot", "<sdf", ":39: not valid XML: mismatched tag"),
@@ -188,6 +196,20 @@ def test_a_file_of_mistakes_is_not_read_to_its_end(read):
     many = '<link name="a"><visual/></link>\n' * 1000
     lines = refused(read, text=f'<robot name="r">{many}</robot>').split("\n")
     assert len(lines) == 51 and "was not read further" in lines[-1]
+
+
+def test_what_only_looks_like_our_second_link_keeps_its_place(read):
+    """A root that is called as those links are that a joint of ours takes to write."""
+    tail = '<joint name="b.tail" type="fixed"><parent link="b.axis"/><child link="b"/>'
+    text = f'<robot name="r"><link name="b.axis"/><link name="b"/>{tail}<origin xyz="1 2 3"/>'
+    with pytest.warns(rs.FileWarning, match="its name is read as 'b_axis'"):
+        robot = read(f"{text}</joint></robot>")
+    assert robot.fk([], "b")[:3, 3].tolist() == [1, 2, 3]
+
+
+def test_what_hardly_follows_another_does_not_hold_it(read):
+    arm = read(ARM, 'multiplier="0.01"', 'multiplier="1e-320"')
+    assert arm.limits[1].tolist() == [-np.inf, np.inf]
 
 
 def test_loops_of_mimics_end(read):
@@ -273,6 +295,26 @@ def test_a_warning_lists_five_oddities_and_counts_the_others(read):
     assert len(lines) == 6 and lines[-1].endswith("and 7 more")
 
 
+PAIR = """<robot name="pair"><link name="base"/><link name="a"/><link name="b"/><link name="c"/>
+<joint name="one" type="prismatic"><parent link="base"/><child link="a"/>
+<limit lower="0" upper="0.04" effort="1" velocity="1"/></joint>
+<joint name="two" type="prismatic"><parent link="base"/><child link="b"/>
+<limit lower="0" upper="0.03" effort="1" velocity="1"/><mimic joint="one"/></joint>
+<joint name="three" type="prismatic"><parent link="base"/><child link="c"/>
+<limit lower="0" upper="0.04" effort="1" velocity="1"/><mimic joint="two" multiplier="-1"/></joint>
+</robot>"""
+
+
+def test_limits_of_what_mimics_that_leave_no_room_are_left_out(read):
+    """As the gripper of the PR2 has them: then its fingers could not move at all."""
+    with pytest.warns(rs.FileWarning, match=r":6: <joint 'three'>: its limits leave joint 'one'"):
+        pair = read(PAIR)
+    assert pair.limits.tolist() == [[0, 0.03]]
+    assert [k.joint.limits for k in pair.links[1:]] == [(0, 0.04), (0, 0.03), None]
+    with pytest.warns(rs.FileWarning, match="no room"):
+        assert read(PAIR, 'joint="one"', 'joint="one" offset="9"').limits[0, 1] == 0.04
+
+
 def test_a_link_called_world_gets_another_name(read):
     text = ARM.replace('name="base"', 'name="world"').replace('link="base"', 'link="world"')
     with pytest.warns(rs.FileWarning, match="its name is read as 'world_link'"):
@@ -353,6 +395,22 @@ def test_a_chain_of_1000_links_is_read(read):
     assert time.perf_counter() - start < 10.0  # it is half a second
     assert robot.nq == 999
     assert robot.fk(np.zeros(999))[:3, 3].tolist() == [0, 0, 999]
+
+
+def test_the_time_that_a_chain_takes_is_linear_in_its_length(read):
+    """Eight times as many links take about eight times as long, not 64 times."""
+
+    def seconds(text):
+        times = []
+        for _ in range(3):
+            start = time.process_time()
+            read(text)
+            times.append(time.process_time() - start)
+        return min(times)
+
+    short, long = (chain(n) for n in (128, 1024))
+    read(short)
+    assert seconds(long) < 24 * seconds(short)
 
 
 # what nobody thought of

@@ -122,6 +122,11 @@ def test_a_link_weighs_what_is_given_else_what_its_shapes_weigh():
     assert Link("arm", shapes=(Ball(0.1),)).inertial is None
 
 
+def test_what_is_no_inertia_cannot_be_added():
+    with pytest.raises(TypeError, match="unsupported operand"):
+        SOLIDS[0].inertia + 3
+
+
 def test_an_inertia_is_a_value():
     one, other = (Inertia(1, (0, 0, z), np.eye(3)) for z in (0.0, -0.0))
     assert one == other and hash(one) == hash(other)
@@ -152,6 +157,8 @@ def test_what_no_body_can_have_is_refused(mass, centre, tensor, message):
     ("make", "message"),
     [
         (lambda: Block(1, 1, 1, mass=1, density=1), "give its mass or its density, not both"),
+        (lambda: Ball(1e200, density=1).inertia, "mass: inf; every number must be finite"),
+        (lambda: CameraBody(1e200, 1, 1, mass=1).inertia, "every number must be finite"),
         (lambda: Ball(1, mass=0), "Ball mass must be a positive number"),
         (lambda: Ball(1, n=2), "Ball n must be a whole number of at least 3, got 2"),
         (lambda: Mesh("a.stl", mass=1), "a mesh is not opened"),

@@ -113,7 +113,7 @@ def some_coordinates():
 
 
 def gripper():
-    """What the library has no robot for yet: coordinates that follow others, limits on one side."""
+    """What no robot of the library has: a coordinate that follows one that follows another."""
     turn = rs.Joint("revolute", rs.Pose.at(0, 0, 0.1, rpy=(0.1, 0.2, 0.3)), rs.Pose.at(0.1, 0.2))
     slide = rs.Joint("prismatic", rs.Pose.at(rpy=(0, 1, 0)), limits=(0.0, 0.04), name="grip")
     other = rs.Joint("prismatic", rs.Pose.at(rpy=(0, -1, 0)), follows=rs.Mimic("grip", -0.5, 0.1))
@@ -162,13 +162,22 @@ def pytest_generate_tests(metafunc):
         every = [*(robot for robot in library if expressible(robot)), gripper(), mixture()]
         metafunc.parametrize("written", every, ids=lambda robot: robot.name)
     if "published" in metafunc.fixturenames:
-        every = [
-            file.locate()
-            for package in ("example-robot-data", "rtb-data")
-            for file in metadata.files(package)
-            if file.suffix == ".urdf"
-        ]
-        metafunc.parametrize("published", sorted(every), ids=label)
+        metafunc.parametrize("published", published_files(), ids=label)
+
+
+def published_files():
+    return sorted(
+        file.locate()
+        for package in ("example-robot-data", "rtb-data")
+        for file in metadata.files(package)
+        if file.suffix == ".urdf"
+    )
+
+
+@pytest.fixture
+def every_published():
+    """Their names."""
+    return [label(path) for path in published_files()]
 
 
 def label(path):

@@ -1,5 +1,7 @@
 """What we write as MJCF, as MuJoCo reads it: poses to 1e-10, limits, masses, equalities."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -58,6 +60,24 @@ def test_mujoco_has_the_same_limits_and_inertias(written, model):
             close(model.body(link.name).ipos, link.inertial.centre)
             moments = np.linalg.eigvalsh(link.inertial.tensor)
             np.testing.assert_allclose(np.sort(model.body(link.name).inertia), moments, rtol=1e-9)
+
+
+def test_mujoco_has_the_same_tensors_of_leaning_blocks(written, tmp_path):
+    links = [
+        replace(link, inertia=rs.Block(0.3, 0.2, 0.1, mass=1 + i).at(lean(i)).inertia)
+        for i, link in enumerate(written.links)
+    ]
+    model = made(replace(written, links=links), tmp_path)
+    for link in links:
+        body, R = model.body(link.name), np.empty(9)
+        mujoco.mju_quat2Mat(R, body.iquat)
+        R = R.reshape(3, 3)
+        close(body.ipos, link.inertia.centre)
+        close(R @ np.diag(body.inertia) @ R.T, link.inertia.tensor)
+
+
+def lean(i):
+    return rs.Pose.at(0.1 * i, -0.2, 0.3, rpy=(0.4, i, 2.0))
 
 
 def test_mujoco_ties_what_mimics(written, model, some_coordinates):

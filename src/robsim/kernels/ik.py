@@ -22,6 +22,7 @@ SOLVED, UNREACHABLE, LIMITS, ITERATIONS = 1, 2, 3, 4
 REST, STEP, BACK, OVER, DONE = 0, 1, 2, 3, 4  # what a lane may do after an iteration
 LANES = 64
 DAMPING = 0.015  # times e'e
+FAR = 10.0  # of e'e: more than that does not damp more, or steps would be too small to arrive
 FLOOR = 1e-12  # of the damping: keeps Cholesky's pivots positive
 STILL = 1e-3  # cosine of e and the columns of J, and share of e'e that a step would gain
 PERIOD, FALL = 4, 0.5  # a search goes on while e'e falls by this factor in so many iterations
@@ -231,7 +232,7 @@ def _propose(joints, target, bounds, lanes, model):
     _jacobian(target, model)
     _hold(bounds, lanes.q, model)
     for b in range(lanes.run.size):
-        model.damping[b] = DAMPING * lanes.boost[b] * model.square[b] + FLOOR
+        model.damping[b] = DAMPING * lanes.boost[b] * min(model.square[b], FAR) + FLOOR
     damped_step(model.J, model.e, model.downhill, model.damping, model.step)
     _judge(model)
 

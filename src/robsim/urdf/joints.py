@@ -150,6 +150,10 @@ def _span(limit: Element, findings: Findings) -> tuple[float, float] | None:
     if lower > upper:
         findings.error(limit, f"lower {lower:g} is above upper {upper:g}; it must be below")
         return None
+    if lower == upper != 0:
+        text = f"lower and upper are both {lower:g}; write type 'fixed', or let it move"
+        findings.error(limit, text)
+        return None
     return lower, upper
 
 

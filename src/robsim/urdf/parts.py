@@ -14,7 +14,7 @@ from robsim.primitives import Ball, Block, Mesh, Primitive, Wheel
 from robsim.urdf.elements import Element
 from robsim.urdf.findings import Findings
 from robsim.urdf.values import number, origin, size, vector
-from robsim.urdf.words import WORDS, child, children, needed_child
+from robsim.urdf.words import WORDS, child, children, needed, needed_child
 
 # what writers give to links that move and weigh nothing, so that simulators accept them
 TOKEN = Inertia(1e-3, tensor=1e-6 * np.eye(3))
@@ -152,8 +152,8 @@ def _solid(element: Element, findings: Findings) -> Primitive | None:
 
 def _mesh(element: Element, findings: Findings) -> Mesh | None:
     scale = vector(element, "scale", findings, "1 1 1")
-    name = element.attributes.get("filename", "")
-    if scale is None:
+    name = needed(element, "filename", findings)
+    if scale is None or name is None:
         return None
     try:
         return Mesh(name, (float(scale[0]), float(scale[1]), float(scale[2])))

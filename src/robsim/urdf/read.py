@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from math import inf
 from typing import TypeVar
 
 from robsim.errors import FileError, InputError
-from robsim.joint import SINGLE
+from robsim.joint import SINGLE, Coupling, Joint, Mimic
 from robsim.link import Link
 from robsim.urdf.elements import Element, parsed
 from robsim.urdf.findings import Findings
@@ -63,23 +64,31 @@ def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
 def _tails(root: Element) -> dict[str, Element]:
     """The <joint> "elbow.tail" behind each <link> "elbow.axis", which it takes a link to write.
 
-    Only what is as our writer makes it: a link that shows nothing, and carries but "elbow".
+    Only what is as our writer makes it: a link on a joint that shows nothing, and carries but
+    "elbow".
     """
-    behind: dict[str, list[Element]] = {}
-    for joint in children(root, "joint"):
-        parent = child(joint, "parent")
-        if parent is not None:
-            behind.setdefault(parent.attributes.get("link", ""), []).append(joint)
+    above, behind = _by_link(root, "child"), _by_link(root, "parent")
     found = {}
     for link in children(root, "link"):
         name = link.attributes.get("name", "")
         stem, hung = name.removesuffix(AXIS), behind.get(name, [])
-        if stem == name or len(hung) != 1 or any(part.tag != "inertial" for part in link.children):
+        bare = all(part.tag == "inertial" for part in link.children)
+        if stem == name or name not in above or len(hung) != 1 or not bare:
             continue
         end = child(hung[0], "child")
         written = hung[0].attributes == {"name": stem + TAIL, "type": "fixed"}
         if written and end is not None and end.attributes.get("link") == stem:
             found[name] = hung[0]
+    return found
+
+
+def _by_link(root: Element, tag: str) -> dict[str, list[Element]]:
+    """The joints that have a link as their <parent> or <child>."""
+    found: dict[str, list[Element]] = {}
+    for joint in children(root, "joint"):
+        end = child(joint, tag)
+        if end is not None:
+            found.setdefault(end.attributes.get("link", ""), []).append(joint)
     return found
 
 
@@ -113,9 +122,43 @@ def _hung(root: Element, links: Links, hinges: list[Hinge], findings: Findings) 
     findings.stop()
     base = links[roots[0]][1]
     hung = [
-        replace(links[h.child][1], parent=links[h.parent][1].name, joint=h.joint) for h in hinges
+        replace(links[h.child][1], parent=links[h.parent][1].name, joint=joint)
+        for h, joint in zip(hinges, _with_room(hinges, findings), strict=True)
     ]
     return [base, *hung]
+
+
+def _with_room(hinges: Iterable[Hinge], findings: Findings) -> Iterator[Joint]:
+    """The joints; those that mimic without the limits that leave what they follow no room.
+
+    There are such files, and other programs do not look at the limits of what mimics.
+    """
+    joints = {h.name: h.joint for h in hinges}
+    room: dict[str, tuple[float, float]] = {}
+    for h in hinges:
+        joint, tie = h.joint, h.joint.follows
+        if joint.limits is None or not isinstance(tie, Mimic):
+            yield joint
+            continue
+        name, (low, high) = _followed(tie, joints, joint.limits)
+        lowest, highest = room.get(name, joints[name].limits or (-inf, inf))
+        if max(low, lowest) < min(high, highest):
+            room[name] = max(low, lowest), min(high, highest)
+            yield joint
+        else:
+            findings.odd(h.element, f"its limits leave joint '{name}' no room; they are left out")
+            yield replace(joint, limits=None)
+
+
+def _followed(
+    tie: Mimic, joints: Mapping[str, Joint], limits: tuple[float, float]
+) -> tuple[str, tuple[float, float]]:
+    """What is followed in the end, and where it is while what follows is within its limits."""
+    above: Coupling | None = tie
+    while isinstance(above, Mimic):
+        name, limits = above.of, above.source_limits(limits)
+        above = joints[name].follows
+    return name, limits
 
 
 def _check_names(links: Links, hinges: Iterable[Hinge], findings: Findings) -> None:

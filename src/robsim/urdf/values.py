@@ -12,7 +12,7 @@ from robsim.arrays import Array
 from robsim.pose import IDENTITY, Pose
 from robsim.urdf.elements import Element
 from robsim.urdf.findings import Findings
-from robsim.urdf.words import child, needed
+from robsim.urdf.words import XACRO, child, needed
 
 LARGEST = 1e9  # of a number, so that no product of poses overflows
 LONGEST = 64  # characters of a number
@@ -134,5 +134,5 @@ def _reason(word: str) -> str:
     if "," in word:
         return f"{word!r:.40} is no number; a decimal point is allowed, and spaces between numbers"
     if "$" in word:
-        return "an expression of xacro; expand the file first"
+        return XACRO
     return f"{word!r:.40} is no number"

@@ -63,6 +63,7 @@ WORDS = {
 }
 MEANS_MORE = {"quat_xyzw": "rpy"}  # what must not be left out, and what is read instead
 SEVERAL = ("link", "joint", "visual", "collision", "material")
+XACRO = 'an expression of xacro; expand the file first: "xacro in.xacro > out.urdf"'
 AXIS, TAIL = ".axis", ".tail"  # what our writer adds to the name of a link beside its axis
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
 
@@ -106,10 +107,13 @@ def needed_child(element: Element, tag: str, findings: Findings) -> Element | No
 
 
 def needed(element: Element, name: str, findings: Findings) -> str | None:
-    """An attribute that must be there; an error if it is not, or is empty."""
+    """An attribute that must be there; an error if it is not, is empty, or is not expanded."""
     value = element.attributes.get(name)
     if value is None or not value.strip():
         findings.error(element, f"{name} is missing; it must be given")
+        return None
+    if "${" in value or "$(" in value:
+        findings.error(element, f"{name} = {value!r:.80}: {XACRO}")
         return None
     return value
 

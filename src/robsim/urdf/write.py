@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import chain, count
 
 import numpy as np
 
@@ -29,19 +30,18 @@ def write(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -> Non
     """A file with these links; InputError names all that the format cannot express."""
     check(name, links, "URDF")
     text = Text()
-    moving = {link.joint.name or link.name for link in links if link.joint.kind != "fixed"}
     links = _unchained(links)
-    tied = _tied(links)
+    names, tied = _joint_names(links), _tied(links)
     with text.inside("robot", name=name):
         for link in links:
             _link(text, link)
         for link in links[1:]:
-            _joint(text, link, moving, tied)
+            _joint(text, link, names[link.name], tied)
     text.save(path)
 
 
 def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ()) -> None:
-    """InputError that names each joint which URDF cannot express, nor MJCF; and `more`."""
+    """InputError that names what neither URDF nor MJCF can express, link by link; and `more`."""
     wrong = []
     for link in links:
         joint = link.joint
@@ -50,6 +50,9 @@ def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ())
         elif joint.follows is not None and not isinstance(joint.follows, Mimic):
             kind = type(joint.follows).__name__
             wrong.append(f"'{link.name}' follows by {kind}, not Mimic")
+        for color in (shape.color for shape in link.shapes):
+            if not isinstance(color, str) or not color.isprintable():
+                wrong.append(f"'{link.name}' has a colour that is no word: {color!r:.40}")
     wrong += more
     if wrong:
         raise InputError(f"robot '{name}' cannot be written as {what}: {'; '.join(wrong)}")
@@ -138,13 +141,26 @@ def _tied(links: Iterable[Link]) -> set[str]:
     return {k.name for k in links if follows[k.name] or (k.joint.name or k.name) in sources}
 
 
-def _joint(text: Text, link: Link, moving: set[str], tied: set[str]) -> None:
+def _joint_names(links: Sequence[Link]) -> dict[str, str]:
+    """Of each link, what its joint is called: what does not move gives way to all others."""
+    names = {k.name: k.joint.name or k.name for k in links if k.joint.kind != "fixed"}
+    taken = set(names.values())
+    for link in links[1:]:
+        if link.name not in names:
+            other = (f"{link.name[:50]}_fixed{i or ''}" for i in count())
+            names[link.name] = next(
+                n for n in chain([link.joint.name or link.name], other) if n not in taken
+            )
+            taken.add(names[link.name])
+    return names
+
+
+def _joint(text: Text, link: Link, name: str, tied: set[str]) -> None:
     """The joint that a link hangs from; two, with a link between, where it is beside its axis."""
-    joint, name = link.joint, link.joint.name or link.name
+    joint = link.joint
     if joint.limits is None and (joint.kind == "prismatic" or link.name in tied):
         joint = replace(joint, limits=(-LARGEST, LARGEST))
     if joint.kind == "fixed":
-        name = f"{link.name}_fixed" if name in moving else name
         _hinge(text, name, link.parent, link.name, joint.place @ joint.tail, joint)
     elif _reaches(joint):
         axis = joint.tail.rotation.T[:, 2]
