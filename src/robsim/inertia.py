@@ -88,7 +88,7 @@ def _check_moments(tensor: Array) -> None:
         raise InputError(f"inertia tensor: not symmetric, by {skew:.3g} kg m^2")
     low, middle, high = np.linalg.eigvalsh(tensor)
     moments = f"principal moments {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
-    if low <= 0:
-        raise InputError(f"inertia tensor: {moments}; they must be above 0")
+    if low < -SLACK * high:
+        raise InputError(f"inertia tensor: {moments}; none can be below 0")
     if high > (low + middle) * (1 + SLACK):
         raise InputError(f"inertia tensor: {moments}; none can exceed the sum of the other two")

@@ -13,8 +13,12 @@ TOLERANCE = 1e-10
 
 @pytest.fixture
 def model(written, tmp_path):
-    written.to_mjcf(tmp_path / "robot.xml")
-    return mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
+    return made(written, tmp_path)
+
+
+def made(robot, folder):
+    robot.to_mjcf(folder / "robot.xml")
+    return mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
 
 
 def close(a, b):

@@ -19,6 +19,7 @@ from robsim.urdf.solids import plain, rgba
 from robsim.urdf.text import Text, spaced
 from robsim.urdf.write import check
 
+LEAST = 1e-12  # kg m^2, of the moments of a body
 _PRODUCTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
 
 
@@ -141,7 +142,10 @@ def _equalities(text: Text, links: Sequence[Link]) -> None:
 
 
 def _inertial(text: Text, inertia: Inertia) -> None:
-    full = spaced(inertia.tensor[i, j] for i, j in _PRODUCTS)
+    """MuJoCo takes no moment of zero: a rod or a point becomes a little thicker."""
+    lack = max(LEAST - float(np.linalg.eigvalsh(inertia.tensor)[0]), 0.0)
+    tensor = inertia.tensor + lack * np.eye(3)
+    full = spaced(tensor[i, j] for i, j in _PRODUCTS)
     text.put("inertial", pos=spaced(inertia.centre), mass=inertia.mass, fullinertia=full)
 
 
