@@ -33,6 +33,7 @@ class Tree:
         # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
         self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
+        self._moves_of: dict[str, kernels.Moves] = {}  # a frame, once it was asked for
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:
@@ -63,7 +64,9 @@ class Tree:
         """J[6, j, b] of a frame's origin in world axes."""
         J = np.empty((6, self.nv, bodies.poses.shape[3]))
         point = np.ascontiguousarray(self.frame(bodies, name)[:, 3])
-        kernels.jacobian(bodies, point, self.moves(self.carried(name)), J)
+        if name not in self._moves_of:
+            self._moves_of[name] = self.moves(self.carried(name))
+        kernels.jacobian(bodies, point, self._moves_of[name], J)
         return J
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
