@@ -220,7 +220,7 @@ class Joint:
     `limits` is (lowest, highest) in radians or metres, None for none, or for a rail for its ends.
     `follows` says that the coordinate depends on others (`Mimic`, `Chord`, `Ackermann`, `Rolling`),
     `name` how it is called where the link's name will not do. `speed` (rad/s or m/s) and `effort`
-    (N m or N) are what the drive can do, for trajectories and files.
+    (N m or N) are what the drive can do: files keep them, and nothing here is held to them.
 
     >>> Joint("prismatic", limits=(0.0, 0.5)).limits
     (0.0, 0.5)

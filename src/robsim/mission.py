@@ -59,6 +59,9 @@ class Phase:
         if not isinstance(let_go, Sequence):
             raise InputError(f"phase '{self.name}': release is a list of objects, got {let_go!r}")
         put(self, "release", tuple(let_go))
+        both = sorted(set(self.release) & set(self.attach))
+        if both:
+            raise InputError(f"phase '{self.name}': attach and release of '{both[0]}' at once")
         expects = self.expects if isinstance(self.expects, tuple | list) else (self.expects,)
         if not expects or not all(isinstance(each, Outcome) for each in expects):
             raise InputError(f"phase '{self.name}': expects an Outcome, got {self.expects!r:.80}")

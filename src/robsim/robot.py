@@ -75,6 +75,10 @@ class Robot(Value):
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
         object.__setattr__(self, "home", frozen(home))
 
+    def __str__(self) -> str:
+        coordinates = ", ".join(self.coordinate_names) or "none"
+        return f"{self.name}: {len(self.links)} links to '{self.tip}', coordinates: {coordinates}"
+
     @classmethod
     def from_dh(
         cls,

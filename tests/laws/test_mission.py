@@ -123,6 +123,7 @@ def test_each_phase_has_noise_of_its_own_and_a_mission_repeats():
         (lambda: Phase("a", "go"), "phase 'a': expected a task"),
         (lambda: Phase("a", go(0, 0), -1.0), "duration of phase 'a'"),
         (lambda: Phase("a", go(0, 0), expects="CONVERGED"), "expects an Outcome"),
+        (lambda: Phase("a", go(0, 0), attach={"cup": "b"}, release="cup"), "'cup' at once"),
         (lambda: Phase("a", go(0, 0), release=5), "phase 'a': release is a list of objects"),
         (lambda: Phase("a", go(0, 0), attach=["cup"]), "phase 'a': attach is {object: frame}"),
         (

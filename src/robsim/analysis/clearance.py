@@ -62,6 +62,8 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
     >>> float(clearance(Scene(objects=cubes), [], "a", "b"))
     2.0
     """
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     values = scene.coordinates(q, limits=False)
     rows = values.reshape(math.prod(values.shape[:-1]), scene.nq)
     mine, theirs = _hulls(scene, one), _hulls(scene, other)

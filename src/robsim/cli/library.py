@@ -40,14 +40,15 @@ def robots_(name: str | None, output: Path | None, force: bool) -> None:
     from robsim.cli.robot_table import robot_table
 
     if name is None:
+        if output or force:
+            raise click.UsageError("-o and --force are for one robot: robsim robots NAME")
         for each in robots.names():
             links = ", ".join(link.name for link in robots.load(each).links)
-            click.echo(f"{each:18} {robots.about(each)}\n{'':14} links: {links}")
+            click.echo(f"{each:18} {robots.about(each)}\n{'':18} links: {links}")
         click.echo("print and draw one: robsim robots NAME")
         return
-    robots.file(name)  # a name that is not there is an error before the file is
-    target = free_file(output, f"{name}.png", force)
     click.echo(robot_table(name))
+    target = free_file(output, f"{name}.png", force)
     _draw(name, target)
     click.echo(f"drawn at home: {target}")
 

@@ -25,7 +25,10 @@ def checked_scene(scene: object) -> None:
 def checked(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
     """The run as it is, or an InputError if it is no run, or (`timed`) only a summary of one."""
     if not {"q", "q0", "outcome"} <= set(getattr(run, "data_vars", ())):
-        raise InputError(f"expected a run as simulate returns it, got {type(run).__name__}")
+        raise InputError(
+            f"expected a run as simulate returns it, got {type(run).__name__}; of a mission, draw "
+            "the run of a leg: story.legs[0].run in story.legs[0].scene"
+        )
     if timed and "time" not in run.dims:
         raise InputError("only the end of this run was recorded: simulate it with record='all'")
     return run

@@ -47,8 +47,9 @@ class FollowPath(Shaped):
     Resolved motion rate control (Whitney 1969; Siciliano et al. 2009, section 3.7): qdot = J^+ V
     with the twist V = (v, omega) that carries the frame, as it is, to where it should be one period
     later, less what a `Motion` does to it. That is one step of Newton's method in each period, so
-    the distance from the path is of the second order in the period. s is the position and the
-    rotation vector from the end of the path, both in world axes.
+    the distance from the path is of the second order in the period. Toward a pose out of reach
+    the rates grow, until a joint is at its limit or J loses rank: ask `Robot.ik` before. s is the
+    position and the rotation vector from the end of the path, both in world axes.
 
     >>> FollowPath([0.4, 0.0, 0.3], mask="position", duration=2.0).to
     array([0.4, 0. , 0.3])
