@@ -9,17 +9,26 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
+from robsim import curves as curves
 from robsim import examples as examples
 from robsim import robots as robots
+from robsim import trajectory as trajectory
 from robsim import units as units
 from robsim.actuation import Actuation as Actuation
 from robsim.analysis.equilibria import equilibria as equilibria
 from robsim.analysis.equilibrium import Equilibria as Equilibria
 from robsim.analysis.equilibrium import Equilibrium as Equilibrium
+from robsim.analysis.manipulability import condition_number as condition_number
+from robsim.analysis.manipulability import manipulability as manipulability
+from robsim.analysis.manipulability import singularity_distance as singularity_distance
+from robsim.analysis.workspace import Workspace as Workspace
+from robsim.analysis.workspace import workspace as workspace
 from robsim.belief import believe as believe
 from robsim.camera import Camera as Camera
 from robsim.camera import Visibility as Visibility
+from robsim.closed_ik import ClosedIK as ClosedIK
 from robsim.errors import FileError as FileError
+from robsim.errors import FileWarning as FileWarning
 from robsim.errors import FrameError as FrameError
 from robsim.errors import GoalError as GoalError
 from robsim.errors import InputError as InputError
@@ -45,13 +54,27 @@ from robsim.features import StereoPoints as StereoPoints
 from robsim.features import ThetaU as ThetaU
 from robsim.features import Translation as Translation
 from robsim.features import VanishingPoint as VanishingPoint
+from robsim.ik import IKReason as IKReason
+from robsim.ik import IKResult as IKResult
+from robsim.inertia import Inertia as Inertia
+from robsim.joint import Ackermann as Ackermann
+from robsim.joint import Chord as Chord
+from robsim.joint import Joint as Joint
+from robsim.joint import Mimic as Mimic
+from robsim.joint import Rolling as Rolling
+from robsim.joint import Steering as Steering
+from robsim.link import Link as Link
+from robsim.mission import Mission as Mission
+from robsim.mission import MissionRun as MissionRun
+from robsim.mission import Phase as Phase
 from robsim.motion import Motion as Motion
 from robsim.outcome import Outcome as Outcome
 from robsim.pose import Pose as Pose
+from robsim.primitives import Ball as Ball
 from robsim.primitives import Block as Block
 from robsim.primitives import CameraBody as CameraBody
+from robsim.primitives import Mesh as Mesh
 from robsim.primitives import Wheel as Wheel
-from robsim.robot import Link as Link
 from robsim.robot import Robot as Robot
 from robsim.scene import Mounted as Mounted
 from robsim.scene import Object as Object
@@ -70,6 +93,8 @@ from robsim.servo import DepthFilter as DepthFilter
 from robsim.servo import Docking as Docking
 from robsim.servo import ErrorBelow as ErrorBelow
 from robsim.servo import Estimated as Estimated
+from robsim.servo import FollowJoints as FollowJoints
+from robsim.servo import FollowPath as FollowPath
 from robsim.servo import Given as Given
 from robsim.servo import Hybrid as Hybrid
 from robsim.servo import JointLaw as JointLaw
@@ -90,7 +115,6 @@ from robsim.servo import Together as Together
 from robsim.servo import Transposed as Transposed
 from robsim.servo import Truncated as Truncated
 from robsim.simulate import simulate as simulate
-from robsim.tree import Joint as Joint
 from robsim.vision import HomographyMotions as HomographyMotions
 from robsim.vision import PoseEstimate as PoseEstimate
 from robsim.vision import Triangulated as Triangulated
@@ -101,6 +125,7 @@ from robsim.vision import triangulate as triangulate
 
 if TYPE_CHECKING:
     from robsim import plot as plot
+    from robsim.analysis.clearance import clearance as clearance
     from robsim.analysis.compare import Comparison as Comparison
     from robsim.analysis.compare import compare as compare
     from robsim.analysis.diagnosis import diagnose as diagnose
@@ -115,6 +140,7 @@ if TYPE_CHECKING:
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
+    "clearance": "robsim.analysis.clearance",
     "Comparison": "robsim.analysis.compare",
     "compare": "robsim.analysis.compare",
     "diagnose": "robsim.analysis.diagnosis",

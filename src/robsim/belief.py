@@ -11,10 +11,11 @@ import numpy as np
 from robsim.arrays import numbers, positive
 from robsim.camera import Camera
 from robsim.errors import InputError, suggest
+from robsim.joint import Joint
+from robsim.link import Link
 from robsim.pose import Pose, one_pose
-from robsim.robot import Link, Robot
+from robsim.robot import Robot
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import Joint
 
 ROW = ("theta", "d", "a", "alpha")
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from robsim.actuation import Actuation
 from robsim.arrays import Array, frozen
 from robsim.kernels import actuation as kernels
-from robsim.kernels import tree
 from robsim.scene import Scene
 
 
@@ -33,17 +32,12 @@ class Drives:
     columns: NDArray[np.int64]
 
     def advance(self, held: Held, dt: float) -> tuple[Array, Array]:
-        """Coordinates and velocities after a period, or a part of it."""
-        q, rates, mean = held.q.copy(), held.qd, held.qd
-        if self.actuation.moves:
-            rates, mean = self._follow(held, dt)
-        joints = self.scene.tree.joints
-        tree.integrate(joints.kind, joints.iq, joints.iv, mean, dt, q)
-        return q, rates
+        """Coordinates and velocities after a period."""
+        return self._after(held, dt, dt)
 
-    def moved(self, held: Held, seconds: float) -> Array:
-        """Coordinates (nq, B) some time after a period began."""
-        return held.q if seconds == 0.0 else self.advance(held, seconds)[0]
+    def moved(self, held: Held, seconds: float, dt: float) -> Array:
+        """Coordinates (nq, B) some time after a period began that lasts dt."""
+        return held.q if seconds == 0.0 else self._after(held, seconds, dt)[0]
 
     def counted(self, q: Array) -> Array:
         """Coordinates (nq, B) as the encoders say."""
@@ -53,6 +47,19 @@ class Drives:
         kernels.count(self._steps, q, out)
         return out
 
+    def _after(self, held: Held, seconds: float, dt: float) -> tuple[Array, Array]:
+        """Cars steer once in a period, when it begins."""
+        tree, q = self.scene.tree, held.q.copy()
+        if tree.cars:
+            tree.steer(q, self._velocities(held, dt)[1], dt)
+        rates, mean = self._velocities(held, seconds)
+        tree.roll(q, mean, seconds)
+        return q, tree.driven(q, rates)
+
+    def _velocities(self, held: Held, seconds: float) -> tuple[Array, Array]:
+        """(nv, B) after some time, and their mean until then."""
+        return self._follow(held, seconds) if self.actuation.moves else (held.qd, held.qd)
+
     def _follow(self, held: Held, dt: float) -> tuple[Array, Array]:
         """Velocities (nv, B) at the end, and their mean; those that nobody commands are given."""
         wanted = np.ascontiguousarray(held.qd[self.columns])
@@ -61,6 +68,11 @@ class Drives:
         after, between = held.qd.copy(), held.qd.copy()
         after[self.columns], between[self.columns] = v, mean
         return after, between
+
+    @property
+    def moves(self) -> bool:
+        """Whether joints move otherwise than they are commanded: so does a car that must steer."""
+        return self.actuation.moves or bool(self.scene.tree.cars)
 
     @cached_property
     def _limits(self) -> tuple[Array, Array]:
@@ -73,9 +85,9 @@ class Drives:
     @cached_property
     def _steps(self) -> Array:
         """(nq,) of the encoders; zero where a joint has none."""
-        joints, steps = self.scene.tree.joints, np.zeros(self.scene.nq)
+        steps = np.zeros(self.scene.nq)
         given = np.full(self.scene.nq, self.actuation.encoder, dtype=float)
-        for kind, i in zip(joints.kind, joints.iq, strict=True):
-            if kind in (tree.REVOLUTE, tree.PRISMATIC):
-                steps[i] = given[i]
+        counted = self.scene.tree.alone(np.arange(self.scene.nv))
+        counted = counted[counted >= 0]
+        steps[counted] = given[counted]
         return frozen(steps)

@@ -9,6 +9,7 @@ RobSimError
 └── Interrupted                      Ctrl-C; holds what was simulated so far in `.run`
 
 RankWarning                          the features cannot fix every motion of the camera
+FileWarning                          a file has oddities, which are left out or read otherwise
 """
 
 import difflib
@@ -50,6 +51,10 @@ class Interrupted(RobSimError):
 
 class RankWarning(UserWarning):
     """The features do not fix every motion that the robot can make."""
+
+
+class FileWarning(UserWarning):
+    """A file was read, but for some of it: the message says, line by line, what and how."""
 
 
 def suggest(name: object, exists: Iterable[str], kind: str) -> str:

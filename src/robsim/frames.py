@@ -92,8 +92,8 @@ class Frames:
             return look
         q = self.past[0].q
         if step >= self.age:
-            q = self.drives.moved(self.past[0], self.share * self.dt)
-        return joined([sight.look(q) for sight in self.sights])
+            q = self.drives.moved(self.past[0], self.share * self.dt, self.dt)
+        return joined([sight.look(q) for sight in self.sights], q.shape[1])
 
     def _arrived(self, step: int, look: Look, noise: Noise) -> Frame:
         pixels = np.empty_like(look.pixels)
@@ -114,7 +114,7 @@ class Frames:
     def _hidden(self, step: int) -> NDArray[np.bool_]:
         """(N,): which marks something hid when the image was taken."""
         seconds = max(step * self.dt - self.sensing.latency, 0.0)
-        each = []
+        each = [np.zeros(0, dtype=np.bool_)]
         for sight in self.sights:
             hidden = np.zeros(len(sight.target.marks), dtype=np.bool_)
             for occlusion in self.sensing.occlusions:

@@ -63,18 +63,18 @@ class Loop:
         controller, scene = self.controller, self.scene
         check_sensing(self.sensing, controller.sights, self.dt)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
-        rates = scene.nv if self.actuation.moves else 0
+        self.drives = Drives(self.actuation, scene, controller.columns)
+        rates = scene.nv if self.drives.moves else 0
         widths = (scene.nq, scene.nv, rates, controller.k, controller.goal_pixels.size)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         self.limits: Array = np.ascontiguousarray(scene.limits + slack)
-        self.drives = Drives(self.actuation, scene, controller.columns)
         self.steady = not any(callable(motion.rates) for motion in scene.motions)
         self.still = scene.drift(0.0)
-        self.moves = controller.sights[0].moves(controller.columns)
         self.prompt = self.sensing.only_noise and not self.actuation.counts
         self.rows = self._rows()
         self.scheme = self._scheme()
+        self.moves = controller.sights[0].moves(controller.columns) if self.scheme else None
 
     def _rows(self) -> list[slice]:
         """Of the pixels, by sight."""
@@ -83,15 +83,14 @@ class Loop:
 
     def _scheme(self) -> Scheme | None:
         """For the compiled loop, where that can run all that is asked for, and pays."""
-        plain = self.steady and self.prompt and not (self.actuation.moves or self.witness)
+        plain = self.steady and self.prompt and not (self.drives.moves or self.witness)
         scheme = self.controller.compiled if plain else None
         return scheme if scheme and pays(len(self.q0), self.steps) else None
 
     @property
     def scene(self) -> Scene:
         """The true one."""
-        scene: Scene = self.controller.scene
-        return scene
+        return self.controller.scene
 
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
@@ -189,7 +188,7 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.dt,
         loop.scene.tree.joints,
         loop.limits,
-        loop.hold,
+        np.full(runs, loop.hold),
         loop.still,
         sight.constants,
         loop.moves,
@@ -214,21 +213,23 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     controller, runs = loop.controller, chunk.rows.size
     sights = controller.sights
     looks = [sight.look(chunk.q) for sight in sights]
-    look, told = joined(looks), {s.key: each for s, each in zip(sights, looks, strict=True)}
+    look, told = joined(looks, runs), {s.key: each for s, each in zip(sights, looks, strict=True)}
     now = _told(loop, chunk, step, look, told)
     decision = controller.decided(now)
-    command = decision.command
-    T = looks[0].T_w_c if sights[0].constants.moves else looks[0].T_w_o
+    command, hold = decision.command, loop.hold | controller.busy(now)
+    bodies = looks[0].bodies if looks else loop.scene.tree.bodies(chunk.q)
+    T = loop.scene.tree.frame(bodies, controller.moving)
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
     rates = chunk.rates[:0]
-    if loop.actuation.moves:
+    if loop.drives.moves:
         rates = np.where(loop.scene.prescribed[:, None], drift[:, None], chunk.rates)
+        rates = loop.scene.tree.driven(chunk.q, rates)
     kernels.settle(
         step,
         loop.steps,
         loop.limits,
-        loop.hold,
+        hold,
         drift,
         controller.columns,
         controller.pace,
@@ -245,7 +246,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         qd,
         outcome,
     )
-    if not loop.prompt or loop.actuation.moves:
+    if not loop.prompt or loop.drives.moves:
         _wait(loop, chunk, step, command, rates, outcome)
     if loop.witness:
         loop.witness(Moment(now, told, decision, chunk.q, qd))
@@ -267,7 +268,7 @@ def _wait(
     """
     controller = loop.controller
     near = (np.abs(command.error) < controller.tolerance).all(axis=0)
-    if loop.actuation.moves:
+    if loop.drives.moves:
         lag = np.ascontiguousarray((rates[controller.columns] - command.qd)[:, None])
         change = product(command.reach, lag)[:, 0]
         near &= (np.abs(change) < controller.tolerance * controller.pace).all(axis=0)

@@ -49,7 +49,8 @@ _MESSAGES = {
     Outcome.CONVERGED: "every feature error is below the tolerance",
     Outcome.LOCAL_MINIMUM: (
         "the law commands no motion although the error remains; try L desired or mean, "
-        "the other law, or a nearer start"
+        "the other law, or a nearer start; on a path, a goal that the joints can reach, or its "
+        "position alone"
     ),
     Outcome.OUT_OF_IMAGE: (
         "a mark left the image; try a lower gain, a larger image, L mean, or a nearer start"
@@ -58,7 +59,7 @@ _MESSAGES = {
     Outcome.JOINT_LIMIT: "a joint left its limits; try another start or goal",
     Outcome.SINGULAR: (
         "the law commands no motion because L J lost rank here (singular values below rcond count "
-        "as zero); try a damped inverse, a smaller rcond, or other features"
+        "as zero); try a damped inverse, a smaller rcond, other features, or a goal within reach"
     ),
     Outcome.DIVERGED: "the error or the depth grew a hundredfold; try a lower gain or another L",
     Outcome.NOT_FINITE: "a number is not finite: a feature, a law or a state overflowed",

@@ -21,6 +21,7 @@ from robsim.outcome import Outcome
 from robsim.pose import homogeneous
 from robsim.scene import Scene
 from robsim.servo import Computed, Given, ServoTask, Task
+from robsim.servo.controller import Controller
 from robsim.servo.inverse import product
 from robsim.servo.sight import Sight
 
@@ -33,6 +34,8 @@ BLOCK = 65536  # moments that are turned into poses and velocities at a time
 UNITS = {
     "camera_pose": "m",
     "camera_velocity": "m/s, rad/s",
+    "frame_pose": "m",
+    "frame_velocity": "m/s, rad/s",
     "pixels": "px",
     "pixels_goal": "px",
     "pixels_end": "px",
@@ -47,6 +50,8 @@ DESCRIPTIONS = {
     "qd_actual": "velocities of the joints, which follow the command with a lag or under limits",
     "camera_pose": "pose of the camera in the world",
     "camera_velocity": "twist (v, omega) of the camera in its own axes",
+    "frame_pose": "pose in the world of the frame that is moved",
+    "frame_velocity": "twist (v, omega) of the frame that is moved, in its own axes",
     "s": "features as measured",
     "s_goal": "features at the goal",
     "error": "s - s_goal",
@@ -72,14 +77,14 @@ def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
     goal, s_goal = controller.goal_pixels, controller.s_goal[:, 0]
     with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
         variables = {
-            **_motion(scene, controller.sights[0].eye.name, series, tall),
+            **_motion(controller, series, tall),
             **_features(series, s_goal, tall),
             "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
             "pixels_goal": (["mark", "axis"], goal),
             "s_goal": (["feature"], s_goal),
             **_ends(loop, goal),
         }
-    attributes = _attributes(controller.units, scene)
+    attributes = _attributes(controller, scene)
     absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
@@ -107,16 +112,18 @@ def _simulated(recorder: Recorder) -> Track:
     return Track(*(part[:, :kept] for part in recorder.series))
 
 
-def _motion(scene: Scene, camera: str, series: Track, tall: list[str]) -> dict[str, Any]:
-    """q, qd, and what they mean for the camera."""
+def _motion(controller: Controller, series: Track, tall: list[str]) -> dict[str, Any]:
+    """q, qd, and what they mean for the camera, or for the frame that a blind controller moves."""
     follows = series.rates.shape[-1] == 0
-    poses, twists = _camera_motion(scene, camera, series.q, series.qd if follows else series.rates)
+    scene, whose = controller.scene, "camera" if controller.sights else "frame"
+    rates = series.qd if follows else series.rates
+    poses, twists = _frame_motion(scene, controller.frame, series.q, rates)
     return {
         "q": ([*tall, "coordinate"], series.q),
         "qd": ([*tall, "velocity"], series.qd),
         **({} if follows else {"qd_actual": ([*tall, "velocity"], series.rates)}),
-        "camera_pose": ([*tall, "row", "column"], poses),
-        "camera_velocity": ([*tall, "twist"], twists),
+        f"{whose}_pose": ([*tall, "row", "column"], poses),
+        f"{whose}_velocity": ([*tall, "twist"], twists),
     }
 
 
@@ -136,29 +143,36 @@ def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
 
 def _ends(loop: Loop, goal: Array) -> dict[str, Any]:
     recorder = loop.recorder
-    away = recorder.last.pixels.reshape(-1, *goal.shape) - goal
+    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal.shape)
     return {
         "outcome": (["run"], recorder.outcome),
         "end_time": (["run"], recorder.end_step * loop.dt),
         "path_length": (["run"], recorder.path_length),
-        "pixel_error": (["run"], np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1)),
+        "pixel_error": (["run"], _farthest(pixels_end - goal)),
         "q0": (["run", "coordinate"], loop.q0),
         "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
-        "pixels_end": (["run", "mark", "axis"], recorder.last.pixels.reshape(-1, *goal.shape)),
+        "pixels_end": (["run", "mark", "axis"], pixels_end),
     }
 
 
-def _camera_motion(scene: Scene, camera: str, q: Array, qd: Array) -> tuple[Array, Array]:
-    """Poses (runs, moments, 4, 4) and twists (runs, moments, 6) of the camera."""
+def _farthest(away: Array) -> Array:
+    """(runs,) largest length of away (runs, marks, 2); NaN without marks."""
+    if not away.shape[1]:
+        return np.full(len(away), np.nan)
+    return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
+
+
+def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
+    """Poses (runs, moments, 4, 4) and twists (runs, moments, 6) of a frame, in its own axes."""
     joints, shape = scene.tree, q.shape[:2]
     poses, twists = np.empty((q[..., 0].size, 4, 4)), np.empty((q[..., 0].size, 6))
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
-    carries = joints.carries(camera)
+    moves = joints.moves(joints.carried(frame))
     for part in _blocks(len(poses)):
-        M = joints.bodies(np.ascontiguousarray(rows[part].T))
-        T = joints.frame(M, camera)
+        bodies = joints.bodies(np.ascontiguousarray(rows[part].T))
+        T = joints.frame(bodies, frame)
         J = np.empty((6, joints.nv, T.shape[-1]))
-        tree.camera_jacobian(M, T, joints.body, joints.angular, joints.axis, carries, J)
+        tree.camera_jacobian(bodies, T, moves, J)
         poses[part] = homogeneous(T)
         poses[part][np.isnan(T[0, 0])] = np.nan
         twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T
@@ -182,8 +196,8 @@ def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
         "twist": (["twist"], ["vx", "vy", "vz", "wx", "wy", "wz"]),
         "axis": (["axis"], ["column", "row"]),
         "feature_unit": (["feature"], list(loop.controller.units)),
-        "mark_camera": (["mark"], [camera for camera, _ in keys]),
-        "mark_target": (["mark"], [target for _, target in keys]),
+        "mark_camera": (["mark"], np.array([camera for camera, _ in keys], dtype=str)),
+        "mark_target": (["mark"], np.array([target for _, target in keys], dtype=str)),
     }
 
 
@@ -257,8 +271,9 @@ def _images(sights: Sequence[Sight]) -> dict[str, Any]:
     return told
 
 
-def _attributes(features: Sequence[str], scene: Scene) -> dict[str, dict[str, Any]]:
-    """Unit and long name of each variable; `features` are the units of s."""
+def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any]]:
+    """Unit and long name of each variable."""
+    features = controller.units
     unit = features[0] if len(set(features)) == 1 else "see feature_unit"
     joints = sorted(set(scene.coordinate_units))
     unit_q = joints[0] if len(joints) == 1 else "see coordinate_unit"
@@ -272,6 +287,10 @@ def _attributes(features: Sequence[str], scene: Scene) -> dict[str, dict[str, An
     named: dict[str, dict[str, Any]] = {
         name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
     }
+    for name in ("frame_pose", "frame_velocity"):
+        named[name]["frame"] = controller.frame
+    if not controller.sights:
+        named["path_length"] |= {"long_name": "way of the frame that is moved"}
     named["outcome"] |= {
         "flag_values": np.array([int(o) for o in Outcome], dtype=np.int8),
         "flag_meanings": " ".join(o.name for o in Outcome),

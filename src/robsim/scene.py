@@ -11,12 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.arrays import Array, frozen, numbers, runs_last
+from robsim.assembly import Frame
 from robsim.camera import Camera
-from robsim.errors import InputError, suggest
+from robsim.errors import FrameError, InputError, suggest
+from robsim.joint import FIXED, Joint
+from robsim.link import checked_shapes
 from robsim.motion import Motion
+from robsim.names import checked_name
 from robsim.pose import IDENTITY, Pose, homogeneous, one_pose
-from robsim.robot import Robot, checked_name, checked_shapes
-from robsim.tree import FIXED, Frame, Joint, Tree
+from robsim.robot import Robot
+from robsim.tree import Tree
 from robsim.value import Value
 
 T = TypeVar("T", Robot, "Object", "Mounted", Motion)
@@ -220,6 +224,37 @@ class Scene:
             changed[kind][known.index(part.name)] = part
         return replace(self, **changed)
 
+    def attached(self, name: str, to: str, q: Any = None) -> Scene:
+        """A copy in which an object hangs from the frame `to`, and stays where it is at q (nq,).
+
+        From then on it rides with that frame: a gripper has closed on it, or it lies on a pallet.
+
+        >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
+        >>> scene = Scene([arm], Object("cup", marks=[[0, 0, 0]], pose=Pose.at(1, 0, 0)))
+        >>> held = scene.attached("cup", "arm.link1", q=[0.0])
+        >>> held.pose("cup", [np.pi / 2]).position.round(9)
+        array([0., 1., 0.])
+        """
+        thing = self.object(name)
+        values = self.coordinates(self.home if q is None else q, limits=False)
+        if values.ndim != 1:
+            raise InputError(
+                f"q: '{name}' changes hands at one state ({self.nq},), got {values.shape}"
+            )
+        self._check_hanging(thing, to)
+        there = self.pose(to, values).inv() @ self.pose(thing.name, values)
+        return self.replacing(replace(thing, pose=Pose(there.matrix), on=to))
+
+    def released(self, name: str, q: Any = None) -> Scene:
+        """A copy in which an object stands in the world, where it is at q (nq,).
+
+        >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
+        >>> scene = Scene([arm], Object("cup", marks=[[0, 0, 0]], on="arm.link1"))
+        >>> scene.released("cup", q=[0.0]).pose("cup", [1.0]).position
+        array([1., 0., 0.])
+        """
+        return self.attached(name, "world", q)
+
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
         """Checked q (..., nq): an array, or {robot: q} where the robots left out stay at home."""
         if isinstance(q, Mapping):
@@ -269,11 +304,26 @@ class Scene:
     def _parts(self) -> tuple[Robot | Object | Mounted, ...]:
         return (*self.robots, *self.objects, *self.cameras)
 
+    def _check_hanging(self, thing: Object, to: Any) -> None:
+        """InputError if there is no frame `to`, or if it hangs from the object itself."""
+        above = {frame.name: frame.parent for frame in self._frames()}
+        known = ["world", *above]
+        if not isinstance(to, str) or to not in known:
+            raise FrameError(f"no frame {to!r:.80}; {suggest(to, known, 'frames')}")
+        frame = to
+        while frame != "world":
+            if frame == thing.name:
+                way = "itself" if to == frame else f"'{to}', which stands on it"
+                raise FrameError(f"'{thing.name}' cannot hang from {way}")
+            frame = above[frame]
+
     def _frames(self) -> list[Frame]:
         frames = []
         for robot in self.robots:
             for i, link in enumerate(robot.links):
-                joint = link.joint if i else _fixed(robot.base @ link.joint.place @ link.joint.tail)
+                joint = link.joint.within(robot.name)
+                if not i:
+                    joint = _fixed(robot.base @ link.joint.place @ link.joint.tail)
                 parent = f"{robot.name}.{link.parent}" if i else robot.on
                 frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
         hung: tuple[Object | Mounted, ...] = (*self.objects, *self.cameras)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -19,6 +18,7 @@ from robsim.record import LONGEST, Record
 from robsim.scene import Scene
 from robsim.sensing import Sensing
 from robsim.servo.task import Task
+from robsim.threads import processors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,7 +71,7 @@ def simulate(
 
     check_progress(progress)
     chunk = whole(chunk, "chunk", 1)
-    threads = whole(_processors() if threads is None else threads, "threads", 1, 1025)
+    threads = whole(processors() if threads is None else threads, "threads", 1, 1025)
     loop = loop_of(
         scene,
         task,
@@ -192,13 +192,6 @@ def check_kinds(scene: object, task: object) -> None:
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     if isinstance(task, type) or not isinstance(task, Task):
         raise InputError(f"task: expected a task such as IBVS(...), got {task!r:.80}")
-
-
-def _processors() -> int:
-    """Those that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def whole_periods(dt: float, duration: float) -> int:

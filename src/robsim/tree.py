@@ -1,113 +1,18 @@
-"""The kinematic tree: links and joints, folded into the constants that the kernels need."""
+"""The kinematic tree: where its frames are, and how its velocities move them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, numbers
-from robsim.errors import FrameError, InputError, suggest
+from robsim.arrays import Array, frozen
+from robsim.assembly import Assembly, Frame, integers
+from robsim.errors import FrameError, suggest
+from robsim.joint import Steering
 from robsim.kernels import tree as kernels
-from robsim.pose import IDENTITY, Pose, one_pose
-
-Kind = Literal["fixed", "revolute", "prismatic", "floating", "planar", "unicycle"]
-_CODE = {
-    "revolute": kernels.REVOLUTE,
-    "prismatic": kernels.PRISMATIC,
-    "floating": kernels.FLOATING,
-    "planar": kernels.PLANAR,
-    "unicycle": kernels.UNICYCLE,
-}
-# the velocities of a joint, in order: (about an axis, which axis of the moving frame)
-_VELOCITIES: dict[str, list[tuple[bool, int]]] = {
-    "fixed": [],
-    "revolute": [(True, 2)],
-    "prismatic": [(False, 2)],
-    "floating": [(turns, axis) for turns in (False, True) for axis in range(3)],
-    "planar": [(False, 0), (False, 1), (True, 2)],
-    "unicycle": [(False, 0), (True, 2)],
-}
-COORDINATE_UNITS = {
-    "fixed": [],
-    "revolute": ["rad"],
-    "prismatic": ["m"],
-    "floating": ["m"] * 3 + ["1"] * 4,
-    "planar": ["m", "m", "rad"],
-    "unicycle": ["m", "m", "rad"],
-}
-# what follows the name of the link, where a joint has several
-COORDINATE_NAMES: dict[str, tuple[str, ...]] = {
-    "fixed": (),
-    "revolute": ("",),
-    "prismatic": ("",),
-    "floating": (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw"),
-    "planar": (".x", ".y", ".theta"),
-    "unicycle": (".x", ".y", ".theta"),
-}
-VELOCITY_NAMES: dict[str, tuple[str, ...]] = {
-    "fixed": (),
-    "revolute": ("",),
-    "prismatic": ("",),
-    "floating": (".vx", ".vy", ".vz", ".wx", ".wy", ".wz"),
-    "planar": (".vx", ".vy", ".omega"),
-    "unicycle": (".v", ".omega"),
-}
-COORDINATES = {kind: len(units) for kind, units in COORDINATE_UNITS.items()}
-VELOCITIES = {kind: len(rows) for kind, rows in _VELOCITIES.items()}
-VELOCITY_UNITS = {
-    kind: ["rad/s" if turns else "m/s" for turns, _ in rows] for kind, rows in _VELOCITIES.items()
-}
-
-
-@dataclass(frozen=True)
-class Joint:
-    """place . motion(q) . tail: a constant pose, a motion, a constant pose.
-
-    A revolute joint turns about z and a prismatic one slides along it. A floating joint moves
-    freely, a planar one in the plane z = 0, and so does a unicycle, which cannot move sideways.
-    `limits` is (lowest, highest) in radians or metres, None for none.
-
-    >>> Joint("prismatic", limits=(0.0, 0.5)).limits
-    (0.0, 0.5)
-    """
-
-    kind: Kind = "fixed"
-    place: Pose = IDENTITY
-    tail: Pose = IDENTITY
-    limits: tuple[float, float] | None = None
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.kind, str) or self.kind not in COORDINATES:
-            raise InputError(
-                f"no joint kind {self.kind!r}; {suggest(self.kind, COORDINATES, 'kinds')}"
-            )
-        for part in ("place", "tail"):
-            object.__setattr__(self, part, one_pose(getattr(self, part), f"joint {part}"))
-        if self.limits is not None:
-            if numbers(self.limits, "joint limits", (2,)).ndim != 1:
-                raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
-            if COORDINATES[self.kind] != 1:
-                raise InputError(f"a {self.kind} joint has no limits, got {self.limits}")
-            low, high = self.limits
-            if not (np.isfinite([low, high]).all() and low < high):
-                raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
-
-
-FIXED = Joint()
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One frame of the tree: it hangs from `parent` by `joint`."""
-
-    name: str
-    parent: str
-    joint: Joint
 
 
 class Tree:
@@ -118,34 +23,18 @@ class Tree:
     """
 
     def __init__(self, frames: Iterable[Frame]):
-        declared = list(frames)
-        first = _first_indices(declared)  # coordinates keep the declared order
-        self.nq, self.nv = first.pop(None)
-        self.where: dict[str, tuple[int, Array]] = {"world": (0, IDENTITY.matrix)}
-        parent, kind, iq, iv, place = [0], [0], [0], [0], [np.eye(4)]
-        body, angular, axis = np.zeros((3, self.nv), dtype=np.int64)
-        for frame in _parents_first(declared):
-            above, offset = self.find(frame.parent)
-            joint = frame.joint
-            start = offset @ joint.place.matrix
-            if joint.kind == "fixed":
-                self.where[frame.name] = (above, frozen(start @ joint.tail.matrix))
-                continue
-            n, m = first[frame.name]
-            for i, (turns, along) in enumerate(_VELOCITIES[joint.kind]):
-                body[m + i], angular[m + i], axis[m + i] = len(parent), turns, along
-            self.where[frame.name] = (len(parent), joint.tail.matrix)
-            parent.append(above)
-            kind.append(_CODE[joint.kind])
-            iq.append(n)
-            iv.append(m)
-            place.append(start)
-        self.body, self.axis = _integers(body), _integers(axis)
-        self.angular = frozen(angular.astype(np.bool_))
-        places = frozen(np.ascontiguousarray(np.stack(place)[:, :3]))
-        self.joints = kernels.Joints(
-            _integers(parent), _integers(kind), _integers(iq), _integers(iv), places
-        )
+        built = Assembly(list(frames))
+        self.nq, self.nv = built.nq, built.nv
+        self.where: dict[str, tuple[int, Array]] = built.where
+        self.joints: kernels.Joints = built.joints()
+        columns = (kernels.PARENT, kernels.KIND, kernels.IQ, kernels.IV)
+        # of each body, its parent, kind, and first coordinate and velocity of its own, or -1
+        self.parent, self.kind, self.iq, self.iv = (self.joints.rows[:, c] for c in columns)
+        # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
+        self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
+        self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
+        self._moves_of: dict[str, kernels.Moves] = {}  # a frame, once it was asked for
+        self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:
         """The body that carries a frame, and the frame's constant pose in it."""
@@ -153,72 +42,102 @@ class Tree:
             raise FrameError(f"no frame {name!r}; {suggest(name, self.where, 'frames')}")
         return self.where[name]
 
-    def bodies(self, q: Array) -> Array:
-        """M[i, 3, 4, b] of coordinates q[n, b]."""
-        joints = self.joints
-        M = np.empty((len(joints.parent), 3, 4, q.shape[1]))
-        kernels.bodies(joints.parent, joints.kind, joints.iq, joints.place, q, M)
-        return M
+    def room(self, runs: int) -> kernels.Bodies:
+        """Bodies that are not placed yet."""
+        poses = np.empty((len(self.kind), 3, 4, runs))
+        return kernels.Bodies(poses, np.empty((self.joints.ratios, runs)))
 
-    def frame(self, M: Array, name: str) -> Array:
+    def bodies(self, q: Array) -> kernels.Bodies:
+        """Where all bodies are at coordinates q[n, b]."""
+        out = self.room(q.shape[1])
+        kernels.bodies(self.joints, q, out)
+        return out
+
+    def frame(self, bodies: kernels.Bodies, name: str) -> Array:
         """T[3, 4, b] of a frame."""
         body, offset = self.find(name)
-        T = np.empty(M.shape[1:])
-        kernels.frame(M, body, offset, T)
+        T = np.empty(bodies.poses.shape[1:])
+        kernels.frame(bodies.poses, body, offset, T)
         return T
 
-    def jacobian(self, M: Array, name: str) -> Array:
+    def jacobian(self, bodies: kernels.Bodies, name: str) -> Array:
         """J[6, j, b] of a frame's origin in world axes."""
-        J = np.empty((6, self.nv, M.shape[3]))
-        point = np.ascontiguousarray(self.frame(M, name)[:, 3])
-        kernels.jacobian(M, point, self.body, self.angular, self.axis, self.carries(name), J)
+        J = np.empty((6, self.nv, bodies.poses.shape[3]))
+        point = np.ascontiguousarray(self.frame(bodies, name)[:, 3])
+        if name not in self._moves_of:
+            self._moves_of[name] = self.moves(self.carried(name))
+        kernels.jacobian(bodies, point, self._moves_of[name], J)
         return J
+
+    def advance(self, q: Array, v: Array, dt: float) -> None:
+        """Move q[n, b] by velocities v[m, b] held for dt, after cars have steered for them."""
+        self.steer(q, v, dt)
+        self.roll(q, v, dt)
+
+    def steer(self, q: Array, v: Array, dt: float) -> None:
+        """Turn the wheels of cars, as far as they get in a period of dt."""
+        for row, velocity, s in self.cars:
+            kernels.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
+
+    def roll(self, q: Array, v: Array, seconds: float) -> None:
+        """Move q[n, b] by velocities v[m, b], cars as they have steered."""
+        kernels.integrate(self.joints, self.driven(q, v), seconds, q)
+
+    def driven(self, q: Array, v: Array) -> Array:
+        """The velocities v[m, b] as the steering angles of cars allow them."""
+        if self.cars:
+            v = v.copy()
+        for row, velocity, s in self.cars:
+            kernels.obey(row, velocity, s.wheelbase, q, v)
+        return v
+
+    def carried(self, name: str) -> Array:
+        """1.0 for each move that the frame takes part in, else 0.0."""
+        rides: Array = self._ancestry[self.find(name)[0]]
+        return rides
 
     def carries(self, name: str) -> Array:
         """1.0 for each velocity that moves the frame, else 0.0."""
-        carried: Array = self._ancestry[self.find(name)[0]]
-        return carried
+        found = np.zeros(self.nv)
+        np.maximum.at(found, self.velocity, self.carried(name))
+        return frozen(found)
+
+    def moves(self, sign: Array, columns: NDArray[np.int64] | None = None) -> kernels.Moves:
+        """For the kernels: what some velocities move (all by default), each move with its sign."""
+        if columns is None:
+            columns = integers(np.arange(self.nv))
+        chosen = np.isin(self.velocity, columns)
+        rows = self.moved[chosen]
+        rows[:, 0] = np.searchsorted(columns, rows[:, 0])
+        return kernels.Moves(columns, frozen(rows), frozen(sign[chosen]))
+
+    def alone(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Of each of some velocities, the only coordinate that it changes, or -1."""
+        single = np.isin(self.kind, (kernels.REVOLUTE, kernels.PRISMATIC, kernels.RAIL))
+        found = np.full(self.nv, -1)
+        mine = single & (self.iv >= 0)
+        found[self.iv[mine]] = self.iq[mine]
+        return integers(found[columns])
+
+    @cached_property
+    def owners(self) -> NDArray[np.int64]:
+        """(nv,) the body whose joint has each velocity."""
+        found = np.empty(self.nv, dtype=np.int64)
+        for body in np.argsort(self.iv, kind="stable"):
+            if self.iv[body] >= 0:
+                found[self.iv[body] :] = body  # until the next one begins
+        return frozen(found)
+
+    @property
+    def kinds(self) -> NDArray[np.int64]:
+        """(nv,) the kind of that joint, see `robsim.kernels.tree`."""
+        kinds: NDArray[np.int64] = self.kind[self.owners]
+        return kinds
 
     @cached_property
     def _ancestry(self) -> Array:
-        """[body, j]: whether velocity j carries the body."""
-        parent = self.joints.parent
-        rows = np.zeros((len(parent), self.nv))
-        for i in range(1, len(parent)):
-            rows[i] = rows[parent[i]] + (self.body == i)
+        """[body, move]: whether the move carries the body."""
+        rows = np.zeros((len(self.parent), len(self.body)))
+        for i in range(1, len(self.parent)):
+            rows[i] = rows[self.parent[i]] + (self.body == i)
         return frozen(rows)
-
-
-def _integers(values: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    return frozen(np.array(values, dtype=np.int64))
-
-
-def _first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
-    """Of each frame, its first coordinate and velocity; under None, how many there are."""
-    first: dict[str | None, tuple[int, int]] = {}
-    nq = nv = 0
-    for frame in frames:
-        if frame.name in first or frame.name == "world":
-            raise FrameError(f"two frames are called '{frame.name}'")
-        first[frame.name] = (nq, nv)
-        nq, nv = nq + COORDINATES[frame.joint.kind], nv + VELOCITIES[frame.joint.kind]
-    return {**first, None: (nq, nv)}
-
-
-def _parents_first(frames: list[Frame]) -> list[Frame]:
-    """The same frames, each after the one it hangs from."""
-    placed, waiting, order = {"world"}, list(frames), []
-    while waiting:
-        ready = [f for f in waiting if f.parent in placed]
-        if not ready:
-            lost, names = waiting[0], ["world", *(f.name for f in frames)]
-            if lost.parent in names:
-                raise FrameError(f"'{lost.name}' hangs from itself, through '{lost.parent}'")
-            raise FrameError(
-                f"'{lost.name}' stands on '{lost.parent}', and there is no such frame; "
-                f"{suggest(lost.parent, names, 'frames')}"
-            )
-        order += ready
-        placed |= {f.name for f in ready}
-        waiting = [f for f in waiting if f.name not in placed]
-    return order

@@ -18,7 +18,16 @@ rad, deg = 1.0, math.pi / 180.0
 s, ms = 1.0, 1e-3
 
 Dimension = Literal[
-    "length", "angle", "time", "speed", "turn rate", "acceleration", "turn acceleration"
+    "length",
+    "angle",
+    "time",
+    "speed",
+    "turn rate",
+    "acceleration",
+    "turn acceleration",
+    "mass",
+    "density",
+    "inertia",
 ]
 # a power of ten is applied to the decimal number, so "22.86 cm" is the double nearest 0.2286
 _UNITS: dict[str, dict[str, int | float]] = {
@@ -29,8 +38,11 @@ _UNITS: dict[str, dict[str, int | float]] = {
     "turn rate": {"rad/s": 0, "deg/s": deg},
     "acceleration": {"m/s^2": 0, "cm/s^2": -2, "mm/s^2": -3},
     "turn acceleration": {"rad/s^2": 0, "deg/s^2": deg},
+    "mass": {"kg": 0, "g": -3},
+    "density": {"kg/m^3": 0, "g/cm^3": 3},
+    "inertia": {"kg m^2": 0, "g cm^2": -7},
 }
-_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)([a-zA-Zµ%/]*(?:\^2)?)\s*")
+_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)((?:k?g c?m|[a-zA-Zµ%/]*)(?:\^[23])?)\s*")
 
 
 @overload

@@ -105,3 +105,46 @@ def test_another_seed_or_run_number_gives_other_noise(puma_scene, puma_goal, pum
 
     assert not np.array_equal(s(seed=1), s(seed=2))
     assert not np.array_equal(s(run=1), s(run=2))
+
+
+# vehicles
+
+
+@pytest.fixture(params=["car", "differential_drive"])
+def vehicle(request):
+    """Runs of a vehicle from starts that end at different times; a car steers as far as it can."""
+    scenario = rs.load_scenario(rs.examples.path(request.param))
+    spread = np.zeros((9, scenario.scene.nq))
+    spread[:, :3] = np.random.default_rng(2).uniform(-0.1, 0.1, (9, 3))
+    starts = scenario.q0 + spread
+
+    def run(q0=starts, **changes):
+        return scenario.run(q0=q0, dt=0.1, duration=8.0, **changes)
+
+    return run, starts
+
+
+SPOILT = {
+    "plain": {},
+    "late and lagging": {
+        "sensing": rs.Sensing(noise=0.5, latency=0.15),
+        "actuation": rs.Actuation(lag=0.1),
+        "seed": 3,
+    },
+}
+
+
+@pytest.mark.parametrize("how", SPOILT)
+def test_a_vehicle_alone_equals_its_row_for_any_chunk_and_threads(vehicle, how):
+    run, starts = vehicle
+    rows = run(**SPOILT[how])
+    for i in (0, 8):
+        same(run(starts[i], run=i, **SPOILT[how]), rows.isel(run=i))
+    for chunk, threads in ((1, 2), (4, 3)):
+        same(rows, run(chunk=chunk, threads=threads, **SPOILT[how]))
+
+
+def test_a_saved_run_of_a_vehicle_replays_to_the_same_bits(vehicle, tmp_path):
+    run, _ = vehicle
+    rows = run()
+    same(rows, rs.replay(rs.open_run(rs.save_run(rows, tmp_path / "run.nc"))))

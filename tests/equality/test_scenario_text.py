@@ -46,8 +46,16 @@ def any_shapes(rng):
     return (
         rs.Block(*sizes[:3], color="tab:red").at(any_pose(rng)),
         rs.Wheel(*sizes[3:5], n=5 + int(rng.integers(9)), color="#00ff00", pose=any_pose(rng)),
-        rs.CameraBody(*sizes[5:], color="k").at(any_pose(rng)),
+        rs.CameraBody(*sizes[5:], color="k", mass=sizes[0]).at(any_pose(rng)),
+        rs.Ball(sizes[6], n=7, density=1e3 * sizes[1]).at(any_pose(rng)),
+        rs.Mesh("package://a/b c.stl", (1, -sizes[2], 0.001), "#123456", pose=any_pose(rng)),
     )
+
+
+def any_inertia(rng):
+    """Of three bars that cross somewhere."""
+    bars = [rs.Block(*rng.uniform(0.01, 1, 3), mass=rng.uniform(0.1, 9)) for _ in range(3)]
+    return rs.Link("bars", shapes=[bar.at(any_pose(rng)) for bar in bars]).inertial
 
 
 def any_arm(rng, name):
@@ -60,6 +68,7 @@ def any_arm(rng, name):
     arm = rs.Robot.from_dh(rows, convention, "PRR", home, limits, name, shapes=shapes)
     plate = rs.Link("plate", "link2", rs.Joint("fixed", any_pose(rng), any_pose(rng)))
     held = rs.Link("held", "plate", rs.Joint("floating", tail=any_pose(rng)), any_shapes(rng))
+    held = dataclasses.replace(held, inertia=any_inertia(rng))
     deck = rs.Link("deck", "plate", rs.Joint("planar", any_pose(rng), any_pose(rng)))
     rover = rs.Link("rover", "deck", rs.Joint("unicycle", any_pose(rng)), any_shapes(rng))
     home = [*home, *any_pose(rng).q, *rng.normal(size=6)]
@@ -144,6 +153,72 @@ def test_any_scenario_comes_back_from_its_text_bit_for_bit(seed):
     assert bits(again.q0) == bits(q0)
     assert (again.settings, again.title) == (told, scenario.title)
     assert again.to_toml() == text == again.text
+
+
+def any_curve(rng):
+    a, b, c = rng.uniform(0.5, 2, 3)
+    return [
+        rs.curves.Line(a),
+        rs.curves.Arc(a, [-b, b][rng.integers(2)]),
+        rs.curves.Polyline([(0, -0.0), (a, 0), (a, b), (a + 1, b + c)], 0.1 * rng.uniform(0.1, 1)),
+        rs.curves.Catenary((-a, b), (1 / 3, c), 1.1 * np.hypot(1 / 3 + a, b - c)),
+    ][rng.integers(4)]
+
+
+def any_joint(rng, kind, **parts):
+    """A joint of one coordinate with all that it may have."""
+    if rng.integers(2):
+        parts |= {"speed": rng.uniform(0.1, 2), "effort": rng.uniform(1, 9)}
+    if kind == "prismatic" and rng.integers(2):
+        parts["limits"] = (-rng.uniform(0.1, 1), rng.uniform(0.1, 1))
+    return rs.Joint(kind, any_pose(rng), any_pose(rng), **parts)
+
+
+def any_vehicle(rng):
+    """A car that carries a gripper, behind it a crawler on a rail: all keys of joints."""
+    axle = rs.Pose.at(0.5, rng.normal(), 0.1)
+    across = rs.Pose.at(rpy=([-1, 1][rng.integers(2)] * np.pi / 2, 0, 0))
+    steering = rs.Steering(*rng.uniform(0.1, 1, 3))
+    rail, wheel = any_curve(rng), rs.Rolling(rng.uniform(0.1, 1))
+    beside = rng.uniform(-0.9, 0.9) / max(1.0, *np.abs(rail.bends))  # a wheel that fits
+    chord = rs.Chord("way", 0.02, beside, rng.uniform(0.01, 0.02), gives="angle")
+    tied = rs.Mimic("grip", rng.normal(), rng.normal())
+    steers = rs.Ackermann("drive.steering")
+    links = [
+        rs.Link("floor"),
+        rs.Link("car", "floor", rs.Joint("car", any_pose(rng), steering=steering, name="drive")),
+        rs.Link("pivot", "car", rs.Joint("revolute", axle, follows=steers)),
+        rs.Link("wheel", "pivot", rs.Joint("revolute", across, follows=wheel, name="turn")),
+        rs.Link("finger", "car", any_joint(rng, "prismatic", name="grip"), any_shapes(rng)),
+        rs.Link("other", "car", any_joint(rng, "revolute", follows=tied)),
+        rs.Link("rear", "floor", any_joint(rng, "rail", curve=rail, name="way")),
+        rs.Link("body", "rear", any_joint(rng, "revolute", follows=chord)),
+    ]
+    return rs.Robot("train", links)
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_any_vehicle_gripper_and_rail_comes_back_bit_for_bit(seed):
+    rng = np.random.default_rng(seed)
+    robot = any_vehicle(rng)
+    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), "train.car")
+    scene = rs.Scene([robot], [rs.Object("dot", marks=[[0, 0, 1]])], [eye])
+    text = Scenario(scene, rs.IBVS()).to_toml()
+    again = Scenario.from_text(text)
+    assert bits(again.scene) == bits(scene)
+    assert again.to_toml() == text
+
+
+def test_an_arm_with_a_tool_comes_back_bit_for_bit():
+    tool = rs.robots.rhino_gripper()
+    robot = rs.robots.rhino_xr4().with_tool(tool, rs.Pose.at(z=-0.1083), bare=True)
+    robot = robot.with_tool(tool.named("second"), any_pose(np.random.default_rng(1)))
+    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), "rhino_xr4.tip")
+    scene = rs.Scene([robot], [rs.Object("dot", marks=[[0, 0, 1]])], [eye])
+    held = scene.attached("dot", "rhino_xr4.second_tip", scene.home + 0.01)
+    for each in (scene, held):
+        assert bits(Scenario.from_text(Scenario(each, rs.IBVS()).to_toml()).scene) == bits(each)
 
 
 @pytest.mark.parametrize("name", rs.robots.names())

@@ -1,6 +1,7 @@
 """Task -> text -> task for every task and option: equal values, and runs of the same bits."""
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ from hypothesis import strategies as st
 import robsim as rs
 from robsim.features import FEATURES
 from robsim.scenario import Scenario, Settings, replay
-from robsim.servo import SCHEMES, SEVERAL
+from robsim.servo import FOLLOWERS, SCHEMES, SEVERAL
 from robsim.servo.docking import Docking
 from robsim.servo.placing import Placing
+from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 pytestmark = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 RING = np.array([0.1, 0.7, 1.3, 2.4, 3.0, 3.3, 4.6, 5.5])  # angles of marks on a circle
@@ -40,6 +42,7 @@ def flying(*more, motions=()):
 
 
 MOVING = rs.Motion("conveyor", [1 / 30])
+FLOWN = 7  # velocities of the camera and the conveyor
 JUST_FLYING = {"joints": "free_camera"}
 
 
@@ -119,7 +122,7 @@ def any_servo(rng, scene, belief, ordered=False):
     if ordered:
         del common["joints"]
     else:
-        common |= any_shaping(rng, scene.nv)
+        common |= any_shaping(rng, FLOWN)
     laws = {"law": "joint" if ordered else pick(rng, "joint", "camera", rs.CameraLaw(0.01))}
     features = pick(rng, "points", any_feature(rng), any_part(rng), [any_part(rng), "lines"])
     speeds = dict(zip(("roll", "advance", "length"), rng.uniform(0.1, 2, 3), strict=True))
@@ -136,10 +139,66 @@ def any_servo(rng, scene, belief, ordered=False):
     return kinds[rng.integers(3 if ordered else 6)]()
 
 
+def any_limits(rng, n):
+    """One for all, or one for each."""
+    each = [rng.uniform(0.1, 2), rng.uniform(0.1, 2, n)]
+    return {"speed": pick(rng, *each), "acceleration": pick(rng, *each)}
+
+
+def any_joints(rng):
+    """Following a trajectory of joints of `any_scene`."""
+    control = {"gain": pick(rng, None, rng.uniform(0.1, 9)), "tolerance": rng.uniform(1e-9, 1e-3)}
+    pace = pick(rng, {"duration": rng.uniform(0.1, 9)}, any_limits(rng, 2))
+    to = {"crane.lift": rng.uniform(0, 1), pick(rng, "turn", "crane.turn"): rng.normal()}
+    names = ["crane.turn", "conveyor", "crane.lift"]
+    points = rng.uniform(0, 0.5, (4, 3))
+    limits = any_limits(rng, 3)
+    corner = pick(rng, None, rng.uniform(0.01, 0.1), rng.uniform(0.01, 0.1, 3))
+    trajectories = [
+        Quintic(*points[:2], rng.uniform(0.1, 9)),
+        Trapezoid(*points[:2], **limits),
+        Blends(points, corner=corner, **limits),
+    ]
+    made = [
+        lambda: rs.FollowJoints(to, **pace, **control),
+        lambda: rs.FollowJoints(points[0, :2], joints="crane", **pace, **control),
+        lambda: rs.FollowJoints(trajectory=pick(rng, *trajectories), joints=names, **control),
+    ]
+    return made[rng.integers(3)]()
+
+
+def any_pace(rng, turns=True):
+    limits = dict(zip(("speed", "acceleration"), rng.uniform(0.1, 2, 2), strict=True))
+    if turns:
+        limits |= dict(zip(("turn", "turn_acceleration"), rng.uniform(0.1, 2, 2), strict=True))
+    return pick(rng, {"duration": rng.uniform(0.1, 9)}, limits)
+
+
+def any_path(rng, n):
+    """Following a path of a frame of `any_scene`."""
+    poses = [rs.Pose.at(*rng.normal(size=3), rotvec=rng.normal(size=3)) for _ in range(3)]
+    several = [Straight(*pair, **any_pace(rng)) for pair in pairwise(poses)]
+    position = {"to": poses[0].position, "mask": "position", **any_pace(rng, turns=False)}
+    ways = [{"to": poses[0], **any_pace(rng)}, {"path": several[0]}, {"path": Path(several)}]
+    return rs.FollowPath(
+        frame=pick(rng, "eye", "free_camera.body"),
+        inverse=pick(rng, "truncated", rs.Truncated(1e-4), rs.Damped(1 / 7)),
+        gain=pick(rng, None, rng.uniform(0.1, 9)),
+        tolerance=rng.uniform(1e-9, 1e-3),
+        joints=pick(rng, None, ["free_camera"]),
+        **pick(rng, position, *ways),
+        **any_shaping(rng, n),
+    )
+
+
 def any_scene():
-    """With a second camera, which stands still."""
+    """With a second camera, which stands still, and a crane."""
     scene = flying()
-    return dataclasses.replace(scene, cameras=[*scene.cameras, rs.Mounted("wall", LENS)])
+    lift = rs.Link("lift", "base", rs.Joint("prismatic", limits=(0.0, 1.0)))
+    turn = rs.Link("turn", "lift", rs.Joint("revolute"))
+    crane = rs.Robot("crane", [rs.Link("base"), lift, turn])
+    cameras = [*scene.cameras, rs.Mounted("wall", LENS)]
+    return dataclasses.replace(scene, robots=[*scene.robots, crane], cameras=cameras)
 
 
 def any_task(rng, scene, depth=2, kinds=6):
@@ -151,6 +210,8 @@ def any_task(rng, scene, depth=2, kinds=6):
     shared = pick(rng, *beliefs)
 
     def servo(**ordered):
+        if not ordered and rng.integers(5) == 0:
+            return pick(rng, any_joints(rng), any_path(rng, 6))
         return any_servo(rng, scene, pick(rng, shared, shared, shared, *beliefs), **ordered)
 
     def inner(kinds):
@@ -166,7 +227,7 @@ def any_task(rng, scene, depth=2, kinds=6):
         return rs.Switch(inner(5), inner(5), when, latch=bool(rng.integers(2)))
     if kind == 2:
         tasks = [servo(ordered=True) for _ in range(rng.integers(2, 4))]
-        return rs.Priorities(tasks, rcond=rng.uniform(1e-9, 1e-3), **any_shaping(rng, scene.nv))
+        return rs.Priorities(tasks, rcond=rng.uniform(1e-9, 1e-3), **any_shaping(rng, FLOWN))
     return servo()
 
 
@@ -188,7 +249,7 @@ def test_a_feature_alone_and_in_a_list_stay_what_they_are(feature):
 
 def test_every_task_of_the_package_is_among_those_that_are_tried():
     kinds = {type(any_task(np.random.default_rng(seed), any_scene())) for seed in range(200)}
-    assert kinds == {*SCHEMES.values(), *SEVERAL.values(), Placing, Docking}
+    assert kinds == {*SCHEMES.values(), *SEVERAL.values(), *FOLLOWERS.values(), Placing, Docking}
 
 
 def test_motions_come_back_and_a_belief_may_change_them():
@@ -412,6 +473,38 @@ def test_a_run_of_two_tasks_side_by_side_is_repeated():
     q0 = scene.home + 0.03 * np.array([1, -1, 1, 1, 1, 1, 1])
     repeated(scene, task, q0)
     repeated(scene, task.tasks[1], q0)
+
+
+def test_runs_that_follow_trajectories_are_repeated():
+    scene = holding()
+    q, tip = scene.home, scene.pose("rhino_xr4.tool")
+    near = rs.Pose.at(0.02, 0, 0.01) @ rs.Pose(tip.matrix)
+    arm = rs.FollowJoints({"rhino_xr4.shoulder": q[0] + 0.1}, speed=0.4, acceleration=[1.0])
+    repeated(scene, arm)
+    points = q[[1, 0]] + 0.05 * np.array([[0, 0], [1, 0], [1, 1]])
+    way = Blends(points, speed=[1, 2], acceleration=3, corner=0.01)
+    joints = ["rhino_xr4.upper_arm", "rhino_xr4.shoulder"]
+    repeated(scene, rs.FollowJoints(trajectory=way, joints=joints))
+    path = rs.FollowPath(near, frame="rhino_xr4.tool", mask="position", duration=0.3)
+    repeated(scene, path)
+    watching = rs.IBVS(camera="watch", target="ahead")
+    q0 = q + 0.03 * np.array([0, 0, 0, 0, 0, 1, 1])
+    repeated(scene, rs.Together([path, watching]), q0)
+
+
+def test_a_trajectory_of_somebody_has_no_text():
+    class Wave:
+        duration = 1.0
+
+        def at(self, t):
+            return np.eye(4) if self.frame else np.zeros(1)
+
+    for frame, make in ((False, rs.FollowJoints), (True, rs.FollowPath)):
+        Wave.frame = frame
+        name = {"path": Wave()} if frame else {"trajectory": Wave(), "joints": "conveyor"}
+        task = make(**name, **({"frame": "eye"} if frame else {}))
+        with pytest.raises(rs.InputError, match="Wave is Python code"):
+            Scenario(any_scene(), task).to_toml()
 
 
 def test_a_run_of_a_cart_is_repeated():

@@ -84,6 +84,15 @@ place = { position = "0, 0, 1 cm", rotvec = "0, 1, 0 rad" }
 tail = { rotation = [[0, -1, 0], [1, 0, 0], [0, 0, 1]] }
 [[robots.links]]
 name = "plate"
+shapes = [
+  { kind = "ball", radius = "1 cm", n = 8, mass = "20 g" },
+  { kind = "mesh", filename = "../plate.stl", scale = [1, 2, 3] },
+]
+[robots.links.inertia]
+mass = "2 kg"
+centre = "0, 0, 1 cm"
+moments = "1, 2, 2.5 kg m^2"
+products = "1, 0, 0 g cm^2"
 [[robots]]
 model = "free_camera"
 name = "fly"
@@ -94,7 +103,7 @@ name = "board"
 on = "world"
 position = "0, 0, 2 m"
 shapes = [
-  { kind = "block", length = "20 cm", width = "20 cm", height = "1 cm" },
+  { kind = "block", length = "20 cm", width = "20 cm", height = "1 cm", density = "2.7 g/cm^3" },
   { kind = "camera", length = "9 cm", width = "4 cm", height = "3 cm", color = "tab:blue" },
 ]
 [[cameras]]
@@ -727,6 +736,11 @@ WRONG = [
     ('kind = "ibvs"', 'kind = "ibvs"\ntarget = "cub"', ["task.target", "'cub'", "mean 'cube'"]),
     ('kind = "block"', 'kind = "blok"', ["cube.shapes[0].kind", "'block'", "'blok'"]),
     ('kind = "block", ', "", ["cube.shapes[0].kind", "missing", "'wheel'"]),
+    ('color = "b"', 'mass = "2"', ["cube.shapes[0].mass", "unit of mass (kg, g)"]),
+    ('color = "b"', 'density = "2 kg"', ["cube.shapes[0].density", "(kg/m^3, g/cm^3)"]),
+    ('color = "b"', 'mass = "-2 kg"', ["cube.shapes[0].mass", "greater than 0"]),
+    ('"b" }', '"b" }, { kind = "mesh", filename = "/a" }', ["cube.shapes[1]", "absolute"]),
+    ('"b" }', '"b" }, { kind = "mesh", mass = "1 g" }', ["cube.shapes[1].mass", "unknown key"]),
     ('color = "b"', 'color = "$x^2$"', ["cube.shapes[0].color", "pattern", "$x^2$"]),
     ('"rhino_xr4.tool"', '"rhino_xr4.tol"', ["cameras.eye.on", "tol", "mean 'rhino_xr4.tool'"]),
     ('"rhino_xr4"', '"rino_xr4"', ["robots[0].model", "'rino_xr4'", "mean 'rhino_xr4'"]),

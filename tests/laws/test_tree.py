@@ -6,16 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.kernels import tree as kernels
 
 steady = settings(derandomize=True, max_examples=30, deadline=None)
 seeds = st.integers(0, 2**32)
 
-CODES = {
-    "revolute": kernels.REVOLUTE,
-    "prismatic": kernels.PRISMATIC,
-    "floating": kernels.FLOATING,
-}
 SIZES = {"fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "floating": (7, 6)}
 
 
@@ -91,17 +85,7 @@ def some_q(robot, seed=0, lead=()):
 
 
 def integrate(robot, q, v, dt):
-    """The kernel of the loop, on one q (nq,)."""
-    kind, iq, iv, n, m = [0], [0], [0], 0, 0
-    for link in robot.links:
-        if link.joint.kind in CODES:
-            kind.append(CODES[link.joint.kind])
-            iq.append(n)
-            iv.append(m)
-        n, m = np.add((n, m), SIZES[link.joint.kind])
-    out = np.array(q, dtype=float)[:, None]
-    kernels.integrate(*map(np.array, (kind, iq, iv)), np.array(v, float)[:, None], dt, out)
-    return out[:, 0]
+    return robot.integrate(q, v, dt)
 
 
 # forward kinematics

@@ -30,6 +30,12 @@ LENGTHS, TIMES = ("m", "cm", "mm", "um"), ("s", "ms")
         ("90 deg", "angle", math.pi / 2),
         ("-180 deg", "angle", -math.pi),
         ("0.3 rad", "angle", 0.3),
+        ("1.2 kg", "mass", 1.2),
+        ("35 g", "mass", 0.035),
+        ("2.7 g/cm^3", "density", 2700.0),
+        ("1e3 kg/m^3", "density", 1000.0),
+        ("0.1 kg m^2", "inertia", 0.1),
+        ("3 g cm^2", "inertia", 3e-7),
     ],
 )
 def test_a_quantity_is_the_double_nearest_to_its_decimal(text, dimension, value):

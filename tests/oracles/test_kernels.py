@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robsim.assembly import Frame
+from robsim.joint import Joint
 from robsim.kernels import camera, pose, random, se3, solve, tree
+from robsim.tree import Tree
 
 HERE = Path(__file__).parent
 
@@ -54,10 +57,10 @@ def test_the_coefficient_of_log_agrees_with_60_digits_at_every_angle():
 
 
 def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
-    kind, iq, iv = np.array([0, tree.FLOATING]), np.array([0, 0]), np.array([0, 0])
+    joints = Tree([Frame("free", "world", Joint("floating"))]).joints
     for case in stored("pinocchio_freeflyer.json")["cases"]:
         q, V = np.array(case["q"])[:, None].copy(), np.array(case["V"])[:, None]
-        tree.integrate(kind, iq, iv, V, case["dt"], q)
+        tree.integrate(joints, V, case["dt"], q)
         expected = np.array(case["q_next"])
         close(q[:3, 0], expected[:3], 2e-13)  # Pinocchio itself is off by 5e-14 near 1e-4 rad
         close(q[3:, 0] * np.sign(q[3:, 0] @ expected[3:]), expected[3:], 1e-14)
@@ -65,13 +68,15 @@ def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
 
 def test_a_held_velocity_in_the_plane_is_an_arc_to_the_last_digits():
     """Turns of 0, and of 1e-300 to 20 rad; a unicycle where nothing moves sideways."""
-    first = np.array([0, 0])
+    planar, unicycle = (
+        Tree([Frame("cart", "world", Joint(kind))]).joints for kind in ("planar", "unicycle")
+    )
     for case in stored("arcs_mpmath.json")["cases"]:
         v = np.array(case["v"])[:, None]
-        kinds = [(tree.PLANAR, v)] + ([(tree.UNICYCLE, v[::2].copy())] if v[1] == 0 else [])
-        for kind, held in kinds:
+        kinds = [(planar, v)] + ([(unicycle, v[::2].copy())] if v[1] == 0 else [])
+        for joints, held in kinds:
             q = np.array(case["q"])[:, None]
-            tree.integrate(np.array([0, kind]), first, first, held, case["dt"], q)
+            tree.integrate(joints, held, case["dt"], q)
             close(q[:, 0], case["q_next"], 2e-15 + 1e-16 * abs(case["q_next"][2]))
 
 

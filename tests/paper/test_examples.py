@@ -60,3 +60,11 @@ def test_a_unicycle_stands_still_askew_without_docking():
     docked = run_of("unicycle_docking")
     assert outcome(askew) == "LOCAL_MINIMUM" and abs(askew.q_end[1]) > 0.01
     np.testing.assert_allclose(docked.q_end, 0.0, atol=1e-4)
+
+
+def test_a_car_with_one_gain_for_all_cannot_turn_enough_as_it_slows_down():
+    """It ends on its steering limit, the sign centimetres aside; with two gains it arrives."""
+    stuck, arrived = run_of("car", "task.tasks.0.gain=0.5"), run_of("car")
+    assert outcome(stuck) == "TIME_LIMIT" and outcome(arrived) == "CONVERGED"
+    np.testing.assert_allclose(stuck.error.values[-1], [0.0247, 0.0004], atol=1e-4)
+    assert stuck.q_end[3] == -0.4189 and abs(arrived.q_end[3]) < 0.003

@@ -67,6 +67,13 @@ def test_the_readme_shows_the_quickstart_example():
     assert example.split('"""', 2)[2].strip() == shown.strip()
 
 
+def test_the_seven_steps_are_those_of_the_example():
+    shown = "\n".join(blocks(ROOT / "docs" / "seven_steps.md"))
+    example = (ROOT / "examples" / "seven_steps.py").read_text(encoding="utf-8")
+    lines = [line for line in example.split('"""', 2)[2].splitlines() if line]
+    assert [line for line in shown.splitlines() if line] == lines
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_its_links_lead_somewhere(document):
     links = re.findall(r"\]\((?!https?:)([^)#]+)\)", document.read_text(encoding="utf-8"))

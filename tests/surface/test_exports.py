@@ -23,17 +23,32 @@ SIGNATURES = {
     "Block": "length width height color pose",
     "Wheel": "radius width n color pose",
     "CameraBody": "length width height color pose",
+    "Ball": "radius n color pose",
+    "Mesh": "filename scale color pose",
+    "Inertia": "mass centre tensor",
     "Camera": "K size body distortion",
     "Camera.from_chapter": "f px py alpha u0 v0 size body",
     "Camera.project": "self points T_w_c",
     "Robot.from_dh": "rows convention joints home limits name",
+    "Robot.from_urdf": "path",
+    "Robot.to_urdf": "self path",
+    "Robot.to_mjcf": "self path",
     "Robot.fk": "self q link",
     "Robot.frames": "self q",
     "Robot.jacobian": "self q link",
+    "Robot.ik": "self T q0 link mask tolerance iterations restarts seed limits threads",
+    "Robot.closed_ik": "self T link tolerance",
     "Scene": "robots objects cameras display",
     "Scene.view": "self q camera points",
     "IBVS": "goal camera target features",
+    "FollowJoints": "to trajectory joints duration speed acceleration",
+    "FollowPath": "to path frame mask duration speed acceleration turn",
+    "trajectory.Quintic": "start end duration",
+    "trajectory.Trapezoid": "start end speed acceleration",
+    "trajectory.Blends": "points speed acceleration corner",
+    "trajectory.Straight": "start end duration speed acceleration turn",
     "simulate": "scene task q0 dt duration seed",
+    "clearance": "scene q one other",
     "compare": "scene tasks q0",
     "load_scenario": "path",
     "save_run": "run path",
@@ -44,8 +59,15 @@ SIGNATURES = {
     "plot.run": "run scene",
     "plot.comparison": "comparison",
     "plot.diagnosis": "diagnosis",
+    "plot.moments": "scene q titles",
+    "plot.robot": "robot q",
+    "plot.workspace": "workspace",
     "diagnose": "run scene task sensing actuation",
     "explain": "run scene task sensing actuation experiments",
+    "manipulability": "robot q link axes length",
+    "singularity_distance": "robot q link axes length",
+    "condition_number": "robot q link axes length",
+    "workspace": "robot count seed link axes length",
     "robots.names": "",
     "robots.load": "name",
     "units.parse": "text dimension",
@@ -124,7 +146,7 @@ def test_robots_of_the_library_are_functions_by_name():
     for name in rs.robots.names():
         assert getattr(rs.robots, name)().name == name and name in dir(rs.robots)
     with pytest.raises(
-        AttributeError, match="no robot 'rhino' in the library; robots: conveyor, free_camera"
+        AttributeError, match="no robot 'rhino' in the library; robots: car, conveyor"
     ):
         _ = rs.robots.rhino
 

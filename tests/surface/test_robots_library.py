@@ -12,22 +12,40 @@ import pytest
 
 import robsim as rs
 from robsim import robots
-from robsim.robot import dh_constants
+from robsim.dh import dh_constants
 
 NAMES = (
+    "car",
     "conveyor",
+    "differential_drive",
     "free_camera",
+    "gantry",
     "holonomic_base",
+    "inspection_a",
+    "inspection_b",
+    "kinova_gen3",
+    "lbr_iiwa14",
     "mobile_arm",
     "pan_tilt",
     "panda",
     "planar_2r",
+    "planar_3r",
     "puma560",
+    "rhino_gripper",
     "rhino_xr4",
+    "scara",
+    "stanford_arm",
     "turntable",
     "unicycle",
+    "ur5e",
 )
 ARMS = ("rhino_xr4", "puma560", "planar_2r")
+DRAWN = (  # their links must hang together
+    *(*ARMS, "panda", "mobile_arm", "planar_3r", "stanford_arm", "scara", "ur5e", "lbr_iiwa14"),
+    *("kinova_gen3", "gantry"),
+)
+BELOW = {"planar_2r": -0.14, "planar_3r": -0.085}  # arms in the plane z = 0, on a foot
+HANG = "inspection_a", "inspection_b"  # from a cable
 ORACLE = Path(__file__).parents[1] / "oracles" / "pinocchio_dh.json"
 TABLES = {spec["name"]: spec for spec in json.loads(ORACLE.read_text())["robots"]}
 
@@ -46,7 +64,7 @@ def test_the_robots_are_these():
 def test_a_robot_that_does_not_exist_names_the_nearest():
     with pytest.raises(rs.InputError, match="did you mean 'puma560'"):
         robots.load("puma56")
-    with pytest.raises(AttributeError, match="robots: conveyor, free_camera"):
+    with pytest.raises(AttributeError, match="robots: car, conveyor"):
         _ = robots.puma56
 
 
@@ -121,6 +139,8 @@ FORWARD = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]  # x to the right, y down, z along
         ("pan_tilt", "head", [0, 0, 0.25]),
         ("holonomic_base", "camera_mount", [0.27, 0, 0.46]),
         ("unicycle", "camera_mount", [0.14, 0, 0.38]),
+        ("differential_drive", "camera_mount", [0.03, 0, 0.13]),
+        ("car", "camera_mount", [0.2, 0, 0.22]),
     ],
 )
 def test_a_camera_mounted_on_it_looks_forward(name, link, where):
@@ -152,14 +172,48 @@ def test_the_belt_slides_along_x_and_the_plate_turns_about_z():
     np.testing.assert_array_equal(scene.pose("cup", [-1]).position, [-1, 0, 0.6])
 
 
-@pytest.mark.parametrize("name", sorted(set(NAMES) - {"free_camera"}))
+@pytest.mark.parametrize("name", sorted(set(NAMES) - {"free_camera", *HANG}))
 def test_each_robot_is_drawn_and_no_wheel_goes_through_the_floor(name):
     robot = robots.load(name)
     frames = robot.frames(robot.home)
     pairs = zip(robot.links, frames, strict=True)
     corners = [shape.at(T).vertices for link, T in pairs for shape in link.shapes]
     lowest = np.concatenate(corners)[:, 2].min()
-    assert lowest == pytest.approx(-0.14 if name == "planar_2r" else 0, abs=1e-12)
+    assert lowest == pytest.approx(BELOW.get(name, 0), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", HANG)
+def test_the_parts_of_a_robot_on_a_cable_hold_together(name):
+    """Closed and with every arm open: no link is drawn apart from the one that carries it."""
+    robot, scene = robots.load(name), rs.Scene(robots.load(name))
+    links = {link.name: link for link in robot.links}
+    wide = [0.08 if n.endswith("lift") else 1.5 for n in robot.coordinate_names]
+    arm = [n.endswith(("lift", "swing")) for n in robot.coordinate_names]
+    q = np.stack([robot.home, np.where(arm, wide, robot.home)])
+    drawn = [link for link in robot.links if link.shapes]
+    for link in drawn:
+        above = links[link.parent]
+        while not above.shapes and above.parent is not None:
+            above = links[above.parent]
+        if above.shapes:
+            assert rs.clearance(scene, q, f"{name}.{link.name}", f"{name}.{above.name}").max() < 0
+    assert len(drawn) == {"inspection_a": 8, "inspection_b": 13}[name]
+
+
+@pytest.mark.parametrize("name", HANG)
+def test_a_robot_on_a_cable_hangs_below_it(name):
+    robot = robots.load(name)
+    cable = robot.links[1].joint.curve
+    middle = cable.at(cable.length / 2).position
+    assert -middle[1] == pytest.approx(1.01, abs=0.005)  # the sag that its file tells
+    hang = dict(zip((k.name for k in robot.links), robot.frames(robot.home), strict=True))
+    np.testing.assert_allclose(hang["rear"][:3, 3][[0, 2]], cable.at(3.0).position[:2], atol=1e-15)
+    wheels = [link for link in hang if link.endswith("wheel")]
+    assert len(wheels) == (2 if name == "inspection_a" else 3)
+    for wheel in wheels:
+        away = cable.nearest(hang[wheel][:3, 3][[0, 2]])[1]
+        assert away == pytest.approx(0.05, abs=1e-12)
+        assert hang["centre"][2, 3] < hang[wheel][2, 3] - 0.15
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -180,7 +234,7 @@ def test_each_kind_of_number_has_a_source(name):
 
 
 def test_the_links_of_the_arms_are_drawn_in_different_colours():
-    for name in (*ARMS, "panda", "mobile_arm"):
+    for name in DRAWN:
         drawn = [link.shapes for link in robots.load(name).links if link.shapes]
         colors = [{shape.color for shape in shapes} for shapes in drawn]
         assert all(len(own) == 1 for own in colors)
@@ -189,11 +243,11 @@ def test_the_links_of_the_arms_are_drawn_in_different_colours():
 
 
 def spans(link, T, line):
-    """Where a line (point, direction) is inside the blocks of a link, as (enter, leave)."""
-    for block in (shape for shape in link.shapes if isinstance(shape, rs.Block)):
-        box = (rs.Pose(T) @ block.pose).inv()
+    """Where a line (point, direction) is inside the boxes around shapes, as (enter, leave)."""
+    for shape in link.shapes:
+        box = (rs.Pose(T) @ shape.pose).inv()
         point, along = box @ line[0], box.rotation @ line[1]
-        half = np.array([block.length, block.width, block.height]) / 2 + 1e-9
+        half = shape.at(shape.pose.inv()).vertices.max(axis=0) + 1e-9
         with np.errstate(divide="ignore", invalid="ignore"):
             near, far = np.sort([(-half - point) / along, (half - point) / along], axis=0)
         still = np.abs(along) < 1e-12
@@ -203,8 +257,8 @@ def spans(link, T, line):
             yield near.max(), far.min()
 
 
-@pytest.mark.parametrize("name", [*ARMS, "panda", "mobile_arm"])
-def test_the_blocks_of_two_links_meet_on_the_axis_of_their_joint(name):
+@pytest.mark.parametrize("name", DRAWN)
+def test_the_shapes_of_two_links_meet_on_the_axis_of_their_joint(name):
     robot = robots.load(name)
     frames = robot.frames(robot.home)
     for i, link in enumerate(robot.links[1:], start=1):
@@ -212,12 +266,71 @@ def test_the_blocks_of_two_links_meet_on_the_axis_of_their_joint(name):
             continue
         axis = frames[i - 1] @ link.joint.place.matrix
         line = axis[:3, 3], axis[:3, 2]
+        above = i - 1 if robot.links[i - 1].shapes else i - 2  # a frame of a table has no shape
         gaps = [
             max(a[0], b[0]) - min(a[1], b[1])
-            for a in spans(robot.links[i - 1], frames[i - 1], line)
+            for a in spans(robot.links[above], frames[above], line)
             for b in spans(link, frames[i], line)
         ]
         assert gaps and min(gaps) < 1e-6, (link.name, gaps)
+
+
+def boxes(link, T):
+    """The boxes along the axes of the base around the shapes of a link: (lowest, highest)."""
+    corners = [shape.at(T).vertices for shape in link.shapes]
+    return [(each.min(axis=0) - 1e-9, each.max(axis=0) + 1e-9) for each in corners]
+
+
+@pytest.mark.parametrize("name", ["gantry", "stanford_arm", "scara"])
+@pytest.mark.parametrize("end", [0, 1])
+def test_what_slides_stays_in_what_carries_it_at_both_ends_of_its_travel(name, end):
+    robot = robots.load(name)
+    slides = [link.joint.kind == "prismatic" for link in robot.links if link.joint.kind != "fixed"]
+    frames = robot.frames(np.where(slides, robot.limits[:, end], robot.home))
+    for i, link in enumerate(robot.links):
+        if link.joint.kind == "prismatic":
+            pairs = [
+                (low, high, least, most)
+                for low, high in boxes(robot.links[i - 1], frames[i - 1])
+                for least, most in boxes(link, frames[i])
+            ]
+            assert any((a <= d).all() and (c <= b).all() for a, b, c, d in pairs), link.name
+
+
+def test_new_arms_at_home_stand_as_their_files_say():
+    """Tools that point straight down, levels and homes of the makers, added up by hand."""
+    for name in ("ur5e", "lbr_iiwa14", "scara", "gantry"):
+        robot = robots.load(name)
+        np.testing.assert_allclose(robot.fk(robot.home)[:3, 2], [0, 0, -1], rtol=0, atol=1e-12)
+    h = np.sqrt(0.5)
+    iiwa = [0.42 * h + 0.4 * h, 0, 0.36 + 0.42 * h - 0.4 * h - 0.126]
+    flange = robots.lbr_iiwa14().fk(robots.lbr_iiwa14().home)
+    np.testing.assert_allclose(flange[:3, 3], iiwa, rtol=0, atol=1e-12)
+    stanford = robots.stanford_arm()
+    boom, tool = stanford.fk(stanford.home, "boom"), stanford.fk(stanford.home)
+    np.testing.assert_allclose(boom[:3, [2, 3]], [[1, 0.6], [0, 0.154], [0, 0.412]], atol=1e-12)
+    np.testing.assert_allclose(tool[:3, 2], [0.5, 0, -np.sqrt(0.75)], atol=1e-12)
+    gen3 = robots.kinova_gen3()
+    level = gen3.fk(gen3.home)
+    np.testing.assert_allclose(level[:3, 2], [1, 0, 0], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(robots.gantry().fk([0.3, -0.2, 0.5])[:3, 3], [0.3, -0.2, 0.5])
+    np.testing.assert_allclose(robots.scara().fk(robots.scara().home)[2, 3], 0.877 - 0.1 - 0.2)
+
+
+def test_limits_of_the_new_arms_are_those_of_their_sources():
+    ways = {
+        "ur5e": [360] * 6,
+        "lbr_iiwa14": [170, 120, 170, 120, 170, 120, 175],
+        "kinova_gen3": [np.inf, 128.9, np.inf, 147.8, np.inf, 120.3, np.inf],
+    }
+    for name, degrees in ways.items():
+        np.testing.assert_allclose(np.degrees(robots.load(name).limits[:, 1]), degrees, atol=1e-12)
+        np.testing.assert_array_equal(
+            robots.load(name).limits[:, 0], -robots.load(name).limits[:, 1]
+        )
+    scara, boom = robots.scara().limits, robots.stanford_arm().limits[2]
+    np.testing.assert_allclose(np.degrees(np.diff(scara[[0, 1, 3]])[:, 0]), [300, 294, 554])
+    np.testing.assert_allclose([*scara[2], *boom], [0, 0.195, 12 * 0.0254, 50 * 0.0254])
 
 
 def test_robsim_reads_robots_only_when_asked():
@@ -242,3 +355,26 @@ def test_only_the_scenario_package_knows_pydantic():
         if "import pydantic" in path.read_text() or "from pydantic" in path.read_text()
     }
     assert users == {"scenario"}
+
+
+def test_the_car_is_that_of_the_f1tenth_gym():
+    """Wheelbase lf + lr, steering and its rate, and the size that its shapes fill."""
+    car = robots.car()
+    assert car.links[1].joint.steering == rs.Steering(0.15875 + 0.17145, 0.4189, 3.2)
+    front = car.fk(car.home, "front_left")[:3, 3]
+    np.testing.assert_allclose(front, [0.3302, 0.1325, 0.055], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.ptp(corners_of(car), axis=0)[:2], [0.58, 0.31], atol=1e-12)
+
+
+def test_the_differential_drive_has_the_wheels_of_a_burger():
+    robot = robots.differential_drive()
+    left, right = (robot.fk(robot.home, f"wheel_{side}") for side in ("left", "right"))
+    np.testing.assert_allclose(left[:3, 3] - right[:3, 3], [0, 0.16, 0], rtol=0, atol=1e-15)
+    assert left[2, 3] == 0.033 and robot.links[2].joint.follows == rs.Rolling(0.033)
+    np.testing.assert_allclose(np.ptp(corners_of(robot), axis=0)[1:], [0.178, 0.192], atol=1e-12)
+
+
+def corners_of(robot):
+    """(V, 3) of all its shapes at home."""
+    pairs = zip(robot.links, robot.frames(robot.home), strict=True)
+    return np.concatenate([shape.at(T).vertices for link, T in pairs for shape in link.shapes])

@@ -41,6 +41,7 @@ def loaded_by(code):
         ("import robsim.testing, robsim.examples", ()),
         ("import robsim as rs; rs.load_scenario", ("pydantic",)),
         ("import robsim as rs; rs.open_run", ("xarray", "pandas")),
+        ("import robsim as rs; rs.clearance", ()),
         ("import robsim as rs; rs.compare", ("xarray", "pandas")),
         ("import robsim as rs; rs.explain; rs.diagnose", ("xarray", "pandas", "pydantic")),
         ("import robsim.cli", ("click",)),

@@ -94,6 +94,8 @@ def case_of(
     """
     check_run(run)
     one = _single(run)
+    if one.sizes.get("mark") == 0:
+        raise InputError("no camera has a part in this run: there is no interaction to look into")
     told = settings_of(one)
     del told["record"]
     outcome, seconds = _ended(one)

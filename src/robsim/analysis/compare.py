@@ -281,11 +281,12 @@ def _blocks(run: xr.Dataset) -> list[xr.Dataset]:
 def _goal_distance(scheme: Scheme, run: xr.Dataset) -> float:
     """Metres from the camera to the middle of the marks at the goal; NaN if that is not told."""
     goal, scene = getattr(scheme.task, "goal", None), scheme.scene
-    camera, target = first_pair(run)
     if isinstance(goal, Shown):
+        camera, target = first_pair(run)
         q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
         return float(distance(scene, camera, target, q[None, None])[0, 0])
     if isinstance(goal, Computed):
+        _, target = first_pair(run)
         return float(np.linalg.norm(goal.T_c_o @ scene.object(target).marks.mean(axis=0)))
     return np.nan
 

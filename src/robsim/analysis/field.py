@@ -14,13 +14,15 @@ from robsim.arrays import Array, length, runs_last, some_runs
 from robsim.errors import InputError, RankWarning
 from robsim.kernels import tree
 from robsim.kernels.loop import Command
-from robsim.kernels.tree import FLOATING, PRISMATIC, REVOLUTE, UNICYCLE
+from robsim.kernels.tree import CAR, FLOATING, PRISMATIC, RAIL, REVOLUTE, UNICYCLE
 from robsim.pose import Pose, homogeneous
 from robsim.scene import Scene
 from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Controller, Servo
 from robsim.servo.depth import DepthFilter
 from robsim.servo.feed_forward import Estimated
+from robsim.servo.follow_joints import FollowJoints
+from robsim.servo.follow_path import FollowPath
 from robsim.servo.instant import Instant
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import relative
@@ -71,8 +73,9 @@ class Field:
     @cached_property
     def unreached(self) -> int:
         """How many coordinates no command changes at once: the way sideways of each unicycle."""
-        bodies = np.unique(self.scene.tree.body[self.controller.columns])
-        return int((self.scene.tree.joints.kind[bodies] == UNICYCLE).sum())
+        tree = self.scene.tree
+        bodies = np.unique(tree.owners[self.controller.columns])
+        return int(np.isin(tree.kind[bodies], (UNICYCLE, CAR)).sum())
 
     @cached_property
     def goal_pose(self) -> Pose:
@@ -128,16 +131,16 @@ class Field:
 
     def moved(self, q: Array, dq: Array) -> Array:
         """The states (nq, B) that lie dq (n, B) away."""
-        joints, out = self.scene.tree.joints, q.copy()
+        out = q.copy()
         velocities = np.zeros((self.scene.nv, q.shape[1]))
         velocities[self.controller.columns] = dq
-        tree.integrate(joints.kind, joints.iq, joints.iv, velocities, 1.0, out)
+        tree.integrate(self.scene.tree.joints, velocities, 1.0, out)
         return out
 
     def within_limits(self, q: Array) -> Array:
         """The states, their joints turned fully about as often as brings them into their limits."""
-        joints, limits, out = self.scene.tree.joints, self.scene.limits, q.copy()
-        for i in joints.iq[joints.kind == REVOLUTE]:
+        tree, limits, out = self.scene.tree, self.scene.limits, q.copy()
+        for i in tree.iq[(tree.kind == REVOLUTE) & (tree.iq >= 0)]:
             low, high = limits[i]
             if np.isfinite(low) and np.isfinite(high):
                 out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
@@ -145,8 +148,8 @@ class Field:
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
         """States (nq, B) on the way from a to b (nq, B): coordinates in proportion, (B,) 0 to 1."""
-        joints, b = self.scene.tree.joints, b.copy()
-        turns = [slice(i + 3, i + 7) for i in joints.iq[joints.kind == FLOATING]]
+        tree, b = self.scene.tree, b.copy()
+        turns = [slice(i + 3, i + 7) for i in tree.iq[tree.kind == FLOATING]]
         for turn in turns:  # q and -q are one rotation
             b[turn] *= np.where((a[turn] * b[turn]).sum(axis=0) < 0, -1.0, 1.0)
         q = (1.0 - share) * a + share * b
@@ -176,17 +179,21 @@ class Field:
     def apart(self, a: Array, b: Array) -> Array:
         """How far (A, B) states (nq, A) and (nq, B) are apart, the largest of metres and radians.
 
-        A turn is compared modulo 2 pi, a floating joint by its way and its angle.
+        A turn is compared modulo 2 pi, a floating joint by its way and its angle; how far the
+        wheels of vehicles have turned does not count.
         """
-        joints = self.scene.tree.joints
+        tree = self.scene.tree
+        rolled = tree.joints.wheels.rows[:, 0]
         far = np.zeros((a.shape[1], b.shape[1]))
-        for kind, i in zip(joints.kind[1:], joints.iq[1:], strict=True):
+        for kind, i in zip(tree.kind[1:], tree.iq[1:], strict=True):
+            if i < 0 or i in rolled:
+                continue  # it follows others
             if kind == FLOATING:
                 place, turn = slice(i, i + 3), slice(i + 3, i + 7)
                 ways = [_norm(a[place], b[place]), _angle(a[turn], b[turn])]
             elif kind == REVOLUTE:
                 ways = [_turn(a[i], b[i])]
-            elif kind == PRISMATIC:
+            elif kind in (PRISMATIC, RAIL):
                 ways = [_norm(a[i : i + 1], b[i : i + 1])]
             else:
                 ways = [_norm(a[i : i + 2], b[i : i + 2]), _turn(a[i + 2], b[i + 2])]
@@ -215,6 +222,8 @@ def _memories(task: Any) -> Iterator[str]:
     """What of a task, or of the tasks in it, depends on more than the state."""
     if isinstance(task, Switch) and task.latch:
         yield "Switch with latch=True"
+    if isinstance(task, FollowJoints | FollowPath):
+        yield f"{type(task).__name__} goes by the time"
     for part in _parts(task).values():
         for one in part if isinstance(part, tuple) else (part,):
             yield from _memories(one)

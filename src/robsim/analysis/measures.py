@@ -71,7 +71,7 @@ def path_ratio(run: xr.Dataset, scene: Scene) -> Array:
     ends = np.stack([_batch(run, "q0"), _batch(run, "q_end")], axis=1)
     place = _poses(scene, moves, ends)[..., :3, 3]
     straight = _length(place[:, 1] - place[:, 0])
-    far = straight > SPOT * target_distance(run, scene)[:, 0]
+    far = straight > SPOT * np.nan_to_num(target_distance(run, scene)[:, 0])
     return np.where(far, path_length(run, scene) / np.where(far, straight, 1.0), np.nan)
 
 
@@ -129,7 +129,8 @@ def travel_angular(run: xr.Dataset, scene: Scene) -> Array:
 def border_margin(run: xr.Dataset, scene: Scene) -> Array:
     """Pixels: the smallest distance of a mark from the border of its image, negative outside."""
     way, names = _batch(run, "pixels"), run["mark_camera"].values.tolist()
-    borders = np.array([scene.camera(name).camera.border for name in names])  # (N, axis, 2)
+    borders = np.array([scene.camera(name).camera.border for name in names])
+    borders = borders.reshape(-1, 2, 2)  # (N, axis, 2)
     inside = np.minimum(way - borders[..., 0], borders[..., 1] - way)
     least = -_worst(_largest(-inside.reshape(*way.shape[:2], -1)))
     return np.where(np.isfinite(least), least, np.nan)
@@ -186,7 +187,9 @@ def first_pair(run: xr.Dataset) -> tuple[str, str]:
 
 
 def moving_frame(run: xr.Dataset, scene: Scene) -> str:
-    """The camera; or the target, where the camera stands still."""
+    """The camera; or the target, where the camera stands still; without any, what is moved."""
+    if "frame_pose" in run:
+        return str(run["frame_pose"].attrs["frame"])
     camera, target = first_pair(run)
     carried = scene.tree.carries(camera) - scene.tree.carries(target)
     return camera if (carried > 0).any() else target
@@ -199,10 +202,14 @@ def moving_path(run: xr.Dataset, scene: Scene) -> Array:
 
 
 def target_distance(run: xr.Dataset, scene: Scene, moments: str = "q") -> Array:
-    """(B, moments) metres from the camera to the middle of the marks, at q, "q0" or "q_end"."""
-    camera, target = first_pair(run)
+    """(B, moments) metres from the camera to the middle of the marks, at q, "q0" or "q_end".
+
+    NaN without a camera.
+    """
     q = _batch(run, moments).reshape(_runs(run), -1, scene.nq)
-    return distance(scene, camera, target, q)
+    if not run.sizes["mark"]:
+        return np.full(q.shape[:2], np.nan)
+    return distance(scene, *first_pair(run), q)
 
 
 def distance(scene: Scene, camera: str, target: str, q: Array) -> Array:
@@ -304,7 +311,7 @@ def _total(values: Array) -> Array:
 
 def _largest(values: Array) -> Array:
     """(B, moments) of (B, moments, n)."""
-    return np.asarray(values.max(axis=-1))
+    return np.asarray(values.max(axis=-1, initial=-np.inf))
 
 
 def _worst(values: Array) -> Array:

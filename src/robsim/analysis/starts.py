@@ -10,7 +10,7 @@ import numpy as np
 from robsim.analysis.field import Field
 from robsim.arrays import Array, numbers, runs_last
 from robsim.errors import InputError
-from robsim.kernels.tree import FLOATING, PRISMATIC, REVOLUTE
+from robsim.kernels.tree import FLOATING, PRISMATIC, RAIL, REVOLUTE
 from robsim.pose import Pose, homogeneous
 
 AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
@@ -51,8 +51,8 @@ def _flies(field: Field) -> bool:
     """Whether one floating joint, which hangs from the world, carries the first camera."""
     tree, columns = field.scene.tree, field.controller.columns
     body, _ = tree.find(field.controller.sights[0].eye.name)
-    free = tree.joints.kind[body] == FLOATING and tree.joints.parent[body] == 0
-    return bool(free and (tree.body[columns] == body).all())
+    free = tree.kind[body] == FLOATING and tree.parent[body] == 0
+    return bool(free and (tree.owners[columns] == body).all())
 
 
 def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw:
@@ -60,7 +60,7 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
     sight, tree = field.controller.sights[0], field.scene.tree
     home = runs_last(field.scene.home, 1)
     body, T_b_c = tree.find(sight.eye.name)
-    first = tree.joints.iq[body]
+    first = tree.iq[body]
     T_w_o = Pose(homogeneous(sight.look(home).T_w_o)[0])
     middle = T_w_o @ sight.target.marks.mean(axis=0)
     way = (T_w_o @ field.goal_pose.inv()).position - middle
@@ -106,8 +106,8 @@ def _anywhere(field: Field) -> Draw:
     """Coordinates of what is commanded, uniform within their limits; the others at home."""
     scene, tree = field.scene, field.scene.tree
     home = runs_last(scene.home, 1)
-    bodies = np.unique(tree.body[field.controller.columns])
-    kinds, starts = tree.joints.kind[bodies].tolist(), tree.joints.iq[bodies].tolist()
+    bodies = np.unique(tree.owners[field.controller.columns])
+    kinds, starts = tree.kind[bodies].tolist(), tree.iq[bodies].tolist()
     low, high = scene.limits.T
 
     def draw(rng: np.random.Generator, count: int) -> Array:
@@ -117,7 +117,7 @@ def _anywhere(field: Field) -> Draw:
                 q[i : i + 3] += rng.uniform(-AROUND, AROUND, (3, count))
                 quaternion = rng.standard_normal((4, count))
                 q[i + 3 : i + 7] = quaternion / np.linalg.norm(quaternion, axis=0)
-            elif kind in (REVOLUTE, PRISMATIC):
+            elif kind in (REVOLUTE, PRISMATIC, RAIL):
                 reach = np.pi if kind == REVOLUTE else AROUND
                 ends = np.array([low[i], high[i]])
                 ends = np.where(np.isfinite(ends), ends, home[i] + reach * np.array([-1, 1]))

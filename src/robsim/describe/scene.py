@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 from robsim.camera import Camera
-from robsim.describe.values import NoDescription, Table, builtin, coordinates, length, ours, pose
+from robsim.describe.joint import joint
+from robsim.describe.values import (
+    NoDescription,
+    Table,
+    builtin,
+    coordinates,
+    length,
+    listed,
+    ours,
+    pose,
+    quantity,
+)
+from robsim.inertia import Inertia
+from robsim.link import Link
 from robsim.motion import Motion
-from robsim.primitives import Block, CameraBody, Primitive, Wheel
-from robsim.robot import Link, Robot
+from robsim.primitives import Ball, Block, CameraBody, Mesh, Primitive, Wheel
+from robsim.robot import Robot
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import COORDINATE_UNITS, Joint
 
-SHAPES: dict[str, type[Primitive]] = {"block": Block, "wheel": Wheel, "camera": CameraBody}
+SHAPES: dict[str, type[Primitive]] = {
+    "block": Block,
+    "wheel": Wheel,
+    "camera": CameraBody,
+    "ball": Ball,
+    "mesh": Mesh,
+}
+WEIGHTS = {"mass": "kg", "density": "kg/m^3"}
 
 
 def shape(value: Primitive) -> Table:
@@ -18,19 +37,36 @@ def shape(value: Primitive) -> Table:
     kind = builtin(SHAPES, value)
     if not isinstance(value.color, str):
         raise NoDescription(f"the color {value.color!r:.40} is not a text")
-    sizes = {k: length(v) for k, v in vars(value).items() if isinstance(v, float)}
-    extra = {"n": int(value.n)} if isinstance(value, Wheel) else {}
-    return {"kind": kind, **sizes, **extra, "color": value.color, **pose(value.pose)}
+    table: Table = {"kind": kind}
+    for key, given in vars(value).items():
+        if key in WEIGHTS:
+            table |= {} if given is None else {key: quantity(given, WEIGHTS[key])}
+        elif isinstance(given, float):
+            table[key] = length(given)
+        elif key in ("n", "filename"):
+            table[key] = given if isinstance(given, str) else int(given)
+        elif key == "scale":
+            table[key] = list(given)
+    return {**table, "color": value.color, **pose(value.pose)}
+
+
+def inertia(value: Inertia) -> Table:
+    """All of it: moments ixx, iyy, izz, products ixy, ixz, iyz."""
+    I = ours(value, Inertia).tensor
+    return {
+        "mass": quantity(value.mass, "kg"),
+        "centre": length(*value.centre),
+        "moments": listed(I.diagonal(), "kg m^2"),
+        "products": listed((I[0, 1], I[0, 2], I[1, 2]), "kg m^2"),
+    }
 
 
 def link(value: Link) -> Table:
     """One link on its joint."""
-    joint = ours(ours(value, Link).joint, Joint)
-    table: Table = {"name": value.name, "parent": value.parent, "joint": joint.kind}
-    table |= {"place": pose(joint.place), "tail": pose(joint.tail)}
-    if joint.limits:
-        table["limits"] = coordinates(joint.limits, 2 * COORDINATE_UNITS[joint.kind])
+    table: Table = {"name": ours(value, Link).name, "parent": value.parent, **joint(value.joint)}
     table["shapes"] = [shape(s) for s in value.shapes]
+    if value.inertia is not None:
+        table["inertia"] = inertia(value.inertia)
     return {k: v for k, v in table.items() if v not in (None, {}, [])}
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from robsim.describe import option
+from robsim.describe import follow, option
 from robsim.describe.feature import camera, features
 from robsim.describe.option import Units
 from robsim.describe.scene import scene
@@ -13,12 +14,15 @@ from robsim.describe.values import NoDescription, Table, builtin, length, quanti
 from robsim.errors import InputError
 from robsim.scene import Scene
 from robsim.servo import (
+    FOLLOWERS,
     IBVS,
     PBVS,
     SCHEMES,
     SEVERAL,
     Docking,
     ErrorBelow,
+    FollowJoints,
+    FollowPath,
     Hybrid,
     NearBorder,
     Partitioned,
@@ -34,6 +38,7 @@ TASKS: dict[str, type[Any]] = {
     **SCHEMES,
     Placing.kind: Placing,
     Docking.kind: Docking,
+    **FOLLOWERS,
     **SEVERAL,
 }
 CONDITIONS: dict[str, type[Any]] = {"error_below": ErrorBelow, "near_border": NearBorder}
@@ -41,7 +46,7 @@ CONDITIONS: dict[str, type[Any]] = {"error_below": ErrorBelow, "near_border": Ne
 
 def task(value: Task, truth: Scene) -> Table:
     """A task of built-in parts; NoDescription if one of them is somebody's code."""
-    return _task(value, truth, None, belief_of(value) is None)
+    return _task(value, truth, belief_of(value) is None)
 
 
 def belief_of(value: Any) -> Scene | None:
@@ -67,18 +72,22 @@ def _beliefs(value: Any) -> list[Scene | None]:
     return [value.belief] if isinstance(value, ServoTask) else []
 
 
-def _task(value: Any, truth: Scene, shared: Units | None, apart: bool) -> Table:
-    """With units of the velocities that it shares with others; its own belief if `apart`."""
+def _task(value: Any, truth: Scene, apart: bool) -> Table:
+    """With its own belief if `apart`."""
     table: Table = {"kind": builtin(TASKS, value)}
     if isinstance(value, Together):
-        return {**table, "tasks": [_task(each, truth, None, apart) for each in value.tasks]}
-    units = shared or (lambda: _units(value, truth))
+        return {**table, "tasks": [_task(each, truth, apart) for each in value.tasks]}
+    if isinstance(value, FollowJoints):
+        return {**table, **follow.joints(value, truth)}
     if isinstance(value, Switch):
-        first, second = (_task(v, truth, units, apart) for v in (value.first, value.second))
+        first, second = (_task(v, truth, apart) for v in (value.first, value.second))
         when = _condition(value.when)
         return {**table, "first": first, "second": second, "when": when, "latch": value.latch}
+    units: Units = partial(_units, value, truth)
+    if isinstance(value, FollowPath):
+        return {**table, **follow.path(value, units)}
     if isinstance(value, Priorities):
-        tasks = [_task(each, truth, units, apart) for each in value.tasks]
+        tasks = [_task(each, truth, apart) for each in value.tasks]
         shaping = option.shaping(value, units)
         return {**table, "rcond": float(value.rcond), **shaping, "tasks": tasks}
     return {**table, **_own(value), **_servo(value, truth, units, apart)}

@@ -24,7 +24,12 @@ def quantity(number: float, unit: str) -> str:
 
 def length(*metres: float) -> str:
     """'0.1, 0.2 m'."""
-    return ", ".join(repr(float(x)) for x in metres) + " m"
+    return listed(metres, "m")
+
+
+def listed(numbers: Iterable[float], unit: str) -> str:
+    """'0.1, 0.2 kg m^2'."""
+    return f"{', '.join(repr(float(x)) for x in numbers)} {unit}"
 
 
 def coordinates(q: Any, units: Iterable[str]) -> list[str]:

@@ -73,12 +73,12 @@ def _worst(status, out):
 def begin(error, depth, T, tolerance, hold, watch):
     """What later instants are compared with; an error below many tolerances is no scale.
 
-    A run that is held may start at its goal and lag behind it later: its error is not compared.
+    A run b with hold[b] may start at its goal and lag behind it later: its error is not compared.
     """
     _norm(error, watch.norm)
     _largest(depth, watch.farthest)
     for b in range(watch.norm.size):
-        scale = np.inf if hold else max(watch.norm[b], DIVERGENCE * tolerance)
+        scale = np.inf if hold[b] else max(watch.norm[b], DIVERGENCE * tolerance)
         watch.norm[b] = DIVERGENCE * scale
         watch.farthest[b] *= DIVERGENCE
         watch.still[b], watch.length[b] = 0, 0.0
@@ -127,7 +127,7 @@ def judge(
 ):
     """outcome[b] after one instant, and how many runs have ended; `over`: this is the last one.
 
-    With `hold`, a run that has converged or stalled goes on until then.
+    With hold[b], a run that has converged or stalled goes on.
 
     The way to the origin of T is added to the length of the path. A run stands still while its
     command would move every feature by less than a hundredth of the tolerance in the time
@@ -157,13 +157,13 @@ def judge(
             outcome[b] = OUT_OF_IMAGE
         elif not math.isfinite(size[b]):
             outcome[b] = NOT_FINITE
-        elif size[b] < tolerance and (over or not hold):
+        elif size[b] < tolerance and (over or not hold[b]):
             outcome[b] = CONVERGED
         elif away[b] > watch.norm[b] or far[b] > watch.farthest[b]:
             outcome[b] = DIVERGED
         elif not math.isfinite(speed[b]):
             outcome[b] = NOT_FINITE
-        elif watch.still[b] >= STALL_PERIODS and (over or not hold):
+        elif watch.still[b] >= STALL_PERIODS and (over or not hold[b]):
             outcome[b] = LOCAL_MINIMUM
         elif over:
             outcome[b] = TIME_LIMIT

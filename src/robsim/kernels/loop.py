@@ -78,9 +78,7 @@ def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
     else:
         features.flat(x, command.s)
     features.choose_interaction(scheme.interaction, scheme.L_goal, L)
-    tree.camera_jacobian(
-        seen.bodies, seen.T_w_c, moves.body, moves.angular, moves.axis, moves.sign, J
-    )
+    tree.camera_jacobian(seen.bodies, seen.T_w_c, moves, J)
     solve.product(L, J, command.reach)
     features.difference(command.s, scheme.s_goal, command.error)
     if scheme.law == JOINT:
@@ -133,7 +131,8 @@ def settle(
 
     Fills qd of all joints, where those that are not commanded have the velocities `drift`, and
     outcome; keeps every so many steps in `track`, with the velocities `rates` of the joints, which
-    has no rows where they are those commanded. T is the pose whose way is measured.
+    has no rows where they are those commanded. T is the pose whose way is measured; hold[b] says
+    which runs go on though they have converged or stalled.
     """
     tree.spread(columns, command.qd, drift, qd)
     if step == 0:
@@ -220,5 +219,5 @@ def stride(
         )
         if ended > 0 or step >= until:
             return step
-        tree.integrate(joints.kind, joints.iq, joints.iv, qd, dt, q)
+        tree.integrate(joints, qd, dt, q)
         step += 1

@@ -24,7 +24,7 @@ class Eye(NamedTuple):
 class Look(NamedTuple):
     """One instant, the run last."""
 
-    bodies: Any  # (bodies, 3, 4, B) poses
+    bodies: tree.Bodies
     T_w_c: Any  # (3, 4, B)
     T_w_o: Any  # (3, 4, B)
     points: Any  # (N, 3, B) marks in camera axes
@@ -36,9 +36,9 @@ class Look(NamedTuple):
 @part
 def look(joints, eye, q, seen):
     """Fill `seen` for coordinates q[n, b]."""
-    tree.bodies(joints.parent, joints.kind, joints.iq, joints.place, q, seen.bodies)
-    tree.frame(seen.bodies, eye.body, eye.hand_eye, seen.T_w_c)
-    tree.frame(seen.bodies, eye.target, eye.offset, seen.T_w_o)
+    tree.bodies(joints, q, seen.bodies)
+    tree.frame(seen.bodies.poses, eye.body, eye.hand_eye, seen.T_w_c)
+    tree.frame(seen.bodies.poses, eye.target, eye.offset, seen.T_w_o)
     camera.into_camera(seen.T_w_c, seen.T_w_o, eye.marks, seen.points)
     camera.project(seen.points, eye.K, eye.lens, seen.pixels)
     camera.visibility(seen.points, seen.pixels, eye.border, eye.reach, seen.visibility)

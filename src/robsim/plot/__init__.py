@@ -7,6 +7,9 @@ save with figure.savefig("name.pdf").
 from robsim.plot.comparison import comparison as comparison
 from robsim.plot.diagnosis import diagnosis as diagnosis
 from robsim.plot.image import image as image
+from robsim.plot.moments import moments as moments
+from robsim.plot.robot import robot as robot
 from robsim.plot.run import run as run
 from robsim.plot.scene import scene as scene
 from robsim.plot.velocity import velocity as velocity
+from robsim.plot.workspace import workspace as workspace

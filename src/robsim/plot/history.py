@@ -25,7 +25,10 @@ def checked_scene(scene: object) -> None:
 def checked(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
     """The run as it is, or an InputError if it is no run, or (`timed`) only a summary of one."""
     if not {"q", "q0", "outcome"} <= set(getattr(run, "data_vars", ())):
-        raise InputError(f"expected a run as simulate returns it, got {type(run).__name__}")
+        raise InputError(
+            f"expected a run as simulate returns it, got {type(run).__name__}; of a mission, draw "
+            "the run of a leg: story.legs[0].run in story.legs[0].scene"
+        )
     if timed and "time" not in run.dims:
         raise InputError("only the end of this run was recorded: simulate it with record='all'")
     return run
@@ -77,6 +80,8 @@ def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     InputError: no camera of that name.
     """
     cameras = list(dict.fromkeys(run["mark_camera"].values.tolist()))
+    if not cameras:
+        raise InputError("no camera has a part in this run: there is no image of it")
     name = cameras[0] if camera is None else camera
     if name not in cameras:
         raise InputError(f"no camera {name!r} in the run; {suggest(name, cameras, 'cameras')}")

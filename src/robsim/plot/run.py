@@ -24,7 +24,8 @@ def run(
 ) -> Figure:
     """The run of a scene on one slide: `scene`, `image` and `velocity` together.
 
-    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`.
+    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`. Without
+    a camera there is no image.
 
     >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
@@ -38,11 +39,15 @@ def run(
     with style():
         figure = new_figure(12.8, 7.2)
         rows = figure.add_gridspec(2, 1, height_ratios=(2, 1))
-        above, below = rows[0].subgridspec(1, 2, width_ratios=(1.1, 1)), rows[1].subgridspec(1, 3)
+        drawn = bool(one.sizes["mark"]) or camera is not None
+        widths = (1.1, 1) if drawn else (1,)
+        above = rows[0].subgridspec(1, len(widths), width_ratios=widths)
+        below = rows[1].subgridspec(1, 3)
         draw_scene(figure, above[0], picture_of(scene, None, one))
-        image = figure.add_subplot(above[1])
-        draw_image(image, one, camera)
-        image.set_title("")
+        if drawn:
+            image = figure.add_subplot(above[1])
+            draw_image(image, one, camera)
+            image.set_title("")
         draw_velocity([figure.add_subplot(below[i]) for i in range(3)], one, scene, frame)
         figure.suptitle(f"{history.ending(one)}; path {float(one['path_length']):.3g} m")
     return figure

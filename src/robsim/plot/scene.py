@@ -61,7 +61,11 @@ def scene(scene: Scene, q: Any = None, run: xr.Dataset | None = None) -> Figure:
     >>> figure.axes[0].get_xlabel()
     'x (m)'
     """
-    picture = picture_of(scene, q, run)
+    return drawn(picture_of(scene, q, run))
+
+
+def drawn(picture: Picture) -> Figure:
+    """The picture as a figure of its own."""
     with style():
         figure = new_figure(DRAWING + legend_width(picture), 4.6)
         draw(figure, figure.add_gridspec(1, 1)[0], picture)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 def velocity(run: xr.Dataset, scene: Scene | None = None, frame: str | None = None) -> Figure:
     """Camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
 
+    Of a run without a camera, it is that of the frame that is moved, in its own axes.
     With a `frame` of the `scene`, such as "rhino_xr4.tool": the velocity of its origin, in world
     axes. The error is on a logarithmic scale, where an exponential decay is a straight line: bold
     its norm, thin the sizes of its components, with a line style for each unit.
@@ -70,6 +71,9 @@ def draw(
 
 def _motion(one: xr.Dataset, scene: Scene | None, frame: str | None) -> tuple[Array, str]:
     """(moments, 6) twists that are drawn, and what their labels say of them."""
+    if frame is None and "frame_velocity" in one:
+        moved = one["frame_velocity"]
+        return moved.values, f" of {moved.attrs['frame']}\nin its own axes"
     if frame is None:
         return one["camera_velocity"].values, ""
     if scene is None:

@@ -9,12 +9,12 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.camera import Camera
+from robsim.joint import SINGLE
 from robsim.plot import palette
 from robsim.pose import IDENTITY
 from robsim.primitives import Primitive
 from robsim.robot import Robot
 from robsim.scene import Mounted, Scene
-from robsim.tree import COORDINATES
 
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
@@ -39,7 +39,9 @@ def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
     drawn = [wire for robot in scene.robots for wire in _robot(scene, robot, q)]
     for thing in scene.objects:
         T = displayed(scene, thing.name, q)
-        drawn += [_shape(thing.name, shape.color, shape, T) for shape in thing.shapes]
+        drawn += [
+            _shape(thing.name, shape.color, shape, T) for shape in thing.shapes if len(shape.edges)
+        ]
     return drawn + [_camera(eye, displayed(scene, eye.name, q), depth) for eye in scene.cameras]
 
 
@@ -70,9 +72,11 @@ def displayed(scene: Scene, frame: str, q: Array) -> Array:
 def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
     """Link by link its shapes; of a robot that has none, lines from frame to frame.
 
-    Among several robots each has one colour, and one entry in the legend.
+    Among several robots each has one colour, and one entry in the legend. A mesh is a name alone:
+    nothing of it is drawn.
     """
-    shapes = [shape for link in robot.links for shape in link.shapes]
+    drawn = {link.name: [s for s in link.shapes if len(s.edges)] for link in robot.links}
+    shapes = [shape for each in drawn.values() for shape in each]
     several = len(scene.robots) > 1
     plain = several or all(shape.color == "k" for shape in shapes)
     whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
@@ -80,9 +84,10 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
         own = palette.nth(scene.robots.index(robot) if several else i - 1)
         label = robot.name if whole else link.name
         T = displayed(scene, f"{robot.name}.{link.name}", q)
-        for shape in link.shapes:
+        for shape in drawn[link.name]:
             yield _shape(label, own if plain else shape.color, shape, T)
-        if not shapes and link.parent and COORDINATES[link.joint.kind] <= 1:  # an arm, no flight
+        arm = link.joint.kind == "fixed" or link.joint.kind in SINGLE  # it does not fly or drive
+        if not shapes and link.parent and arm:
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
 

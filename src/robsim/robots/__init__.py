@@ -1,7 +1,7 @@
 """The robot library: one TOML file per robot, each number with its source.
 
->>> len(names()), names()[:3]
-(11, ('conveyor', 'free_camera', 'holonomic_base'))
+>>> {"rhino_xr4", "puma560", "ur5e"} <= set(names())
+True
 >>> rhino = load("rhino_xr4")  # or robsim.robots.rhino_xr4()
 >>> rhino.fk(rhino.home).round(4)[:3, 3]
 array([0.2381, 0.    , 0.3207])

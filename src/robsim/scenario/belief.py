@@ -12,7 +12,7 @@ from robsim.scenario.problems import shown, under
 from robsim.scenario.tables import KINDS
 from robsim.scenario.text import Raw
 
-NAMED = ("robots", "objects", "cameras", "motions", "links")
+NAMED = ("robots", "objects", "cameras", "motions", "links", "tools")
 _INTRINSICS = ({"K"}, {"focal", "center", "skew"})
 _RIVALS = (
     ({"rpy"}, {"rotvec"}, {"rotation"}),

@@ -10,18 +10,23 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.camera import Camera
-from robsim.errors import FrameError, InputError, suggest
+from robsim.describe.scene import SHAPES
+from robsim.errors import InputError, suggest
+from robsim.inertia import Inertia
+from robsim.joint import units_of
+from robsim.link import Link, coordinate_names
 from robsim.motion import Motion
-from robsim.pose import IDENTITY, Pose
-from robsim.primitives import Block, CameraBody, Primitive, Wheel
-from robsim.robot import Link, Robot, dh_constants, labels
+from robsim.primitives import Primitive
+from robsim.robot import Robot
 from robsim.scenario import schema
+from robsim.scenario.joint import joint
+from robsim.scenario.place import pose
 from robsim.scenario.problems import Problems, under
 from robsim.scenario.quantity import coordinate
 from robsim.scene import Mounted, Object, Scene
-from robsim.tree import COORDINATE_NAMES, COORDINATE_UNITS, COORDINATES, Joint
 
 MOST_LINKS_IN_ALL = 1024
+POSE_KEYS = set(schema.PoseKeys.model_fields)
 T = TypeVar("T", bound=schema.PartTable)
 V = TypeVar("V")
 
@@ -33,7 +38,7 @@ def scene(table: schema.SceneTable, problems: Problems, *prefix: str | int) -> S
     cameras = _each(table.cameras, camera, problems, *prefix, "cameras")
     with problems.at(*prefix, "display"):
         display = pose(table.display)
-    _check_frames(table, problems, prefix)
+    _check_frames(table, robots, problems, prefix)
     problems.stop()
     made = None
     with problems.at(*prefix):
@@ -43,45 +48,30 @@ def scene(table: schema.SceneTable, problems: Problems, *prefix: str | int) -> S
     return problems.settled(made)
 
 
-def pose(table: schema.PoseKeys) -> Pose:
-    """A pose; InputError for two rotations at once."""
-    given = [key for key in ("rpy", "rotvec", "rotation") if getattr(table, key) is not None]
-    if len(given) > 1:
-        raise InputError(f"{' and '.join(given)}: give one rotation only")
-    if not given and table.position is None:
-        return IDENTITY
-    T = np.eye(4)
-    if table.rotation is not None:
-        T[:3, :3] = table.rotation
-    elif table.rpy is not None:
-        T = np.array(Pose.at(rpy=table.rpy))
-    elif table.rotvec is not None:
-        T = np.array(Pose.at(rotvec=table.rotvec))
-    if table.position is not None:
-        T[:3, 3] = table.position
-    with under("rotation"):
-        return Pose(T)
-
-
 def robot(table: schema.RobotTable) -> Robot:
-    """A robot, its links and its home."""
+    """A robot with its tools, where it stands."""
+    made = _linked(table)
+    for tool in table.tools:
+        with under("tools", tool.name):
+            made = made.with_tool(_linked(tool), pose(tool), tool.on, tool.bare)
+    return replace(made, base=pose(table), on=table.on)
+
+
+def _linked(table: schema.LinkedTable) -> Robot:
+    """A robot in the world, its links and its home."""
     links: list[Link] = []
     for part in table.links:
         with under("links", part.name):
             links.append(_link(part, table.convention, links))
-    units = [unit for k in links for unit in COORDINATE_UNITS[k.joint.kind]]
+    units = units_of([link.joint for link in links])
     home = None
     if table.home is not None:
         with under("home"):
-            home = configuration(table.home, units, labels(links, COORDINATE_NAMES))
-    base = pose(table)
+            home = configuration(table.home, units, coordinate_names(links))
     try:
-        return Robot(table.name, tuple(links), home, base=base, on=table.on)
-    except FrameError:  # names, parents and loops
-        with under("links"):
-            raise
-    except InputError:
-        with under("home"):
+        return Robot(table.name, tuple(links), home)
+    except InputError as error:  # of home, or of links that do not go together
+        with under("home" if str(error).startswith(f"{table.name}.home") else "links"):
             raise
 
 
@@ -161,33 +151,18 @@ def _link(table: schema.LinkTable, convention: str, before: list[Link]) -> Link:
             "whole gets a base link first, and then its moving link"
         )
     parent = table.parent or (before[-1].name if before else None)
-    limits = None if table.limits is None else _limits(table.limits, table.joint)
-    joint = Joint(table.joint, *_constants(table, convention), limits)
-    return Link(table.name, parent, joint, _shapes(table.shapes))
+    shapes = _shapes(table.shapes)
+    return Link(table.name, parent, joint(table, convention), shapes, _inertia(table.inertia))
 
 
-def _constants(table: schema.LinkTable, convention: str) -> tuple[Pose, Pose]:
-    """place and tail of a joint."""
-    if table.dh is None:
-        with under("place"):
-            place = pose(table.place)
-        with under("tail"):
-            return place, pose(table.tail)
-    if {"place", "tail"} & table.model_fields_set:
-        raise InputError("dh and place or tail: give one of the two only")
-    if COORDINATES[table.joint] > 1:
-        raise InputError(f"a {table.joint} joint has place and tail, not dh")
-    row = np.array([table.dh.theta, table.dh.d, table.dh.a, table.dh.alpha])
-    return dh_constants(row, convention, table.joint)
-
-
-def _limits(given: Sequence[str], kind: str) -> tuple[float, float]:
-    units = COORDINATE_UNITS[kind]
-    with under("limits"):
-        if len(units) != 1:
-            raise InputError(f"a {kind} joint has none")
-        low, high = configuration(given, units * 2, ("lowest", "highest"))
-    return float(low), float(high)
+def _inertia(table: schema.InertiaTable | None) -> Inertia | None:
+    if table is None:
+        return None
+    tensor = np.diag(table.moments)
+    for (i, j), product in zip(((0, 1), (0, 2), (1, 2)), table.products, strict=True):
+        tensor[i, j] = tensor[j, i] = product
+    with under("inertia"):
+        return Inertia(table.mass, table.centre, tensor)
 
 
 def _shapes(tables: Iterable[schema.ShapeTable]) -> tuple[Primitive, ...]:
@@ -198,12 +173,12 @@ def _shapes(tables: Iterable[schema.ShapeTable]) -> tuple[Primitive, ...]:
     return tuple(made)
 
 
-def _brick(table: schema.BodyTable | schema.BlockTable | schema.WheelTable) -> Any:
-    where = pose(table)
-    if isinstance(table, schema.WheelTable):
-        return Wheel(table.radius, table.width, table.n, table.color, pose=where)
-    brick = Block if isinstance(table, schema.BlockTable) else CameraBody
-    return brick(table.length, table.width, table.height, table.color, pose=where)
+def _brick(table: Any) -> Any:
+    """A shape of the kind that the table says; a table without one is the body of a camera."""
+    given = {key: value for key, value in table if key not in POSE_KEYS and key != "kind"}
+    if "scale" in given:
+        given["scale"] = tuple(given["scale"])
+    return SHAPES[getattr(table, "kind", "camera")](**given, pose=pose(table))
 
 
 def _each(
@@ -218,7 +193,10 @@ def _each(
 
 
 def _check_frames(
-    table: schema.SceneTable, problems: Problems, prefix: Iterable[str | int]
+    table: schema.SceneTable,
+    robots: Sequence[Robot],
+    problems: Problems,
+    prefix: Iterable[str | int],
 ) -> None:
     """What each thing stands on must exist."""
     kinds: dict[str, Sequence[schema.PartTable]] = {
@@ -227,12 +205,15 @@ def _check_frames(
         "cameras": table.cameras,
     }
     frames = ["world", *(f"{r.name}.{k.name}" for r in table.robots for k in r.links)]
+    carried = [f"{r.name}.{k.name}" for r in robots for k in r.links]
+    frames += [name for name in carried if name not in frames]
+    unknown = {r.name for r in table.robots if r.tools} - {r.name for r in robots}
     if len(frames) > MOST_LINKS_IN_ALL:
         problems.add("robots", f"more than {MOST_LINKS_IN_ALL} links in all")
         return
     frames += [part.name for part in (*table.objects, *table.cameras)]
     for kind, parts in kinds.items():
         for part in parts:
-            if part.on not in frames:
+            if part.on not in frames and part.on.partition(".")[0] not in unknown:
                 with problems.at(*prefix, kind, part.name, "on"):
                     raise InputError(f"no frame {part.on!r}; {suggest(part.on, frames, 'frames')}")

@@ -29,6 +29,9 @@ def expanded(tables: Any, problems: Problems, *prefix: str | int) -> Any:
 
 
 def _expanded(table: Any) -> Any:
+    if isinstance(table, dict) and isinstance(table.get("tools"), list):
+        with under("tools"):
+            table = {**table, "tools": [_expanded(tool) for tool in table["tools"]]}
     if not isinstance(table, dict) or "model" not in table:
         return table
     with under("model"):

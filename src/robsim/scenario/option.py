@@ -6,8 +6,8 @@ from typing import Any
 
 from robsim.errors import InputError
 from robsim.scenario import task_schema as schema
-from robsim.scenario.build import pose
 from robsim.scenario.feature import features
+from robsim.scenario.place import pose
 from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import either
 from robsim.scenario.run import start
@@ -42,11 +42,11 @@ _BESIDE = (
 
 def servo(table: schema.ServoTable, scene: Scene) -> Keywords:
     """Keywords of a servo task; what is not said is not there."""
-    _check_companions(table)
+    check_companions(table)
     made = said(table, "kind", "goal", "belief", "rcond", "damping", "lag", "broyden_start")
     if "law" in made:
         made.pop("length", None)
-    made |= _shaping(table) | _gain(table) | _law(table) | _inverse(table)
+    made |= shaping(table) | _gain(table) | _law(table) | inverse(table)
     if isinstance(table.depth, schema.DepthFilterTable):
         with under("depth"):
             made["depth"] = DepthFilter(**said(table.depth))
@@ -65,7 +65,7 @@ def servo(table: schema.ServoTable, scene: Scene) -> Keywords:
 
 def shaped(table: schema.PrioritiesTable) -> Keywords:
     """Keywords of priorities, without the tasks."""
-    return said(table, "kind", "tasks") | _shaping(table)
+    return said(table, "kind", "tasks") | shaping(table)
 
 
 def said(table: Table, *without: str) -> Keywords:
@@ -73,14 +73,15 @@ def said(table: Table, *without: str) -> Keywords:
     return {key: value for key, value in table if value is not None and key not in without}
 
 
-def _check_companions(table: schema.ServoTable) -> None:
+def check_companions(table: Table) -> None:
+    """InputError for a key that stands without the one that it belongs to."""
     for key, beside, value, default in _BESIDE:
         lonely = getattr(table, key, None) is not None and hasattr(table, beside)
         if lonely and (getattr(table, beside) or default) != value:
             raise InputError(f'{key} is for {beside} = "{value}" only')
 
 
-def _shaping(table: schema.ShapedTable) -> Keywords:
+def shaping(table: schema.ShapedTable) -> Keywords:
     """What is not said as the class takes it; units of joints are checked later."""
     made: Keywords = {}
     if isinstance(table.secondary, schema.AvoidLimitsTable):
@@ -131,7 +132,8 @@ def _law(table: Any) -> Keywords:
     return {"law": CameraLaw(table.length)}
 
 
-def _inverse(table: schema.ServoTable) -> Keywords:
+def inverse(table: Any) -> Keywords:
+    """With its number, if that is said."""
     if table.rcond is not None:
         return {"inverse": Truncated(table.rcond)}
     return {} if table.damping is None else {"inverse": Damped(table.damping)}

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 
 from robsim import units
 from robsim.errors import UnitError
-from robsim.robot import checked_name
+from robsim.names import checked_name
 from robsim.scenario.problems import shown
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
@@ -42,6 +42,11 @@ def vector(value: Any, dimension: units.Dimension) -> tuple[float, ...]:
     return _numbers(value, dimension, 3)
 
 
+def pair(value: Any, dimension: units.Dimension) -> tuple[float, ...]:
+    """Two numbers from a text such as "1, 2 m"."""
+    return _numbers(value, dimension, 2)
+
+
 def coordinate(value: Any, unit: str) -> float:
     """One coordinate or velocity of a robot; its unit, such as "rad" or "m/s", as Robot tells.
 
@@ -69,7 +74,7 @@ def either(value: Any, *dimensions: units.Dimension) -> float:
 
 
 def _numbers(value: Any, dimension: units.Dimension, count: int | None) -> tuple[float, ...]:
-    text = _short(value, '"1, 2, 3 cm"' if count else '"1.5 cm"')
+    text = _short(value, f'"{", ".join("123"[:count])} cm"' if count else '"1.5 cm"')
     read = units.parse(text, dimension, count) if count else (units.parse(text, dimension),)
     return tuple(_within(number, value) for number in read)
 
@@ -159,6 +164,7 @@ Length = Annotated[float, _reads(quantity, "length")]
 Angle = Annotated[float, _reads(quantity, "angle")]
 Extent = Annotated[float, Field(gt=0), _reads(quantity, "length")]  # a length above zero
 Period = Annotated[float, Field(gt=0), _reads(quantity, "time")]
+Place = Annotated[tuple[float, float], _reads(pair, "length")]  # in a plane
 Position = Annotated[Vector, _reads(vector, "length")]
 Angles = Annotated[Vector, _reads(vector, "angle")]
 Speed = Annotated[float, Field(gt=0), _reads(quantity, "speed")]
@@ -166,6 +172,11 @@ TurnRate = Annotated[float, Field(gt=0), _reads(quantity, "turn rate")]
 AnySpeed = Annotated[
     float, Field(gt=0), BeforeValidator(lambda value: either(value, "turn rate", "speed"))
 ]
+Acceleration = Annotated[float, Field(gt=0), _reads(quantity, "acceleration")]
+TurnAcceleration = Annotated[float, Field(gt=0), _reads(quantity, "turn acceleration")]
+Mass = Annotated[float, Field(gt=0), _reads(quantity, "mass")]
+Density = Annotated[float, Field(gt=0), _reads(quantity, "density")]
+Moments = Annotated[Vector, _reads(vector, "inertia")]
 Instant = Annotated[float, Field(ge=0), _reads(quantity, "time")]
 Coordinate = Annotated[Any, BeforeValidator(_raw_coordinate)]
 Depth = Annotated[Any, BeforeValidator(_depth)]

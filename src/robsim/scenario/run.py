@@ -8,14 +8,15 @@ from typing import Any
 from robsim.actuation import Actuation
 from robsim.arrays import Array
 from robsim.errors import InputError
+from robsim.joint import KINDS
 from robsim.pose import Pose
 from robsim.record import LONGEST, Record
 from robsim.scenario import schema
-from robsim.scenario.build import configuration, pose
+from robsim.scenario.build import configuration
+from robsim.scenario.place import pose
 from robsim.scenario.problems import under
 from robsim.scene import Scene
 from robsim.sensing import Sensing
-from robsim.tree import COORDINATE_UNITS
 
 _PERFECT, _EXACT = Sensing(), Actuation()
 
@@ -66,7 +67,7 @@ def settings(table: schema.RunTable) -> Settings:
 
 
 def _floating(scene: Scene, where: Pose, what: str) -> Array:
-    if list(scene.coordinate_units) != COORDINATE_UNITS["floating"]:
+    if scene.coordinate_units != KINDS["floating"].units:
         raise InputError(
             f"a pose is for a scene whose only joint floats; give q, of "
             f"{', '.join(scene.coordinate_names) or 'no coordinates'}"

@@ -9,28 +9,34 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, Tag
 
+from robsim.joint import Kind
 from robsim.scenario.quantity import (
     Angle,
     Angles,
     Color,
     Coordinate,
+    Density,
     Extent,
     Focal,
     Instant,
     Length,
+    Mass,
     Matrix,
+    Moments,
     Name,
     Number,
     Pair,
     Period,
+    Place,
     Position,
     Record,
     Reference,
+    Row,
     Size,
     Text,
+    TurnRate,
     forms,
 )
-from robsim.tree import Kind
 
 SCHEMA = 1
 MOST_PARTS, MOST_LINKS, MOST_SHAPES, MOST_MARKS = 64, 256, 256, 10_000
@@ -57,7 +63,14 @@ class Brick(PoseKeys):
     color: Color = "k"
 
 
-class BlockTable(Brick):
+class Solid(Brick):
+    """What every shape has that can weigh something."""
+
+    mass: Mass | None = None
+    density: Density | None = None
+
+
+class BlockTable(Solid):
     """robsim.Block."""
 
     kind: Literal["block"]
@@ -66,7 +79,7 @@ class BlockTable(Brick):
     height: Extent
 
 
-class WheelTable(Brick):
+class WheelTable(Solid):
     """robsim.Wheel."""
 
     kind: Literal["wheel"]
@@ -75,7 +88,7 @@ class WheelTable(Brick):
     n: Annotated[int, Field(ge=3, le=4096)] = 32
 
 
-class BodyTable(Brick):
+class BodyTable(Solid):
     """robsim.CameraBody, as the body of a camera."""
 
     length: Extent
@@ -89,7 +102,25 @@ class CameraShapeTable(BodyTable):
     kind: Literal["camera"]
 
 
-ShapeTable = Annotated[BlockTable | WheelTable | CameraShapeTable, Field(discriminator="kind")]
+class BallTable(Solid):
+    """robsim.Ball."""
+
+    kind: Literal["ball"]
+    radius: Extent
+    n: Annotated[int, Field(ge=3, le=4096)] = 32
+
+
+class MeshTable(Brick):
+    """robsim.Mesh: a name alone."""
+
+    kind: Literal["mesh"]
+    filename: Annotated[str, Field(max_length=1000)]
+    scale: Row = [1.0, 1.0, 1.0]
+
+
+ShapeTable = Annotated[
+    BlockTable | WheelTable | CameraShapeTable | BallTable | MeshTable, Field(discriminator="kind")
+]
 Shapes = Annotated[list[ShapeTable], Field(max_length=MOST_SHAPES)]
 Coordinates = Annotated[list[Coordinate], Field(max_length=7 * MOST_LINKS * MOST_PARTS)]
 
@@ -103,17 +134,117 @@ class DHTable(Table):
     alpha: Angle
 
 
+class LineTable(Table):
+    """robsim.curves.Line."""
+
+    kind: Literal["line"]
+    length: Extent
+
+
+class ArcTable(Table):
+    """robsim.curves.Arc."""
+
+    kind: Literal["arc"]
+    radius: Extent
+    angle: Angle
+
+
+class PolylineTable(Table):
+    """robsim.curves.Polyline; points "x, y m"."""
+
+    kind: Literal["polyline"]
+    points: Annotated[list[Place], Field(min_length=2, max_length=1000)]
+    radius: Extent
+
+
+class CatenaryTable(Table):
+    """robsim.curves.Catenary; start and end "x, y m"."""
+
+    kind: Literal["catenary"]
+    start: Place
+    end: Place
+    length: Extent
+
+
+CurveTable = Annotated[
+    LineTable | ArcTable | PolylineTable | CatenaryTable, Field(discriminator="kind")
+]
+
+
+class SteeringTable(Table):
+    """robsim.Steering."""
+
+    wheelbase: Extent
+    limit: Angle | None = None
+    rate: TurnRate | None = None
+
+
+class MimicTable(Table):
+    """robsim.Mimic; the offset is in the unit of the joint."""
+
+    kind: Literal["mimic"]
+    of: Reference
+    ratio: Number = 1.0
+    offset: Coordinate | None = None
+
+
+class ChordTable(Table):
+    """robsim.Chord."""
+
+    kind: Literal["chord"]
+    of: Reference
+    length: Extent
+    radius: Length = 0.0
+    at: Extent | None = None
+    gives: Literal["angle", "arc", "height", "tilt"] = "arc"
+
+
+class AckermannTable(Table):
+    """robsim.Ackermann."""
+
+    kind: Literal["ackermann"]
+    of: Reference
+
+
+class RollingTable(Table):
+    """robsim.Rolling."""
+
+    kind: Literal["rolling"]
+    radius: Extent
+
+
+FollowsTable = Annotated[
+    MimicTable | ChordTable | AckermannTable | RollingTable, Field(discriminator="kind")
+]
+
+
+class InertiaTable(Table):
+    """robsim.Inertia: moments ixx, iyy, izz and products ixy, ixz, iyz of the tensor."""
+
+    mass: Mass
+    centre: Position = (0.0, 0.0, 0.0)
+    moments: Moments
+    products: Moments = (0.0, 0.0, 0.0)
+
+
 class LinkTable(Table):
     """robsim.Link on its joint: `dh` or `place` and `tail`."""
 
     name: Name
     parent: Name | None = None
     joint: Kind = "fixed"
+    joint_name: Name | None = None
+    speed: Coordinate | None = None
+    effort: Annotated[float, Field(gt=0)] | None = None
+    curve: CurveTable | None = None
+    steering: SteeringTable | None = None
+    follows: FollowsTable | None = None
     dh: DHTable | None = None
     place: PoseKeys = PoseKeys()
     tail: PoseKeys = PoseKeys()
     limits: Annotated[list[str], Field(min_length=2, max_length=2)] | None = None
     shapes: Shapes = []
+    inertia: InertiaTable | None = None
 
 
 class PartTable(PoseKeys):
@@ -123,14 +254,28 @@ class PartTable(PoseKeys):
     on: Reference = "world"
 
 
-class RobotTable(PartTable):
-    """robsim.Robot; a library robot is expanded to this form."""
+class LinkedTable(PoseKeys):
+    """Links on joints."""
 
+    name: Name
     about: Text | None = None
     sources: Annotated[list[Text], Field(max_length=64)] = []
     convention: Literal["standard", "modified"] = "standard"
     home: Coordinates | None = None
     links: Annotated[list[LinkTable], Field(min_length=1, max_length=MOST_LINKS)]
+
+
+class ToolTable(LinkedTable):
+    """What robsim.Robot.with_tool puts on a link: the last, or `on`."""
+
+    on: Name | None = None
+    bare: bool = False
+
+
+class RobotTable(LinkedTable, PartTable):
+    """robsim.Robot; a library robot is expanded to this form."""
+
+    tools: Annotated[list[ToolTable], Field(max_length=MOST_PARTS)] = []
 
 
 class RobotFile(RobotTable):

@@ -8,7 +8,7 @@ from typing import Any
 
 from robsim.describe.task import CONDITIONS, TASKS
 from robsim.errors import InputError
-from robsim.scenario import option
+from robsim.scenario import follow, option
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
@@ -17,7 +17,6 @@ from robsim.servo import Priorities, Switch, Task, Together
 from robsim.servo.shaped import Columns
 
 Path = tuple[str | int, ...]
-Commanded = Callable[[], Columns]
 MOST_STEPS = 64  # of the path to a task within tasks
 
 
@@ -39,7 +38,7 @@ class TaskReader:
         self.problems.stop()
         assert made is not None
         with self.problems.at():
-            _check_units(table, made, self.scene, None, ("task",))
+            _check_units(table, made, self.scene, ("task",))
         return self.problems.settled(made)
 
     def _task(self, table: schema.TaskTable, path: Path) -> Task | None:
@@ -51,6 +50,10 @@ class TaskReader:
                 return self._switch(table, path)
             if isinstance(table, schema.PrioritiesTable | schema.TogetherTable):
                 return self._several(table, path)
+            if isinstance(table, schema.FollowJointsTable):
+                return follow.joints(table, self.scene)
+            if isinstance(table, schema.FollowPathTable):
+                return follow.path(table)
         return self._servo(table, path) if isinstance(table, schema.ServoTable) else None
 
     def _several(
@@ -111,30 +114,28 @@ def _all_say(parts: Sequence[Any], key: str) -> bool:
     return all(getattr(part, key, None) is not None for part in parts)
 
 
-def _check_units(
-    table: schema.TaskTable, task: Any, scene: Scene, shared: Commanded | None, path: Path
-) -> None:
+def _check_units(table: schema.TaskTable, task: Any, scene: Scene, path: Path) -> None:
     """Postures and speed limits of joints have the units of what the task commands.
 
-    Which velocities these are is known when the task is there; `shared` with other tasks or its
-    own.
+    Which velocities these are is known when the task is there.
     """
     if isinstance(table, schema.TogetherTable):
         for i, (inner, made) in enumerate(zip(table.tasks, task.tasks, strict=True)):
-            _check_units(inner, made, scene, None, (*path, "tasks", i))
+            _check_units(inner, made, scene, (*path, "tasks", i))
         return
-    columns: Commanded = shared or (lambda: task.columns(scene))
+    if isinstance(table, schema.FollowJointsTable):
+        return  # whose joints are known when it is read
     if isinstance(table, schema.SwitchTable):
         for key in ("first", "second"):
-            _check_units(getattr(table, key), getattr(task, key), scene, columns, (*path, key))
+            _check_units(getattr(table, key), getattr(task, key), scene, (*path, key))
         return
     if isinstance(table.secondary, schema.PostureTable):
         with under(*path, "secondary", "q"):
-            units, names = _units(scene, columns())
+            units, names = _units(scene, task.columns(scene))
             configuration(table.secondary.q, [unit.removesuffix("/s") for unit in units], names)
     if table.limit is not None and isinstance(table.limit.joint, list):
         with under(*path, "limit", "joint"):
-            configuration(table.limit.joint, *_units(scene, columns()), "speeds")
+            configuration(table.limit.joint, *_units(scene, task.columns(scene)), "speeds")
 
 
 def _units(scene: Scene, columns: Columns) -> tuple[list[str], list[str]]:

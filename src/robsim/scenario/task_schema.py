@@ -8,7 +8,9 @@ from pydantic import Field, Tag
 
 from robsim.scenario.feature_schema import MOST_NUMBERS, Cameras, Features, Index
 from robsim.scenario.quantity import (
+    Acceleration,
     AnySpeed,
+    Coordinate,
     Depth,
     Extent,
     Number,
@@ -18,12 +20,14 @@ from robsim.scenario.quantity import (
     Size,
     Speed,
     Text,
+    TurnAcceleration,
     TurnRate,
     forms,
 )
 from robsim.scenario.schema import (
     ActuationTable,
     Coordinates,
+    Each,
     PoseKeys,
     RunTable,
     SceneTable,
@@ -224,6 +228,103 @@ class DockingTable(ServoTable):
     h: Positive | None = None
 
 
+Goals = Annotated[dict[Label, Coordinate], Field(min_length=1, max_length=MOST_NUMBERS)]
+
+
+class LimitedTable(Table):
+    """Under limits of joints: one for all, or one for each."""
+
+    speed: Each
+    acceleration: Each
+
+
+class QuinticTable(Table):
+    """robsim.trajectory.Quintic."""
+
+    kind: Literal["quintic"]
+    start: Coordinates
+    end: Coordinates
+    duration: Period
+
+
+class TrapezoidTable(LimitedTable):
+    """robsim.trajectory.Trapezoid."""
+
+    kind: Literal["trapezoid"]
+    start: Coordinates
+    end: Coordinates
+
+
+class BlendsTable(LimitedTable):
+    """robsim.trajectory.Blends."""
+
+    kind: Literal["blends"]
+    points: Annotated[list[Coordinates], Field(min_length=2, max_length=MOST_NUMBERS)]
+    corner: Each | None = None
+
+
+class PaceKeys(Table):
+    """How fast a frame goes from one pose to another."""
+
+    duration: Period | None = None
+    speed: Speed | None = None
+    acceleration: Acceleration | None = None
+    turn: TurnRate | None = None
+    turn_acceleration: TurnAcceleration | None = None
+
+
+class StraightTable(PaceKeys):
+    """robsim.trajectory.Straight."""
+
+    start: PoseKeys
+    end: PoseKeys
+
+
+class FollowJointsTable(Table):
+    """robsim.FollowJoints."""
+
+    kind: Literal["follow_joints"]
+    to: (
+        Annotated[
+            Annotated[Goals, Tag("plain")] | Annotated[Coordinates, Tag("list")], forms("list")
+        ]
+        | None
+    ) = None
+    trajectory: (
+        Annotated[QuinticTable | TrapezoidTable | BlendsTable, Field(discriminator="kind")] | None
+    ) = None
+    joints: Joints | None = None
+    duration: Period | None = None
+    speed: Each | None = None
+    acceleration: Each | None = None
+    gain: Positive | None = None
+    tolerance: Positive | None = None
+
+
+class FollowPathTable(ShapedTable, PaceKeys):
+    """robsim.FollowPath."""
+
+    kind: Literal["follow_path"]
+    to: PoseKeys | None = None
+    path: (
+        Annotated[
+            Annotated[StraightTable, Tag("plain")]
+            | Annotated[
+                list[StraightTable], Field(min_length=1, max_length=MOST_NUMBERS), Tag("list")
+            ],
+            forms("list"),
+        ]
+        | None
+    ) = None
+    frame: Reference | None = None
+    mask: Literal["pose", "position"] | None = None
+    inverse: Literal["truncated", "damped"] | None = None
+    rcond: Share | None = None
+    damping: Positive | None = None
+    gain: Positive | None = None
+    tolerance: Positive | None = None
+
+
 AnyServo = Annotated[
     IBVSTable | PBVSTable | HybridTable | PartitionedTable | PlacingTable | DockingTable,
     Field(discriminator="kind"),
@@ -278,6 +379,8 @@ TaskTable = Annotated[
     | PartitionedTable
     | PlacingTable
     | DockingTable
+    | FollowJointsTable
+    | FollowPathTable
     | PrioritiesTable
     | SwitchTable
     | TogetherTable,

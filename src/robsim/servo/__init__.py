@@ -6,6 +6,8 @@ from robsim.servo.conditions import NearBorder as NearBorder
 from robsim.servo.depth import DepthFilter as DepthFilter
 from robsim.servo.docking import Docking as Docking
 from robsim.servo.feed_forward import Estimated as Estimated
+from robsim.servo.follow_joints import FollowJoints as FollowJoints
+from robsim.servo.follow_path import FollowPath as FollowPath
 from robsim.servo.gain import Adaptive as Adaptive
 from robsim.servo.goal import Computed as Computed
 from robsim.servo.goal import Given as Given
@@ -35,4 +37,7 @@ from robsim.servo.task import ServoTask as ServoTask
 from robsim.servo.task import Task as Task
 from robsim.servo.together import Together as Together
 
+FOLLOWERS: dict[str, type[FollowJoints] | type[FollowPath]] = {
+    each.kind: each for each in (FollowJoints, FollowPath)
+}
 SEVERAL = {each.kind: each for each in (Priorities, Switch, Together)}

@@ -95,5 +95,6 @@ class NearBorder:
     def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """(B,)."""
         room = np.array(self.size)[:, None] - 1 - first.pixels_last
-        near: NDArray[np.bool_] = np.minimum(first.pixels_last, room).min(axis=(0, 1)) < self.margin
+        least = np.minimum(first.pixels_last, room).min(axis=(0, 1), initial=np.inf)
+        near: NDArray[np.bool_] = least < self.margin
         return near

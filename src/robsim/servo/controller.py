@@ -15,6 +15,7 @@ from robsim.errors import InputError
 from robsim.features import PixelPoints, Points
 from robsim.kernels import features as kernels
 from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
+from robsim.scene import Scene
 from robsim.servo.broyden import Broyden, broyden_update
 from robsim.servo.feed_forward import Estimated, FeedForward, Known
 from robsim.servo.gain import Adaptive
@@ -31,7 +32,7 @@ class Decision(NamedTuple):
     """What a controller makes of an instant; `basis` is for its own `note`."""
 
     command: Command
-    J: Array  # (6, n, B) of its first camera
+    J: Array  # (6, n, B) of its frame: of a camera in its own axes, of another in the world's
     basis: Any
 
 
@@ -46,8 +47,10 @@ class Assessment(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Controller(ABC):
-    """Everything of a servo loop that does not change while it runs."""
+    """Everything of a control loop that does not change while it runs."""
 
+    scene: Scene  # the true one
+    frame: str  # whose motion is recorded: its first camera, or what it moves where it has none
     sights: tuple[Sight, ...]  # cameras and targets as they are
     columns: NDArray[np.int64]  # the velocities that are commanded
     s_goal: Array  # (k, 1)
@@ -65,6 +68,13 @@ class Controller(ABC):
     @abstractmethod
     def note(self, now: Instant, basis: Any, qd: Array) -> None:
         """Remember that the velocities qd (n, B) were commanded in the end."""
+
+    def busy(self, now: Instant) -> NDArray[np.bool_]:
+        """(B,): which runs follow a plan that is not over, and are not judged by their error yet.
+
+        It is asked after the decision at the same instant.
+        """
+        return np.zeros(now.runs, dtype=np.bool_)
 
     def control(self, now: Instant) -> Command:
         """The command at an instant; error and reach in units of one tolerance for all."""
@@ -85,10 +95,11 @@ class Controller(ABC):
         """How many features."""
         return len(self.s_goal)
 
-    @property
-    def scene(self) -> Any:
-        """The true one."""
-        return self.sights[0].scene
+    @cached_property
+    def moving(self) -> str:
+        """The frame whose way is measured: the recorded one, or the target of a standing camera."""
+        stands = self.sights and not self.sights[0].constants.moves
+        return self.sights[0].target.name if stands else self.frame
 
     @property
     def tolerance(self) -> float:

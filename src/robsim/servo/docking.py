@@ -56,8 +56,8 @@ class Docking(ServoTask):
         """The law; InputError unless one unicycle carries the camera."""
         eye, scene = regulated.sights[0].eye, regulated.sights[0].scene
         body, T_b_c = scene.tree.find(eye.name)
-        moved = scene.tree.body[regulated.columns]
-        if scene.tree.joints.kind[body] != UNICYCLE or (moved != body).any() or moved.size != 2:
+        moved = scene.tree.owners[regulated.columns]
+        if scene.tree.kind[body] != UNICYCLE or (moved != body).any() or moved.size != 2:
             raise InputError(
                 f"docking is for a camera that rides on a unicycle; '{eye.name}' does not, or "
                 "other joints move as well"

@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.arrays import Array
 from robsim.errors import GoalError, InputError, RankWarning
-from robsim.kernels.tree import UNICYCLE
+from robsim.kernels.tree import CAR, UNICYCLE
 from robsim.servo.broyden import Broyden
 from robsim.servo.controller import Servo
 from robsim.servo.feed_forward import Estimated
@@ -127,13 +127,14 @@ def warn_of_rank(controller: Servo) -> None:
 
 
 def warn_of_wheels(controller: Servo) -> None:
-    """RankWarning if a unicycle alone is asked for more than two numbers."""
-    tree, columns = controller.scene.tree, controller.columns
-    rolls = (tree.joints.kind[tree.body[columns]] == UNICYCLE).all()
-    if rolls and controller.k > columns.size:
+    """RankWarning if a unicycle or a car alone is asked for more than two numbers."""
+    kinds, columns = controller.scene.tree.kinds[controller.columns], controller.columns
+    if np.isin(kinds, (UNICYCLE, CAR)).all() and controller.k > columns.size:
+        steers = (kinds == CAR).any()
         warnings.warn(
-            "a unicycle cannot move sideways, and no smooth law drives it to a pose (Brockett "
-            "1983): use Docking, or no more features than it has velocities",
+            f"a {'car' if steers else 'unicycle'} cannot move sideways, and no smooth law drives "
+            f"it to a pose (Brockett 1983): use {'' if steers else 'Docking, or '}no more features "
+            "than it has velocities",
             RankWarning,
             stacklevel=_callers(),
         )

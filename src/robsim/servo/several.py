@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.arrays import Array, frozen
 from robsim.errors import InputError
@@ -27,6 +28,12 @@ class Several(Controller):
         """Each remembers what was commanded of its joints in the end."""
         for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
             part.note(now.inside(str(i)), one.basis, qd[self._own(part)])
+
+    def busy(self, now: Instant) -> NDArray[np.bool_]:
+        """(B,): where any of them is."""
+        each = [part.busy(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        found: NDArray[np.bool_] = np.any(each, axis=0)
+        return found
 
     def _own(self, part: Controller) -> Columns:
         """Where the velocities of a part are among all that are commanded."""
@@ -54,12 +61,15 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
             sights.setdefault(sight.key, sight)
             pixels.setdefault(sight.key, part.goal_pixels[start : start + marks])
             start += marks
+    seeing = next((part for part in parts if part.sights), parts[0])
     return {
+        "scene": seeing.scene,
+        "frame": seeing.frame,
         "sights": tuple(sights.values()),
         "s_goal": np.concatenate([part.s_goal for part in parts]),
         "units": tuple(unit for part in parts for unit in part.units),
         "tolerances": np.concatenate([part.tolerances for part in parts]),
-        "goal_pixels": np.concatenate(list(pixels.values())),
+        "goal_pixels": np.concatenate([np.empty((0, 2)), *pixels.values()]),
         "pace": min(part.pace for part in parts),
         "full_rank": max(part.full_rank for part in parts),
         "rcond": min(part.rcond for part in parts),

@@ -41,7 +41,7 @@ class Shaped(Value):
 
     def __post_init__(self) -> None:
         put = object.__setattr__
-        put(self, "joints", _names(self.joints))
+        put(self, "joints", names_of(self.joints))
         is_type = isinstance(self.secondary, type)
         if self.secondary is not None and (is_type or not isinstance(self.secondary, Secondary)):
             raise InputError(
@@ -80,13 +80,14 @@ class Shaped(Value):
         if not chosen.size:
             names = [scene.velocity_names[i] for i in moving]
             raise InputError(
-                f"joints: none of {', '.join(self.joints)} moves what the task looks at; "
+                f"joints: none of {', '.join(self.joints)} moves what the task controls; "
                 f"these do: {', '.join(names)}"
             )
         return frozen(chosen)
 
 
-def _names(given: Any) -> tuple[str, ...] | None:
+def names_of(given: Any) -> tuple[str, ...] | None:
+    """One name or several; InputError for anything else."""
     if given is None:
         return None
     several = [given] if isinstance(given, str) else given

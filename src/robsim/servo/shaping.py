@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from robsim.arrays import Array, frozen, numbers, positive, shown_view
 from robsim.errors import InputError
-from robsim.kernels.tree import PRISMATIC, REVOLUTE
 from robsim.scene import Scene
 from robsim.servo.instant import Instant, recall, remember
 from robsim.servo.inverse import RCOND, product
@@ -104,9 +103,6 @@ class Shaping:
 
 def coordinates_of(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
     """Of each velocity, the coordinate that it alone changes (else -1), and its limits (n, 2)."""
-    tree = scene.tree
-    body = tree.body[columns]
-    alone = np.isin(tree.joints.kind[body], (REVOLUTE, PRISMATIC))
-    found = np.where(alone, tree.joints.iq[body], -1)
-    limits = np.where(alone[:, None], scene.limits[found], [-np.inf, np.inf])
-    return frozen(found), frozen(limits)
+    found = scene.tree.alone(columns)
+    limits = np.where((found >= 0)[:, None], scene.limits[found], [-np.inf, np.inf])
+    return found, frozen(limits)

@@ -34,14 +34,15 @@ class Sight:
 
     @cached_property
     def sign(self) -> Array:
-        """(nv,): 1 where a velocity carries the camera, -1 the target, 0 both or neither."""
+        """Of each move of the tree: 1 where it carries the camera, -1 the target, else 0."""
         tree = self.scene.tree
-        return tree.carries(self.eye.name) - tree.carries(self.target.name)
+        return tree.carried(self.eye.name) - tree.carried(self.target.name)
 
     @cached_property
     def columns(self) -> NDArray[np.int64]:
         """The velocities that move the camera relative to the target, and can be commanded."""
-        return frozen(np.flatnonzero((self.sign != 0) & ~self.scene.prescribed))
+        moved = np.unique(self.scene.tree.velocity[self.sign != 0])
+        return frozen(moved[~self.scene.prescribed[moved]])
 
     def look(self, q: Array) -> Look:
         """What is where, for coordinates q (nq, B)."""
@@ -53,7 +54,7 @@ class Sight:
         """A Look that is not filled yet."""
         marks = len(self.target.marks)
         return Look(
-            np.empty((len(self.scene.tree.joints.parent), 3, 4, runs)),
+            self.scene.tree.room(runs),
             np.empty((3, 4, runs)),
             np.empty((3, 4, runs)),
             np.empty((marks, 3, runs)),
@@ -65,9 +66,7 @@ class Sight:
     def jacobian(self, look: Look, moves: tree.Moves) -> Array:
         """(6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
         J = np.empty((6, moves.columns.size, look.T_w_c.shape[-1]))
-        tree.camera_jacobian(
-            look.bodies, look.T_w_c, moves.body, moves.angular, moves.axis, moves.sign, J
-        )
+        tree.camera_jacobian(look.bodies, look.T_w_c, moves, J)
         return J
 
     @cached_property
@@ -87,9 +86,7 @@ class Sight:
 
     def moves(self, columns: NDArray[np.int64]) -> tree.Moves:
         """Some velocities for the kernels; read-only, like all that they are compiled for."""
-        joints = self.scene.tree
-        every = joints.body, joints.angular, joints.axis, self.sign
-        return tree.Moves(columns, *(frozen(array[columns]) for array in every))
+        return self.scene.tree.moves(self.sign, columns)
 
     def moves_with(self, other: Sight) -> bool:
         """Whether both cameras and both targets ride on the same bodies: one relative motion."""
@@ -118,9 +115,20 @@ def relative(T_w_a: Array, T_w_b: Array) -> Array:
     return T
 
 
-def joined(looks: Sequence[Look]) -> Look:
+def joined(looks: Sequence[Look], runs: int) -> Look:
     """All marks of several looks one after the other; poses are those of the first."""
     if len(looks) == 1:
         return looks[0]
+    if not looks:
+        return _blind(runs)
     parts = (np.concatenate([getattr(look, name) for look in looks]) for name in Look._fields[-4:])
     return Look(*looks[0][:3], *parts)
+
+
+def _blind(runs: int) -> Look:
+    """Of no camera: no poses and no marks."""
+    sizes: list[tuple[int, ...]] = [(3, 4), (), (4,), (4,), (3,), (), (2,)]
+    poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
+    T_w_c, T_w_o, points, depth, pixels = others
+    status = np.empty((0, runs), np.int8)
+    return Look(tree.Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)

@@ -29,7 +29,8 @@ class Switch(Value):
     latch   stay with the second; otherwise it is asked anew at every instant (a switched system as
             in Gans and Hutchinson 2007)
 
-    A run has converged when the errors of both are small: their goals must be one.
+    A run has converged when the errors of both are small: their goals must be one. The time of a
+    trajectory that one of them follows is that of the run, whenever its turn comes.
 
     A mark of either scheme that leaves its image ends a run, and so does an error of either that is
     not finite.
@@ -93,7 +94,8 @@ class Switched(Several):
         return thrown
 
     def _comparison(self, now: Instant, part: Controller, one: Decision) -> Comparison:
-        pixels = np.concatenate([now.pixels[sight.key] for sight in part.sights])
+        seen = (now.pixels[sight.key] for sight in part.sights)
+        pixels = np.concatenate([np.empty((0, 2, now.runs)), *seen])
         command = one.command
         return Comparison(command.s, command.error, command.qd, pixels)
 

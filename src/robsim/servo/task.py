@@ -101,6 +101,8 @@ class ServoTask(Shaped):
         check_goal(self, regulated)
         own = regulated.tolerances
         controller = Servo(
+            scene,
+            truths[0].eye.name,
             truths,
             columns,
             s_goal,

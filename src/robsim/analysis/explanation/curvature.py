@@ -34,8 +34,8 @@ def least_curvature(inquiry: Inquiry) -> float:
 def _moved(inquiry: Inquiry, q: Array, steps: Array) -> Array:
     """(nq, B) from q (nq, 1), by steps (n, B) of the commanded velocities."""
     scene, controller = inquiry.case.scene, inquiry.again.loop.controller
-    joints, out = scene.tree.joints, np.repeat(q, steps.shape[1], axis=1)
+    out = np.repeat(q, steps.shape[1], axis=1)
     velocities = np.zeros((scene.nv, steps.shape[1]))
     velocities[controller.columns] = steps
-    tree.integrate(joints.kind, joints.iq, joints.iv, velocities, 1.0, out)
+    tree.integrate(scene.tree.joints, velocities, 1.0, out)
     return out

@@ -26,6 +26,7 @@ from robsim.analysis.explanation.stalls import (
     own_law,
     unseen_goal,
 )
+from robsim.analysis.explanation.steering import steering
 from robsim.outcome import Outcome
 
 Reason = Callable[[Inquiry], Finding | None]
@@ -57,5 +58,7 @@ _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.SINGULAR: (lost_direction,),
     Outcome.DIVERGED: (loop_gain, ascending, retreat, roll, misled, unseen_goal, growing),
     Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
-    Outcome.TIME_LIMIT: (slow, ascending, loop_gain, misled, retreat, unseen_goal, lagging),
+    Outcome.TIME_LIMIT: (
+        *(slow, steering, ascending, loop_gain, misled, retreat, unseen_goal, lagging),
+    ),
 }

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import sys
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robsim import __version__, examples, robots
+from robsim import __version__, examples
+from robsim.cli import library
+from robsim.cli.files import exists, folder_for, free_folder, write, writing
 from robsim.errors import FileError, InputError, Interrupted, RankWarning, RobSimError
 from robsim.interrupt import undisturbed
 from robsim.kernels.jit import is_cold
@@ -53,7 +54,7 @@ _set = click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help
 @_output
 def demo(output: Path | None, force: bool, no_figures: bool) -> None:
     """Run the chapter's section 6.1: a Rhino XR-4 servoing on a cube."""
-    folder = _folder(output or _free_folder("robsim-demo"), force)
+    folder = folder_for(output or free_folder("robsim-demo"), force, FILES)
     _simulate(_load(examples.path("chapter_6_1"), ()), folder, not no_figures)
 
 
@@ -66,7 +67,7 @@ def run(
 ) -> None:
     """Simulate the scenario in FILE and write the run, the scenario and the figures."""
     scenario = _load(file, changes)
-    folder = _folder(output or _free_folder(f"{file.stem}-run"), force)
+    folder = folder_for(output or free_folder(f"{file.stem}-run"), force, FILES)
     _simulate(scenario, folder, not no_figures)
 
 
@@ -98,7 +99,7 @@ def compare(
         for scenario in scenarios.values():
             _check_colors(scenario)
     names = [*COMPARED, *(f"{name}.nc" for name in scenarios)]
-    folder = _folder(output or _free_folder("robsim-compare"), force, names)
+    folder = folder_for(output or free_folder("robsim-compare"), force, names)
     _compare(scenarios, folder, not no_figures)
 
 
@@ -126,7 +127,7 @@ def explain(run: Path, no_experiments: bool) -> None:
     from robsim.analysis.explain import explain as explained
     from robsim.runfile import open_run
 
-    path = run / "run.nc" if _exists(run) and run.is_dir() else run
+    path = run / "run.nc" if exists(run) and run.is_dir() else run
     found = open_run(path)
     try:
         told = explained(found, experiments=not no_experiments)
@@ -135,31 +136,8 @@ def explain(run: Path, no_experiments: bool) -> None:
     click.echo(str(told))
 
 
-@cli.command("examples")
-@click.argument("name", required=False)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to copy it.")
-@click.option("--force", is_flag=True, help="Write over an existing file.")
-def examples_(name: str | None, output: Path | None, force: bool) -> None:
-    """List the example scenarios, or copy one out."""
-    if name is None:
-        for each in examples.names():
-            click.echo(f"{each:20} {_load(examples.path(each), ()).title}")
-        click.echo("copy one out: robsim examples NAME")
-        return
-    source, target = examples.path(name), output or Path(f"{name}.toml")
-    target = target / f"{name}.toml" if _exists(target) and target.is_dir() else target
-    if _exists(target) and not force:
-        raise FileError(f"{target} exists; --force writes over it")
-    _write(target, source.read_text(encoding="utf-8"))
-    click.echo(f"wrote {target}; run it with: robsim run {target}")
-
-
-@cli.command("robots")
-def robots_() -> None:
-    """List the robots of the library."""
-    for name in robots.names():
-        links = ", ".join(link.name for link in robots.load(name).links)
-        click.echo(f"{name:14} {robots.about(name)}\n{'':14} links: {links}")
+cli.add_command(library.examples_)
+cli.add_command(library.robots_)
 
 
 def main() -> None:
@@ -262,13 +240,13 @@ def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> 
 
     with undisturbed() as stops:
         for scheme in schemes:
-            with _writing(folder / f"{scheme.name}.nc") as path:
+            with writing(folder / f"{scheme.name}.nc") as path:
                 path.unlink(missing_ok=True)  # of the comparison that was here before
         for name, run in found.runs.items():
             save_run(run, folder / f"{name}.nc")
         save_run(found.data, folder / "comparison.nc")
-        _write(folder / "comparison.csv", found.csv())
-        with _writing(folder / "comparison.png") as path:
+        write(folder / "comparison.csv", found.csv())
+        with writing(folder / "comparison.png") as path:
             path.unlink(missing_ok=True)
     return bool(stops)
 
@@ -276,7 +254,7 @@ def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> 
 def _draw_comparison(found: Comparison, folder: Path) -> None:
     from robsim import plot
 
-    with _writing(folder / "comparison.png") as path:
+    with writing(folder / "comparison.png") as path:
         plot.comparison(found).savefig(path, dpi=200)
 
 
@@ -338,9 +316,9 @@ def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
 
     with undisturbed() as stops:
         save_run(result, folder / "run.nc")
-        _write(folder / "scenario.toml", scenario.text)
+        write(folder / "scenario.toml", scenario.text)
         for name in FIGURES:
-            with _writing(folder / name) as path:
+            with writing(folder / name) as path:
                 path.unlink(missing_ok=True)  # of the run that was here before
     return bool(stops)
 
@@ -351,22 +329,23 @@ def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
 
     if "time" not in result.dims:
         return  # of a summary there is nothing to draw
-    figures = {"image": plot.image(result)}
-    for camera in dict.fromkeys(result.mark_camera.values.tolist()):
-        if camera != result.mark_camera.values[0]:
-            figures[f"image_{camera}"] = plot.image(result, camera)
+    cameras = list(dict.fromkeys(result.mark_camera.values.tolist()))
+    names = [f"image_{camera}" if i else "image" for i, camera in enumerate(cameras)]
+    figures = {name: plot.image(result, each) for name, each in zip(names, cameras, strict=True)}
     if "run" not in result.dims:
         figures |= {
             "scene": plot.scene(scenario.scene, run=result),
             "velocity": plot.velocity(result, scenario.scene, _moving_frame(result, scenario)),
         }
     for name, figure in figures.items():
-        with _writing(folder / f"{name}.png") as path:
+        with writing(folder / f"{name}.png") as path:
             figure.savefig(path, dpi=200)
 
 
 def _moving_frame(result: xr.Dataset, scenario: Scenario) -> str | None:
     """Whose velocity is shown: None for the camera; where that stands, what carries the target."""
+    if not result.sizes["mark"]:
+        return None
     scene, target = scenario.scene, str(result.mark_target.values[0])
     stands = not scene.tree.carries(str(result.mark_camera.values[0])).any()
     return scene.object(target).on if stands else None
@@ -380,7 +359,7 @@ def _report(result: xr.Dataset, folder: Path) -> None:
                 click.echo(f"{count:7} {outcome.name}")
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
-        if int(result.outcome) != Outcome.CONVERGED:
+        if int(result.outcome) != Outcome.CONVERGED and result.sizes["mark"]:
             click.echo(f"why          robsim explain {folder}")
         click.echo(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
@@ -388,41 +367,3 @@ def _report(result: xr.Dataset, folder: Path) -> None:
             click.echo(f"final error  {away:.3g} px")
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
     click.echo(f"results      {folder}")
-
-
-def _free_folder(name: str) -> Path:
-    """The first of name, name-2, name-3, ... that does not exist."""
-    candidates = (Path(name if i == 1 else f"{name}-{i}") for i in range(1, 10_000))
-    return next(folder for folder in candidates if not _exists(folder))
-
-
-def _folder(folder: Path, force: bool, files: Sequence[str] = FILES) -> Path:
-    """The folder, made and found writable before anything is computed."""
-    taken = [name for name in files if _exists(folder / name)]
-    if taken and not force:
-        raise FileError(
-            f"{folder} has {', '.join(taken)} already; choose another folder with -o, or --force"
-        )
-    with _writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-
-
-def _write(path: Path, text: str) -> None:
-    with _writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-
-
-@contextmanager
-def _writing(path: Path) -> Iterator[Path]:
-    try:
-        yield path
-    except OSError as error:
-        raise FileError(f"cannot write {path}: {error.strerror or error}") from None
-
-
-def _exists(path: Path) -> bool:
-    with _writing(path):  # a name may be too long even to ask
-        return path.exists()

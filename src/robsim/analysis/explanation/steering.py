@@ -1,0 +1,49 @@
+"""Cars that cannot turn as sharply as their law asks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.wording import degrees, length, number
+from robsim.joint import Steering
+
+AT_THE_LIMIT = 0.999  # of the largest angle
+
+
+def steering(inquiry: Inquiry) -> Finding | None:
+    """A car that stands and is to turn, or whose steering is at its limit and is to turn more."""
+    moment, tree = inquiry.again.moments[-1], inquiry.case.scene.tree
+    for row, velocity, told in tree.cars:
+        name = inquiry.case.scene.coordinate_names[row]
+        speed, turn = (float(rate) for rate in moment.qd[velocity : velocity + 2, 0])
+        if inquiry.falls or turn == 0.0:
+            continue
+        if speed == 0.0:
+            return _standing(name, turn)
+        asked = float(np.arctan(told.wheelbase * turn / speed))
+        beyond = abs(asked) > told.limit * (1 + 1e-9)
+        if beyond and moment.q[row, 0] * np.sign(asked) > AT_THE_LIMIT * told.limit:
+            return _at_the_limit(name, told, abs(asked))
+    return None
+
+
+def _standing(name: str, turn: float) -> Finding:
+    sentence = (
+        f"The law asks for {number(turn)} rad/s of a car that stands: however '{name}' is, only a "
+        "car that drives can turn."
+    )
+    return Finding("standing car", sentence, {"turn_rad_s": turn})
+
+
+def _at_the_limit(name: str, told: Steering, asked: float) -> Finding:
+    radius = told.wheelbase / float(np.tan(told.limit))
+    sentence = (
+        f"'{name}' is at its limit of {degrees(told.limit)}, and the law asks for "
+        f"{degrees(asked)}: the car drives no circle smaller than {length(radius)} in radius. Let "
+        "the way ahead take longer than the turn, by a larger gain of what turns it, or start "
+        "farther away."
+    )
+    evidence = {"limit_rad": told.limit, "asked_rad": asked, "radius_m": radius}
+    return Finding("steering limit", sentence, evidence)

@@ -1,0 +1,131 @@
+"""How well a link can move at a configuration, and how far the nearest singularity is."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from robsim.analysis.draws import PROBES, uniform
+from robsim.arrays import Array, positive
+from robsim.errors import InputError, suggest
+from robsim.robot import Robot
+
+Axes = Literal["all", "linear", "angular"]
+ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}  # of (v, omega)
+TRIED, SPREAD = 8, 2.0  # configurations for the rank: how many, and how far from home (m, rad)
+NOTHING = 1e-9  # a singular value below this share of the largest is rounding
+
+
+def manipulability(
+    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+) -> Array:
+    """How freely the link moves at q: the product (...,) of the singular values of its Jacobian.
+
+    Up to a constant it is the volume of the ellipsoid of its velocities at joint velocities of unit
+    length, and zero at singularities. Where J has no more rows than columns it is the measure
+    sqrt(det(J J^T)) of Yoshikawa 1985, "Manipulability of robotic mechanisms", International
+    Journal of Robotics Research 4(2); where it has more, that one is always zero. Here the product
+    is over the r largest singular values, r being the rank that J has almost everywhere: over all n
+    of an arm with n < 6 joints, over those in the plane of an arm that never leaves it.
+
+    q        (..., nq)
+    link     whose motion is looked at; the last by default
+    axes     "all" six, or the "linear" or the "angular" velocity alone
+    length   metres that are the unit of length in J: moving so far counts as much as turning by a
+             radian
+
+    A link that never moves along the axes has manipulability 0.
+
+    >>> from robsim import robots
+    >>> arm = robots.planar_2r()  # of two links: l1 l2 |sin q2|
+    >>> manipulability(arm, [[0.3, np.pi / 2], [0.3, 0.0]], axes="linear").round(9)
+    array([1., 0.])
+    """
+    values = singular_values(robot, q, link, axes, length)
+    product: Array = values.prod(axis=-1) if values.shape[-1] else np.zeros(values.shape[:-1])
+    return product
+
+
+def singularity_distance(
+    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+) -> Array:
+    """The smallest singular value (...,) of the link's Jacobian: 0 where it loses a direction.
+
+    It is the distance from J to the nearest matrix that is singular, in the spectral norm (Eckart
+    and Young 1936), and the speed of the link in its slowest direction at joint velocities of unit
+    length. Directions in which the link never moves are left out, and the arguments are those of
+    `manipulability`. With "all" axes it depends on `length`, for metres and radians do not compare:
+    a usual choice is the reach of the arm.
+
+    >>> from robsim import robots
+    >>> puma = robots.puma560()  # its wrist is singular where q5 is 0
+    >>> for q5 in (-60, -6, 0):
+    ...     print(f"{singularity_distance(puma, np.radians([0, 80, -200, 0, q5, 0])):.4f}")
+    0.2524
+    0.0342
+    0.0000
+    """
+    values = singular_values(robot, q, link, axes, length)
+    smallest: Array = values[..., -1] if values.shape[-1] else np.zeros(values.shape[:-1])
+    return smallest
+
+
+def condition_number(
+    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+) -> Array:
+    """The largest singular value (...,) of the link's Jacobian over the smallest.
+
+    1 where the link moves equally well in all directions (isotropic: Salisbury and Craig 1982,
+    "Articulated hands: force control and kinematic issues"); without bound near singularities,
+    infinite where the smallest is zero. Arguments as in `singularity_distance`.
+
+    >>> arm = Robot.from_dh([[0, 0, np.sqrt(2), 0], [0, 0, 1, 0]])  # their isotropic finger
+    >>> float(condition_number(arm, np.radians([20, 135]), axes="linear").round(9))
+    1.0
+    """
+    values = singular_values(robot, q, link, axes, length)
+    infinite = np.full(values.shape[:-1], np.inf)
+    if not values.shape[-1]:
+        return infinite
+    largest, smallest = values[..., 0], values[..., -1]
+    return np.asarray(np.divide(largest, smallest, out=infinite, where=smallest > 0))
+
+
+def singular_values(
+    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+) -> Array:
+    """(..., r) of the link's Jacobian, the largest first: as many as it has rank almost everywhere.
+
+    Arguments as in `manipulability`.
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(f"expected a Robot, got {robot!r:.80}")
+    if not isinstance(axes, str) or axes not in ROWS:
+        raise InputError(f"no axes {axes!r:.80}; {suggest(axes, ROWS, 'axes')}")
+    unit = positive(length, "length (metres)")
+    q = robot.coordinates(q, limits=False)
+    rank = _rank(_spectrum(robot, _tried(robot), link, axes, 1.0))
+    return _spectrum(robot, q, link, axes, unit)[..., :rank]
+
+
+def _spectrum(robot: Robot, q: Array, link: str | None, axes: Axes, unit: float) -> Array:
+    """All singular values of J, with lengths in units of `unit` metres."""
+    J = robot.jacobian(q, link)
+    J[..., :3, :] /= unit
+    J[..., [name == "m/s" for name in robot.velocity_units]] *= unit
+    return np.asarray(np.linalg.svd(J[..., ROWS[axes], :], compute_uv=False), dtype=np.float64)
+
+
+def _tried(robot: Robot) -> Array:
+    """(TRIED, nq) configurations around home, always the same."""
+    rates = SPREAD * (2 * uniform(0, PROBES, TRIED, robot.nv) - 1)
+    return robot.integrate(robot.home, rates, 1.0)
+
+
+def _rank(values: Array) -> int:
+    """The highest rank among some configurations."""
+    if not values.size:
+        return 0
+    largest = values.max()
+    return int((values > NOTHING * largest).sum(axis=-1).max()) if largest > 0 else 0

@@ -1,0 +1,105 @@
+"""Where a link can be: configurations drawn within the limits, and where they bring it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.analysis.draws import WORKSPACE, uniform
+from robsim.analysis.manipulability import Axes, manipulability
+from robsim.arrays import Array, frozen, whole
+from robsim.errors import InputError
+from robsim.robot import Robot
+from robsim.value import Value
+
+MOST = 1_000_001  # configurations are fewer
+CHUNK = 8192  # configurations at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace(Value):
+    """What `workspace` returns: configurations of a robot, and where one of its links is in them.
+
+    robot            whose it is
+    link             whose origin the points are
+    axes             which velocities the manipulability is of
+    q                (count, nq) configurations
+    points           (count, 3) in metres, in the axes of the robot's base
+    manipulability   (count,) at each, as `manipulability` gives it
+    """
+
+    robot: Robot
+    link: str
+    axes: Axes
+    q: Array
+    points: Array
+    manipulability: Array
+
+    def __str__(self) -> str:
+        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        each = zip("xyz", low, high, strict=True)
+        spans = ", ".join(f"{name} {a + 0.0:.3f} to {b + 0.0:.3f} m" for name, a, b in each)
+        far = np.linalg.norm(self.points, axis=1)
+        return (
+            f"{self.robot.name}.{self.link} in {len(self.q)} configurations\n{spans}\n"
+            f"{far.min():.3f} to {far.max():.3f} m from the base\n"
+            f"{self.axes} manipulability up to {self.manipulability.max():.4g}"
+        )
+
+
+def workspace(
+    robot: Robot,
+    count: int = 10_000,
+    seed: int = 0,
+    link: str | None = None,
+    axes: Axes = "linear",
+    length: float = 1.0,
+) -> Workspace:
+    """Where a link can be: all joints uniform within their limits, independently of each other.
+
+    A revolute joint without limits makes one turn about home. What is drawn depends on the seed and
+    on nothing else: more configurations begin with the same ones. Nothing is known of collisions.
+
+    count    configurations
+    seed     of the drawing
+    link     whose origin is followed; the last by default
+    axes, length   of the manipulability, as in `manipulability`
+
+    InputError: another joint has no limits.
+
+    >>> from robsim import robots
+    >>> found = workspace(robots.planar_2r(), count=1000)
+    >>> print(found)  # a disc of two metres
+    planar_2r.fore in 1000 configurations
+    x -1.998 to 1.997 m, y -1.997 to 1.998 m, z 0.000 to 0.000 m
+    0.002 to 2.000 m from the base
+    linear manipulability up to 1
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(f"expected a Robot, got {robot!r:.80}")
+    count, seed = whole(count, "count", 1, MOST), whole(seed, "seed", 0, 2**64)
+    low, high = _ranges(robot)
+    q = low + (high - low) * uniform(seed, WORKSPACE, count, robot.nq)
+    parts = [q[i : i + CHUNK] for i in range(0, count, CHUNK)]
+    points = np.concatenate([robot.fk(part, link)[:, :3, 3] for part in parts])
+    moves = np.concatenate([manipulability(robot, part, link, axes, length) for part in parts])
+    return Workspace(robot, link or robot.tip, axes, frozen(q), frozen(points), frozen(moves))
+
+
+def _ranges(robot: Robot) -> tuple[Array, Array]:
+    """Lowest and highest (nq,) of each coordinate."""
+    if not robot.nq:
+        raise InputError(f"robot '{robot.name}' has no joint that moves, and so no workspace")
+    low, high = robot.limits.T.copy()
+    free = ~np.isfinite(robot.limits).all(axis=1)
+    kinds = [link.joint.kind for link in robot.links for _ in link.joint.parts.coordinates]
+    endless = free & (np.array(kinds) != "revolute")
+    if endless.any():
+        names = [f"'{robot.coordinate_names[i]}'" for i in np.flatnonzero(endless)]
+        raise InputError(
+            f"the workspace of '{robot.name}' has no end: no limits for {', '.join(names)}; "
+            "expected limits for all joints but revolute ones"
+        )
+    low[free], high[free] = robot.home[free] - np.pi, robot.home[free] + np.pi
+    return low, high

@@ -1,0 +1,60 @@
+"""Files and folders that commands write: found writable first, and never written over unasked."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from robsim.errors import FileError
+
+
+def free_folder(name: str) -> Path:
+    """The first of name, name-2, name-3, ... that does not exist."""
+    candidates = (Path(name if i == 1 else f"{name}-{i}") for i in range(1, 10_000))
+    return next(folder for folder in candidates if not exists(folder))
+
+
+def folder_for(folder: Path, force: bool, files: Sequence[str]) -> Path:
+    """The folder, made and found writable before anything is computed."""
+    taken = [name for name in files if exists(folder / name)]
+    if taken and not force:
+        raise FileError(
+            f"{folder} has {', '.join(taken)} already; choose another folder with -o, or --force"
+        )
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+
+
+def free_file(output: Path | None, name: str, force: bool) -> Path:
+    """Where a file of this name goes: `output`, or into it if that is a folder."""
+    target = output or Path(name)
+    target = target / name if exists(target) and target.is_dir() else target
+    if exists(target) and not force:
+        raise FileError(f"{target} exists; --force writes over it")
+    return target
+
+
+def write(path: Path, text: str) -> None:
+    """A text, and the folders that it needs."""
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[Path]:
+    """What the system refuses is a FileError that names the path."""
+    try:
+        yield path
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def exists(path: Path) -> bool:
+    """Whether there is such a file or folder."""
+    with writing(path):  # a name may be too long even to ask
+        return path.exists()

@@ -1,0 +1,128 @@
+"""A robot of the library as text: what it is, its joints, where its tip is, and its sources."""
+
+from __future__ import annotations
+
+import textwrap
+import tomllib
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from robsim import robots, units
+from robsim.joint import Ackermann, Chord, Coupling, Mimic
+from robsim.link import Link
+from robsim.robot import Robot
+
+WIDTH = 100  # of a line of prose
+_AXIS = {"revolute": "about", "prismatic": "along"}  # what a joint does with the z of its place
+_DH = "{:>9}  {:>9}  {:>9}  {:>9}"
+
+
+def robot_table(name: str) -> str:
+    """All that `robsim robots NAME` prints, in metres and degrees.
+
+    >>> print(robot_table("planar_2r").splitlines()[5])
+    upper  revolute          0          0          1          0  -180 to 180 deg  30 deg
+    """
+    robot, file = robots.load(name), tomllib.loads(robots.file(name).read_text(encoding="utf-8"))
+    size = f"{robot.nq} coordinates, {robot.nv} velocities"
+    if any("dh" in table for table in file["links"]):
+        convention = file.get("convention", "standard")
+        size += f"; {convention} DH: the coordinate adds to theta, or to d if prismatic"
+    head = [_wrapped(f"{name}: {file['about']}"), size]
+    sources = ["sources", *(_wrapped(source, "  - ") for source in file["sources"])]
+    return "\n".join([*head, "", *_joints(robot, file), "", *_tip(robot), "", *sources])
+
+
+def _joints(robot: Robot, file: dict[str, Any]) -> list[str]:
+    """One row for each link but the base, under a head."""
+    dh = {table["name"]: table["dh"] for table in file["links"] if "dh" in table}
+    told = _DH.format("theta deg", "d m", "a m", "alpha deg")
+    tied = any(link.joint.follows and not _mine(robot, link) for link in robot.links)
+    last = "home, or what it follows" if tied else "home"
+    rows = [["link", "joint", told if dh else "place in its parent", "limits", last]]
+    for above, link in zip(robot.links, robot.links[1:], strict=False):
+        name = link.name if link.parent == above.name else f"{link.name} on {link.parent}"
+        place = _row(dh[link.name]) if link.name in dh else _place(link)
+        rows.append([name, link.joint.kind, place, _limits(robot, link), _home(robot, link)])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+
+
+def _row(dh: dict[str, str]) -> str:
+    """A row of a Denavit-Hartenberg table."""
+    angles = [f"{np.degrees(units.parse(dh[key], 'angle')):.6g}" for key in ("theta", "alpha")]
+    lengths = [f"{units.parse(dh[key], 'length'):.6g}" for key in ("d", "a")]
+    return _DH.format(angles[0], *lengths, angles[1])
+
+
+def _place(link: Link) -> str:
+    """Where a joint is in the axes of the parent, and which way it moves."""
+    joint = link.joint
+    pose = joint.place if joint.kind in _AXIS else joint.place @ joint.tail
+    where = f"at {_vector(pose.position)} m"
+    if joint.curve is not None:
+        kind = type(joint.curve).__name__.lower()
+        return f"{where}, along a {kind} of {joint.curve.length:g} m"
+    axis = f"{_AXIS.get(joint.kind, 'z along')} {_vector(pose.rotation[:, 2])}"
+    return where if joint.kind not in (*_AXIS, "fixed") else f"{where}, {axis}"
+
+
+def _limits(robot: Robot, link: Link) -> str:
+    mine, steering = _mine(robot, link), link.joint.steering
+    if steering is not None:
+        return f"steering {np.degrees(steering.limit):.4g} deg either way"
+    if link.joint.limits is None or not mine:
+        return "none" if mine else ""
+    (low, unit), (high, _) = (_shown(x, robot.coordinate_units[mine[0]]) for x in link.joint.limits)
+    return f"{low} to {high} {unit}"
+
+
+def _home(robot: Robot, link: Link) -> str:
+    mine, follows = _mine(robot, link), link.joint.follows
+    if follows is not None and not mine:
+        return _followed(follows)
+    values = [" ".join(_shown(robot.home[i], robot.coordinate_units[i])) for i in mine]
+    names = [robot.coordinate_names[i].removeprefix(f"{link.name}.") for i in mine]
+    if len(mine) == 1:
+        return values[0].strip()
+    return ", ".join(f"{n} {v}".strip() for n, v in zip(names, values, strict=True))
+
+
+def _followed(follows: Coupling) -> str:
+    """What a joint without a coordinate of its own does."""
+    if isinstance(follows, Chord):
+        return f"{follows.gives} of the chord of {follows.length:g} m from {follows.of}"
+    if isinstance(follows, Mimic):
+        offset = f" {follows.offset:+g}" if follows.offset else ""
+        return f"{follows.ratio:g} {follows.of}{offset}"
+    return f"{follows.of}, by Ackermann" if isinstance(follows, Ackermann) else ""
+
+
+def _mine(robot: Robot, link: Link) -> list[int]:
+    """Which of the coordinates are those of a link's joint."""
+    names = robot.coordinate_names
+    return [i for i, name in enumerate(names) if name.split(".")[0] == link.name]
+
+
+def _shown(value: float, unit: str) -> tuple[str, str]:
+    """A coordinate in degrees or metres, and which it is."""
+    if unit == "rad":
+        return f"{np.degrees(value) + 0.0:.6g}", "deg"
+    return f"{value + 0.0:.6g}", "m" if unit == "m" else ""
+
+
+def _tip(robot: Robot) -> list[str]:
+    """Where the last link is at home, in the base."""
+    T = robot.fk(robot.home)
+    axes = ", ".join(f"{name} along {_vector(T[:3, i])}" for i, name in enumerate("xyz"))
+    return [f"{robot.tip} at home: {_vector(T[:3, 3])} m in the base", f"its axes: {axes}"]
+
+
+def _vector(values: Iterable[float]) -> str:
+    return f"({', '.join(f'{round(float(x), 4) + 0.0:g}' for x in values)})"
+
+
+def _wrapped(text: str, first: str = "") -> str:
+    return textwrap.fill(text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first))

@@ -1,0 +1,181 @@
+"""Moments of a motion side by side, in true proportions: what a robot does, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from robsim.arrays import Array, numbers
+from robsim.errors import InputError, suggest
+from robsim.plot import history, palette
+from robsim.plot.canvas import new_figure, style
+from robsim.plot.wireframe import displayed
+from robsim.pose import IDENTITY
+from robsim.primitives import CameraBody, Primitive
+from robsim.scene import Scene
+
+# rows: to the right of the picture, up, and towards who looks, in the axes of the figures
+VIEWS = {
+    "right": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]),
+    "left": np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]]),
+    "behind": np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
+    "front": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
+    "above": np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+}
+NAMES = {"right": "from the right", "left": "from the left", "front": "from the front"} | {
+    name: f"from {name}" for name in ("behind", "above")
+}
+PALE = 0.62  # how much white there is in a face that is looked at straight; others have less
+WIDEST = 13.0  # inches
+TEXT = 0.4  # inches above the pictures
+
+
+class Face(NamedTuple):
+    """A face of a solid as it is seen, its corners as (n, 2) metres."""
+
+    depth: float  # of its middle, towards who looks
+    outline: Array
+    edges: list[Array]  # those of the solid that border it
+    color: str
+    pale: float
+
+
+def moments(
+    scene: Scene,
+    q: Any,
+    titles: Sequence[str] = (),
+    *,
+    around: str = "world",
+    size: Any = (1.0, 1.0),
+    views: Sequence[str] = ("right",),
+) -> Figure:
+    """The scene at each of q (n, nq) side by side, without perspective; all in one scale.
+
+    A picture is `size` = (width, height) metres large, and its middle is the frame `around`; what
+    is half a width nearer or farther than that is left out. `views` are the rows of pictures: from
+    the "right" of the x axis, from the "left", "behind", "front" or "above". A camera without a
+    body is not drawn. Axes are in metres of the frame of `scene.display`.
+
+    >>> from robsim import Robot, Scene
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]])
+    >>> figure = moments(Scene(arm), [[0.0], [0.5]], ["before", "after"], views=["above"])
+    >>> [axes.get_title() for axes in figure.axes]
+    ['before', 'after']
+    """
+    history.checked_scene(scene)
+    states = numbers(q, "q (moments, nq)", (scene.nq,))
+    if states.ndim != 2 or not len(states):
+        raise InputError(f"q: expected shape (moments, {scene.nq}), got {states.shape}")
+    _check_texts(views, titles, len(states))
+    width, height = _size(size)
+    with style():
+        across = WIDEST / len(states)
+        figure = new_figure(WIDEST, len(views) * across * height / width + TEXT)
+        grid = figure.subplots(len(views), len(states), squeeze=False)
+        for row, view in zip(grid, views, strict=True):
+            for axes, state in zip(row, states, strict=True):
+                middle = VIEWS[view] @ displayed(scene, around, state)[:3, 3]
+                _draw(axes, _faces(scene, state, VIEWS[view], middle[2], width / 2))
+                _frame(axes, middle, width, height)
+            row[0].set_ylabel(NAMES[view])
+        for axes, title in zip(grid[0], titles, strict=False):
+            axes.set_title(title)
+        _scale(grid[-1, -1], width, height)
+    return figure
+
+
+def _check_texts(views: Any, titles: Any, states: int) -> None:
+    """InputError for views that do not exist, or titles that are not as many as moments."""
+    if not isinstance(views, list | tuple) or not views:
+        raise InputError(f"views: expected a list, such as ['right'], got {views!r:.80}")
+    for view in views:
+        if not isinstance(view, str) or view not in VIEWS:
+            raise InputError(f"no view {view!r:.80}; {suggest(view, VIEWS, 'views')}")
+    if not isinstance(titles, list | tuple):
+        raise InputError(f"titles: expected a list of texts, got {titles!r:.80}")
+    if titles and len(titles) != states:
+        raise InputError(f"{states} moments need as many titles, got {len(titles)}")
+
+
+def _size(size: Any) -> tuple[float, float]:
+    """Width and height in metres."""
+    given = numbers(size, "size (width, height) in metres", (2,))
+    if given.ndim != 1 or (given <= 0).any():
+        raise InputError(f"size: expected (width, height) in metres, got {size!r:.80}")
+    return float(given[0]), float(given[1])
+
+
+def _faces(scene: Scene, q: Array, view: Array, middle: float, reach: float) -> list[Face]:
+    """What is seen, the farthest first, so that what is near covers it."""
+    faces = [
+        face
+        for solid, color in _solids(scene, q)
+        for face in _seen(solid, color, view)
+        if abs(face.depth - middle) < reach
+    ]
+    return sorted(faces, key=lambda face: face.depth)
+
+
+def _draw(axes: Any, faces: list[Face]) -> None:
+    for rank, face in enumerate(faces):
+        color = np.array(to_rgb(face.color))
+        fill = tuple(face.pale + (1 - face.pale) * color)
+        body = PolyCollection([face.outline], facecolors=[fill], edgecolors=[fill], linewidths=0.2)
+        lines = LineCollection(face.edges, colors=[face.color], linewidths=0.7)
+        for part in (body, lines):
+            part.set_zorder(2 + rank / len(faces))
+            axes.add_collection(part, autolim=False)
+
+
+def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
+    """The faces of a solid that are turned to who looks; one looks into the eye of a camera."""
+    points = solid.vertices @ view.T
+    borders = {tuple(sorted(edge)) for edge in solid.edges.tolist()}
+    for face in solid.faces:
+        corners = points[list(face)]
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
+        straight = float(normal[2] / np.linalg.norm(normal))
+        if straight > 1e-9 or (straight < -1e-9 and isinstance(solid, CameraBody)):
+            sides = zip(face, face[1:] + face[:1], strict=True)
+            edges = [points[[a, b], :2] for a, b in sides if (min(a, b), max(a, b)) in borders]
+            pale = PALE * (0.5 + 0.5 * abs(straight))
+            yield Face(float(corners[:, 2].mean()), corners[:, :2], edges, color, pale)
+
+
+def _solids(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
+    """Every shape where it stands, with its colour."""
+    parts = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
+    parts += [(thing.name, thing.shapes) for thing in scene.objects]
+    bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
+    parts += [(name, (body,)) for name, body in bodies if body is not None]
+    for frame, shapes in parts:
+        if shapes:
+            T = displayed(scene, frame, q)
+            yield from ((shape.at(T), palette.color(shape.color)) for shape in shapes)
+
+
+def _frame(axes: Any, middle: Array, width: float, height: float) -> None:
+    axes.set(
+        xlim=(middle[0] - width / 2, middle[0] + width / 2),
+        ylim=(middle[1] - height / 2, middle[1] + height / 2),
+        xticks=[],
+        yticks=[],
+        aspect="equal",
+    )
+    for spine in axes.spines.values():
+        spine.set_color(palette.LIGHT_GREY)
+
+
+def _scale(axes: Any, width: float, height: float) -> None:
+    """A bar of a round length at the lower right."""
+    length = 10.0 ** np.floor(np.log10(width / 2))
+    length *= max(m for m in (1, 2, 5) if m * length <= width / 2)
+    right, low = axes.get_xlim()[1] - 0.05 * width, axes.get_ylim()[0] + 0.05 * height
+    axes.plot([right - length, right], [low, low], color=palette.BLACK, linewidth=2, zorder=9)
+    text = f"{length:g} m" if length >= 1 else f"{100 * length:g} cm"
+    axes.text(right - length / 2, low + 0.02 * height, text, ha="center", va="bottom", zorder=9)

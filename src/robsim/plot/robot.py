@@ -1,0 +1,49 @@
+"""One robot in 3-D, alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from robsim.errors import InputError
+from robsim.plot import palette
+from robsim.plot.picture import Picture, picture_of
+from robsim.plot.scene import drawn
+from robsim.plot.wireframe import Wire, displayed
+from robsim.pose import IDENTITY
+from robsim.robot import Robot
+from robsim.scene import Scene
+
+AXES = 0.1  # metres, the length of the axes of a robot that has nothing else to show
+
+
+def robot(robot: Robot, q: Any = None) -> Figure:
+    """A robot in 3-D at q (nq,), home by default: its links, in metres, in the axes of its base.
+
+    What has neither shapes nor links to draw lines between, as a camera that flies, is shown by the
+    axes of its last link.
+
+    >>> from robsim import robots
+    >>> figure = robot(robots.panda(), q=robots.panda().home)
+    >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][-1]
+    'flange'
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(f"expected a Robot, got {robot!r:.80}")
+    alone = Scene((replace(robot, base=IDENTITY, on="world"),))
+    picture = picture_of(alone, q, None)
+    return drawn(picture if picture.solid else _axes(alone, picture, robot, q))
+
+
+def _axes(scene: Scene, picture: Picture, robot: Robot, q: Any) -> Picture:
+    """The same picture with the axes of the last link."""
+    T = displayed(scene, f"{robot.name}.{robot.tip}", scene.home if q is None else q)
+    ends = T[:3, 3] + AXES * T[:3, :3].T
+    wires = [
+        Wire(f"{name} of {robot.tip}", color, np.stack([T[:3, 3], end])[None])
+        for name, (color, _), end in zip("xyz", palette.COMPONENTS, ends, strict=True)
+    ]
+    return replace(picture, solid=wires)

@@ -1,0 +1,100 @@
+"""Where a link can be, from the side and from above, coloured by how well it moves there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from robsim.analysis.workspace import Workspace
+from robsim.arrays import Array
+from robsim.errors import InputError
+from robsim.plot import palette, wireframe
+from robsim.plot.canvas import new_figure, style
+from robsim.pose import IDENTITY
+from robsim.scene import Scene
+
+FLAT = 1e-6  # metres: what is thinner lies in a plane, and is seen from one side alone
+AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # of all dots together and of one, in square points
+VIEWS = {"from the side": (0, 2), "from above": (0, 1), "from the front": (1, 2)}  # right, up
+COLORS = "viridis"  # grows in lightness, and people with any colour vision read it
+
+
+def workspace(workspace: Workspace) -> Figure:
+    """Where a link can be, as `robsim.workspace` found it, from the side and from above.
+
+    Each dot is a configuration; its colour is the manipulability there, and where dots lie over
+    each other the best is on top. The robot stands at home. What lies in a plane is seen from one
+    side.
+
+    >>> import robsim
+    >>> figure = workspace(robsim.workspace(robsim.robots.panda(), count=500))
+    >>> [axes.get_title() for axes in figure.axes[:2]]
+    ['from the side', 'from above']
+    """
+    if not isinstance(workspace, Workspace):
+        raise InputError(f"expected a Workspace as workspace returns it, got {workspace!r:.80}")
+    views, lines = _views(workspace.points), _robot(workspace)
+    with style():
+        figure = new_figure(1.2 + 5.2 * len(views), 5.2)
+        panels: list[Axes] = []
+        for i in range(len(views)):  # both have x to the right, and one scale
+            shared = panels[0] if panels else None
+            panels.append(figure.add_subplot(1, len(views), i + 1, sharex=shared))
+        for axes, view in zip(panels, views, strict=True):
+            dots = _draw(axes, view, workspace, lines)
+        figure.colorbar(dots, ax=panels, label=_label(workspace), shrink=0.8, aspect=30)
+        figure.suptitle(f"{workspace.robot.name}, {len(workspace.q)} configurations")
+    return figure
+
+
+def _label(found: Workspace) -> str:
+    kind = "" if found.axes == "all" else f"{found.axes} "
+    return f"{kind}manipulability of {found.link}"
+
+
+def _views(points: Array) -> list[str]:
+    """Which views are worth a panel."""
+    x, y, z = np.ptp(points, axis=0) > FLAT
+    if x and y and z:
+        return ["from the side", "from above"]
+    return ["from above" if not z else "from the side" if not y else "from the front"]
+
+
+def _robot(found: Workspace) -> Array:
+    """(segments, 2, 3) of the robot at home, in the axes of its base."""
+    alone = Scene((replace(found.robot, base=IDENTITY, on="world"),))
+    wires = wireframe.wires(alone, alone.home, 0.0)
+    return np.concatenate([np.empty((0, 2, 3)), *(wire.segments for wire in wires)])
+
+
+def _draw(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
+    """Dots, the best last, and the robot over them, in true proportions."""
+    right, up = VIEWS[view]
+    order = np.argsort(found.manipulability, kind="stable")
+    size = np.clip(AREA / len(order), SMALLEST, LARGEST)
+    dots = axes.scatter(
+        found.points[order, right],
+        found.points[order, up],
+        c=found.manipulability[order],
+        s=size,
+        cmap=COLORS,
+        vmin=0.0,
+        vmax=float(found.manipulability.max()) or 1.0,
+        linewidths=0,
+        rasterized=True,  # ten thousand dots make a heavy drawing
+    )
+    for color, width in (("white", 2.6), (palette.BLACK, 1.0)):  # readable on any colour
+        axes.add_collection(
+            LineCollection(list(lines[:, :, [right, up]]), colors=color, linewidths=width)
+        )
+    axes.autoscale_view()
+    axes.set_aspect("equal")
+    axes.set(title=view, xlabel=f"{'xyz'[right]} (m)", ylabel=f"{'xyz'[up]} (m)")
+    axes.grid(visible=True)
+    axes.set_axisbelow(True)
+    return dots

@@ -1,0 +1,163 @@
+"""Ways through several points, with rounded corners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robsim.arrays import Array, frozen, numbers
+from robsim.errors import InputError
+from robsim.trajectory.limits import Each, Limits, each, per_axis
+from robsim.trajectory.timing import checked_times
+from robsim.value import Value
+
+ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # of making segments longer where something does not fit
+
+
+class Plan(NamedTuple):
+    """The segments between m points, and the blends at these."""
+
+    change: Array  # (m, n) of the velocity at each point
+    seconds: Array  # (m,) of each blend
+    middle: Array  # (m,) time of each blend's middle
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Blends(Value):
+    """Straight segments between points, joined by parabolas: it stops at the ends only.
+
+    points                (m, n) of n axes, in rad or m, m >= 2
+    speed, acceleration   limits in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
+    corner                how far the way may pass by a point in between, in rad or m: one number
+                          for all axes, or (n,); None for whatever the limits give
+
+    On a segment the velocity w is constant; at each point it changes at constant acceleration for
+    a time tau, half of it before and half after the point, so that the way passes by the point
+    at |w_after - w_before| tau/8 (`misses`): linear segments with parabolic blends (Craig 2005,
+    section 7.3; Siciliano et al. 2009, section 4.2.3). At the first and the last point it rests.
+    Each blend takes the least time that the limits allow, each segment the least that they, its
+    two blends and `corner` allow, or not much more: segments where something does not fit are made
+    longer until it does.
+
+    >>> way = Blends([[0, 0], [1, 0], [1, 1]], speed=1.0, acceleration=4.0)
+    >>> way.duration, way.misses.round(5).tolist()
+    (2.25, [[0.0, 0.0], [0.03125, 0.03125], [0.0, 0.0]])
+    >>> way.velocity(1.125)
+    array([0.5, 0.5])
+    """
+
+    points: Any
+    limits: Limits
+    corner: Each | None
+
+    def __init__(self, points: Any, *, speed: Any, acceleration: Any, corner: Any = None):
+        given = numbers(points, "points", ("m", "n"))
+        if given.ndim != 2 or len(given) < 2 or not given.shape[1]:
+            raise InputError(f"points: expected shape (m, n) with m > 1, got {given.shape}")
+        same = np.flatnonzero((given[1:] == given[:-1]).all(axis=1))
+        if same.size:
+            raise InputError(f"points: number {same[0]} and {same[0] + 1} are the same")
+        put = object.__setattr__
+        put(self, "points", frozen(given))
+        put(self, "limits", Limits(speed, acceleration))
+        put(self, "corner", None if corner is None else per_axis(corner, "corner"))
+        _ = self._plan  # the number of limits is checked now, not later
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return float(self._plan.middle[-1] + 0.5 * self._plan.seconds[-1])
+
+    @property
+    def times(self) -> Array:
+        """(m,) seconds at which it starts, passes by each point in between, and ends."""
+        return np.concatenate([[0.0], self._plan.middle[1:-1], [self.duration]])
+
+    @property
+    def misses(self) -> Array:
+        """(m, n): how far the way passes by each point, in each axis; zero at both ends."""
+        found: Array = np.abs(self._plan.change) * self._plan.seconds[:, None] / 8.0
+        found[[0, -1]] = 0.0
+        return found
+
+    def at(self, t: Any) -> Array:
+        """Where the axes are (..., n) at times t (...), in seconds."""
+        times = checked_times(t)
+        T, (change, tau, _) = self.duration, self._plan
+        x = self._since(times)
+        blend = 0.5 * (x + 0.5 * tau) * (x + 0.5 * tau) / np.where(tau > 0, tau, 1.0)
+        gone = np.where(np.abs(x) < 0.5 * tau, blend, np.maximum(x, 0.0))
+        there = self.points[0] + _sum(gone, change)
+        inside = (times > 0.0) & (times < T)
+        rest: Array = np.where((times >= T)[..., None], self.points[-1], self.points[0])
+        return np.where(inside[..., None], there, rest)
+
+    def velocity(self, t: Any) -> Array:
+        """(..., n) per second."""
+        times, (change, tau, _) = checked_times(t), self._plan
+        share = np.clip(self._since(times) / np.where(tau > 0, tau, 1.0) + 0.5, 0.0, 1.0)
+        inside = (times > 0.0) & (times < self.duration)
+        return np.where(inside[..., None], _sum(share, change), 0.0)
+
+    def acceleration(self, t: Any) -> Array:
+        """(..., n) per second squared."""
+        times, (change, tau, _) = checked_times(t), self._plan
+        on = (np.abs(self._since(times)) < 0.5 * tau) / np.where(tau > 0, tau, 1.0)
+        return _sum(on, change)
+
+    def _since(self, times: Array) -> Array:
+        """(..., m) seconds since the middle of each blend, within the duration."""
+        return np.asarray(np.clip(times, 0.0, self.duration)[..., None] - self._plan.middle)
+
+    @cached_property
+    def _plan(self) -> Plan:
+        """Segments long enough for the limits, for their blends and for the corners."""
+        axes = self.points.shape[1]
+        speed, acceleration = self.limits.of(axes)
+        corner = np.full(axes, np.inf)
+        if self.corner is not None:
+            corner = each(self.corner, "corner", axes)
+        way = np.diff(self.points, axis=0)
+        seconds = np.asarray((np.abs(way) / speed).max(axis=1))
+        lacks = _lacks(way, seconds, acceleration, corner)
+        for _ in range(ROUNDS):
+            if (lacks <= ENOUGH).all():
+                break
+            seconds = seconds * np.sqrt(lacks)
+            lacks = _lacks(way, seconds, acceleration, corner)
+        seconds = seconds * np.sqrt(lacks.max())  # all by one factor: then everything fits
+        change, tau = _blends(way, seconds, acceleration)
+        middle = 0.5 * tau[0] + np.concatenate([[0.0], np.cumsum(seconds)])
+        return Plan(frozen(change), frozen(tau), frozen(middle))
+
+
+def _blends(way: Array, seconds: Array, acceleration: Array) -> tuple[Array, Array]:
+    """Change of velocity (m, n) at each point, and the least time (m,) that it takes."""
+    rest = np.zeros((1, way.shape[1]))
+    change = np.diff(np.concatenate([rest, way / seconds[:, None], rest]), axis=0)
+    return change, (np.abs(change) / acceleration).max(axis=1)
+
+
+def _lacks(way: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
+    """(m - 1,) >= 1: the square of the factor by which each segment is too short.
+
+    Where blends do not fit into a segment, its neighbours are made longer as well: if all times
+    grow by a factor, blends shrink by it, and what they need of a segment by its square.
+    """
+    change, tau = _blends(way, seconds, acceleration)
+    need = np.concatenate([[1.0], 0.5 * (tau[:-1] + tau[1:]) / seconds, [1.0]])
+    off = (np.abs(change) / corner).max(axis=1) * tau / 8.0
+    off[[0, -1]] = 0.0
+    found: Array = np.max([need[1:-1], need[:-2], need[2:], off[:-1], off[1:]], axis=0, initial=1.0)
+    return found
+
+
+def _sum(share: Array, change: Array) -> Array:
+    """(..., n) sum over the points of share (..., m) and change (m, n), one after the other."""
+    total = share[..., :1] * change[0]
+    for k in range(1, len(change)):
+        total = total + share[..., k : k + 1] * change[k]
+    return np.asarray(total)

@@ -1,0 +1,73 @@
+"""How fast a frame goes from one pose to another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from robsim.arrays import Array, positive
+from robsim.errors import InputError
+from robsim.trajectory.timing import Timing
+
+UNITS = {
+    "duration": "s",
+    "speed": "m/s",
+    "acceleration": "m/s^2",
+    "turn": "rad/s",
+    "turn_acceleration": "rad/s^2",
+}
+
+
+@dataclass(frozen=True)
+class Pace:
+    """A duration for a motion of least jerk, or limits for the shortest motion under them.
+
+    speed and acceleration are limits of the origin, turn and turn_acceleration of the orientation;
+    they come in pairs, and a pair that is not given limits nothing.
+
+    >>> Pace(speed=1.0, acceleration=2.0).timing(np.array(2.0), np.array(0.5)).seconds
+    array(2.5)
+    """
+
+    duration: float | None = None
+    speed: float | None = None
+    acceleration: float | None = None
+    turn: float | None = None
+    turn_acceleration: float | None = None
+
+    def __post_init__(self) -> None:
+        given = [each.name for each in fields(self) if getattr(self, each.name) is not None]
+        if ("duration" in given) == (len(given) > ("duration" in given)):
+            told = " and ".join(given) or "nothing"
+            raise InputError(
+                "give either duration, or speed and acceleration, turn and turn_acceleration, or "
+                f"both pairs of limits; got {told}"
+            )
+        for name in given:
+            object.__setattr__(self, name, positive(getattr(self, name), f"{name} ({UNITS[name]})"))
+        for name in ("speed", "turn"):
+            pair = (name, "acceleration" if name == "speed" else "turn_acceleration")
+            if len({*pair} & {*given}) == 1:
+                raise InputError(f"{pair[0]} and {pair[1]}: give both of them, or none")
+
+    def timing(self, way: Array, angle: Array) -> Timing:
+        """Of ways (...) in metres and angles (...) in radians; InputError if nothing limits one."""
+        if self.duration is not None:
+            return Timing(np.asarray(self.duration))
+        ways = np.stack([way, angle], axis=-1)
+        limits = (self.speed, self.turn), (self.acceleration, self.turn_acceleration)
+        made = Timing.shortest(
+            ways, *(np.array([_or_infinite(x) for x in each]) for each in limits)
+        )
+        if ((made.seconds == 0) & (ways > 0).any(axis=-1)).any():
+            missing = (
+                "speed and acceleration" if self.speed is None else "turn and turn_acceleration"
+            )
+            raise InputError(f"this motion would take no time: give {missing} as well")
+        return made
+
+
+def _or_infinite(limit: float | None) -> float:
+    return math.inf if limit is None else limit

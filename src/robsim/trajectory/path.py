@@ -1,0 +1,84 @@
+"""Several straight ways of a frame, one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from robsim.arrays import Array
+from robsim.errors import InputError
+from robsim.trajectory.straight import Straight
+from robsim.trajectory.timing import checked_times
+from robsim.value import Value
+
+MEETS = 1e-6  # metres, and entries of rotations, by which one may end beside the start of the next
+
+
+@dataclass(frozen=True, eq=False)
+class Path(Value):
+    """Single `Straight`s of which each starts where the one before it ends; it rests in between.
+
+    >>> from robsim import Pose
+    >>> A, B, C = Pose.at(0, 0, 0), Pose.at(1, 0, 0), Pose.at(1, 1, 0)
+    >>> path = Path([Straight(A, B, 2.0), Straight(B, C, 1.0)])
+    >>> path.duration, path.at(2.5)[:3, 3]
+    (3.0, array([1. , 0.5, 0. ]))
+    """
+
+    parts: Any
+
+    def __post_init__(self) -> None:
+        parts = tuple(self.parts) if isinstance(self.parts, list | tuple) else ()
+        if not parts or not all(isinstance(part, Straight) for part in parts):
+            raise InputError(f"path: expected a list of Straight, got {self.parts!r:.80}")
+        for i, part in enumerate(parts):
+            if part.start.matrix.ndim + part.end.matrix.ndim != 4:
+                raise InputError(f"path: part {i} is several motions at once; give single poses")
+        for i, (one, other) in enumerate(pairwise(parts)):
+            apart = np.abs(one.end.matrix - other.start.matrix).max()
+            if apart > MEETS:
+                raise InputError(
+                    f"path: part {i + 1} does not start where part {i} ends; they are "
+                    f"{apart:.3g} apart"
+                )
+        object.__setattr__(self, "parts", parts)
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return float(self._starts[-1])
+
+    @property
+    def start(self) -> Any:
+        """The first pose."""
+        return self.parts[0].start
+
+    @property
+    def end(self) -> Any:
+        """The last pose."""
+        return self.parts[-1].end
+
+    def at(self, t: Any) -> Array:
+        """Poses (..., 4, 4) in the base frame at times t (...), in seconds."""
+        return self._of(t, "at", (4, 4))
+
+    def twist(self, t: Any) -> Array:
+        """(v, omega) (..., 6) of the frame in base axes."""
+        return self._of(t, "twist", (6,))
+
+    def _of(self, t: Any, name: str, tail: tuple[int, ...]) -> Array:
+        times, starts = checked_times(t), self._starts
+        which = np.clip(np.searchsorted(starts, times, "right") - 1, 0, len(self.parts) - 1)
+        out = np.empty((*times.shape, *tail))
+        for i, part in enumerate(self.parts):
+            mine = which == i
+            out[mine] = getattr(part, name)(times[mine] - starts[i])
+        return out
+
+    @property
+    def _starts(self) -> Array:
+        """When each part starts, and the end."""
+        return np.concatenate([[0.0], np.cumsum([part.duration for part in self.parts])])

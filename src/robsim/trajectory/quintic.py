@@ -1,0 +1,42 @@
+"""Motions of least jerk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robsim.arrays import positive
+from robsim.trajectory.rest_to_rest import RestToRest
+from robsim.trajectory.timing import Timing
+
+
+@dataclass(frozen=True, eq=False)
+class Quintic(RestToRest):
+    """From rest to rest in `duration` seconds, with no acceleration at either end.
+
+    q = start + (10 u^3 - 15 u^4 + 6 u^5) (end - start), u = t/duration: the polynomial of least
+    jerk (Craig 2005, section 7.3; Siciliano et al. 2009, section 4.2.1). Each axis is fastest
+    halfway, 15/8 of its mean speed; its largest acceleration is 10/sqrt(3) way/duration^2.
+
+    >>> move = Quintic([0.0, 1.0], [2.0, 1.0], duration=4.0)
+    >>> move.at([1.0, 2.0, 9.0])
+    array([[0.20703125, 1.        ],
+           [1.        , 1.        ],
+           [2.        , 1.        ]])
+    >>> move.velocity(2.0)
+    array([0.9375, 0.    ])
+    """
+
+    duration: Any = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "duration", positive(self.duration, "duration (seconds)"))
+
+    @cached_property
+    def timing(self) -> Timing:
+        """When which share of the way is done, the same for all axes."""
+        return Timing(np.asarray(self.duration))

@@ -1,0 +1,60 @@
+"""What all motions of joints from one rest to another have in common."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robsim.arrays import Array, frozen, numbers
+from robsim.errors import InputError
+from robsim.pose import common_lead
+from robsim.trajectory.timing import Timing, checked_times
+from robsim.value import Value
+
+
+@dataclass(frozen=True, eq=False)
+class RestToRest(Value, ABC):
+    """Axes that start and stop together; before and after they rest at `start` and `end`.
+
+    start, end   (..., n) in rad or m; leading axes are several motions at once, and times are
+                 broadcast against them
+    """
+
+    start: Any
+    end: Any
+
+    def __post_init__(self) -> None:
+        start, end = numbers(self.start, "start", ("n",)), numbers(self.end, "end", ("n",))
+        if start.shape[-1] != end.shape[-1]:
+            raise InputError(f"start and end: {start.shape[-1]} axes and {end.shape[-1]} axes")
+        common_lead(start.shape[:-1], end.shape[:-1], "start and end")
+        object.__setattr__(self, "start", frozen(start))
+        object.__setattr__(self, "end", frozen(end))
+
+    @property
+    @abstractmethod
+    def timing(self) -> Timing:
+        """When which share of the way is done."""
+
+    def at(self, t: Any) -> Array:
+        """Where the axes are (..., n) at times t (...), in seconds."""
+        share = self.timing.at(checked_times(t)).s
+        there: Array = np.where(share < 1.0, self.start + share * self._way, self.end)
+        return there
+
+    def velocity(self, t: Any) -> Array:
+        """(..., n) per second."""
+        return self.timing.at(checked_times(t)).rate * self._way
+
+    def acceleration(self, t: Any) -> Array:
+        """(..., n) per second squared."""
+        return self.timing.at(checked_times(t)).acceleration * self._way
+
+    @cached_property
+    def _way(self) -> Array:
+        """(..., n)."""
+        return np.asarray(self.end - self.start)

@@ -1,0 +1,149 @@
+"""Straight ways of a frame, with a turn about one axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robsim.arrays import Array, length, runs_first, runs_last
+from robsim.errors import InputError
+from robsim.kernels import se3
+from robsim.pose import Pose, as_pose, common_lead, homogeneous
+from robsim.trajectory.pace import Pace
+from robsim.trajectory.timing import Shares, Timing, checked_times
+from robsim.value import Value
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Straight(Value):
+    """From one pose to another: the origin goes straight, and the frame turns about a fixed axis.
+
+    start, end            poses in one base frame; batches (...) of them are several motions at
+                          once, and times are broadcast against these
+    duration              seconds, of a motion of least jerk as `Quintic`; or limits, of the
+                          shortest motion under these as `Trapezoid`:
+    speed, acceleration   of the origin, m/s and m/s^2
+    turn, turn_acceleration
+                          of the orientation, rad/s and rad/s^2
+
+    The orientation is start exp(s theta u), with theta u the rotation vector from start to end:
+    spherical linear interpolation (Shoemake 1985; Siciliano et al. 2009, section 4.3.3). Of half a
+    circle either way is right, and one is taken.
+
+    >>> move = Straight(Pose.at(0, 0, 1), Pose.at(2, 0, 1, rpy=(0, 0, np.pi / 2)), duration=4.0)
+    >>> Pose(move.at(2.0))
+    <Pose position [1.0, 0.0, 1.0] rotvec [0.0, 0.0, 0.7854]>
+    >>> move.twist(2.0).round(4)
+    array([0.9375, 0.    , 0.    , 0.    , 0.    , 0.7363])
+    """
+
+    start: Pose
+    end: Pose
+    pace: Pace
+
+    def __init__(
+        self,
+        start: Any,
+        end: Any,
+        duration: Any = None,
+        *,
+        speed: Any = None,
+        acceleration: Any = None,
+        turn: Any = None,
+        turn_acceleration: Any = None,
+    ):
+        put = object.__setattr__
+        put(self, "start", _pose(start, "start"))
+        put(self, "end", _pose(end, "end"))
+        common_lead(self.start.matrix.shape[:-2], self.end.matrix.shape[:-2], "start and end")
+        put(self, "pace", Pace(duration, speed, acceleration, turn, turn_acceleration))
+        _ = self._timing  # limits that are missing are an error now, not later
+
+    @property
+    def duration(self) -> Any:
+        """Seconds; of several motions (...)."""
+        seconds = self._timing.seconds
+        return seconds if seconds.ndim else float(seconds)
+
+    def at(self, t: Any) -> Array:
+        """Poses (..., 4, 4) in the base frame at times t (...), in seconds."""
+        s = self._shares(t).s
+        T, way, turn, end = self._wide(s, self._start, self._way, self._turn, self._end)
+        twist, step, out = np.zeros((6, T.shape[-1])), np.empty(T.shape), np.empty(T.shape)
+        share = runs_last(s, 1)
+        twist[3:] = share[1] * turn
+        se3.exp(twist, step)
+        se3.compose(T, step, out)
+        out[:, 3] = T[:, 3] + share[0] * way
+        return homogeneous(np.where((share == 1.0).all(axis=0), end, out), s.shape[:-1])
+
+    def twist(self, t: Any) -> Array:
+        """(v, omega) (..., 6) of the frame in base axes: v of its origin, m/s and rad/s."""
+        rate = self._shares(t).rate
+        T, way, turn = self._wide(rate, self._start, self._way, self._turn)
+        share, out = runs_last(rate, 1), np.zeros((6, T.shape[-1]))
+        out[:3] = share[0] * way
+        for r in range(3):
+            for c in range(3):
+                out[3 + r] += T[r, c] * turn[c]  # the axis in base axes
+        out[3:] *= share[1]
+        return runs_first(out, rate.shape[:-1])
+
+    def _shares(self, t: Any) -> Shares:
+        """Of the way and of the turn, (..., 2), for all times and motions."""
+        found, lead = self._timing.at(checked_times(t)), self._lead
+        shape = (*np.broadcast_shapes(found.s.shape[:-1], lead), 2)
+        return Shares(*(np.broadcast_to(part, shape) for part in found))
+
+    def _wide(self, like: Array, *parts: Array) -> tuple[Array, ...]:
+        """Parts (*lead, ...) for all times and motions, with the run last."""
+        depth, lead = len(self._lead), like.shape[:-1]
+        wide = (np.broadcast_to(part, (*lead, *part.shape[depth:])) for part in parts)
+        return tuple(runs_last(part, part.ndim - len(lead)) for part in wide)
+
+    @property
+    def _lead(self) -> tuple[int, ...]:
+        return np.broadcast_shapes(self.start.matrix.shape[:-2], self.end.matrix.shape[:-2])
+
+    @cached_property
+    def _start(self) -> Array:
+        """(*lead, 3, 4)."""
+        return np.broadcast_to(self.start.matrix[..., :3, :], (*self._lead, 3, 4))
+
+    @cached_property
+    def _end(self) -> Array:
+        """(*lead, 3, 4)."""
+        return np.broadcast_to(self.end.matrix[..., :3, :], (*self._lead, 3, 4))
+
+    @cached_property
+    def _way(self) -> Array:
+        """(*lead, 3) metres, in base axes."""
+        return np.asarray(self._end[..., 3] - self._start[..., 3])
+
+    @cached_property
+    def _turn(self) -> Array:
+        """(*lead, 3) rotation vector from start to end, in axes of the start."""
+        T0, T1 = (runs_last(T, 2) for T in (self._start, self._end))
+        back, between = np.empty(T0.shape), np.empty(T0.shape)
+        se3.inverse(T0, back)
+        se3.compose(back, T1, between)
+        quaternion, turn = np.empty((4, T0.shape[-1])), np.empty((3, T0.shape[-1]))
+        se3.rotation_to_quaternion(between, quaternion)
+        se3.rotation_vector(quaternion, turn)
+        return runs_first(turn, self._lead)
+
+    @cached_property
+    def _timing(self) -> Timing:
+        """Of the way and of the turn."""
+        ways = (length(np.moveaxis(part, -1, 0)) for part in (self._way, self._turn))
+        return self.pace.timing(*ways)
+
+
+def _pose(value: Any, what: str) -> Pose:
+    try:
+        return Pose(as_pose(value).matrix)  # in the one base frame, whatever names it has
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from None

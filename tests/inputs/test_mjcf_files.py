@@ -1,0 +1,69 @@
+"""MJCF files: what they say, and what cannot be written. See tests/peers for MuJoCo's reading."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import robsim as rs
+
+
+def written(links, folder):
+    rs.Robot("robot", links).to_mjcf(folder / "robot.xml")
+    return ET.parse(folder / "robot.xml").getroot()
+
+
+def test_bodies_stand_inside_each_other(tmp_path):
+    turn = rs.Joint("revolute", rs.Pose.at(0, 0, 1), limits=(-1.0, 2.0), effort=3.0)
+    tied = rs.Joint("prismatic", follows=rs.Mimic("arm", 0.5, 0.1))
+    ball = rs.Ball(0.2, color="r")
+    links = [rs.Link("base"), rs.Link("arm", "base", turn, (ball,)), rs.Link("tip", "arm", tied)]
+    root = written(links, tmp_path)
+    arm = root.find("worldbody/body/body")
+    assert arm.attrib == {"name": "arm", "pos": "0.0 0.0 1.0"}
+    assert arm.find("joint").attrib == {
+        **{"name": "arm", "type": "hinge", "pos": "0.0 0.0 0.0", "axis": "0.0 0.0 1.0"},
+        **{"range": "-1.0 2.0", "actuatorfrcrange": "-3.0 3.0"},
+    }
+    assert arm.find("geom").attrib == {"type": "sphere", "size": "0.2", "rgba": "1.0 0.0 0.0 1.0"}
+    assert arm.find("inertial").get("mass") == "0.001"
+    assert arm.find("body/joint").get("type") == "slide"
+    assert root.find("equality/joint").attrib == {
+        **{"joint1": "tip", "joint2": "arm", "polycoef": "0.1 0.5 0.0 0.0 0.0"},
+    }
+
+
+def test_a_chain_of_1000_links_is_written(tmp_path):
+    turn = rs.Joint("revolute")
+    links = [rs.Link("l0"), *(rs.Link(f"l{i}", f"l{i - 1}", turn) for i in range(1, 1000))]
+    rs.Robot("chain", links).to_mjcf(tmp_path / "chain.xml")
+    text = (tmp_path / "chain.xml").read_text(encoding="utf-8")
+    assert text.count("<body ") == 1000 == text.count("</body>")
+
+
+def test_what_floats_on_what_moves_is_refused_with_all_else(tmp_path):
+    links = [
+        rs.Link("base"),
+        rs.Link("arm", "base", rs.Joint("revolute")),
+        rs.Link("drone", "arm", rs.Joint("floating")),
+        rs.Link("rover", "base", rs.Joint("unicycle")),
+    ]
+    with pytest.raises(rs.InputError) as caught:
+        rs.Robot("robot", links).to_mjcf(tmp_path / "robot.xml")
+    text = "robot 'robot' cannot be written as MJCF: 'rover' moves as a unicycle; 'drone' floats on"
+    assert str(caught.value).startswith(text)
+    assert not (tmp_path / "robot.xml").exists()
+
+
+def test_meshes_are_left_out_and_that_is_told(tmp_path):
+    with pytest.warns(rs.FileWarning, match="meshes are left out, .* those of base") as caught:
+        root = written([rs.Link("base", shapes=(rs.Mesh("a.stl"), rs.Ball(1)))], tmp_path)
+    assert len(root.findall("worldbody/body/geom")) == 1
+    assert caught[0].filename == __file__
+
+
+def test_quaternions_are_w_first(tmp_path):
+    turned = rs.Joint("fixed", rs.Pose.at(rotvec=(0, 0, np.pi / 2)))
+    root = written([rs.Link("base"), rs.Link("a", "base", turned)], tmp_path)
+    w, x, y, z = map(float, root.find("worldbody/body/body").get("quat").split())
+    assert (x, y) == (0, 0) and w == pytest.approx(z) == pytest.approx(np.sqrt(0.5))

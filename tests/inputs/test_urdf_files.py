@@ -1,0 +1,470 @@
+"""URDF files: what is refused, and with which words; what is read otherwise; what comes out."""
+
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+
+CORPUS = Path(__file__).parent / "urdf"
+INERTIAL = (
+    '<inertial><origin xyz="0 0 0.1"/><mass value="2"/>'
+    '<inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0" iyz="0"/></inertial>'
+)
+ARM = f"""<?xml version="1.0"?>
+<robot name="arm">
+  <material name="blue"><color rgba="0 0 1 1"/></material>
+  <link name="base"/>
+  <link name="upper">{INERTIAL}
+    <visual name="tube">
+      <origin xyz="0 0 0.2" rpy="0.1 0.2 0.3"/>
+      <geometry><cylinder radius="0.05" length="0.4"/></geometry>
+      <material name="blue"/>
+    </visual>
+    <collision><geometry><box size="1 1 1"/></geometry></collision>
+  </link>
+  <link name="lower">
+    <collision>
+      <geometry><mesh filename="package://arm/lower.stl" scale="1 1 2"/></geometry>
+    </collision>
+  </link>
+  <link name="finger"/>
+  <joint name="shoulder" type="revolute">
+    <origin xyz="0 0 1" rpy="0 0 1.5"/>
+    <parent link="base"/>
+    <child link="upper"/>
+    <axis xyz="0 1 0"/>
+    <limit lower="-1.5" upper="2" effort="10" velocity="3"/>
+    <dynamics damping="0.1"/>
+  </joint>
+  <joint name="elbow" type="continuous">
+    <parent link="upper"/>
+    <child link="lower"/>
+    <axis xyz="0.6 0 0.8"/>
+  </joint>
+  <joint name="grip" type="prismatic">
+    <parent link="lower"/>
+    <child link="finger"/>
+    <limit upper="0.04" effort="1" velocity="0"/>
+    <mimic joint="elbow" multiplier="0.01" offset="0.02"/>
+  </joint>
+  <gazebo reference="upper"><mu1>0.2</mu1></gazebo>
+</robot>
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    """The robot of a text, changed here and there."""
+
+    def made(text=ARM, old="", new=""):
+        assert old in text
+        path = tmp_path / "arm.urdf"
+        changed = text.replace(old, new, 1)
+        path.write_bytes(changed if isinstance(changed, bytes) else changed.encode())
+        return rs.Robot.from_urdf(path)
+
+    return made
+
+
+def refused(read, *change, text=ARM):
+    with pytest.raises(rs.FileError) as caught:
+        read(text, *change)
+    return str(caught.value)
+
+
+# what is refused
+
+CORPUS_SAYS = {
+    "01_billion_laughs": "a DOCTYPE is not allowed, nor are the entities that it could define",
+    "02_xxe_file": "a DOCTYPE is not allowed",
+    "03_mesh_traversal": "<link 'a'> <visual> <geometry> <mesh>: mesh 'package://p/../",
+    "03b_mesh_absolute": "mesh '/opt/outside/secret.obj': absolute, or not a file name",
+    "04_cycle": "a loop: 'a' hangs from itself in the end",
+    "05_two_roots": "<robot 'r'>: 2 links hang from nothing: 'a', 'b'; one is allowed",
+    "06_two_parents": "<joint 'j2'>: 'c' is also the child of <joint 'j1'> in line 1",
+    "07_dup_joint": "<joint 'j'>: there is a joint of that name in line 1",
+    "08_dup_link": "<link 'b'>: there is a link of that name in line 1; one is allowed",
+    "09_nan_origin": "<joint 'j'> <origin>: xyz = 'nan 0 0': every number must be finite",
+    "10_inf_1e400": "<joint 'j'> <origin>: xyz = '1e400 0 0': every number must be finite",
+    "11_zero_axis": "<joint 'j'> <axis>: the axis is zero; a revolute joint needs one",
+    "13_no_limit": "<joint 'j'>: <limit> is missing; a revolute joint needs lower and upper",
+    "14_lower_gt_upper": "<joint 'j'> <limit>: lower 1 is above upper -1; it must be below",
+    "15_bad_type": "<joint 'j'>: no joint type 'revolut'; did you mean 'revolute'? types: fixed",
+    "16_two_numbers": "<joint 'j'> <origin>: xyz = '0 1': expected 3 numbers, got 2",
+    "17_comma_decimal": "xyz = '0,5 0 0': '0,5' is no number; a decimal point is allowed",
+    "18_missing_parent": "<joint 'j'>: parent: no link 'zzz'",
+    "19_self_mimic": "<joint 'j'>: mimics itself in the end; follow another joint",
+    "20_mimic_missing": "<joint 'j'>: mimic: no joint 'nope'",
+    "21_self_joint": "<joint 'j'>: parent and child are both 'a'; join two links",
+    "23_empty": "empty; expected a URDF file",
+    "24_unknown_attr": "<origin>: unknown attribute 'xzy'; did you mean 'xyz'? xyz, rpy",
+}
+
+
+@pytest.mark.parametrize("name", CORPUS_SAYS)
+def test_a_bad_file_is_refused_with_its_line_and_reason(name):
+    path = CORPUS / f"{name}.urdf"
+    with pytest.raises(rs.FileError) as caught:
+        rs.Robot.from_urdf(path)
+    where, what = str(caught.value).split(".urdf", 1)
+    assert where == str(path.with_suffix("")) and CORPUS_SAYS[name] in what
+    assert what.startswith(":1: ") or name == "23_empty"
+
+
+def test_the_rest_of_the_corpus_is_read():
+    good = {path.stem for path in CORPUS.glob("*.urdf")} - set(CORPUS_SAYS)
+    assert good == {"00_good", "12_nonunit_axis"}
+    arm = rs.Robot.from_urdf(CORPUS / "00_good.urdf")
+    with pytest.warns(rs.FileWarning, match="<joint 'j'> <axis>: the axis has length 2, and is"):
+        other = rs.Robot.from_urdf(CORPUS / "12_nonunit_axis.urdf")
+    assert arm == other and arm.coordinate_names == ("j",)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('rpy="0 0 1.5"', 'rpy="0 0 inf"', ":20: <joint 'shoulder'> <origin>: rpy = '0 0 inf'"),
+        ('rpy="0 0 1.5"', 'rpy="0 0 1_5"', "'1_5' is no number"),
+        ('rpy="0 0 1.5"', 'rpy="0 0 ${pi}"', "an expression of xacro; expand the file first"),
+        (
+            'rpy="0 0 1.5"',
+            'quat_xyzw="0 0 0 1"',
+            "unknown attribute 'quat_xyzw'; did you mean 'rpy'",
+        ),
+        ('xyz="0 0 1"', 'xyz="0 0 1e10"', "at most 1e+09 is allowed"),
+        ('<axis xyz="0 1 0"/>', "<axis/>", "<joint 'shoulder'> <axis>: xyz is missing"),
+        ('<axis xyz="0 1 0"/>', '<axi xyz="0 1 0"/>', "unknown element; did you mean 'axis'?"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/>' * 2, "there is one already"),
+        ('lower="-1.5"', 'lower="2"', "lower and upper are both 2; write type 'fixed', or let it"),
+        ('velocity="3"', 'velocty="3"', "unknown attribute 'velocty'; did you mean 'velocity'?"),
+        ('velocity="3"', 'velocity="-3"', "velocity is -3; it must not be below 0"),
+        ('velocity="3"', 'velocity="inf"', "velocity = 'inf': every number must be finite"),
+        ('<parent link="base"/>', "", "<joint 'shoulder'>: <parent> is missing"),
+        ('<parent link="base"/>', "<parent/>", "<joint 'shoulder'> <parent>: link is missing"),
+        ('link="base"', 'link="bass"', "parent: no link 'bass'; did you mean 'base'?"),
+        ('type="continuous"', "", "<joint 'elbow'>: type is missing"),
+        ('type="continuous"', 'type="floating"', "mimic: 'elbow' is floating, and has not one"),
+        ('type="prismatic"', 'type="planar"', "a planar joint cannot follow another"),
+        ('joint="elbow"', 'joint="grip"', "<joint 'grip'>: mimics itself in the end"),
+        ('name="arm"', "", "<robot>: name is missing"),
+        ('name="arm"', 'name=""', "<robot ''>: name is missing"),
+        ('name="upper"', 'name="' + "u" * 65 + '"', "has up to 64 letters"),
+        ('name="lower"', 'name="ba.e"', "parent: no link 'lower'"),
+        ('value="2"', 'value="-2"', "<link 'upper'> <inertial> <mass>: value is -2"),
+        ('ixx="1"', 'ixx="1 2"', "ixx = '1 2': expected one number, got more"),
+        ('ixx="1"', "", "<inertia>: ixx is missing"),
+        ('<mass value="2"/>', "", "<link 'upper'> <inertial>: <mass> is missing"),
+        ('radius="0.05"', 'radius="0"', "<cylinder>: radius is 0; it must be above 0"),
+        ('size="1 1 1"', 'size="1 1 -1"', "size: three numbers above 0 are allowed"),
+        ('<box size="1 1 1"/>', "", "<geometry> is missing or empty"),
+        ('<box size="1 1 1"/>', '<sphere radius="1"/>' * 2, "2 shapes; only one is allowed"),
+        ('scale="1 1 2"', 'scale="1 1 0"', "three numbers other than 0"),
+        ("package://arm/lower.stl", "../../lower.stl", "leaves its package by '..'"),
+        ("package://arm/lower.stl", "", "<mesh>: filename is missing"),
+        (
+            "package://arm/",
+            "$(find arm)/",
+            "filename = '$(find arm)/lower.stl': an expression",
+        ),
+        ('name="base"', 'name="${side}_base"', "name = '${side}_base': an expression of xacro"),
+        ('link="base"', 'link="${side}_base"', "link = '${side}_base': an expression of xacro"),
+        ('rgba="0 0 1 1"', 'rgba="0 0 255 1"', "rgba: four numbers from 0 to 1 are allowed"),
+        ('<link name="base"/>', '<xacro:tool name="x"/>', "xacro is not read; expand it"),
+        ("<robot", "<sdf", ":39: not valid XML: mismatched tag"),
+        ("</gazebo>", "</gazeb>", ":38: not valid XML: mismatched tag"),
+        ('<?xml version="1.0"?>', '<?xml version="1.0" encoding="UTF-33"?>', ":1: not valid XML"),
+        ('<?xml version="1.0"?>', "<!DOCTYPE robot []>", ":1: a DOCTYPE is not allowed"),
+    ],
+)
+def test_a_mistake_is_told_with_its_line_its_element_and_what_is_allowed(read, old, new, message):
+    assert message in refused(read, old, new)
+
+
+def test_all_mistakes_are_told_at_once(read):
+    text = ARM.replace('lower="-1.5"', 'lower="3"').replace('"0.6 0 0.8"', '"0 0 0"')
+    lines = refused(read, 'link="finger"', 'link="fingr"', text=text).split("\n")
+    assert [line.split("arm.urdf:")[1].split(":")[0] for line in lines] == ["24", "30", "32"]
+
+
+def test_a_file_of_mistakes_is_not_read_to_its_end(read):
+    many = '<link name="a"><visual/></link>\n' * 1000
+    lines = refused(read, text=f'<robot name="r">{many}</robot>').split("\n")
+    assert len(lines) == 51 and "was not read further" in lines[-1]
+
+
+def test_what_only_looks_like_our_second_link_keeps_its_place(read):
+    """A root that is called as those links are that a joint of ours takes to write."""
+    tail = '<joint name="b.tail" type="fixed"><parent link="b.axis"/><child link="b"/>'
+    text = f'<robot name="r"><link name="b.axis"/><link name="b"/>{tail}<origin xyz="1 2 3"/>'
+    with pytest.warns(rs.FileWarning, match="its name is read as 'b_axis'"):
+        robot = read(f"{text}</joint></robot>")
+    assert robot.fk([], "b")[:3, 3].tolist() == [1, 2, 3]
+
+
+def test_what_hardly_follows_another_does_not_hold_it(read):
+    arm = read(ARM, 'multiplier="0.01"', 'multiplier="1e-320"')
+    assert arm.limits[1].tolist() == [-np.inf, np.inf]
+
+
+def test_loops_of_mimics_end(read):
+    text = ARM.replace(
+        '<axis xyz="0.6 0 0.8"/>', '<axis xyz="0.6 0 0.8"/><mimic joint="grip" multiplier="2"/>'
+    )
+    assert "mimics itself in the end" in refused(read, text=text)
+
+
+def test_names_that_become_the_same_are_refused(read):
+    text = ARM.replace('link="lower"', 'link="up/er"').replace('name="lower"', 'name="up/er"')
+    text = text.replace('name="upper"', 'name="up_er"').replace('link="upper"', 'link="up_er"')
+    assert "'up_er', as it is read, is taken by line 5" in refused(read, text=text)
+
+
+@pytest.mark.parametrize("text", ["", "  \n", "robot", "<robot", "<a/>", "\0", "<robot name='r'/>"])
+def test_what_is_no_robot_is_refused(read, text):
+    assert "arm.urdf" in refused(read, text=text)
+
+
+def test_what_cannot_be_read_is_refused(tmp_path):
+    for path in (tmp_path / "none.urdf", tmp_path, 3, "a\0b", None):
+        with pytest.raises(rs.FileError):
+            rs.Robot.from_urdf(path)
+
+
+def test_a_file_of_100_megabytes_is_refused_before_it_is_read(tmp_path):
+    path = tmp_path / "large.urdf"
+    with open(path, "wb") as file:
+        file.truncate(100_000_000)
+    with pytest.raises(rs.FileError, match="urdf: larger than 4 MB"):
+        rs.Robot.from_urdf(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<a>" * 100_000, "nested more than 64 deep"),
+        ("<robot name='r'>" + "<gazebo/>" * 100_001 + "</robot>", "more than 100000 elements"),
+        ("<robot name='r'>" + "<rumour/>" * 1001 + "</robot>", "more than 1000 unknown words"),
+        ("<robot name='r'>" + "<link name='a'/>" * 2049 + "</robot>", "from 1 to 2048 are allowed"),
+    ],
+)
+def test_what_is_too_much_is_refused(read, text, message):
+    assert message in refused(read, text=text)
+
+
+@pytest.mark.parametrize("digits", ["1" * 100_000, "1" * 1_000_000 + "e", "0." + "0" * 200_000])
+def test_endless_numbers_are_refused_at_once(read, digits):
+    start = time.perf_counter()
+    assert "xyz = '" in refused(read, 'xyz="0 0 1"', f'xyz="{digits} 0 0"')
+    assert time.perf_counter() - start < 1.0
+
+
+# what is read otherwise than it is written, and told
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('name="tube"', 'name="tube" mood="calm"', "unknown attribute 'mood', left out"),
+        ("</gazebo>", "</gazebo><rumour/>", ":38: <rumour>: unknown element, left out"),
+        ('xyz="0 1 0"', 'xyz="0 5 0"', "the axis has length 5, and is read with length 1"),
+        ('velocity="3"', "", "velocity is missing, which the specification asks for"),
+        ('lower="-1.5" upper="2"', "", "lower 0 and upper 0 are read as without limits"),
+        ('lower="-1.5" upper="2"', 'lower="-1e16" upper="1e16"', "are read as without limits"),
+        ('izz="2.5"', 'izz="9"', "none can exceed the sum of the other two; left out"),
+        ('value="2"', 'value="0"', "a tensor without a mass, left out"),
+        ('name="arm"', 'name="2 arms"', "its name is read as 'robot_2_arms'"),
+    ],
+)
+def test_oddities_are_told_in_one_warning(read, old, new, message):
+    with pytest.warns(rs.FileWarning) as caught:
+        read(ARM, old, new)
+    assert len(caught) == 1 and message in str(caught[0].message)
+    assert caught[0].filename == __file__
+
+
+def test_a_warning_lists_five_oddities_and_counts_the_others(read):
+    with pytest.warns(rs.FileWarning) as caught:
+        read(ARM, "</gazebo>", "</gazebo>" + "<rumour/>" * 12)
+    lines = str(caught[0].message).split("\n")
+    assert len(lines) == 6 and lines[-1].endswith("and 7 more")
+
+
+PAIR = """<robot name="pair"><link name="base"/><link name="a"/><link name="b"/><link name="c"/>
+<joint name="one" type="prismatic"><parent link="base"/><child link="a"/>
+<limit lower="0" upper="0.04" effort="1" velocity="1"/></joint>
+<joint name="two" type="prismatic"><parent link="base"/><child link="b"/>
+<limit lower="0" upper="0.03" effort="1" velocity="1"/><mimic joint="one"/></joint>
+<joint name="three" type="prismatic"><parent link="base"/><child link="c"/>
+<limit lower="0" upper="0.04" effort="1" velocity="1"/><mimic joint="two" multiplier="-1"/></joint>
+</robot>"""
+
+
+def test_limits_of_what_mimics_that_leave_no_room_are_left_out(read):
+    """As the gripper of the PR2 has them: then its fingers could not move at all."""
+    with pytest.warns(rs.FileWarning, match=r":6: <joint 'three'>: its limits leave joint 'one'"):
+        pair = read(PAIR)
+    assert pair.limits.tolist() == [[0, 0.03]]
+    assert [k.joint.limits for k in pair.links[1:]] == [(0, 0.04), (0, 0.03), None]
+    with pytest.warns(rs.FileWarning, match="no room"):
+        assert read(PAIR, 'joint="one"', 'joint="one" offset="9"').limits[0, 1] == 0.04
+
+
+def test_a_link_called_world_gets_another_name(read):
+    text = ARM.replace('name="base"', 'name="world"').replace('link="base"', 'link="world"')
+    with pytest.warns(rs.FileWarning, match="its name is read as 'world_link'"):
+        arm = read(text)
+    assert arm.links[0].name == "world_link" == arm.links[1].parent
+
+
+# what comes out
+
+
+def test_the_robot_is_what_the_file_says(read):
+    arm = read()
+    assert arm.name == "arm" and [k.name for k in arm.links] == ["base", "upper", "lower", "finger"]
+    assert arm.coordinate_names == ("shoulder", "elbow") and arm.nv == 2
+    np.testing.assert_array_equal(arm.limits[0], [-1.5, 2])
+    shoulder, _, grip = (link.joint for link in arm.links[1:])
+    assert (shoulder.speed, shoulder.effort, grip.speed, grip.effort) == (3.0, 10.0, None, 1.0)
+    assert grip.follows == rs.Mimic("elbow", 0.01, 0.02) and grip.limits == (0.0, 0.04)
+    q = [0.3, 1.2]
+    upper = rs.Pose.at(0, 0, 1, rpy=(0, 0, 1.5)) @ rs.Pose.at(rotvec=(0, 0.3, 0))
+    lower = upper @ rs.Pose.at(rotvec=np.array([0.6, 0, 0.8]) * 1.2)
+    finger = lower @ rs.Pose.at(0.012 + 0.02)
+    for name, pose in [("upper", upper), ("lower", lower), ("finger", finger)]:
+        np.testing.assert_allclose(arm.fk(q, name), pose.matrix, rtol=0, atol=1e-15)
+
+
+def test_inertia_and_shapes_are_what_the_file_says(read):
+    _, upper, lower, _ = read().links
+    tensor = [[1, 0.1, 0], [0.1, 2, 0], [0, 0, 2.5]]
+    assert upper.inertia == rs.Inertia(2.0, (0, 0, 0.1), tensor) and lower.inertia is None
+    tube = rs.Wheel(0.05, 0.4, color="b").at(rs.Pose.at(0, 0, 0.2, rpy=(0.1, 0.2, 0.3)))
+    assert upper.shapes == (tube,)
+    assert lower.shapes == (rs.Mesh("package://arm/lower.stl", (1, 1, 2)),)
+
+
+def test_home_is_zero_or_the_limit_next_to_it(read):
+    assert read(ARM, 'lower="-1.5"', 'lower="0.5"').home.tolist() == [0.5, 0.0]
+
+
+@pytest.mark.parametrize("axis", np.vstack([np.eye(3), -np.eye(3)]).tolist())
+def test_along_an_axis_of_the_frame_no_digit_is_lost(read, axis):
+    text = " ".join(map(str, axis))
+    joint = read(ARM, 'xyz="0.6 0 0.8"', f'xyz="{text}"').links[2].joint
+    R = joint.place.rotation
+    assert set(np.unique(np.abs(R))) == {0.0, 1.0} and R[:, 2].tolist() == axis
+    assert np.array_equal(joint.tail.matrix, joint.place.inv().matrix)
+    assert axis != [0, 0, 1] or np.array_equal(R, np.eye(3))
+
+
+def test_floating_and_planar_joints_are_read(read):
+    text = ARM.replace("<mimic", "<!-- <mimic").replace('offset="0.02"/>', 'offset="0.02"/> -->')
+    flying = read(text, 'type="continuous"', 'type="floating"')
+    assert flying.nq == 9 and flying.coordinate_names[1] == "elbow.x"
+    sliding = read(text, 'type="continuous"', 'type="planar"')
+    q = [0.0, 0.3, -0.2, 0.5, 0.0]
+    T = sliding.links[2].joint.place.matrix
+    moved = sliding.fk([0.0] * 5, "lower")[:3, :3].T @ (
+        sliding.fk(q, "lower")[:3, 3] - sliding.fk([0.0] * 5, "lower")[:3, 3]
+    )
+    np.testing.assert_allclose(moved @ [0.6, 0, 0.8], 0, atol=1e-15)
+    np.testing.assert_allclose(moved, T[:3, :3] @ [0.3, -0.2, 0], atol=1e-15)
+
+
+def chain(n):
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    links = "".join(f'<link name="l{i}">{INERTIAL}</link>' for i in range(n))
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<origin xyz="0 0 1"/>{limit}</joint>'
+        for i in range(n - 1)
+    )
+    return f'<robot name="chain">{links}{joints}</robot>'
+
+
+def test_a_chain_of_1000_links_is_read(read):
+    start = time.perf_counter()
+    robot = read(chain(1000))
+    assert time.perf_counter() - start < 10.0  # it is half a second
+    assert robot.nq == 999
+    assert robot.fk(np.zeros(999))[:3, 3].tolist() == [0, 0, 999]
+
+
+def test_the_time_that_a_chain_takes_is_linear_in_its_length(read):
+    """Eight times as many links take about eight times as long, not 64 times."""
+
+    def seconds(text):
+        times = []
+        for _ in range(3):
+            start = time.process_time()
+            read(text)
+            times.append(time.process_time() - start)
+        return min(times)
+
+    short, long = (chain(n) for n in (128, 1024))
+    read(short)
+    assert seconds(long) < 24 * seconds(short)
+
+
+# what nobody thought of
+
+WORDS = ["0", "-1", "1e400", "nan", "x", "", "elbow", "upper", "base", "<", "/>", '"', "0 0 0"]
+
+
+@settings(derandomize=True, deadline=None, max_examples=300)
+@given(st.data())
+def test_a_changed_file_gives_a_robot_or_a_file_error(tmp_path_factory, data):
+    """Pieces of the file are dropped, doubled, moved, or replaced by others."""
+    tokens = ARM.replace("=", " = ").replace("/>", " /> ").split(" ")
+    for _ in range(data.draw(st.integers(1, 4))):
+        i = data.draw(st.integers(0, len(tokens) - 1))
+        j = data.draw(st.integers(0, len(tokens) - 1))
+        match data.draw(st.integers(0, 3)):
+            case 0:
+                del tokens[i : i + 1 + j % 4]
+            case 1:
+                tokens[i:i] = tokens[j : j + 3]
+            case 2:
+                tokens[i], tokens[j] = tokens[j], tokens[i]
+            case 3:
+                tokens[i] = data.draw(st.sampled_from(WORDS) | st.text(max_size=4))
+        tokens = tokens or [""]
+    path = tmp_path_factory.mktemp("changed") / "arm.urdf"
+    path.write_text(" ".join(tokens), encoding="utf-8", errors="replace")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rs.FileWarning)
+        try:
+            robot = rs.Robot.from_urdf(path)
+        except rs.FileError as error:
+            assert str(error).startswith(str(path))
+            return
+    assert np.isfinite(robot.frames(robot.home)).all()
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(
+    st.sampled_from(["xyz", "rpy", "lower", "upper", "multiplier", "offset", "velocity", "ixx"]),
+    st.floats() | st.integers(),
+)
+def test_any_number_gives_a_robot_or_a_file_error(tmp_path_factory, name, value):
+    head, tail = ARM.split(f'{name}="', 1)
+    rest = tail.split('"', 1)[1]
+    text = (
+        f'{head}{name}="{value} 0 0"{rest}' if len(name) == 3 else f'{head}{name}="{value}"{rest}'
+    )
+    path = tmp_path_factory.mktemp("number") / "arm.urdf"
+    path.write_text(text, encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rs.FileWarning)
+        try:
+            robot = rs.Robot.from_urdf(path)
+        except rs.FileError:
+            return
+    assert np.isfinite(robot.frames(robot.home)).all() and np.isfinite(robot.home).all()

@@ -1,0 +1,198 @@
+"""Clearance: closed forms, and never more than the distance between any two points."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robsim as rs
+from robsim import Ball, Block, CameraBody, InputError, Mesh, Object, Pose, Wheel
+from robsim.analysis.clearance import hull
+from robsim.primitives import Primitive
+
+steady = settings(derandomize=True, max_examples=25, deadline=None)
+seeds = st.integers(0, 2**32)
+CUBE, EYE = Block(1, 1, 1), CameraBody(0.4, 0.2, 0.2)
+ON_EDGE, ON_CORNER = np.pi / 4, np.arctan(np.sqrt(0.5))
+HALF = {"diagonal of a face": np.sqrt(0.5), "diagonal of a cube": np.sqrt(0.75)}
+CORNER_FIRST = Pose.at(2, 0, 0, rpy=(0, ON_CORNER, 0)) @ Pose.at(rpy=(0, 0, -ON_EDGE))
+
+
+def gap(first, second, pose, at=None):
+    """Between two shapes, the second at a pose; both moved by another."""
+    at = Pose.at() if at is None else at
+    scene = rs.Scene(objects=[Object("a", first, pose=at), Object("b", second, pose=at @ pose)])
+    found = rs.clearance(scene, [], "a", "b")
+    assert rs.clearance(scene, [], "b", "a") == pytest.approx(found, abs=1e-12)
+    return float(found)
+
+
+def turned(rng, far):
+    return Pose.at(*rng.uniform(-far, far, 3), rotvec=rng.normal(size=3))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "pose", "expected"),
+    [
+        (CUBE, CUBE, Pose.at(3, 0.2, -0.3), 2.0),  # face to face
+        (CUBE, CUBE, Pose.at(1, 0.2, -0.3), 0.0),  # touching
+        (CUBE, CUBE, Pose.at(0.75, 0.1, 0), -0.25),  # overlapping
+        (CUBE, CUBE, Pose.at(2, 0, 0, rpy=(0, 0, ON_EDGE)), 1.5 - HALF["diagonal of a face"]),
+        (CUBE, CUBE, CORNER_FIRST, 1.5 - HALF["diagonal of a cube"]),
+        (CUBE, CUBE, Pose.at(3, 3, 3), 2 * np.sqrt(3)),  # corner to corner, on the line of centres
+        (  # two edges that cross
+            Block(1, 1, 4).at(Pose.at(rpy=(0, 0, ON_EDGE))),
+            Block(1, 4, 1).at(Pose.at(rpy=(0, ON_EDGE, 0))),
+            Pose.at(2, 0.3, -0.2),
+            2 - 2 * HALF["diagonal of a face"],
+        ),
+        (Wheel(0.5, 0.2), CUBE, Pose.at(0, 0, 1), 0.4),  # disc to face
+        (Wheel(0.5, 0.2), Wheel(0.3, 0.2), Pose.at(0, 0.7, 0.9), 0.7),  # two parallel discs
+        (Wheel(0.5, 0.2, n=9).at(Pose.at(rpy=(0, 0, np.pi / 9))), CUBE, Pose.at(1.5, 0, 0), 0.5),
+        (Wheel(0.5, 0.2, n=9), CUBE, Pose.at(1.5, 0, 0), 1 - 0.5 / np.cos(np.pi / 9)),  # its corner
+        (EYE, CUBE, Pose.at(0, 0, 1.0), 0.1),  # opening to face
+        (EYE, CUBE, Pose.at(0, 0, -1.0), 0.5),  # back to face
+        (EYE, CUBE, Pose.at(1, 0, 0.6), 0.35),  # its rim, 1.5 times as wide
+        (Ball(0.3), CUBE, Pose.at(1.2, 0.4, -0.3), 0.4),  # to a face
+        (Ball(0.3), CUBE, Pose.at(2, 2, 2), 1.5 * np.sqrt(3) - 0.3),  # to a corner
+        (Ball(0.3), CUBE, Pose.at(0.6, 0.1, 0), -0.2),
+        (Ball(0.3).at(Pose.at(0, 0, 0.5)), Ball(0.2), Pose.at(1, 2, 2.5), 2.5),
+        (Ball(0.3), Ball(0.2), Pose.at(0, 0, 0), -0.5),
+    ],
+)
+def test_closed_forms(first, second, pose, expected):
+    for seed in range(3):
+        at = turned(np.random.default_rng(seed), far=1.0)
+        assert gap(first, second, pose, at) == pytest.approx(expected, abs=1e-12)
+
+
+def onto(shape, points):
+    """The nearest points of a block or a true cylinder, in its axes."""
+    if isinstance(shape, Block):
+        half = np.array([shape.length, shape.width, shape.height]) / 2
+        return np.clip(points, -half, half)
+    inward = min(1.0, shape.radius / np.hypot(*points[:2]))
+    z = np.clip(points[2], -shape.width / 2, shape.width / 2)
+    return np.array([*(points[:2] * inward), z])
+
+
+def alternating(first, second, pose):
+    """Distance of two convex shapes: from one to the nearest point of the other, and back."""
+    p = pose.position
+    for _ in range(400):
+        p = onto(first, p)
+        q = pose @ onto(second, pose.inv() @ p)
+        p, distance = q, np.linalg.norm(q - p)
+    return distance
+
+
+@steady
+@given(seeds)
+def test_it_is_never_more_than_the_distance_and_not_much_less(seed):
+    """For blocks and wheels the distance comes from alternating projections, from above."""
+    rng = np.random.default_rng(seed)
+    block = Block(*rng.uniform(0.1, 1, 3))
+    other = Wheel(*rng.uniform(0.1, 0.5, 2)) if seed % 2 else Block(*rng.uniform(0.1, 1, 3))
+    pose = turned(rng, far=1.2)
+    distance, found = alternating(block, other, pose), gap(block, other, pose)
+    assert found <= distance + 1e-12
+    if distance > 0.05:
+        assert found > 0.7 * distance
+
+
+def inside(shape, rng):
+    return rng.dirichlet(np.full(len(shape.vertices), 0.2), 200) @ shape.vertices
+
+
+@steady
+@given(seeds)
+def test_no_two_points_are_nearer(seed):
+    rng = np.random.default_rng(seed)
+    pose = turned(rng, far=0.4)
+    for other in (Block(0.3, 0.2, 0.1), Wheel(0.15, 0.1, n=7), EYE):
+        found = gap(EYE, other, pose)
+        a, b = (
+            rng.dirichlet(np.full(len(s.vertices), 0.2), 200) @ s.vertices for s in (EYE, other)
+        )
+        away = np.linalg.norm((pose @ b)[:, None] - a, axis=-1)
+        assert found <= away.min()
+
+
+@steady
+@given(seeds)
+def test_what_overlaps_is_parted_by_its_depth(seed):
+    """A point common to both is found, and there is an axis along which the depth parts them."""
+    rng = np.random.default_rng(seed)
+    a, b = Block(*rng.uniform(0.2, 1, 3)), Block(*rng.uniform(0.2, 1, 3))
+    pose = turned(rng, far=0.3)
+    depth = -gap(a, b, pose)
+    if depth <= 1e-3:
+        return
+    assert alternating(a, b, pose) < 1e-3
+    ways = rng.normal(size=(100, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    for way in ways:  # a shorter way than the depth parts them in no direction
+        assert gap(a, b, Pose.at(*(0.99 * depth * way)) @ pose) < 0
+
+
+def test_a_shape_of_ones_own_has_no_hull():
+    with pytest.raises(InputError, match="no hull of a Primitive"):
+        hull(Primitive())
+    with pytest.raises(InputError, match="no hull of a Mesh"):
+        hull(Mesh("elbow.stl"))
+
+
+# robots
+
+
+def arm():
+    return rs.Robot.from_dh(
+        [[0, 0, 1, 0], [0, 0, 1, 0]],
+        name="arm",
+        shapes=[[], *[[Block(1, 0.1, 0.1).at(Pose.at(-0.5, 0, 0))]] * 2],
+    )
+
+
+def scene():
+    post = Object("post", Wheel(0.1, 2, n=4).at(Pose.at(rpy=(0, 0, ON_EDGE))), pose=Pose.at(2.5))
+    eye = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], body=CameraBody(0.1, 0.1, 0.1))
+    # the camera looks up: its opening is 15 cm wide, its back at the origin of the tool
+    return rs.Scene(
+        [arm()], [post, Object("dot", marks=[[0, 0, 0]])], rs.Mounted("eye", eye, "arm.link2")
+    )
+
+
+def test_of_a_robot_its_nearest_link_counts():
+    s = scene()
+    assert rs.clearance(s, [0, 0], "arm", "post") == pytest.approx(0.4, abs=1e-12)
+    assert rs.clearance(s, [0, 0], "arm.link1", "post") == pytest.approx(1.4, abs=1e-12)
+    assert rs.clearance(s, [0, 0], ["arm.link1", "eye"], "post") == pytest.approx(0.325, abs=1e-12)
+    assert rs.clearance(s, [0, 0], "arm.link1", "arm.link2") == pytest.approx(0, abs=1e-12)
+    assert rs.clearance(s, [np.pi / 2, 0], "arm", "post") == pytest.approx(2.35, abs=1e-12)
+
+
+def test_a_batch_gives_what_each_row_gives():
+    s, rng = scene(), np.random.default_rng(1)
+    q = rng.uniform(-3, 3, (3, 200, 2))  # more than are looked at together
+    whole = rs.clearance(s, q, ["arm", "eye"], "post")
+    assert whole.shape == (3, 200)
+    alone = [rs.clearance(s, row, ["arm", "eye"], "post") for row in q[1, ::20]]
+    np.testing.assert_allclose(alone, whole[1, ::20], rtol=0, atol=1e-14)
+    assert rs.clearance(s, np.empty((0, 2)), "arm", "post").shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "told"),
+    [
+        ("arm", "pots", "did you mean 'post'"),
+        ("arm.link3", "post", "no robot, link or object 'arm.link3'"),
+        ("arm", "dot", "dot: no shapes"),
+        ("arm", [], "an empty list: no shapes"),
+        ("arm", ["post", "arm.link1"], "'arm.link1' is on both sides"),
+        ("arm", 3, "expected the name"),
+        ("arm", ["post", 3], "expected the name"),
+    ],
+)
+def test_what_cannot_touch_is_refused(one, other, told):
+    with pytest.raises(InputError, match=told):
+        rs.clearance(scene(), [0, 0], one, other)

@@ -1,0 +1,185 @@
+"""Other programs that read what we write: `pip install '.[oracles]'`, then `pytest tests/peers`.
+
+Where one of them is not installed, none of these tests is collected; pytest then says that it
+found no tests, and fails if it was asked for these.
+"""
+
+import importlib.util
+from importlib import metadata
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.urdf.words import safe
+
+PEERS = ("mujoco", "pinocchio", "yourdfpy", "rtbdata")
+LACKING = [name for name in PEERS if importlib.util.find_spec(name) is None]
+collect_ignore_glob = ["test_*.py"] if LACKING else []
+
+
+def pytest_report_header():
+    return f"tests/peers: left out, without {', '.join(LACKING)}" if LACKING else None
+
+
+class Pinocchio:
+    """A URDF file as Pinocchio reads it, asked in the names and coordinates of our robot.
+
+    Without `mimic` it knows nothing of coordinates that follow others, and is given ours.
+    """
+
+    def __init__(self, path, robot, mimic=True):
+        import pinocchio
+
+        self.pin, self.robot = pinocchio, robot
+        self.model = pinocchio.buildModelFromUrdf(str(path), mimic=mimic)
+        self.data = self.model.createData()
+        every = zip(self.model.names, self.model.joints, strict=True)
+        self.joints = [(safe(name, "joint"), joint) for name, joint in list(every)[1:] if joint.nq]
+        self.speeds = {name: i for i, name in enumerate(robot.velocity_names)}
+
+    def at(self, q):
+        """Place all that there is."""
+        values = dict(zip(self.robot.coordinate_names, q, strict=True))
+        waiting = [link for link in self.robot.links if link.joint.follows is not None]
+        while waiting:
+            link = next(link for link in waiting if link.joint.follows.of in values)
+            follows = link.joint.follows
+            values[link.joint.name or link.name] = (
+                follows.ratio * values[follows.of] + follows.offset
+            )
+            waiting = [other for other in waiting if other.name != link.name]
+        self.q = self.pin.neutral(self.model)
+        for name, joint in self.joints:
+            self.q[joint.idx_q : joint.idx_q + joint.nq] = self._coordinates(name, joint, values)
+        self.pin.framesForwardKinematics(self.model, self.data, self.q)
+        return self
+
+    def _coordinates(self, name, joint, values):
+        if joint.nq == 1:
+            return values[name]
+        if joint.nq == 2:  # continuous
+            return np.cos(values[name]), np.sin(values[name])
+        if joint.nq == 4:  # planar
+            x, y, theta = (values[f"{name}.{part}"] for part in ("x", "y", "theta"))
+            return x, y, np.cos(theta), np.sin(theta)
+        return [values[name + part] for part in (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw")]
+
+    def frames(self):
+        """Our name and the number of each frame of a link."""
+        kind = self.pin.FrameType.BODY
+        every = enumerate(self.model.frames)
+        return {safe(f.name, "link"): i for i, f in every if f.type == kind}
+
+    def pose(self, frame):
+        return self.data.oMf[frame].homogeneous
+
+    def jacobian(self, frame):
+        """In the order of our velocities."""
+        axes = self.pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        theirs = self.pin.computeFrameJacobian(self.model, self.data, self.q, frame, axes)
+        theirs = theirs.reshape(6, -1)
+        J = np.zeros((6, self.robot.nv))
+        for label, joint in self.joints:
+            columns = [i for key, i in self.speeds.items() if key in (label, *self._parts(label))]
+            J[:, columns] = theirs[:, joint.idx_v : joint.idx_v + joint.nv]
+        return J
+
+    @staticmethod
+    def _parts(label):
+        return [f"{label}.{part}" for part in ("vx", "vy", "vz", "wx", "wy", "wz", "omega")]
+
+
+@pytest.fixture
+def pinocchio_reads():
+    return Pinocchio
+
+
+@pytest.fixture
+def some_coordinates():
+    """Random coordinates, within the limits where there are any."""
+
+    def drawn(robot, runs=3):
+        rng = np.random.default_rng(robot.nq)
+        low, high = np.clip(robot.limits.T, -3.0, 3.0)
+        q = rng.uniform(low, np.maximum(high, low), (runs, robot.nq))
+        for i, name in enumerate(robot.coordinate_names):
+            if name.endswith(".qx"):
+                q[:, i : i + 4] = rng.normal(size=(runs, 4))
+                q[:, i : i + 4] /= np.linalg.norm(q[:, i : i + 4], axis=1, keepdims=True)
+        return q
+
+    return drawn
+
+
+def gripper():
+    """What no robot of the library has: a coordinate that follows one that follows another."""
+    turn = rs.Joint("revolute", rs.Pose.at(0, 0, 0.1, rpy=(0.1, 0.2, 0.3)), rs.Pose.at(0.1, 0.2))
+    slide = rs.Joint("prismatic", rs.Pose.at(rpy=(0, 1, 0)), limits=(0.0, 0.04), name="grip")
+    other = rs.Joint("prismatic", rs.Pose.at(rpy=(0, -1, 0)), follows=rs.Mimic("grip", -0.5, 0.1))
+    nail = rs.Joint("revolute", tail=rs.Pose.at(0.1), follows=rs.Mimic("right", 3.0, 0.2))
+    links = [
+        rs.Link("base"),
+        rs.Link("palm", "base", turn, (rs.Ball(0.1, mass=1),)),
+        rs.Link("left", "palm", slide, (rs.Block(0.1, 0.02, 0.03, "r"),)),
+        rs.Link("right", "palm", other),
+        rs.Link("nail", "right", nail),
+    ]
+    return rs.Robot("gripper", links)
+
+
+def mixture():
+    """Joints of all kinds, everywhere constant poses on both sides of the motion; a body flies."""
+    rng = np.random.default_rng(3)
+
+    def joint(kind, **more):
+        place, tail = (rs.Pose.at(*rng.normal(size=3), rpy=rng.normal(size=3)) for _ in range(2))
+        return rs.Joint(kind, place, tail, **more)
+
+    brick = rs.Block(0.1, 0.2, 0.3, mass=2).at(rs.Pose.at(0.1, rpy=(1, 2, 3)))
+    links = [
+        rs.Link("base"),
+        rs.Link("deck", "base", joint("planar"), (brick,)),
+        rs.Link("plate", "deck", joint("fixed"), (rs.Wheel(0.1, 0.2, mass=1), rs.Ball(0.1))),
+        rs.Link("arm", "plate", joint("revolute", effort=3.0)),
+        rs.Link("shelf", "base", joint("fixed")),
+        rs.Link("drone", "shelf", joint("floating"), (rs.CameraBody(0.1, 0.2, 0.3),)),
+        rs.Link("slide", "drone", joint("prismatic", name="lift", limits=(-1.0, 3.0))),
+    ]
+    return rs.Robot("mixture", links)
+
+
+def expressible(robot):
+    kinds = {"fixed", "revolute", "prismatic", "floating", "planar"}
+    joints = [link.joint for link in robot.links]
+    return all(j.kind in kinds and isinstance(j.follows, rs.Mimic | None) for j in joints)
+
+
+def pytest_generate_tests(metafunc):
+    """`written`: each robot that the formats can express. `published`: the files of the peers."""
+    if "written" in metafunc.fixturenames:
+        library = [rs.robots.load(name) for name in rs.robots.names()]
+        every = [*(robot for robot in library if expressible(robot)), gripper(), mixture()]
+        metafunc.parametrize("written", every, ids=lambda robot: robot.name)
+    if "published" in metafunc.fixturenames:
+        metafunc.parametrize("published", published_files(), ids=label)
+
+
+def published_files():
+    return sorted(
+        file.locate()
+        for package in ("example-robot-data", "rtb-data")
+        for file in metadata.files(package)
+        if file.suffix == ".urdf"
+    )
+
+
+@pytest.fixture
+def every_published():
+    """Their names."""
+    return [label(path) for path in published_files()]
+
+
+def label(path):
+    """A name for a file: its own, after that of the folder of its robot."""
+    return f"{path.parts[-3]}/{path.stem}"
