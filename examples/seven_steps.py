@@ -21,7 +21,7 @@ roller = rs.Wheel(6 * cm, 4 * cm, n=24, color="k")
 post = rs.Block(10 * cm, 10 * cm, 40 * cm, color="b")
 pivot = rs.Wheel(7 * cm, 12 * cm, n=24, color="b")
 sleeve = rs.Block(9 * cm, 9 * cm, 45 * cm, color="r")
-rod = rs.Block(5 * cm, 5 * cm, 55 * cm, color="y")
+rod = rs.Block(5 * cm, 5 * cm, 65 * cm, color="y")
 head = rs.Block(8 * cm, 12 * cm, 4 * cm, color="m")
 camera_body = rs.CameraBody(10 * cm, 8 * cm, 6 * cm, color="k")
 
@@ -33,7 +33,7 @@ shapes = [
     + [roller.at(rs.Pose.at(x, y, 6 * cm) @ lying) for x, y in feet],
     [post.at(lying).at(rs.Pose.at(0, 24 * cm, 0)), pivot],
     [sleeve.at(rs.Pose.at(0, 0, 15 * cm))],
-    [rod.at(rs.Pose.at(0, 0, -17.5 * cm))],
+    [rod.at(rs.Pose.at(0, 0, -22.5 * cm))],
     [head.at(rs.Pose.at(0, 0, -4 * cm)), camera_body.at(rs.Pose.at(0, 0, -2 * cm))],
 ]
 
