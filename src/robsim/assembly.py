@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.arrays import Array, frozen
 from robsim.curves import Curve
 from robsim.errors import FrameError, InputError, suggest
-from robsim.joint import GIVEN, SINGLE, Ackermann, Chord, Joint, Mimic, Rolling, Steering
+from robsim.joint import GIVEN, KINDS, SINGLE, Ackermann, Chord, Joint, Mimic, Rolling, Steering
 from robsim.kernels import curve as curve_kernels
 from robsim.kernels import tree as kernels
 from robsim.pose import IDENTITY
@@ -128,7 +128,7 @@ class Assembly:
             if root is None:
                 return  # it follows what no velocity moves: a steering angle
             iv, ratio = root, 1 + self.rows[frame.label] - self.nq
-            moves = Joint(joint.kind, curve=joint.curve).parts.moves
+            moves = KINDS[joint.kind].moves
         for i, (turns, axis) in enumerate(moves):
             self.moves.append((iv + i, body, int(turns), axis, ratio))
         if bend:
@@ -290,11 +290,11 @@ def _joined(curves: Sequence[Curve]) -> curve_kernels.Curves:
 
 def _rows(frames: Iterable[Frame], first: dict[str | None, tuple[int, int]]) -> dict[str, int]:
     """The row in q of each coordinate that the tree has of its own, by name."""
-    rows: dict[str, int] = {}
-    for frame in frames:
-        for i, name in enumerate(frame.coordinates):
-            rows[name] = first[frame.name][0] + i
-    return rows
+    return {
+        name: first[frame.name][0] + i
+        for frame in frames
+        for i, name in enumerate(frame.coordinates)
+    }
 
 
 def _first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:

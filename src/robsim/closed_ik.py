@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from robsim.arrays import Array, frozen, positive, runs_last
 from robsim.errors import InputError
 from robsim.ik import Arm
+from robsim.joint import LIMIT_SLACK
 from robsim.kernels.tree import REVOLUTE
 from robsim.pose import as_pose, homogeneous
 from robsim.value import Value
 
 TRUE = 1e-9  # metres or radians by which axes may miss what is asked of them
 ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is stretched
-SLACK = 1e-9  # radians by which a solution may exceed a limit, as everywhere
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     q[~valid] = np.nan
     low, high = arm.limits.T
     with np.errstate(invalid="ignore"):
-        within = valid & ((q >= low - SLACK) & (q <= high + SLACK)).all(axis=-1)
+        within = valid & ((q >= low - LIMIT_SLACK) & (q <= high + LIMIT_SLACK)).all(axis=-1)
     lead = (*pose.shape[:-2], angles.shape[1])
     return ClosedIK(
         frozen(q.reshape(*lead, len(arm.home))),
@@ -272,7 +272,7 @@ def _folded(angles: Array, limits: Array) -> Array:
     """In (-pi, pi], or a whole turn away where only this is within the limits."""
     turn = 2.0 * np.pi
     q = angles - turn * np.round(angles / turn)
-    low, high = limits[:, 0] - SLACK, limits[:, 1] + SLACK
+    low, high = limits[:, 0] - LIMIT_SLACK, limits[:, 1] + LIMIT_SLACK
     up, down = q < low, q > high
     q = np.where(up & (q + turn <= high), q + turn, q)
     return np.where(down & (q - turn >= low), q - turn, q)

@@ -53,6 +53,7 @@ KINDS: dict[str, Parts] = {
     "car": Parts((*_IN_PLANE, ".steering"), ("m", "m", "rad", "rad"), *_FORWARD),
     "rail": Parts(("",), ("m",), ("",), ("m/s",), ((False, 0),)),
 }
+LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
 SINGLE = tuple(kind for kind, parts in KINDS.items() if len(parts.coordinates) == 1)
 
 

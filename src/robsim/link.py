@@ -39,6 +39,11 @@ class Link:
     shapes: tuple[Primitive, ...] = ()
     inertia: Inertia | None = None
 
+    @property
+    def label(self) -> str:
+        """What its coordinates are called: as its joint, if that has a name, else as the link."""
+        return self.joint.name or self.name
+
     def __post_init__(self) -> None:
         checked_name(self.name, "link")
         if not isinstance(self.joint, Joint):
@@ -64,17 +69,9 @@ class Link:
 
 def coordinate_names(links: Iterable[Link]) -> tuple[str, ...]:
     """Of what the joints have of their own: the joint's name, or the link's, and .x or the like."""
-    return tuple(
-        (link.joint.name or link.name) + part
-        for link in links
-        for part in link.joint.parts.coordinates
-    )
+    return tuple(link.label + part for link in links for part in link.joint.parts.coordinates)
 
 
 def velocity_names(links: Iterable[Link]) -> tuple[str, ...]:
     """Likewise of the velocities."""
-    return tuple(
-        (link.joint.name or link.name) + part
-        for link in links
-        for part in link.joint.parts.velocities
-    )
+    return tuple(link.label + part for link in links for part in link.joint.parts.velocities)

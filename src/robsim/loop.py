@@ -15,6 +15,7 @@ from robsim.arrays import Array, runs_last, some_runs
 from robsim.drives import Drives, Held
 from robsim.errors import InputError
 from robsim.frames import Frames, check_sensing
+from robsim.joint import LIMIT_SLACK
 from robsim.kernels import loop as kernels
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
@@ -22,7 +23,6 @@ from robsim.kernels.loop import Command, Noise, Scheme
 from robsim.kernels.sight import Look
 from robsim.outcome import Outcome
 from robsim.record import Record, Recorder
-from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
 from robsim.sensing import Sensing
 from robsim.servo.controller import Controller, Decision

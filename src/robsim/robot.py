@@ -11,14 +11,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim import urdf
 from robsim.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.assembly import Frame
 from robsim.closed_ik import ClosedIK, solve_closed
 from robsim.dh import dh_constants
 from robsim.errors import FrameError, InputError, suggest
 from robsim.ik import Arm, Effort, IKResult, solve
-from robsim.joint import FIXED, Joint, Mimic, units_of
+from robsim.joint import FIXED, LIMIT_SLACK, Joint, Mimic, units_of
 from robsim.link import Link, coordinate_names, velocity_names
 from robsim.names import checked_name
 from robsim.pose import IDENTITY, Pose, as_pose, common_lead, homogeneous, is_pose_like, one_pose
@@ -26,8 +25,6 @@ from robsim.primitives import Primitive
 from robsim.tool import mounted
 from robsim.tree import Tree
 from robsim.value import Value
-
-LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +130,8 @@ class Robot(Value):
         FileError: all that is wrong, each with its line; a FileWarning tells what is left out or
         read in another way.
         """
+        from robsim import urdf  # only where it is used, for a quick start
+
         return urdf.read(path, cls)
 
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
@@ -144,6 +143,8 @@ class Robot(Value):
         nothing gets 1 g and 1e-6 kg m^2, so that simulators take it. InputError: rails, vehicles
         and what follows by other than Mimic, which the format cannot express, by name.
         """
+        from robsim import urdf  # only where it is used, for a quick start
+
         urdf.write(self.name, self.links, path)
 
     def to_mjcf(self, path: str | os.PathLike[str]) -> None:
@@ -154,6 +155,8 @@ class Robot(Value):
         of its free joint are the pose of the body in the world. The base stands at the origin.
         Meshes are left out, with a FileWarning; the rest is as in `to_urdf`.
         """
+        from robsim import urdf  # only where it is used, for a quick start
+
         urdf.write_mjcf(self.name, self.links, path)
 
     @cached_property
@@ -199,7 +202,7 @@ class Robot(Value):
             elif link.joint.limits is not None:
                 rows[i] = link.joint.limits
         number = {name: i for i, name in enumerate(names)}
-        follows = {link.joint.name or link.name: link.joint.follows for link in self.links}
+        follows = {link.label: link.joint.follows for link in self.links}
         for link in self.links:
             if isinstance(link.joint.follows, Mimic) and link.joint.limits is not None:
                 source, (low, high) = _mimicked(link, follows, number)

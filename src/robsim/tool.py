@@ -21,9 +21,9 @@ def mounted(
     """
     taken = {link.name for link in arm}
     links = {link.name: _apart(link.name, taken, name) for link in tool}
-    taken_too = {_label(link) for link in _moving(arm)}
+    taken_too = {link.label for link in _moving(arm)}
     labels = {
-        _label(link): _apart(link.joint.name or links[link.name], taken_too, name)
+        link.label: _apart(link.joint.name or links[link.name], taken_too, name)
         for link in _moving(tool)
     }
     _check_apart(taken, links.values(), name)
@@ -36,11 +36,6 @@ def mounted(
         hung.append(replace(link, name=links[link.name], parent=parent, joint=joint))
     bared = [replace(link, shapes=()) if bare and link.name == on else link for link in arm]
     return (*bared, *hung)
-
-
-def _label(link: Link) -> str:
-    """What the coordinates of a link are called."""
-    return link.joint.name or link.name
 
 
 def _moving(links: Iterable[Link]) -> list[Link]:
@@ -67,7 +62,7 @@ def _renamed(link: Link, name: str, labels: Mapping[str, str]) -> Joint:
     joint = link.joint
     if joint.kind == "fixed":
         return joint
-    label = labels[_label(link)]
+    label = labels[link.label]
     joint = replace(joint, name=None if label == name else label)
     follows = joint.follows
     if follows is None or isinstance(follows, Rolling):

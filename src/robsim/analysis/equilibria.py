@@ -15,8 +15,8 @@ from robsim.analysis.starts import drawn
 from robsim.arrays import Array, frozen, positive, runs_first, runs_last, whole
 from robsim.camera import Visibility
 from robsim.errors import InputError
+from robsim.joint import LIMIT_SLACK
 from robsim.loop import Loop
-from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
 from robsim.servo.controller import Controller
 from robsim.servo.task import Task

@@ -65,9 +65,11 @@ def wheel(curves, which, s, radius):
 
 
 @kernel
-def _second(curves, which, s, length, radius):
-    """Where the second wheel touches: Newton steps on |P2 - P1| = length, inside a bracket."""
-    x, y, _, _, _ = wheel(curves, which, s, radius)
+def _second(curves, which, s, x, y, length, radius):
+    """Where the second wheel touches, if the centre of the first, at s, is (x, y).
+
+    Newton steps on |P2 - P1| = length, inside a bracket.
+    """
     low, high = s, s + length
     while high > low:  # the straight way beyond the end leads away; far out there all s are one
         far = wheel(curves, which, high, radius)
@@ -125,7 +127,7 @@ def chord(curves, which, s, length, radius, at, gives):
     against the chord by k3 s3' - psi'. (Own derivation, checked against central differences.)
     """
     x, y, c, d, rate = wheel(curves, which, s, radius)
-    far = _second(curves, which, s, length, radius)
+    far = _second(curves, which, s, x, y, length, radius)
     X, Y, C, D, RATE = wheel(curves, which, far, radius)
     ux, uy = (X - x) / length, (Y - y) / length
     slope = rate * (ux * c + uy * d) / (RATE * (ux * C + uy * D))

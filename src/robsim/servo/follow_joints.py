@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from robsim.arrays import Array, frozen, numbers, positive
 from robsim.errors import InputError
+from robsim.joint import LIMIT_SLACK
 from robsim.kernels.loop import Command
-from robsim.robot import LIMIT_SLACK
 from robsim.scene import Scene
 from robsim.servo.controller import Decision
 from robsim.servo.follower import Follower, check_trajectory

@@ -32,9 +32,11 @@ class Follower(Controller):
         """That of these runs; they are `there`, the run last, which counts at their start."""
         if "start" not in now.memory:
             remember(now.memory, "start", there)
-            seconds = self.planned(now.memory["start"]).duration
-            now.memory["until"] = np.array(np.broadcast_to(seconds, (now.runs,)), dtype=float)
-        return self.planned(now.memory["start"])
+        plan = self.planned(now.memory["start"])
+        if "until" not in now.memory:
+            seconds = np.broadcast_to(plan.duration, (now.runs,))
+            now.memory["until"] = np.array(seconds, dtype=float)
+        return plan
 
     def busy(self, now: Instant) -> NDArray[np.bool_]:
         """(B,): until the trajectory is over."""

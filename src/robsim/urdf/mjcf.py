@@ -93,7 +93,7 @@ def _body(text: Text, link: Link) -> None:
         inertial = TOKEN
     if inertial is not None:
         _inertial(text, inertial)
-    _joints(text, link.joint, link.joint.name or link.name)
+    _joints(text, link.joint, link.label)
     for shape in link.shapes:
         for solid in plain(shape):
             color, where = spaced(rgba(solid.color)), _place(solid.pose)
@@ -137,7 +137,7 @@ def _equalities(text: Text, links: Sequence[Link]) -> None:
         for link in tied:
             follows = link.joint.follows
             assert isinstance(follows, Mimic)
-            name, curve = link.joint.name or link.name, (follows.offset, follows.ratio, 0, 0, 0)
+            name, curve = link.label, (follows.offset, follows.ratio, 0, 0, 0)
             text.put("joint", joint1=name, joint2=follows.of, polycoef=spaced(curve))
 
 

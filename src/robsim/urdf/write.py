@@ -121,7 +121,7 @@ def _unchained(links: Sequence[Link]) -> list[Link]:
 
     Pinocchio and yourdfpy know no others.
     """
-    follows = {k.joint.name or k.name: k.joint.follows for k in links}
+    follows = {k.label: k.joint.follows for k in links}
     found = []
     for link in links:
         tie, above = link.joint.follows, None
@@ -138,19 +138,17 @@ def _tied(links: Iterable[Link]) -> set[str]:
     """
     follows = {link.name: link.joint.follows for link in links}
     sources = {each.of for each in follows.values() if isinstance(each, Mimic)}
-    return {k.name for k in links if follows[k.name] or (k.joint.name or k.name) in sources}
+    return {k.name for k in links if follows[k.name] or k.label in sources}
 
 
 def _joint_names(links: Sequence[Link]) -> dict[str, str]:
     """Of each link, what its joint is called: what does not move gives way to all others."""
-    names = {k.name: k.joint.name or k.name for k in links if k.joint.kind != "fixed"}
+    names = {k.name: k.label for k in links if k.joint.kind != "fixed"}
     taken = set(names.values())
     for link in links[1:]:
         if link.name not in names:
             other = (f"{link.name[:50]}_fixed{i or ''}" for i in count())
-            names[link.name] = next(
-                n for n in chain([link.joint.name or link.name], other) if n not in taken
-            )
+            names[link.name] = next(n for n in chain([link.label], other) if n not in taken)
             taken.add(names[link.name])
     return names
 
