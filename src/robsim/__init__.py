@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-from robsim import curves as curves
-from robsim import examples as examples
-from robsim import robots as robots
+from robsim.geometry import curves as curves
+from robsim.files import examples as examples
+from robsim.files import robots as robots
 from robsim import trajectory as trajectory
-from robsim import units as units
-from robsim.actuation import Actuation as Actuation
+from robsim.base import units as units
+from robsim.world.actuation import Actuation as Actuation
 from robsim.analysis.equilibria import equilibria as equilibria
 from robsim.analysis.equilibrium import Equilibria as Equilibria
 from robsim.analysis.equilibrium import Equilibrium as Equilibrium
@@ -23,19 +23,19 @@ from robsim.analysis.manipulability import manipulability as manipulability
 from robsim.analysis.manipulability import singularity_distance as singularity_distance
 from robsim.analysis.workspace import Workspace as Workspace
 from robsim.analysis.workspace import workspace as workspace
-from robsim.belief import believe as believe
-from robsim.camera import Camera as Camera
-from robsim.camera import Visibility as Visibility
-from robsim.closed_ik import ClosedIK as ClosedIK
-from robsim.errors import FileError as FileError
-from robsim.errors import FileWarning as FileWarning
-from robsim.errors import FrameError as FrameError
-from robsim.errors import GoalError as GoalError
-from robsim.errors import InputError as InputError
-from robsim.errors import Interrupted as Interrupted
-from robsim.errors import RankWarning as RankWarning
-from robsim.errors import RobSimError as RobSimError
-from robsim.errors import UnitError as UnitError
+from robsim.world.belief import believe as believe
+from robsim.vision.camera import Camera as Camera
+from robsim.vision.camera import Visibility as Visibility
+from robsim.robot.ik.closed import ClosedIK as ClosedIK
+from robsim.base.errors import FileError as FileError
+from robsim.base.errors import FileWarning as FileWarning
+from robsim.base.errors import FrameError as FrameError
+from robsim.base.errors import GoalError as GoalError
+from robsim.base.errors import InputError as InputError
+from robsim.base.errors import Interrupted as Interrupted
+from robsim.base.errors import RankWarning as RankWarning
+from robsim.base.errors import RobSimError as RobSimError
+from robsim.base.errors import UnitError as UnitError
 from robsim.features import DecoupledMoments as DecoupledMoments
 from robsim.features import Ellipse as Ellipse
 from robsim.features import Lines as Lines
@@ -54,33 +54,33 @@ from robsim.features import StereoPoints as StereoPoints
 from robsim.features import ThetaU as ThetaU
 from robsim.features import Translation as Translation
 from robsim.features import VanishingPoint as VanishingPoint
-from robsim.ik import IKReason as IKReason
-from robsim.ik import IKResult as IKResult
-from robsim.inertia import Inertia as Inertia
-from robsim.joint import Ackermann as Ackermann
-from robsim.joint import Chord as Chord
-from robsim.joint import Joint as Joint
-from robsim.joint import Mimic as Mimic
-from robsim.joint import Rolling as Rolling
-from robsim.joint import Steering as Steering
-from robsim.link import Link as Link
-from robsim.mission import Mission as Mission
-from robsim.mission import MissionRun as MissionRun
-from robsim.mission import Phase as Phase
-from robsim.motion import Motion as Motion
-from robsim.outcome import Outcome as Outcome
-from robsim.pose import Pose as Pose
-from robsim.primitives import Ball as Ball
-from robsim.primitives import Block as Block
-from robsim.primitives import CameraBody as CameraBody
-from robsim.primitives import Mesh as Mesh
-from robsim.primitives import Wheel as Wheel
-from robsim.robot import Robot as Robot
-from robsim.scene import Mounted as Mounted
-from robsim.scene import Object as Object
-from robsim.scene import Scene as Scene
-from robsim.sensing import Occlusion as Occlusion
-from robsim.sensing import Sensing as Sensing
+from robsim.robot.ik.numeric import IKReason as IKReason
+from robsim.robot.ik.numeric import IKResult as IKResult
+from robsim.geometry.inertia import Inertia as Inertia
+from robsim.robot.joint import Ackermann as Ackermann
+from robsim.robot.joint import Chord as Chord
+from robsim.robot.joint import Joint as Joint
+from robsim.robot.joint import Mimic as Mimic
+from robsim.robot.joint import Rolling as Rolling
+from robsim.robot.joint import Steering as Steering
+from robsim.robot.link import Link as Link
+from robsim.run.mission import Mission as Mission
+from robsim.run.mission import MissionRun as MissionRun
+from robsim.run.mission import Phase as Phase
+from robsim.world.motion import Motion as Motion
+from robsim.run.outcome import Outcome as Outcome
+from robsim.geometry.pose import Pose as Pose
+from robsim.geometry.primitives import Ball as Ball
+from robsim.geometry.primitives import Block as Block
+from robsim.geometry.primitives import CameraBody as CameraBody
+from robsim.geometry.primitives import Mesh as Mesh
+from robsim.geometry.primitives import Wheel as Wheel
+from robsim.robot.robot import Robot as Robot
+from robsim.world.scene import Mounted as Mounted
+from robsim.world.scene import Object as Object
+from robsim.world.scene import Scene as Scene
+from robsim.world.sensing import Occlusion as Occlusion
+from robsim.world.sensing import Sensing as Sensing
 from robsim.servo import IBVS as IBVS
 from robsim.servo import PBVS as PBVS
 from robsim.servo import Adaptive as Adaptive
@@ -114,7 +114,7 @@ from robsim.servo import Switch as Switch
 from robsim.servo import Together as Together
 from robsim.servo import Transposed as Transposed
 from robsim.servo import Truncated as Truncated
-from robsim.simulate import simulate as simulate
+from robsim.run.simulate import simulate as simulate
 from robsim.vision import HomographyMotions as HomographyMotions
 from robsim.vision import PoseEstimate as PoseEstimate
 from robsim.vision import Triangulated as Triangulated
@@ -131,8 +131,8 @@ if TYPE_CHECKING:
     from robsim.analysis.diagnosis import diagnose as diagnose
     from robsim.analysis.explain import Explanation as Explanation
     from robsim.analysis.explain import explain as explain
-    from robsim.runfile import open_run as open_run
-    from robsim.runfile import save_run as save_run
+    from robsim.files.netcdf import open_run as open_run
+    from robsim.files.netcdf import save_run as save_run
     from robsim.scenario import Scenario as Scenario
     from robsim.scenario import load_scenario as load_scenario
     from robsim.scenario import replay as replay
@@ -146,8 +146,8 @@ _LAZY = {
     "diagnose": "robsim.analysis.diagnosis",
     "Explanation": "robsim.analysis.explain",
     "explain": "robsim.analysis.explain",
-    "open_run": "robsim.runfile",
-    "save_run": "robsim.runfile",
+    "open_run": "robsim.files.netcdf",
+    "save_run": "robsim.files.netcdf",
     "Scenario": "robsim.scenario",
     "load_scenario": "robsim.scenario",
     "replay": "robsim.scenario",

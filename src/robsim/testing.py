@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, numbers, runs_last
-from robsim.camera import Camera
+from robsim.base.arrays import Array, numbers, runs_last
+from robsim.vision.camera import Camera
 from robsim.features.feature import Feature, Observation
 from robsim.kernels import camera as kernels
-from robsim.pose import Pose, homogeneous
-from robsim.servo.inverse import Truncated, product
-from robsim.servo.law import Law, State
+from robsim.geometry.pose import Pose, homogeneous
+from robsim.servo.laws.inverse import Truncated, product
+from robsim.servo.laws.law import Law, State
 
 RUNS, MARKS = 5, 4
 CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])

@@ -1,83 +1,12 @@
-"""Units at the doors: inside everything is metres, radians and seconds.
+"""Units at the doors: `from robsim.units import cm, deg`."""
 
->>> 22.86 * cm, round(90 * deg, 6)
-(0.2286, 1.570796)
->>> parse("22.86 cm", "length"), parse("1, 2, 3 mm", "length", count=3)
-(0.2286, (0.001, 0.002, 0.003))
-"""
-
-import math
-import re
-from decimal import Decimal, DecimalException
-from typing import Literal, overload
-
-from robsim.errors import UnitError
-
-m, cm, mm, um = 1.0, 1e-2, 1e-3, 1e-6
-rad, deg = 1.0, math.pi / 180.0
-s, ms = 1.0, 1e-3
-
-Dimension = Literal[
-    "length",
-    "angle",
-    "time",
-    "speed",
-    "turn rate",
-    "acceleration",
-    "turn acceleration",
-    "mass",
-    "density",
-    "inertia",
-]
-# a power of ten is applied to the decimal number, so "22.86 cm" is the double nearest 0.2286
-_UNITS: dict[str, dict[str, int | float]] = {
-    "length": {"m": 0, "cm": -2, "mm": -3, "um": -6},
-    "angle": {"rad": 0, "deg": deg},
-    "time": {"s": 0, "ms": -3},
-    "speed": {"m/s": 0, "cm/s": -2, "mm/s": -3},
-    "turn rate": {"rad/s": 0, "deg/s": deg},
-    "acceleration": {"m/s^2": 0, "cm/s^2": -2, "mm/s^2": -3},
-    "turn acceleration": {"rad/s^2": 0, "deg/s^2": deg},
-    "mass": {"kg": 0, "g": -3},
-    "density": {"kg/m^3": 0, "g/cm^3": 3},
-    "inertia": {"kg m^2": 0, "g cm^2": -7},
-}
-_QUANTITY = re.compile(r"([-+0-9.eE,\s]*)((?:k?g c?m|[a-zA-Zµ%/]*)(?:\^[23])?)\s*")
-
-
-@overload
-def parse(text: object, dimension: Dimension) -> float: ...
-@overload
-def parse(text: object, dimension: Dimension, count: int) -> tuple[float, ...]: ...
-def parse(
-    text: object, dimension: Dimension, count: int | None = None
-) -> float | tuple[float, ...]:
-    """Read a quantity such as "22.86 cm", or `count` of them as "1, 2, 3 mm", into SI.
-
-    UnitError: no unit, a unit of another dimension, a number that is not finite, a wrong count.
-    """
-    if dimension not in _UNITS:
-        raise UnitError(f"no dimension {dimension!r}; dimensions: {', '.join(_UNITS)}")
-    units = _UNITS[dimension]
-    example = "1, 2, 3 " if count else "1.5 "
-    expected = f"expected {'a vector' if count else 'one number'} with a unit of {dimension}"
-    expected += f' ({", ".join(units)}), as in "{example}{next(iter(units))}"'
-    match = _QUANTITY.fullmatch(text) if isinstance(text, str) and len(text) < 1000 else None
-    if match is None or not match[1].strip() or match[2] not in units:
-        raise UnitError(f"{text!r}: {expected}")
-    words = match[1].replace(",", " ").split()
-    if len(words) != (count or 1):
-        raise UnitError(f"{text!r} has {len(words)} numbers, not {count or 1}: {expected}")
-    try:
-        numbers = tuple(_scaled(word, units[match[2]]) for word in words)
-    except (DecimalException, OverflowError):
-        raise UnitError(f"{text!r}: {expected}") from None
-    return numbers if count else numbers[0]
-
-
-def _scaled(word: str, factor: int | float) -> float:
-    number = Decimal(word)
-    value = float(number.scaleb(factor)) if isinstance(factor, int) else float(number) * factor
-    if not math.isfinite(value):
-        raise OverflowError
-    return value
+from robsim.base.units import Dimension as Dimension
+from robsim.base.units import cm as cm
+from robsim.base.units import deg as deg
+from robsim.base.units import m as m
+from robsim.base.units import mm as mm
+from robsim.base.units import ms as ms
+from robsim.base.units import parse as parse
+from robsim.base.units import rad as rad
+from robsim.base.units import s as s
+from robsim.base.units import um as um

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import ik
+from robsim.robot.robot.ik import numeric as ik
 
 FIELDS = ["q", "success", "error", "iterations", "restarts", "reason"]
 

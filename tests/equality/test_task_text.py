@@ -12,8 +12,8 @@ import robsim as rs
 from robsim.features import FEATURES
 from robsim.scenario import Scenario, Settings, replay
 from robsim.servo import FOLLOWERS, SCHEMES, SEVERAL
-from robsim.servo.docking import Docking
-from robsim.servo.placing import Placing
+from robsim.servo.tasks.docking import Docking
+from robsim.servo.tasks.placing import Placing
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 pytestmark = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import loop
+from robsim.run import loop
 
 SCHEMES = list(
     product(

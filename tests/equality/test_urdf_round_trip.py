@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim import robots
-from robsim.urdf.values import frame_of, rpy_of
+from robsim.robot.urdf.values import frame_of, rpy_of
 
 KINDS = {"fixed", "revolute", "prismatic", "floating", "planar"}
 

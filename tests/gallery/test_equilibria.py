@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.analysis.field import Field
-from robsim.arrays import runs_last
+from robsim.base.arrays import runs_last
 
 TRAPS = ("local_minimum", "tilted_square")
 

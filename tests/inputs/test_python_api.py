@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.outcome import Outcome
+from robsim.run.outcome import Outcome
 
 NAN, INF = float("nan"), float("inf")
 K = [[800, 0, 320], [0, 800, 240], [0, 0, 1]]
@@ -1052,7 +1052,7 @@ def test_limits_of_some_joints_only():
 
 
 def test_ctrl_c_while_the_result_is_made_loses_nothing(monkeypatch):
-    from robsim import results
+    from robsim.run import result as results
 
     def disturbed(*given, **named):
         signal.raise_signal(signal.SIGINT)

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.scenario import Scenario, load_scenario, read_robot
-from robsim.servo.docking import Docking
-from robsim.servo.placing import Placing
+from robsim.servo.tasks.docking import Docking
+from robsim.servo.tasks.placing import Placing
 
 DEG = math.pi / 180
 RHINO = """

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.drives import Drives, Held
+from robsim.run.drives import Drives, Held
 from robsim.kernels.actuation import count, follow
 
 INF = np.inf

@@ -5,17 +5,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.camera import (
+from robsim.vision.camera import (
     T_CHAPTER_CAMERA,
     Camera,
     Visibility,
     chapter_intrinsics,
     intrinsics_from_chapter,
 )
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.kernels import camera as kernels
-from robsim.pose import Pose
-from robsim.primitives import CameraBody
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives import CameraBody
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import robsim as rs
 from robsim import Ball, Block, CameraBody, InputError, Mesh, Object, Pose, Wheel
 from robsim.analysis.clearance import hull
-from robsim.primitives import Primitive
+from robsim.geometry.primitives import Primitive
 
 steady = settings(derandomize=True, max_examples=25, deadline=None)
 seeds = st.integers(0, 2**32)

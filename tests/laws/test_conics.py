@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.features.ellipse import Ellipse
 from robsim.features.moments import RegionMoments
 from robsim.features.sphere import Sphere

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.kernels import depth_filter as kernels
 from robsim.kernels import se3
-from robsim.servo.depth import DepthFilter
+from robsim.servo.laws.depth_filter import DepthFilter
 
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
 DT = 0.04

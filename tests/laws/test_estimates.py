@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.arrays import runs_last
+from robsim.base.arrays import runs_last
 from robsim.servo.instant import Instant
 
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")

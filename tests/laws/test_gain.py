@@ -6,8 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
-from robsim.errors import InputError
-from robsim.servo.gain import Adaptive, as_gain
+from robsim.base.errors import InputError
+from robsim.servo.laws.gain import Adaptive, as_gain
 
 GAIN = Adaptive(at_zero=4.0, at_infinity=0.4, slope=30.0)
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.errors import InputError
-from robsim.servo.limit import SpeedLimit
+from robsim.base.errors import InputError
+from robsim.servo.shaping.limit import SpeedLimit
 
 steady = settings(derandomize=True, max_examples=50, deadline=None)
 LIMITS = [

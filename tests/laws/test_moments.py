@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoments
 from robsim.kernels import moments as kernels
 from robsim.testing import check_feature

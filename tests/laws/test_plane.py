@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim import loop
+from robsim.run import loop
 
 steady = settings(derandomize=True, max_examples=100, deadline=None)
 seeds = st.integers(0, 2**32)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.errors import FrameError, InputError
-from robsim.pose import IDENTITY, Pose, as_pose, axis_rotation
+from robsim.base.errors import FrameError, InputError
+from robsim.geometry.pose import IDENTITY, Pose, as_pose, axis_rotation
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 

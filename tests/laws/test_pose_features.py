@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.errors import GoalError, InputError
+from robsim.base.errors import GoalError, InputError
 from robsim.features import ThetaU, Translation
 from robsim.kernels import pose_features, se3
 from robsim.kernels.pose import fit_pose

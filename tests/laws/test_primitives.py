@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robsim.errors import InputError
-from robsim.pose import Pose
-from robsim.primitives import Block, CameraBody, Wheel
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives import Block, CameraBody, Wheel
 
 BLOCK = Block(0.3, 0.2, 0.1, color="r")
 WHEEL = Wheel(0.1, 0.04, n=7, color="b")

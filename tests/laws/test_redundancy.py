@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.kernels.redundancy import switch
-from robsim.servo.redundancy import (
+from robsim.servo.shaping.redundancy import (
     AvoidLimits,
     Posture,
     Secondary,

@@ -7,7 +7,7 @@ import robsim as rs
 from robsim.kernels.sensing import quantise
 from robsim.servo.instant import Instant
 from robsim.servo.sight import Sight
-from robsim.simulate import loop_of
+from robsim.run.simulate import loop_of
 
 VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
 SCENE, TASK, Q0 = VISP.scene, VISP.task, VISP.q0

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robsim import units
-from robsim.errors import UnitError
+from robsim.base.errors import UnitError
 from robsim.units import parse
 
 steady = settings(derandomize=True, max_examples=100, deadline=None)

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim import InputError, Motion, Pose, Steering
-from robsim.drives import Drives, Held
+from robsim.run.drives import Drives, Held
 
 WHEELS = {
     "car": ("rear_left", "rear_right", "front_left", "front_right"),

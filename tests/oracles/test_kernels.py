@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim.assembly import Frame
-from robsim.joint import Joint
+from robsim.robot.assembly import Frame
+from robsim.robot.joint import Joint
 from robsim.kernels import camera, pose, random, se3, solve, tree
-from robsim.tree import Tree
+from robsim.robot.tree import Tree
 
 HERE = Path(__file__).parent
 

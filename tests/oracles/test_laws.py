@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.arrays import runs_last
-from robsim.servo.docking import DockingLaw
-from robsim.servo.feed_forward import Estimated
+from robsim.base.arrays import runs_last
+from robsim.servo.tasks.docking import DockingLaw
+from robsim.servo.laws.feed_forward import Estimated
 from robsim.servo.instant import Instant
-from robsim.servo.inverse import Damped, Transposed, Truncated, product
-from robsim.servo.law import CameraLaw, JointLaw, State
-from robsim.servo.partitioned import PartitionedLaw
-from robsim.servo.placing import Placing, PlacingLaw, _edges
+from robsim.servo.laws.inverse import Damped, Transposed, Truncated, product
+from robsim.servo.laws.law import CameraLaw, JointLaw, State
+from robsim.servo.laws.partitioned import PartitionedLaw
+from robsim.servo.tasks.placing import Placing, PlacingLaw, _edges
 from robsim.servo.regulated import adjoint
 from robsim.servo.sight import relative
 

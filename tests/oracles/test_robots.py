@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robsim import Joint, Link, Pose, robots
-from robsim.robot import Robot
+from robsim.robot.robot import Robot
 
 HERE = Path(__file__).parent
 ROBOTS = json.loads((HERE / "pinocchio_dh.json").read_text())["robots"]

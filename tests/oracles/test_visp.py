@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim.arrays import runs_last
+from robsim.base.arrays import runs_last
 from robsim.features.depth import LogDepth
 from robsim.features.ellipse import Ellipse
 from robsim.features.feature import Observation
@@ -29,10 +29,10 @@ from robsim.features.segments import Segments
 from robsim.features.sphere import Sphere
 from robsim.kernels.features import choose_interaction
 from robsim.kernels.pose import fit_pose
-from robsim.servo.gain import Adaptive
-from robsim.servo.inverse import Truncated, product
-from robsim.servo.law import JointLaw, State
-from robsim.servo.redundancy import large_projection, null_space
+from robsim.servo.laws.gain import Adaptive
+from robsim.servo.laws.inverse import Truncated, product
+from robsim.servo.laws.law import JointLaw, State
+from robsim.servo.shaping.redundancy import large_projection, null_space
 
 STORED = json.loads((Path(__file__).parent / "visp.json").read_text())
 

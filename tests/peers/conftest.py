@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.urdf.words import safe
+from robsim.robot.urdf.words import safe
 
 PEERS = ("mujoco", "pinocchio", "yourdfpy", "rtbdata")
 LACKING = [name for name in PEERS if importlib.util.find_spec(name) is None]

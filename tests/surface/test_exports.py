@@ -184,7 +184,7 @@ def test_the_version_is_that_of_the_package():
 def test_types_robots_and_examples_are_packaged():
     assert (PACKAGE / "py.typed").is_file()
     assert rs.robots.names() and all(rs.robots.file(name).is_file() for name in rs.robots.names())
-    examples = importlib.import_module("robsim.examples")
+    examples = importlib.import_module("robsim.files.examples")
     assert examples.names() and all(examples.path(name).is_file() for name in examples.names())
 
 

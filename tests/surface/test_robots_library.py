@@ -12,7 +12,7 @@ import pytest
 
 import robsim as rs
 from robsim import robots
-from robsim.dh import dh_constants
+from robsim.robot.dh import dh_constants
 
 NAMES = (
     "car",

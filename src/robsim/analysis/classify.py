@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.analysis.equilibrium import Kind
 from robsim.analysis.field import STEP, Field
-from robsim.arrays import Array, first_view, length
+from robsim.base.arrays import Array, first_view, length
 
 SAME = 1e-5  # metres and radians between two that are one
 FREE = 1e-4  # an eigenvalue below this share of the controller's pace counts as zero

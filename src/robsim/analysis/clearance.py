@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.errors import InputError, suggest
-from robsim.pose import IDENTITY, Pose
-from robsim.primitives import Ball, Block, CameraBody, Primitive, Wheel
-from robsim.scene import Scene
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, suggest
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.primitives import Ball, Block, CameraBody, Primitive, Wheel
+from robsim.world.scene import Scene
 
 ROWS = 256  # configurations that are looked at together, so that they fit into the cache
 PARALLEL = 1e-9  # the sine of an angle below which two edges give no axis

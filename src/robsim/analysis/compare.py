@@ -15,13 +15,13 @@ import numpy as np
 import xarray as xr
 
 from robsim.analysis.measures import MEASURES, distance, first_pair, retreat
-from robsim.arrays import Array, not_negative
-from robsim.errors import InputError, Interrupted, RankWarning, suggest
-from robsim.outcome import Outcome
-from robsim.results import BLOCK
-from robsim.scene import Scene
+from robsim.base.arrays import Array, not_negative
+from robsim.base.errors import InputError, Interrupted, RankWarning, suggest
+from robsim.run.outcome import Outcome
+from robsim.run.result import BLOCK
+from robsim.world.scene import Scene
 from robsim.servo import Computed, Shown, Task
-from robsim.simulate import Progress, check, check_progress, simulate
+from robsim.run.simulate import Progress, check, check_progress, simulate
 
 _OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no settings
 
@@ -30,7 +30,8 @@ _OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no 
 class Scheme:
     """One of those that are compared: a task in a scene, from a start, with keywords of simulate.
 
-    >>> from robsim import examples, load_scenario
+    >>> from robsim import load_scenario
+    >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("visp_tutorial"))
     >>> Scheme("mine", one.scene, one.task, one.q0, {"duration": 1.0}).name
     'mine'
@@ -178,7 +179,8 @@ def compare(
     InputError or GoalError names the scheme, before anything runs; Interrupted after Ctrl-C, whose
     `run` is the Comparison of what was simulated so far.
 
-    >>> from robsim import IBVS, PBVS, examples, load_scenario
+    >>> from robsim import IBVS, PBVS, load_scenario
+    >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("camera_retreat"))
     >>> goal = one.task.goal
     >>> tasks = {"image": IBVS(goal), "pose": PBVS(goal)}

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.actuation import Actuation
+from robsim.world.actuation import Actuation
 from robsim.analysis.case import Repeated, case_of, repeated
 from robsim.analysis.truth import Truth, true_features
-from robsim.arrays import Array, last_view
-from robsim.scene import Scene
-from robsim.sensing import Sensing
+from robsim.base.arrays import Array, last_view
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
 from robsim.servo.controller import Assessment, Servo
-from robsim.servo.inverse import RCOND
-from robsim.servo.law import CameraLaw, JointLaw, Law, State
-from robsim.servo.task import Task
+from robsim.servo.laws.inverse import RCOND
+from robsim.servo.laws.law import CameraLaw, JointLaw, Law, State
+from robsim.servo.tasks.task import Task
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,7 +86,8 @@ def diagnose(
     not see the goal.
     InputError: no single run, or one that cannot be repeated.
 
-    >>> from robsim import examples, load_scenario
+    >>> from robsim import load_scenario
+    >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
     >>> diagnosis = diagnose(run)
     >>> int(diagnosis.rank_interaction[0]), bool((diagnosis.lyapunov_rate < 0).all())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robsim.arrays import Array, runs_first
+from robsim.base.arrays import Array, runs_first
 from robsim.kernels import random
 
 WORKSPACE, PROBES = 16, 17  # streams; those below are for what sensors do in a run

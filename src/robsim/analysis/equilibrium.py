@@ -9,11 +9,11 @@ from typing import Any, Literal, get_args, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array
-from robsim.errors import InputError
-from robsim.outcome import Outcome
-from robsim.pose import Pose
-from robsim.value import Value
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.run.outcome import Outcome
+from robsim.geometry.pose import Pose
+from robsim.base.values import Value
 
 Kind = Literal["goal", "false goal", "minimum", "degenerate", "saddle", "source", "not smooth"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

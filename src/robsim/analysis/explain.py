@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.actuation import Actuation
+from robsim.world.actuation import Actuation
 from robsim.analysis.case import Case, case_of, repeated
 from robsim.analysis.explanation.attribution import Attribution, Jury
 from robsim.analysis.explanation.ends import what_happened
@@ -19,11 +19,11 @@ from robsim.analysis.explanation.reasons import reasons
 from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
-from robsim.errors import InputError
-from robsim.outcome import Outcome
-from robsim.scene import Scene
-from robsim.sensing import Sensing
-from robsim.servo.task import Task
+from robsim.base.errors import InputError
+from robsim.run.outcome import Outcome
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
+from robsim.servo.tasks.task import Task
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,7 +89,8 @@ def explain(
     The run says how it was made; where scene or task are Python code, give them, and `sensing` and
     `actuation`, as they were. InputError: no single run, or one that cannot be repeated.
 
-    >>> from robsim import examples, load_scenario
+    >>> from robsim import load_scenario
+    >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("local_minimum")).run()
     >>> print(explain(run, experiments=False).causes[0].about)
     local minimum

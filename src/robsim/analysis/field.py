@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, length, runs_last, some_runs
-from robsim.errors import InputError, RankWarning
+from robsim.base.arrays import Array, length, runs_last, some_runs
+from robsim.base.errors import InputError, RankWarning
 from robsim.kernels import tree
 from robsim.kernels.loop import Command
 from robsim.kernels.tree import CAR, FLOATING, PRISMATIC, RAIL, REVOLUTE, UNICYCLE
-from robsim.pose import Pose, homogeneous
-from robsim.scene import Scene
-from robsim.servo.broyden import Broyden
+from robsim.geometry.pose import Pose, homogeneous
+from robsim.world.scene import Scene
+from robsim.servo.laws.broyden import Broyden
 from robsim.servo.controller import Controller, Servo
-from robsim.servo.depth import DepthFilter
-from robsim.servo.feed_forward import Estimated
-from robsim.servo.follow_joints import FollowJoints
-from robsim.servo.follow_path import FollowPath
+from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.laws.feed_forward import Estimated
+from robsim.servo.tasks.follow_joints import FollowJoints
+from robsim.servo.tasks.follow_path import FollowPath
 from robsim.servo.instant import Instant
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import relative
-from robsim.servo.switch import Switch
-from robsim.servo.task import Task
+from robsim.servo.tasks.switch import Switch
+from robsim.servo.tasks.task import Task
 
 STEP = 1e-5  # metres and radians, of central differences
 

@@ -7,9 +7,9 @@ from typing import Any, Literal
 import numpy as np
 
 from robsim.analysis.draws import PROBES, uniform
-from robsim.arrays import Array, positive
-from robsim.errors import InputError, suggest
-from robsim.robot import Robot
+from robsim.base.arrays import Array, positive
+from robsim.base.errors import InputError, suggest
+from robsim.robot.robot import Robot
 
 Axes = Literal["all", "linear", "angular"]
 ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}  # of (v, omega)
@@ -37,7 +37,7 @@ def manipulability(
 
     A link that never moves along the axes has manipulability 0.
 
-    >>> from robsim import robots
+    >>> from robsim.files import robots
     >>> arm = robots.planar_2r()  # of two links: l1 l2 |sin q2|
     >>> manipulability(arm, [[0.3, np.pi / 2], [0.3, 0.0]], axes="linear").round(9)
     array([1., 0.])
@@ -58,7 +58,7 @@ def singularity_distance(
     `manipulability`. With "all" axes it depends on `length`, for metres and radians do not compare:
     a usual choice is the reach of the arm.
 
-    >>> from robsim import robots
+    >>> from robsim.files import robots
     >>> puma = robots.puma560()  # its wrist is singular where q5 is 0
     >>> for q5 in (-60, -6, 0):
     ...     print(f"{singularity_distance(puma, np.radians([0, 80, -200, 0, q5, 0])):.4f}")

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.arrays import Array, length, runs_first, runs_last
-from robsim.outcome import Outcome
-from robsim.pose import homogeneous
-from robsim.scene import Scene
+from robsim.base.arrays import Array, length, runs_first, runs_last
+from robsim.run.outcome import Outcome
+from robsim.geometry.pose import homogeneous
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.analysis.field import Field
-from robsim.arrays import Array, first_view, length, some_runs
+from robsim.base.arrays import Array, first_view, length, some_runs
 
 ITERATIONS = 40
 LONGEST = 0.5  # metres or radians of one step

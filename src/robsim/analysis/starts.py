@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from robsim.analysis.field import Field
-from robsim.arrays import Array, numbers, runs_last
-from robsim.errors import InputError
+from robsim.base.arrays import Array, numbers, runs_last
+from robsim.base.errors import InputError
 from robsim.kernels.tree import FLOATING, PRISMATIC, RAIL, REVOLUTE
-from robsim.pose import Pose, homogeneous
+from robsim.geometry.pose import Pose, homogeneous
 
 AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
 ROUNDS = 100  # of draws, before too few of them see the marks

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robsim.analysis.leaves import leaves
-from robsim.arrays import Array
-from robsim.errors import InputError
-from robsim.scene import Scene
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.world.scene import Scene
 from robsim.servo import ServoTask, Task
-from robsim.servo.binding import regulated_by
+from robsim.servo.tasks.binding import regulated_by
 from robsim.servo.instant import Instant
 from robsim.servo.regulated import Regulated
 

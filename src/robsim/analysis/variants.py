@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 
 
 class Variant(NamedTuple):

@@ -8,10 +8,10 @@ import numpy as np
 
 from robsim.analysis.draws import WORKSPACE, uniform
 from robsim.analysis.manipulability import Axes, manipulability
-from robsim.arrays import Array, frozen, whole
-from robsim.errors import InputError
-from robsim.robot import Robot
-from robsim.value import Value
+from robsim.base.arrays import Array, frozen, whole
+from robsim.base.errors import InputError
+from robsim.robot.robot import Robot
+from robsim.base.values import Value
 
 MOST = 1_000_001  # configurations are fewer
 CHUNK = 8192  # configurations at a time
@@ -68,7 +68,7 @@ def workspace(
 
     InputError: another joint has no limits.
 
-    >>> from robsim import robots
+    >>> from robsim.files import robots
     >>> found = workspace(robots.planar_2r(), count=1000)
     >>> print(found)  # a disc of two metres
     planar_2r.fore in 1000 configurations

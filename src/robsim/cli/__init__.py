@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robsim import __version__, examples
+from robsim import __version__
+from robsim.files import examples
 from robsim.cli import library
 from robsim.cli.files import exists, folder_for, free_folder, write, writing
-from robsim.errors import FileError, InputError, Interrupted, RankWarning, RobSimError
-from robsim.interrupt import undisturbed
+from robsim.base.errors import FileError, InputError, Interrupted, RankWarning, RobSimError
+from robsim.base.interrupt import undisturbed
 from robsim.kernels.jit import is_cold
-from robsim.outcome import Outcome
+from robsim.run.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,7 +126,7 @@ def check(file: Path, changes: tuple[str, ...]) -> None:
 def explain(run: Path, no_experiments: bool) -> None:
     """Say why RUN, a run.nc or the folder that holds it, ended as it did, and what to try."""
     from robsim.analysis.explain import explain as explained
-    from robsim.runfile import open_run
+    from robsim.files.netcdf import open_run
 
     path = run / "run.nc" if exists(run) and run.is_dir() else run
     found = open_run(path)
@@ -236,7 +237,7 @@ def _drawing(what: str) -> Iterator[None]:
 
 def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> bool:
     """Write runs, measures and table whole; tells whether Ctrl-C came meanwhile."""
-    from robsim.runfile import save_run
+    from robsim.files.netcdf import save_run
 
     with undisturbed() as stops:
         for scheme in schemes:
@@ -275,7 +276,7 @@ def _check_colors(scenario: Scenario) -> None:
 
 
 def _must_compile(scenario: Scenario) -> bool:
-    from robsim.loop import pays
+    from robsim.run.loop import pays
 
     steps = scenario.settings.duration / scenario.settings.dt
     return is_cold("solve.least_squares") or (pays(1, steps) and is_cold("loop.stride"))
@@ -312,7 +313,7 @@ def _warnings_as_lines() -> Iterator[None]:
 
 def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
     """Write run and scenario whole; tells whether Ctrl-C came meanwhile."""
-    from robsim.runfile import save_run
+    from robsim.files.netcdf import save_run
 
     with undisturbed() as stops:
         save_run(result, folder / "run.nc")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from robsim.errors import FileError
+from robsim.base.errors import FileError
 
 
 def free_folder(name: str) -> Path:

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
-from robsim import examples, robots
+from robsim.files import examples
+from robsim.files import robots
 from robsim.cli.files import free_file, write, writing
-from robsim.errors import FileError
+from robsim.base.errors import FileError
 
 _force = click.option("--force", is_flag=True, help="Write over an existing file.")
 

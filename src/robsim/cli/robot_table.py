@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from robsim import robots, units
-from robsim.joint import Ackermann, Chord, Coupling, Mimic
-from robsim.link import Link
-from robsim.robot import Robot
+from robsim.files import robots
+from robsim.base import units
+from robsim.robot.joint import Ackermann, Chord, Coupling, Mimic
+from robsim.robot.link import Link
+from robsim.robot.robot import Robot
 
 WIDTH = 100  # of a line of prose
 _AXIS = {"revolute": "about", "prismatic": "along"}  # what a joint does with the z of its place

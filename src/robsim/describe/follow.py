@@ -16,9 +16,9 @@ from robsim.describe.values import (
     pose,
     quantity,
 )
-from robsim.errors import InputError
-from robsim.pose import Pose
-from robsim.scene import Scene
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose
+from robsim.world.scene import Scene
 from robsim.servo import FollowJoints, FollowPath
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 from robsim.trajectory.pace import UNITS

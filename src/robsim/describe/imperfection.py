@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robsim.actuation import Actuation
+from robsim.world.actuation import Actuation
 from robsim.describe.values import Table, coordinates, quantity
-from robsim.scene import Scene
-from robsim.sensing import Occlusion, Sensing
+from robsim.world.scene import Scene
+from robsim.world.sensing import Occlusion, Sensing
 
 
 def spoilt(settings: Mapping[str, Any], truth: Scene) -> Table:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from robsim.curves import Arc, Catenary, Curve, Line, Polyline
+from robsim.geometry.curves import Arc, Catenary, Curve, Line, Polyline
 from robsim.describe.values import Table, builtin, coordinates, length, ours, pose, quantity
-from robsim.joint import KINDS, Ackermann, Chord, Coupling, Joint, Mimic, Rolling, Steering
+from robsim.robot.joint import KINDS, Ackermann, Chord, Coupling, Joint, Mimic, Rolling, Steering
 
 CURVES: dict[str, type[Any]] = {
     "line": Line,

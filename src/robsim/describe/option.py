@@ -17,7 +17,7 @@ from robsim.describe.values import (
     pose,
     quantity,
 )
-from robsim.scene import Scene
+from robsim.world.scene import Scene
 from robsim.servo import (
     Adaptive,
     AvoidLimits,
@@ -33,10 +33,10 @@ from robsim.servo import (
     SpeedLimit,
     Truncated,
 )
-from robsim.servo.feed_forward import Known
-from robsim.servo.inverse import INVERSES
-from robsim.servo.law import LAWS
-from robsim.servo.shaped import Shaped
+from robsim.servo.laws.feed_forward import Known
+from robsim.servo.laws.inverse import INVERSES
+from robsim.servo.laws.law import LAWS
+from robsim.servo.shaping.shaped import Shaped
 
 Units = Callable[[], list[str]]  # of what is commanded; asked only if something depends on it
 SECONDARY: dict[str, type[Any]] = {"avoid_limits": AvoidLimits, "posture": Posture}

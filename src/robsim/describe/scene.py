@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robsim.camera import Camera
+from robsim.vision.camera import Camera
 from robsim.describe.joint import joint
 from robsim.describe.values import (
     NoDescription,
@@ -15,12 +15,12 @@ from robsim.describe.values import (
     pose,
     quantity,
 )
-from robsim.inertia import Inertia
-from robsim.link import Link
-from robsim.motion import Motion
-from robsim.primitives import Ball, Block, CameraBody, Mesh, Primitive, Wheel
-from robsim.robot import Robot
-from robsim.scene import Mounted, Object, Scene
+from robsim.geometry.inertia import Inertia
+from robsim.robot.link import Link
+from robsim.world.motion import Motion
+from robsim.geometry.primitives import Ball, Block, CameraBody, Mesh, Primitive, Wheel
+from robsim.robot.robot import Robot
+from robsim.world.scene import Mounted, Object, Scene
 
 SHAPES: dict[str, type[Primitive]] = {
     "block": Block,

@@ -11,8 +11,8 @@ from robsim.describe.feature import camera, features
 from robsim.describe.option import Units
 from robsim.describe.scene import scene
 from robsim.describe.values import NoDescription, Table, builtin, length, quantity
-from robsim.errors import InputError
-from robsim.scene import Scene
+from robsim.base.errors import InputError
+from robsim.world.scene import Scene
 from robsim.servo import (
     FOLLOWERS,
     IBVS,

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from robsim.pose import Pose
+from robsim.geometry.pose import Pose
 
 Table = dict[str, Any]
 V = TypeVar("V")

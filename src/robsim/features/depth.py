@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view, frozen
+from robsim.base.arrays import Array, first_view, frozen
 from robsim.features.feature import Observation
 from robsim.kernels import point_features as kernels
-from robsim.value import Value
+from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class LogDepth(Value):
     of the camera has no finite s.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> pixels, camera = np.array([[[0.1], [0.2]]]), Camera(np.eye(3))
     >>> far, near = (Observation.of(pixels, np.array([[Z]]), camera) for Z in (2.0, 0.5))
     >>> LogDepth().towards(near).measure(far).round(4)  # log 4

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
+from robsim.base.arrays import Array, first_view
 from robsim.features.feature import Observation
 from robsim.features.moments import region_plane
 from robsim.kernels import conics as kernels
@@ -27,7 +27,7 @@ class Ellipse:
     a general and useful set of features for visual servoing, IEEE T-RO 20(4).
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> t = np.arange(5) * 2 * np.pi / 5
     >>> circle = np.stack([0.1 + 0.2 * np.cos(t), 0.2 * np.sin(t)], 1)[..., None]
     >>> seen = Observation.of(circle, np.ones((5, 1)), Camera(np.eye(3)))

@@ -9,12 +9,12 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, runs_first, runs_last, shown_view
-from robsim.camera import Camera
-from robsim.errors import InputError
+from robsim.base.arrays import Array, frozen, runs_first, runs_last, shown_view
+from robsim.vision.camera import Camera
+from robsim.base.errors import InputError
 from robsim.kernels import camera as kernels
 from robsim.kernels.pose import fit_pose
-from robsim.pose import homogeneous
+from robsim.geometry.pose import homogeneous
 from robsim.vision.pose import estimate_pose
 
 

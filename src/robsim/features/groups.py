@@ -1,7 +1,7 @@
 """Marks that are taken two by two, or four by four."""
 
-from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.features.feature import Observation
 
 

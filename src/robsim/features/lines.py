@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view, frozen, last_view
+from robsim.base.arrays import Array, first_view, frozen, last_view
 from robsim.features.feature import Observation
 from robsim.features.groups import points_in_groups
 from robsim.kernels import features as points
 from robsim.kernels import line_features as kernels
 from robsim.kernels import point_features
-from robsim.value import Value
+from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Lines(Value):
     turn, (-pi, pi], of that at the goal. InputError: an odd number of marks.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> pixels, depth = np.array([[[0.1], [0.0]], [[0.1], [0.3]]]), np.ones((2, 1))
     >>> Lines().measure(Observation.of(pixels, depth, Camera(np.eye(3))))  # x = 0.1, downwards
     array([[0.1, 0. ]])
@@ -79,7 +79,7 @@ class VanishingPoint:
     finite.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> rails = np.array([[-1, 1], [-0.5, 0.5], [1, 1], [0.5, 0.5]])[..., None]
     >>> VanishingPoint().measure(Observation.of(rails, np.ones((4, 1)), Camera(np.eye(3))))
     array([[0., 0.]])

@@ -8,8 +8,8 @@ from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
-from robsim.errors import InputError, suggest
+from robsim.base.arrays import Array, first_view
+from robsim.base.errors import InputError, suggest
 from robsim.features.feature import Observation
 from robsim.kernels import moments as kernels
 
@@ -93,7 +93,7 @@ class RegionMoments(_Basic):
     IEEE T-RO 20(4).
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> corners = np.array([[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]])[..., None]
     >>> seen = Observation.of(corners, np.ones((4, 1)), Camera(np.eye(3)))
     >>> np.round(RegionMoments().measure(seen), 12) + 0.0
@@ -117,7 +117,7 @@ class PointMoments(_Basic):
     IEEE T-RO 21(6).
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> marks = np.array([[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]])[..., None]
     >>> seen = Observation.of(marks, np.ones((4, 1)), Camera(np.eye(3)))
     >>> np.round(PointMoments().measure(seen), 12) + 0.0
@@ -149,7 +149,7 @@ class DecoupledMoments:
     equal, since alpha is noise then.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> marks = np.array([[0, 0], [0.4, 0], [0, 0.2]])[..., None]
     >>> seen = Observation.of(marks, np.full((3, 1), 2.0), Camera(np.eye(3)))
     >>> DecoupledMoments().towards(seen).measure(seen).round(3)[0, :3]

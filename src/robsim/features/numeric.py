@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, frozen
+from robsim.base.arrays import Array, frozen
 from robsim.features.feature import Feature, Observation
 from robsim.kernels import camera, se3
 from robsim.kernels.motion import carry

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
+from robsim.base.arrays import Array, first_view
 from robsim.features.feature import Observation
 from robsim.kernels import features as kernels
 
@@ -19,7 +19,7 @@ class Points:
     L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> pixels, depth = np.array([[[0.1], [0.2]]]), np.array([[2.0]])
     >>> Points().measure(Observation.of(pixels, depth, Camera(np.eye(3))))
     array([[0.1, 0.2]])
@@ -50,7 +50,7 @@ class PixelPoints:
     L is that of the normalised points times the focal lengths (and skew) of K.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> seen = Observation.of(np.array([[[400.0], [240.0]]]), np.array([[2.0]]), camera)
     >>> PixelPoints().interaction(seen)[0, 0, :3]

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
+from robsim.base.arrays import Array, first_view
 from robsim.features.feature import Observation
 from robsim.kernels import point_features as kernels
 
@@ -19,7 +19,7 @@ class Points3D:
     L = [-I, [X]x] (Chaumette and Hutchinson 2007, on 3-D points).
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> pixels, depth = np.array([[[0.1], [0.2]]]), np.array([[2.0]])
     >>> Points3D().measure(Observation.of(pixels, depth, Camera(np.eye(3))))
     array([[0.2, 0.4, 2. ]])

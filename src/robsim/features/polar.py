@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view, frozen, last_view
+from robsim.base.arrays import Array, first_view, frozen, last_view
 from robsim.features.feature import Observation
 from robsim.kernels import features as points
 from robsim.kernels import point_features as kernels
-from robsim.value import Value
+from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Polar(Value):
     Towards a goal, theta is the one within half a turn, (-pi, pi], of that at the goal.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> pixels, depth = np.array([[[0.3], [0.4]]]), np.array([[2.0]])
     >>> Polar().measure(Observation.of(pixels, depth, Camera(np.eye(3)))).round(4)
     array([[0.5   , 0.9273]])

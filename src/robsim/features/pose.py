@@ -8,13 +8,13 @@ from typing import ClassVar, Literal, Self, get_args
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
-from robsim.errors import GoalError, InputError, suggest
+from robsim.base.arrays import Array, first_view
+from robsim.base.errors import GoalError, InputError, suggest
 from robsim.features.feature import Observation
 from robsim.kernels import pose_features as kernels
 from robsim.kernels import se3
 from robsim.kernels.point_features import points_3d_interaction
-from robsim.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose import IDENTITY, Pose, one_pose
 
 Form = Literal["goal", "camera"]
 
@@ -58,7 +58,7 @@ class ThetaU(_PoseFeature):
     the goal. L = [0, L_w], see `robsim.kernels.pose_features.theta_u_interaction` (Malis,
     Chaumette and Boudet 1999). theta is in [0, pi]; beyond, u turns round.
 
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> seen = Observation.of(np.zeros((3, 2, 1)), np.ones((3, 1)), Camera(np.eye(3)))
     >>> seen.pose_last = Pose.at(0, 0, 2, rotvec=(-0.5, 0, 0)).matrix[:3, :, None].copy()
     >>> np.round(ThetaU().measure(seen), 12) + 0.0
@@ -99,7 +99,7 @@ class Translation(_PoseFeature):
     with `ThetaU` that origin goes straight in the image.
     Both are in Chaumette and Hutchinson 2006, the section on position-based servoing.
 
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> seen = Observation.of(np.zeros((3, 2, 1)), np.ones((3, 1)), Camera(np.eye(3)))
     >>> seen.pose_last = Pose.at(0.1, 0.2, 2).matrix[:3, :, None].copy()
     >>> Translation(T_goal_o=Pose.at(0.2, 0.1, 1)).measure(seen)

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view, frozen, last_view
+from robsim.base.arrays import Array, first_view, frozen, last_view
 from robsim.features.feature import Observation
 from robsim.features.groups import points_in_groups
 from robsim.kernels import features as points
 from robsim.kernels import line_features as kernels
 from robsim.kernels import point_features
-from robsim.value import Value
+from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Segments(Value):
     of marks.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> pixels, depth = np.array([[[0.1], [0.2]], [[0.4], [0.6]]]), np.ones((2, 1))
     >>> Segments().measure(Observation.of(pixels, depth, Camera(np.eye(3)))).round(4)
     array([[0.25  , 0.4   , 0.5   , 0.9273]])

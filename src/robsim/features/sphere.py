@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view, positive
+from robsim.base.arrays import Array, first_view, positive
 from robsim.features.feature import Observation
 from robsim.kernels import conics as kernels
 
@@ -23,7 +23,7 @@ class Sphere:
     spherical targets using a spherical projection model, IEEE T-RO 25(4).
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> centre = np.array([[[0.1], [-0.2]]])
     >>> seen = Observation.of(centre, np.array([[2.0]]), Camera(np.eye(3)))
     >>> Sphere(radius=0.5).measure(seen)

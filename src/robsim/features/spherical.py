@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
+from robsim.base.arrays import Array, first_view
 from robsim.features.feature import Observation
 from robsim.kernels import point_features as kernels
 
@@ -20,7 +20,7 @@ class Spherical:
     2002). A rotation of the camera turns every s alike, wherever it is in the image.
 
     >>> from robsim.features.feature import Observation
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> pixels, depth = np.array([[[0.75], [0.0]]]), np.array([[2.0]])
     >>> Spherical().measure(Observation.of(pixels, depth, Camera(np.eye(3))))
     array([[0.6, 0. , 0.8]])

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.arrays import Array, first_view
-from robsim.errors import InputError
+from robsim.base.arrays import Array, first_view
+from robsim.base.errors import InputError
 from robsim.features.feature import Observation
 from robsim.kernels import stereo as kernels
 from robsim.kernels.point_features import points_3d_interaction
@@ -21,7 +21,7 @@ class StereoPoints:
     L = [-I, [X]x] for each mark, as Xdot = -v - omega x X (Chaumette and Hutchinson 2006). NaN
     where the rays of both cameras to a mark are parallel.
 
-    >>> from robsim.camera import Camera
+    >>> from robsim.vision.camera import Camera
     >>> left, right = np.array([[[0.1], [0.0]]]), np.array([[[0.0], [0.0]]])
     >>> camera, depth = Camera(np.eye(3)), np.array([[2.0]])
     >>> seen = Observation.of(left, depth, camera)

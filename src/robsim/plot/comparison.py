@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robsim.analysis.measures import MEASURES, moving_path, pixels_away
-from robsim.arrays import Array
-from robsim.errors import InputError
-from robsim.outcome import Outcome
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.run.outcome import Outcome
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.image import frame as frame_image
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.analysis.compare import Comparison
-    from robsim.scene import Scene
+    from robsim.world.scene import Scene
 
 IN_A_ROW, BELOW = 7, 4.4  # images in a row; inches, the height of what is below them
 SHOWN = ("time", "image_excursion", "image_detour", "path_length", "retreat", "rotation")
@@ -41,7 +41,8 @@ def comparison(comparison: Comparison) -> Figure:
     distribution of each measure over those that converged: the median, the quartiles as a box, and
     5 to 95 percent as whiskers.
 
-    >>> from robsim import IBVS, PBVS, compare, examples, load_scenario
+    >>> from robsim import IBVS, PBVS, compare, load_scenario
+    >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("camera_retreat"))
     >>> tasks = {"image": IBVS(one.task.goal), "pose": PBVS(one.task.goal)}
     >>> figure = comparison(compare(one.scene, tasks, one.q0, duration=2))

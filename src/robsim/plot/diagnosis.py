@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 
@@ -38,7 +38,8 @@ def diagnosis(diagnosis: xr.Dataset) -> Figure:
     and whether the loop contracts in a period (below one); and what is left to the border of an
     image (px, left) and to a joint limit (percent of its range, right).
 
-    >>> from robsim import diagnose, examples, load_scenario
+    >>> from robsim import diagnose, load_scenario
+    >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
     >>> figure = diagnosis(diagnose(run))
     >>> [axes.get_ylabel() for axes in figure.axes]

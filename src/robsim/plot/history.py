@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.errors import InputError, suggest
-from robsim.outcome import Outcome
-from robsim.scene import Scene
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, suggest
+from robsim.run.outcome import Outcome
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from robsim.arrays import Array
+from robsim.base.arrays import Array
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 
@@ -36,7 +36,8 @@ def image(run: xr.Dataset, camera: str | None = None) -> Figure:
     images of the other cameras. Of a batch, up to 50 runs are laid over each other. `camera` is by
     default the first of the run; InputError lists them where there is none of that name.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
+    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene
+    >>> from robsim.run import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))

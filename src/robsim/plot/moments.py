@@ -10,14 +10,14 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from robsim.arrays import Array, numbers
-from robsim.errors import InputError, suggest
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError, suggest
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.wireframe import displayed
-from robsim.pose import IDENTITY
-from robsim.primitives import CameraBody, Primitive
-from robsim.scene import Scene
+from robsim.geometry.pose import IDENTITY
+from robsim.geometry.primitives import CameraBody, Primitive
+from robsim.world.scene import Scene
 
 # rows: to the right of the picture, up, and towards who looks, in the axes of the figures
 VIEWS = {

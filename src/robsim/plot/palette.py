@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from matplotlib.colors import is_color_like, to_hex
 
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 
 BLACK = "#000000"
 ORANGE = "#e69f00"

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.plot import history, wireframe
 from robsim.plot.wireframe import Wire
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scene import Scene
+    from robsim.world.scene import Scene
 
 
 FRUSTUM = 0.12  # depth of a camera without a body, as a share of the scene

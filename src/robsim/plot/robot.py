@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.picture import Picture, picture_of
 from robsim.plot.scene import drawn
 from robsim.plot.wireframe import Wire, displayed
-from robsim.pose import IDENTITY
-from robsim.robot import Robot
-from robsim.scene import Scene
+from robsim.geometry.pose import IDENTITY
+from robsim.robot.robot import Robot
+from robsim.world.scene import Scene
 
 AXES = 0.1  # metres, the length of the axes of a robot that has nothing else to show
 
@@ -26,7 +26,7 @@ def robot(robot: Robot, q: Any = None) -> Figure:
     What has neither shapes nor links to draw lines between, as a camera that flies, is shown by the
     axes of its last link.
 
-    >>> from robsim import robots
+    >>> from robsim.files import robots
     >>> figure = robot(robots.panda(), q=robots.panda().home)
     >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][-1]
     'flange'

@@ -16,7 +16,7 @@ from robsim.plot.velocity import draw as draw_velocity
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scene import Scene
+    from robsim.world.scene import Scene
 
 
 def run(
@@ -27,7 +27,8 @@ def run(
     `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`. Without
     a camera there is no image.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
+    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene
+    >>> from robsim.run import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))

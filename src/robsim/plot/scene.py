@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
     Poly3DCollection,
 )
 
-from robsim.arrays import Array
+from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.picture import Picture, picture_of
@@ -25,7 +25,7 @@ from robsim.plot.wireframe import Wire
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scene import Scene
+    from robsim.world.scene import Scene
 
 DRAWING = 4.6  # inches, the width of the drawing beside its legend
 FILLED = 0.73  # share of the axes that the box takes; the rest is for its labels

@@ -10,15 +10,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scene import Scene
+    from robsim.world.scene import Scene
 
 
 def velocity(run: xr.Dataset, scene: Scene | None = None, frame: str | None = None) -> Figure:
@@ -31,7 +31,8 @@ def velocity(run: xr.Dataset, scene: Scene | None = None, frame: str | None = No
 
     InputError: a frame without a scene, or one that the scene does not have; another scene's run.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene, simulate
+    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene
+    >>> from robsim.run import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))

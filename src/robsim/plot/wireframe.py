@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.camera import Camera
-from robsim.joint import SINGLE
+from robsim.base.arrays import Array
+from robsim.vision.camera import Camera
+from robsim.robot.joint import SINGLE
 from robsim.plot import palette
-from robsim.pose import IDENTITY
-from robsim.primitives import Primitive
-from robsim.robot import Robot
-from robsim.scene import Mounted, Scene
+from robsim.geometry.pose import IDENTITY
+from robsim.geometry.primitives import Primitive
+from robsim.robot.robot import Robot
+from robsim.world.scene import Mounted, Scene
 
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 

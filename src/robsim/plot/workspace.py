@@ -11,12 +11,12 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from robsim.analysis.workspace import Workspace
-from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.plot import palette, wireframe
 from robsim.plot.canvas import new_figure, style
-from robsim.pose import IDENTITY
-from robsim.scene import Scene
+from robsim.geometry.pose import IDENTITY
+from robsim.world.scene import Scene
 
 FLAT = 1e-6  # metres: what is thinner lies in a plane, and is seen from one side alone
 AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # of all dots together and of one, in square points
@@ -32,7 +32,7 @@ def workspace(workspace: Workspace) -> Figure:
     side.
 
     >>> import robsim
-    >>> figure = workspace(robsim.workspace(robsim.robots.panda(), count=500))
+    >>> figure = workspace(robsim.workspace(robsim.files.robots.panda(), count=500))
     >>> [axes.get_title() for axes in figure.axes[:2]]
     ['from the side', 'from above']
     """

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from robsim.errors import InputError, suggest
+from robsim.base.errors import InputError, suggest
 from robsim.scenario.problems import shown, under
 from robsim.scenario.tables import KINDS
 from robsim.scenario.text import Raw

@@ -8,22 +8,22 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.camera import Camera
+from robsim.base.arrays import Array
+from robsim.vision.camera import Camera
 from robsim.describe.scene import SHAPES
-from robsim.errors import InputError, suggest
-from robsim.inertia import Inertia
-from robsim.joint import units_of
-from robsim.link import Link, coordinate_names
-from robsim.motion import Motion
-from robsim.primitives import Primitive
-from robsim.robot import Robot
+from robsim.base.errors import InputError, suggest
+from robsim.geometry.inertia import Inertia
+from robsim.robot.joint import units_of
+from robsim.robot.link import Link, coordinate_names
+from robsim.world.motion import Motion
+from robsim.geometry.primitives import Primitive
+from robsim.robot.robot import Robot
 from robsim.scenario import schema
 from robsim.scenario.joint import joint
 from robsim.scenario.place import pose
 from robsim.scenario.problems import Problems, under
 from robsim.scenario.quantity import coordinate
-from robsim.scene import Mounted, Object, Scene
+from robsim.world.scene import Mounted, Object, Scene
 
 MOST_LINKS_IN_ALL = 1024
 POSE_KEYS = set(schema.PoseKeys.model_fields)

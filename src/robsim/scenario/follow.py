@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from robsim.errors import InputError
-from robsim.pose import Pose
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose
 from robsim.scenario import option
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import configuration
 from robsim.scenario.place import pose
 from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import coordinate, either
-from robsim.scene import Scene
+from robsim.world.scene import Scene
 from robsim.servo import FollowJoints, FollowPath
-from robsim.servo.named import Axis, axes_called, axes_named
+from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 Keywords = dict[str, Any]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.scenario import task_schema as schema
 from robsim.scenario.feature import features
 from robsim.scenario.place import pose
@@ -12,7 +12,7 @@ from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import either
 from robsim.scenario.run import start
 from robsim.scenario.schema import PoseKeys, Table
-from robsim.scene import Scene
+from robsim.world.scene import Scene
 from robsim.servo import (
     Adaptive,
     AvoidLimits,

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.scenario.belief import NAMED, merge, name_key
 from robsim.scenario.problems import Problems, shown
 from robsim.scenario.text import Raw

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robsim.errors import InputError
-from robsim.pose import IDENTITY, Pose
+from robsim.base.errors import InputError
+from robsim.geometry.pose import IDENTITY, Pose
 from robsim.scenario import schema
 from robsim.scenario.problems import under
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from robsim.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError
 
 V = TypeVar("V")
 SHOWN = 5  # problems that one error lists

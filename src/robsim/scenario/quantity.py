@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 
-from robsim import units
-from robsim.errors import UnitError
-from robsim.names import checked_name
+from robsim.base import units
+from robsim.base.errors import UnitError
+from robsim.base.names import checked_name
 from robsim.scenario.problems import shown
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.arrays import whole
-from robsim.errors import InputError
+from robsim.base.arrays import whole
+from robsim.base.errors import InputError
 from robsim.scenario.scenario import Scenario
-from robsim.simulate import simulate
+from robsim.run.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +25,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     periods, record and run number are the run's own. InputError: the run does not say how it was
     made.
 
-    >>> from robsim import examples
+    >>> from robsim.files import examples
     >>> run = Scenario.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
     >>> replay(run).identical(run)
     True

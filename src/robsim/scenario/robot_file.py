@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from robsim.robot import Robot
+from robsim.robot.robot import Robot
 from robsim.scenario import build
 from robsim.scenario.problems import Problems
 from robsim.scenario.schema import RobotFile
@@ -15,7 +15,7 @@ from robsim.scenario.text import parse, read_text
 def read_robot(path: str | os.PathLike[str]) -> Robot:
     """The robot of a file. FileError: the file cannot be read, or says what cannot be.
 
-    >>> from robsim import robots
+    >>> from robsim.files import robots
     >>> read_robot(robots.file("planar_2r")).nq
     2
     """

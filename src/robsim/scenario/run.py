@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from robsim.actuation import Actuation
-from robsim.arrays import Array
-from robsim.errors import InputError
-from robsim.joint import KINDS
-from robsim.pose import Pose
-from robsim.record import LONGEST, Record
+from robsim.world.actuation import Actuation
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.robot.joint import KINDS
+from robsim.geometry.pose import Pose
+from robsim.run.record import LONGEST, Record
 from robsim.scenario import schema
 from robsim.scenario.build import configuration
 from robsim.scenario.place import pose
 from robsim.scenario.problems import under
-from robsim.scene import Scene
-from robsim.sensing import Sensing
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
 
 _PERFECT, _EXACT = Sensing(), Actuation()
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from robsim import describe
-from robsim.arrays import Array
-from robsim.errors import FileError, GoalError, InputError, Interrupted
+from robsim.base.arrays import Array
+from robsim.base.errors import FileError, GoalError, InputError, Interrupted
 from robsim.scenario import build
 from robsim.scenario.belief import merge
 from robsim.scenario.imperfection import actuation, sensing
@@ -23,9 +23,9 @@ from robsim.scenario.tables import checked
 from robsim.scenario.task import TaskReader
 from robsim.scenario.task_schema import ScenarioFile
 from robsim.scenario.text import Raw, parse, read_text
-from robsim.scene import Scene
+from robsim.world.scene import Scene
 from robsim.servo import Task
-from robsim.simulate import Progress, check, simulate
+from robsim.run.simulate import Progress, check, simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,7 +123,7 @@ def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Scenario:
 
     FileError: whatever is wrong, with the key and what would be valid.
 
-    >>> from robsim import examples
+    >>> from robsim.files import examples
     >>> load_scenario(examples.path("visp_tutorial"), ["task.gain=2", "run.dt=20 ms"]).task.gain
     2.0
     """

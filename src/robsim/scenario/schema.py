@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, Tag
 
-from robsim.joint import Kind
+from robsim.robot.joint import Kind
 from robsim.scenario.quantity import (
     Angle,
     Angles,
@@ -135,14 +135,14 @@ class DHTable(Table):
 
 
 class LineTable(Table):
-    """robsim.curves.Line."""
+    """robsim.geometry.curves.Line."""
 
     kind: Literal["line"]
     length: Extent
 
 
 class ArcTable(Table):
-    """robsim.curves.Arc."""
+    """robsim.geometry.curves.Arc."""
 
     kind: Literal["arc"]
     radius: Extent
@@ -150,7 +150,7 @@ class ArcTable(Table):
 
 
 class PolylineTable(Table):
-    """robsim.curves.Polyline; points "x, y m"."""
+    """robsim.geometry.curves.Polyline; points "x, y m"."""
 
     kind: Literal["polyline"]
     points: Annotated[list[Place], Field(min_length=2, max_length=1000)]
@@ -158,7 +158,7 @@ class PolylineTable(Table):
 
 
 class CatenaryTable(Table):
-    """robsim.curves.Catenary; start and end "x, y m"."""
+    """robsim.geometry.curves.Catenary; start and end "x, y m"."""
 
     kind: Literal["catenary"]
     start: Place

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from robsim.errors import suggest
+from robsim.base.errors import suggest
 from robsim.scenario.problems import SHOWN, Problems, joined, shown
 from robsim.scenario.schema import Table
 from robsim.scenario.task_schema import ScenarioFile

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from robsim.describe.task import CONDITIONS, TASKS
-from robsim.errors import InputError
+from robsim.base.errors import InputError
 from robsim.scenario import follow, option
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
-from robsim.scene import Scene
+from robsim.world.scene import Scene
 from robsim.servo import Priorities, Switch, Task, Together
-from robsim.servo.shaped import Columns
+from robsim.servo.shaping.shaped import Columns
 
 Path = tuple[str | int, ...]
 MOST_STEPS = 64  # of the path to a task within tasks

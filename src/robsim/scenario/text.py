@@ -8,7 +8,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from robsim.errors import FileError
+from robsim.base.errors import FileError
 from robsim.scenario.problems import shown
 from robsim.scenario.schema import SCHEMA
 

@@ -10,21 +10,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, last_view, length
-from robsim.errors import InputError
+from robsim.base.arrays import Array, last_view, length
+from robsim.base.errors import InputError
 from robsim.features import PixelPoints, Points
 from robsim.kernels import features as kernels
 from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
-from robsim.scene import Scene
-from robsim.servo.broyden import Broyden, broyden_update
-from robsim.servo.feed_forward import Estimated, FeedForward, Known
-from robsim.servo.gain import Adaptive
+from robsim.world.scene import Scene
+from robsim.servo.laws.broyden import Broyden, broyden_update
+from robsim.servo.laws.feed_forward import Estimated, FeedForward, Known
+from robsim.servo.laws.gain import Adaptive
 from robsim.servo.instant import Instant, recall, remember
-from robsim.servo.inverse import RCOND, Inverse, Transposed, rank
-from robsim.servo.law import CameraLaw, JointLaw, Law, State
+from robsim.servo.laws.inverse import RCOND, Inverse, Transposed, rank
+from robsim.servo.laws.law import CameraLaw, JointLaw, Law, State
 from robsim.servo.regulated import Measured, Regulated
 from robsim.servo.returned import returned
-from robsim.servo.shaping import Shaping
+from robsim.servo.shaping.shaping import Shaping
 from robsim.servo.sight import Sight
 
 

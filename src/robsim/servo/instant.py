@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, first_view, last_view
+from robsim.base.arrays import Array, first_view, last_view
 from robsim.kernels.sight import Look
 from robsim.servo.sight import Key
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import positive
-from robsim.errors import InputError, suggest
+from robsim.base.arrays import positive
+from robsim.base.errors import InputError, suggest
 from robsim.features import FEATURES, Feature
 
 

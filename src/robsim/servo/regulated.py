@@ -10,18 +10,18 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen, last_view, positive, runs_last
-from robsim.errors import GoalError, InputError
+from robsim.base.arrays import Array, frozen, last_view, positive, runs_last
+from robsim.base.errors import GoalError, InputError
 from robsim.features import Feature, Observation
 from robsim.features.numeric import interaction
 from robsim.kernels import features as kernels
 from robsim.kernels import tree
 from robsim.kernels.sight import Look
-from robsim.servo.depths import Depths
-from robsim.servo.goal import GoalView
+from robsim.servo.laws.depths import Depths
+from robsim.servo.goals.goal import GoalView
 from robsim.servo.instant import Instant
-from robsim.servo.interaction import Interaction
-from robsim.servo.inverse import product
+from robsim.servo.laws.interaction import Interaction
+from robsim.servo.laws.inverse import product
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key, Sight, relative
 

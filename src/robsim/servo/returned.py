@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 
 
 def returned(value: Any, who: str, wanted: tuple[int | str, ...]) -> Array:

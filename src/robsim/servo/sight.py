@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.arrays import Array, frozen
-from robsim.errors import InputError
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
 from robsim.kernels import sight as kernels
 from robsim.kernels import tree
 from robsim.kernels.sight import Look
-from robsim.scene import Mounted, Object, Scene
+from robsim.world.scene import Mounted, Object, Scene
 
 Key = tuple[str, str]  # camera and target
 

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers
-from robsim.errors import InputError
+from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.errors import InputError
 from robsim.trajectory.limits import Each, Limits, each, per_axis
 from robsim.trajectory.timing import checked_times
-from robsim.value import Value
+from robsim.base.values import Value
 
 ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # of making segments longer where something does not fit
 

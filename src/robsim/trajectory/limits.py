@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, one_or_each
-from robsim.errors import InputError
+from robsim.base.arrays import Array, one_or_each
+from robsim.base.errors import InputError
 
 Each = float | tuple[float, ...]  # one number for all, or one for each
 

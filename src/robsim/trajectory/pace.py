@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from robsim.arrays import Array, positive
-from robsim.errors import InputError
+from robsim.base.arrays import Array, positive
+from robsim.base.errors import InputError
 from robsim.trajectory.timing import Timing
 
 UNITS = {

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import positive
+from robsim.base.arrays import positive
 from robsim.trajectory.rest_to_rest import RestToRest
 from robsim.trajectory.timing import Timing
 

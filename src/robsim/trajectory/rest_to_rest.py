@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, frozen, numbers
-from robsim.errors import InputError
-from robsim.pose import common_lead
+from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.errors import InputError
+from robsim.geometry.pose import common_lead
 from robsim.trajectory.timing import Timing, checked_times
-from robsim.value import Value
+from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array, length, runs_first, runs_last
-from robsim.errors import InputError
+from robsim.base.arrays import Array, length, runs_first, runs_last
+from robsim.base.errors import InputError
 from robsim.kernels import se3
-from robsim.pose import Pose, as_pose, common_lead, homogeneous
+from robsim.geometry.pose import Pose, as_pose, common_lead, homogeneous
 from robsim.trajectory.pace import Pace
 from robsim.trajectory.timing import Shares, Timing, checked_times
-from robsim.value import Value
+from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False, init=False)

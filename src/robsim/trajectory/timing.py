@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 
 
 class Shares(NamedTuple):

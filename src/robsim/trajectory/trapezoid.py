@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.arrays import Array
+from robsim.base.arrays import Array
 from robsim.trajectory.limits import Limits
 from robsim.trajectory.rest_to_rest import RestToRest
 from robsim.trajectory.timing import Timing

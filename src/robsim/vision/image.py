@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.arrays import Array, numbers, positive, runs_first, runs_last
-from robsim.camera import Camera
-from robsim.errors import InputError
+from robsim.base.arrays import Array, numbers, positive, runs_first, runs_last
+from robsim.vision.camera import Camera
+from robsim.base.errors import InputError
 from robsim.kernels import camera as kernels
 
 LARGEST = 1e100  # metres or pixels: what is squared must still be a number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robsim.arrays import Array
+from robsim.base.arrays import Array
 from robsim.vision.three_marks import unit
 
 

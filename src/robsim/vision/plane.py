@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.arrays import Array, frozen, numbers
-from robsim.errors import InputError
-from robsim.pose import common_lead
-from robsim.value import Value
+from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.errors import InputError
+from robsim.geometry.pose import common_lead
+from robsim.base.values import Value
 
 RANK = 1e-10  # of the largest singular value: what is below does not count
 ASIDE = 1e100  # points so far off are none

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.arrays import Array, frozen, runs_first, runs_last
-from robsim.camera import Camera
-from robsim.errors import InputError
+from robsim.base.arrays import Array, frozen, runs_first, runs_last
+from robsim.vision.camera import Camera
+from robsim.base.errors import InputError
 from robsim.kernels import stereo as kernels
-from robsim.pose import as_pose, common_lead
-from robsim.value import Value
+from robsim.geometry.pose import as_pose, common_lead
+from robsim.base.values import Value
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
 
 RCOND = 1e-12  # what moves the images so little is not seen

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robsim.arrays import Array
+from robsim.base.arrays import Array
 
 TINY = 1e-14  # of the largest coefficient: the quartic has a root at infinity
 SIDES = ((1, 2), (0, 2), (0, 1))  # a, b and c lie opposite marks 0, 1 and 2

@@ -12,10 +12,10 @@ from robsim.analysis.case import Case
 from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import away, length, listed, number
 from robsim.analysis.leaves import changed, leaves
-from robsim.camera import Camera
-from robsim.pose import Pose
-from robsim.robot import Robot
-from robsim.scene import Mounted, Object, Scene
+from robsim.vision.camera import Camera
+from robsim.geometry.pose import Pose
+from robsim.robot.robot import Robot
+from robsim.world.scene import Mounted, Object, Scene
 
 Part = Robot | Object | Mounted
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from robsim.analysis.case import Case
 from robsim.analysis.leaves import changed, leaves
-from robsim.robot import Robot
+from robsim.robot.robot import Robot
 from robsim.servo import Adaptive, ServoTask
 
 

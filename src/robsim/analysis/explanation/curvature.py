@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.truth import true_features
-from robsim.arrays import Array
+from robsim.base.arrays import Array
 from robsim.kernels import tree
 
 STEP = 1e-5  # rad or m; central differences

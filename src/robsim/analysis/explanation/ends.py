@@ -8,8 +8,8 @@ import numpy as np
 
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import number, pixel, when
-from robsim.camera import Visibility
-from robsim.outcome import Outcome
+from robsim.vision.camera import Visibility
+from robsim.run.outcome import Outcome
 from robsim.servo.sight import Sight
 
 

@@ -16,7 +16,7 @@ from robsim.analysis.explanation.imperfections import imperfections
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.removal import Trial, cures, patient
 from robsim.analysis.explanation.wording import away
-from robsim.loop import Loop
+from robsim.run.loop import Loop
 from robsim.servo import Task
 
 FAR, TURNED = 1e-3, 2e-3  # metres and radians: what is worth a word

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.actuation import Actuation
+from robsim.world.actuation import Actuation
 from robsim.analysis.case import Repeated
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
@@ -15,8 +15,8 @@ from robsim.analysis.explanation.own_motion import own_motions
 from robsim.analysis.explanation.removal import Removal, Told, put
 from robsim.analysis.explanation.wording import counted, number
 from robsim.analysis.explanation.wrong_depths import wrong_depths
-from robsim.outcome import Outcome
-from robsim.sensing import Sensing
+from robsim.run.outcome import Outcome
+from robsim.world.sensing import Sensing
 
 Teller = Callable[[Repeated], Told]
 

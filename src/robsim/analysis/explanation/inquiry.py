@@ -13,9 +13,9 @@ from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.removal import Change, Trial, patient, tried
 from robsim.analysis.explanation.wording import number
-from robsim.arrays import Array
-from robsim.outcome import Outcome
-from robsim.pose import Pose
+from robsim.base.arrays import Array
+from robsim.run.outcome import Outcome
+from robsim.geometry.pose import Pose
 from robsim.servo.controller import Assessment, Servo
 from robsim.servo.sight import Sight
 

@@ -13,7 +13,7 @@ from robsim.analysis.explanation.removal import Removal
 from robsim.analysis.explanation.wording import listed, movers, number
 from robsim.analysis.leaves import leaves
 from robsim.analysis.truth import true_features
-from robsim.motion import Motion
+from robsim.world.motion import Motion
 
 
 def own_motions(again: Repeated) -> Iterator[Removal]:

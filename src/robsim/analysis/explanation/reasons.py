@@ -27,7 +27,7 @@ from robsim.analysis.explanation.stalls import (
     unseen_goal,
 )
 from robsim.analysis.explanation.steering import steering
-from robsim.outcome import Outcome
+from robsim.run.outcome import Outcome
 
 Reason = Callable[[Inquiry], Finding | None]
 

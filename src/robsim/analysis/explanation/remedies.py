@@ -14,7 +14,7 @@ from robsim.analysis.explanation.removal import tried
 from robsim.analysis.explanation.views import gain_of
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
-from robsim.outcome import Outcome
+from robsim.run.outcome import Outcome
 from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
 
 ENOUGH = 3  # pieces of advice

@@ -9,9 +9,9 @@ from typing import Any
 
 from robsim.analysis.case import Case
 from robsim.analysis.explanation.wording import number
-from robsim.errors import InputError
-from robsim.loop import Loop
-from robsim.outcome import Outcome
+from robsim.base.errors import InputError
+from robsim.run.loop import Loop
+from robsim.run.outcome import Outcome
 
 PATIENCE = 3.0  # times its duration that a changed run may take, to see where it goes
 LONGEST = 20.0  # times, where the run is known to need them

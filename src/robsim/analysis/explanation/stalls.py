@@ -11,7 +11,7 @@ from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import listed, number
 from robsim.analysis.leaves import leaves
-from robsim.arrays import Array
+from robsim.base.arrays import Array
 from robsim.servo import CameraLaw, Given, JointLaw
 
 SHARE = 0.35  # of a unit direction that a component must have to be named

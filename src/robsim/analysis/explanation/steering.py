@@ -7,7 +7,7 @@ import numpy as np
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import degrees, length, number
-from robsim.joint import Steering
+from robsim.robot.joint import Steering
 
 AT_THE_LIMIT = 0.999  # of the largest angle
 

@@ -10,11 +10,11 @@ import numpy as np
 from robsim.analysis.case import Case, Repeated
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
-from robsim.arrays import Array, runs_last
-from robsim.pose import Pose, homogeneous
+from robsim.base.arrays import Array, runs_last
+from robsim.geometry.pose import Pose, homogeneous
 from robsim.servo import Adaptive, Computed, Given, Task
 from robsim.servo.controller import Servo
-from robsim.servo.goal import configuration
+from robsim.servo.goals.goal import configuration
 from robsim.servo.sight import Sight, relative
 
 

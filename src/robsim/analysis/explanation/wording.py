@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robsim.arrays import Array
-from robsim.scene import Scene
+from robsim.base.arrays import Array
+from robsim.world.scene import Scene
 
 ROUNDING = 1e-9  # metres and radians
 

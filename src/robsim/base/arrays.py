@@ -1,0 +1,136 @@
+"""The boundary between a user's run-first arrays and the kernels' run-last ones."""
+
+import math
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robsim.base.errors import InputError
+
+Array = NDArray[np.float64]
+T = TypeVar("T", bound=np.generic)
+
+
+def numbers(
+    value: ArrayLike, what: str, shape: tuple[int | str, ...], *, gaps: bool = False
+) -> Array:
+    """A finite float64 copy whose last axes have `shape` (a word stands for any size).
+
+    InputError names `what` if it is not numeric, not finite, or of another shape. With `gaps`,
+    NaN may stand for what is not there.
+    """
+    wanted = "(..., " + ", ".join(map(str, shape)) + ")"
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind not in "iufO" or (given.dtype.kind == "O" and None in given.ravel()):
+            raise TypeError("texts, truth values, dates and None are no numbers, as NumPy has it")
+        array = np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
+    except (TypeError, ValueError, OverflowError):
+        kind = f"numbers of shape {wanted}" if shape else "a number"
+        raise InputError(f"{what}: expected {kind}, got {value!r:.80}") from None
+    tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
+    if tail is None or any(
+        isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
+    ):
+        raise InputError(f"{what}: expected shape {wanted}, got {array.shape}")
+    finite = np.isfinite(array) | (np.isnan(array) if gaps else False)
+    if not finite.all():
+        where = tuple(int(i) for i in np.argwhere(~finite)[0])
+        place = f" at index {where}" if where else ""
+        raise InputError(f"{what}: {array[where]}{place}; every number must be finite")
+    return array
+
+
+def frozen(array: NDArray[T]) -> NDArray[T]:
+    """The same array, read-only."""
+    array.flags.writeable = False
+    return array
+
+
+def runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
+    """(..., a, b) with `axes` trailing axes -> contiguous (a, b, run)."""
+    lead, tail = array.shape[: array.ndim - axes], array.shape[array.ndim - axes :]
+    flat = array.reshape(math.prod(lead), *tail)
+    return np.ascontiguousarray(np.moveaxis(flat, 0, -1))
+
+
+def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
+    """(a, b, run) -> contiguous (*lead, a, b)."""
+    first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
+    return first.reshape(*lead, *array.shape[:-1])
+
+
+def some_runs(array: NDArray[T], chosen: NDArray[Any]) -> NDArray[T]:
+    """Contiguous copy (..., some) of an array with the run last."""
+    return np.ascontiguousarray(array[..., chosen])
+
+
+def length(array: Array) -> Array:
+    """Euclidean length over the first axis, term by term: the same bits for any batch."""
+    square = np.zeros(array.shape[1:])
+    for row in array:
+        square += row * row
+    return np.asarray(np.sqrt(square))
+
+
+_RUN_FIRST = [tuple(np.roll(range(n), 1).tolist()) for n in range(5)]
+_RUN_LAST = [tuple(np.roll(range(n), -1).tolist()) for n in range(5)]
+
+
+def first_view(array: NDArray[T]) -> NDArray[T]:
+    """(a, b, run) -> a view (run, a, b)."""
+    return array.transpose(_RUN_FIRST[array.ndim])
+
+
+def shown_view(array: NDArray[T]) -> NDArray[T]:
+    """(a, b, run) -> a read-only view (run, a, b): the user sees it, the loop goes on with it."""
+    return frozen(first_view(array))
+
+
+def last_view(array: NDArray[T]) -> NDArray[T]:
+    """(run, a, b) -> a view (a, b, run), which is contiguous if the array was such a view."""
+    return array.transpose(_RUN_LAST[array.ndim])
+
+
+def one_or_each(
+    value: Any, what: str, owner: str, *, zero: bool = False
+) -> float | tuple[float, ...]:
+    """One positive number for all, or one for each owner; with `zero`, not below 0.
+
+    InputError names `what` and the owner.
+    """
+    given = numbers(value, what, ())
+    fits = (given >= 0 if zero else given > 0).all()
+    if given.ndim > 1 or not given.size or not fits:
+        kind = "number not below 0" if zero else "positive number"
+        raise InputError(
+            f"{what} must be a {kind}, or one for each {owner}, got {given.tolist()!r:.80}"
+        )
+    return tuple(given.tolist()) if given.ndim else float(given)
+
+
+def positive(value: Any, what: str) -> float:
+    """A finite number above zero, or an InputError that names `what`."""
+    number = numbers(value, what, ())
+    if number.ndim or not number > 0:
+        raise InputError(f"{what} must be a positive number, got {value!r}")
+    return float(number)
+
+
+def not_negative(value: Any, what: str) -> float:
+    """A finite number from zero on, or an InputError that names `what`."""
+    number = numbers(value, what, ())
+    if number.ndim or number < 0:
+        raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
+    return float(number)
+
+
+def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
+    """A whole number from `low` on, or an InputError that names `what`."""
+    number = numbers(value, what, ())
+    if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
+        raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")
+    if below is not None and int(value) >= below:
+        raise InputError(f"{what} must be below {below}, got {value!r}")
+    return int(value)

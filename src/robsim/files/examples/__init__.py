@@ -1,0 +1,25 @@
+"""Example scenarios, one TOML file each; `robsim examples` lists them and copies them out."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from robsim.base.errors import InputError, suggest
+
+
+def names() -> tuple[str, ...]:
+    """The examples that come with RobSim.
+
+    >>> "chapter_6_1" in names()
+    True
+    """
+    files = resources.files(__name__).iterdir()
+    return tuple(sorted(Path(f.name).stem for f in files if f.name.endswith(".toml")))
+
+
+def path(name: str) -> Path:
+    """The file of an example. InputError: there is none of that name."""
+    if name not in names():
+        raise InputError(f"no example {name!r}; {suggest(name, names(), 'examples')}")
+    return Path(str(resources.files(__name__) / f"{name}.toml"))

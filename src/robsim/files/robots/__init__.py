@@ -1,0 +1,66 @@
+"""The robot library: one TOML file per robot, each number with its source.
+
+>>> {"rhino_xr4", "puma560", "ur5e"} <= set(names())
+True
+>>> rhino = load("rhino_xr4")  # or robsim.files.robots.rhino_xr4()
+>>> rhino.fk(rhino.home).round(4)[:3, 3]
+array([0.2381, 0.    , 0.3207])
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robsim.base.errors import InputError, suggest
+
+if TYPE_CHECKING:
+    from robsim.robot.robot import Robot
+
+
+def names() -> tuple[str, ...]:
+    """The robots of the library."""
+    files = resources.files(__name__).iterdir()
+    return tuple(sorted(Path(f.name).stem for f in files if f.name.endswith(".toml")))
+
+
+def file(name: str) -> Path:
+    """The file of a robot of the library. InputError: there is none of that name."""
+    if name not in names():
+        raise InputError(
+            f"no robot {name!r:.80} in the library; {suggest(name, names(), 'robots')}"
+        )
+    return Path(str(resources.files(__name__) / f"{name}.toml"))
+
+
+def about(name: str) -> str:
+    """One line on a robot of the library."""
+    line: str = tomllib.loads(file(name).read_text(encoding="utf-8"))["about"]
+    return line
+
+
+def load(name: str) -> Robot:
+    """A robot of the library. InputError: there is none of that name."""
+    return _read(file(name))
+
+
+@cache
+def _read(path: Path) -> Robot:
+    from robsim.scenario.robot_file import read_robot
+
+    return read_robot(path)
+
+
+def __getattr__(name: str) -> Callable[[], Robot]:
+    if name.startswith("_") or name not in names():
+        known = ", ".join(names())
+        raise AttributeError(f"no robot {name!r} in the library; robots: {known}")
+    return lambda: load(name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *names()})

@@ -1,0 +1,94 @@
+"""Inertia: how heavy a rigid body is, where its centre of mass lies, how hard it is to turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.errors import InputError
+from robsim.geometry.pose import one_pose
+from robsim.base.values import Value
+
+SLACK = 1e-9  # of the trace, by which rounding may break the triangle inequality
+
+
+@dataclass(frozen=True, eq=False)
+class Inertia(Value):
+    """Mass (kg), centre of mass (3,) in metres, and tensor (3, 3) in kg m^2.
+
+    The tensor is taken about the centre of mass, in the axes of the frame that the centre is
+    given in: the diagonal of a ball of radius r is 2/5 m r^2. InputError: what no body can have,
+    a tensor that is not symmetric, not positive, or with a principal moment above the sum of the
+    other two.
+
+    >>> ball = Inertia(2.0, tensor=0.8 * np.eye(3))
+    >>> (ball + ball).tensor.diagonal()
+    array([1.6, 1.6, 1.6])
+    """
+
+    mass: float
+    centre: Any = (0.0, 0.0, 0.0)
+    tensor: Any = None
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "mass", positive(self.mass, "mass"))
+        put(self, "centre", frozen(_array(self.centre, "centre of mass", (3,))))
+        if self.tensor is None:
+            raise InputError("inertia needs a tensor: 3 x 3, about the centre of mass, in kg m^2")
+        tensor = _array(self.tensor, "inertia tensor", (3, 3))
+        _check_moments(tensor)
+        put(self, "tensor", frozen((tensor + tensor.T) / 2))
+
+    def __add__(self, other: Inertia) -> Inertia:
+        """Of two bodies that are one, in the same frame: each tensor about the common centre.
+
+        Parallel axes (Goldstein, Classical Mechanics, section 5.3): about a point r away a tensor
+        grows by m (r'r 1 - r r').
+        """
+        if not isinstance(other, Inertia):
+            return NotImplemented
+        mass = self.mass + other.mass
+        centre = (self.mass * self.centre + other.mass * other.centre) / mass
+        return Inertia(mass, centre, self._about(centre) + other._about(centre))
+
+    def at(self, pose: Any) -> Inertia:
+        """A copy moved by `pose`, rigidly.
+
+        >>> from robsim.geometry.pose import Pose
+        >>> Inertia(1, (1, 0, 0), np.eye(3)).at(Pose.at(0, 2, 0)).centre
+        array([1., 2., 0.])
+        """
+        moved = one_pose(pose, "pose to move an inertia by")
+        R = moved.rotation
+        return Inertia(self.mass, moved @ self.centre, R @ self.tensor @ R.T)
+
+    def _about(self, point: Array) -> Array:
+        """The tensor about another point."""
+        r = self.centre - point
+        grown: Array = self.tensor + self.mass * (r @ r * np.eye(3) - np.outer(r, r))
+        return grown
+
+
+def _array(value: ArrayLike, what: str, shape: tuple[int, ...]) -> Array:
+    array = numbers(value, what, shape)
+    if array.shape != shape:
+        raise InputError(f"{what}: expected shape {shape}, got {array.shape}")
+    return array
+
+
+def _check_moments(tensor: Array) -> None:
+    """InputError unless some body could have this tensor."""
+    skew = np.abs(tensor - tensor.T).max()
+    if skew > SLACK * np.abs(tensor).max():
+        raise InputError(f"inertia tensor: not symmetric, by {skew:.3g} kg m^2")
+    low, middle, high = np.linalg.eigvalsh(tensor)
+    moments = f"principal moments {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
+    if low < -SLACK * high:
+        raise InputError(f"inertia tensor: {moments}; none can be below 0")
+    if high > (low + middle) * (1 + SLACK):
+        raise InputError(f"inertia tensor: {moments}; none can exceed the sum of the other two")

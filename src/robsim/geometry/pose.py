@@ -1,0 +1,322 @@
+"""Poses: where one frame stands in another."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.base.errors import FrameError, InputError
+from robsim.kernels import se3, tree
+
+ROTATION_TOLERANCE = 1e-6
+
+
+class Pose:
+    """The pose of frame b in frame a, T_a_b: p_a = T_a_b @ p_b. One, or any batch of them.
+
+    `matrix` is (..., 4, 4), read-only. Frame names are optional; where both poses of a product
+    carry them they must meet: (a, b) @ (b, c).
+
+    >>> T_w_b = Pose.at(1, 0, 0, rpy=(0, 0, np.pi / 2), frames=("world", "base"))
+    >>> np.round(T_w_b @ [1, 0, 0], 12) + 0.0
+    array([1., 1., 0.])
+    >>> T_w_b @ Pose.at(0, 0, 0, frames=("tool", "cup"))
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.FrameError: cannot join world<-base with tool<-cup: 'base' does not meet 'tool'
+    """
+
+    __slots__ = ("frames", "matrix")
+    matrix: Array
+    frames: tuple[str, str] | None
+    __array_ufunc__ = None  # so that array @ Pose is left to us
+
+    def __init__(self, matrix: Any, frames: tuple[str, str] | None = None):
+        T = numbers(as_matrix(matrix), "pose", (4, 4))
+        _check_rigid(T)
+        _set(self, T, frames)
+
+    @classmethod
+    def at(
+        cls,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        *,
+        rpy: ArrayLike = (0.0, 0.0, 0.0),
+        rotvec: ArrayLike | None = None,
+        frames: tuple[str, str] | None = None,
+    ) -> Pose:
+        """Position in metres; roll, pitch, yaw in radians as in URDF, R = Rz(y) Ry(p) Rx(r).
+
+        Or a rotation vector theta u instead of `rpy`.
+
+        >>> Pose.at(0, 0, 1, rotvec=(0, 0, np.pi)).matrix[:3, 3]
+        array([0., 0., 1.])
+        """
+        if rotvec is not None:
+            if np.any(rpy):
+                raise InputError("rpy and rotvec: give one rotation only")
+            turn = _three(rotvec, "rotvec")
+            rotation = cls.exp([0.0, 0.0, 0.0, *turn]).matrix[:3, :3]
+        else:
+            r, p, y_ = _three(rpy, "rpy")
+            rotation = axis_rotation("z", y_) @ axis_rotation("y", p) @ axis_rotation("x", r)
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = rotation, _three((x, y, z), "position")
+        return _make(T, frames)
+
+    @classmethod
+    def exp(cls, twist: ArrayLike) -> Pose:
+        """The motion of a twist (..., 6) = (v, omega) held for one unit of time.
+
+        >>> Pose.exp([1, 0, 0, 0, 0, 0]).position
+        array([1., 0., 0.])
+        """
+        V = numbers(twist, "twist", (6,))
+        columns = runs_last(V, 1)
+        T = np.empty((3, 4, columns.shape[-1]))
+        se3.exp(columns, T)
+        return _make(homogeneous(T, V.shape[:-1]), None)
+
+    @classmethod
+    def from_quaternion(cls, position: ArrayLike, quaternion: ArrayLike) -> Pose:
+        """Position (..., 3) and unit quaternion (..., 4) = (x, y, z, w).
+
+        >>> Pose.from_quaternion([0, 0, 1], [0, 0, 0, 1]).position
+        array([0., 0., 1.])
+        """
+        p, c = numbers(position, "position", (3,)), numbers(quaternion, "quaternion", (4,))
+        if not np.allclose(np.linalg.norm(c, axis=-1), 1.0, rtol=0, atol=ROTATION_TOLERANCE):
+            raise InputError(f"quaternion (x, y, z, w) must have length 1, got {c.tolist()}")
+        lead = common_lead(p.shape[:-1], c.shape[:-1], "position and quaternion")
+        c = c / np.linalg.norm(c, axis=-1, keepdims=True)
+        q = np.concatenate([np.broadcast_to(p, (*lead, 3)), np.broadcast_to(c, (*lead, 4))], -1)
+        columns = runs_last(q, 1)
+        T = np.zeros((3, 4, columns.shape[-1]))
+        T[[0, 1, 2], [0, 1, 2]] = 1.0
+        tree.fly(columns, T)
+        return _make(homogeneous(T, lead), None)
+
+    @property
+    def position(self) -> Array:
+        """(..., 3), metres."""
+        return self.matrix[..., :3, 3]
+
+    @property
+    def rotation(self) -> Array:
+        """(..., 3, 3)."""
+        return self.matrix[..., :3, :3]
+
+    @property
+    def quaternion(self) -> Array:
+        """(..., 4) = (x, y, z, w) with w >= 0."""
+        T = runs_last(self.matrix[..., :3, :], 2)
+        out = np.empty((4, T.shape[-1]))
+        se3.rotation_to_quaternion(T, out)
+        return runs_first(out, self.matrix.shape[:-2])
+
+    @property
+    def rotvec(self) -> Array:
+        """(..., 3) rotation vector theta u, theta in [0, pi]."""
+        quaternion = runs_last(self.quaternion, 1)
+        out = np.empty((3, quaternion.shape[-1]))
+        se3.rotation_vector(quaternion, out)
+        return runs_first(out, self.matrix.shape[:-2])
+
+    @property
+    def q(self) -> Array:
+        """(..., 7) coordinates of a floating joint: position, then quaternion (x, y, z, w)."""
+        return np.concatenate([self.position, self.quaternion], axis=-1)
+
+    def inv(self) -> Pose:
+        """T_b_a from T_a_b.
+
+        >>> Pose.at(1, 2, 3).inv().position
+        array([-1., -2., -3.])
+        """
+        R = np.swapaxes(self.rotation, -1, -2)
+        T = np.zeros_like(self.matrix)
+        T[..., :3, :3], T[..., 3, 3] = R, 1.0
+        T[..., :3, 3] = -(R @ self.position[..., None])[..., 0]
+        return _make(T, self.frames[::-1] if self.frames else None)
+
+    @overload
+    def __matmul__(self, other: Pose) -> Pose: ...
+    @overload
+    def __matmul__(self, other: Any) -> Any: ...
+    def __matmul__(self, other: Any) -> Any:
+        """T_a_b @ T_b_c is a Pose; T_a_b @ points (..., N, 3) or (3,) are points in a."""
+        if hasattr(other, "at") and not isinstance(other, Pose):
+            return other.at(self)  # a primitive, a robot
+        if isinstance(other, Pose) or is_pose_like(other):
+            right = as_pose(other)
+            frames = _join(self.frames, right.frames)
+            try:
+                return _make(self.matrix @ right.matrix, frames)
+            except ValueError:
+                lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
+                raise InputError(f"cannot join batches of poses of shapes {lead}") from None
+        points = numbers(other, "points", (3,))
+        if points.ndim == 1:
+            return (self.rotation @ points) + self.position
+        common_lead(self.matrix.shape[:-2], points.shape[:-2], "poses and points")
+        return points @ np.swapaxes(self.rotation, -1, -2) + self.position[..., None, :]
+
+    def __rmatmul__(self, other: Any) -> Pose:
+        """A 4 x 4 array @ pose."""
+        return as_pose(other) @ self
+
+    def __getitem__(self, index: Any) -> Pose:
+        """One or some poses of a batch."""
+        lead = self.matrix.shape[:-2]
+        if not lead:
+            raise InputError("this is a single pose, not a batch: it has nothing to index")
+        try:
+            chosen = np.arange(math.prod(lead)).reshape(lead)[index]
+        except IndexError as error:
+            raise InputError(f"a batch of poses of shape {lead}: {error}") from None
+        return _make(self.matrix.reshape(-1, 4, 4)[chosen], self.frames)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _make, (np.array(self.matrix), self.frames)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.array(self.matrix, dtype=dtype)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError("a Pose is a value: make a new one")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError("a Pose is a value: make a new one")
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Pose)
+            and self.frames == other.frames
+            and np.array_equal(self.matrix, other.matrix)
+        )
+
+    def __hash__(self) -> int:
+        return hash(((self.matrix + 0.0).tobytes(), self.frames))  # -0.0 equals 0.0
+
+    def __repr__(self) -> str:
+        name = f" {self.frames[0]}<-{self.frames[1]}" if self.frames else ""
+        if self.matrix.ndim > 2:
+            return f"<Pose{name} batch {self.matrix.shape[:-2]}>"
+        p, w = np.round(self.position, 4) + 0.0, np.round(self.rotvec, 4) + 0.0
+        return f"<Pose{name} position {p.tolist()} rotvec {w.tolist()}>"
+
+
+def _three(value: Any, what: str) -> Array:
+    array = numbers(value, what, (3,))
+    if array.ndim != 1:
+        raise InputError(f"{what}: expected three numbers, got shape {array.shape}")
+    return array
+
+
+def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:
+    """The leading shape of two batches together, or an InputError that names them."""
+    try:
+        return np.broadcast_shapes(a, b)
+    except ValueError:
+        raise InputError(f"{what}: batches of unequal shapes {a} and {b}") from None
+
+
+def axis_rotation(axis: str, angle: float) -> Array:
+    """3 x 3 rotation about the x, y or z axis."""
+    c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
+    u, w = (i + 1) % 3, (i + 2) % 3
+    R = np.eye(3)
+    R[u, u], R[w, w], R[u, w], R[w, u] = c, c, 0.0 - s, s
+    return R
+
+
+def as_pose(value: Any) -> Pose:
+    """A Pose from a Pose, a (..., 4, 4) array, a SciPy RigidTransform or a spatialmath SE3."""
+    return value if isinstance(value, Pose) else Pose(value)
+
+
+def one_pose(value: Any, what: str) -> Pose:
+    """A single pose, or an InputError that names `what`."""
+    try:
+        pose = as_pose(value)
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from None
+    if pose.matrix.ndim != 2:
+        raise InputError(f"{what}: expected one pose, got a batch {pose.matrix.shape[:-2]}")
+    return pose
+
+
+def as_matrix(value: Any) -> Any:
+    """The matrix behind whatever people call a pose."""
+    if isinstance(value, Pose):
+        return value.matrix
+    if hasattr(value, "as_matrix"):  # scipy.spatial.transform.RigidTransform
+        return value.as_matrix()
+    return getattr(value, "A", value)  # spatialmath.SE3 keeps its array as .A
+
+
+def homogeneous(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
+    """(3, 4, b) of the kernels -> (*lead, 4, 4)."""
+    out = np.zeros((T.shape[-1], 4, 4))
+    out[:, :3], out[:, 3, 3] = np.moveaxis(T, -1, 0), 1.0
+    return out.reshape(*lead, 4, 4)
+
+
+def is_pose_like(value: Any) -> bool:
+    """Whether this is meant as a pose: a Pose, a (..., 4, 4) array, or another's pose class."""
+    matrix = as_matrix(value)
+    if matrix is not value:
+        return True
+    try:
+        return bool(np.shape(matrix)[-2:] == (4, 4))
+    except ValueError:  # lists of unequal lengths
+        return False
+
+
+def _join(left: tuple[str, str] | None, right: tuple[str, str] | None) -> tuple[str, str] | None:
+    if left is None or right is None:
+        return None
+    if left[1] != right[0]:
+        raise FrameError(
+            f"cannot join {left[0]}<-{left[1]} with {right[0]}<-{right[1]}: "
+            f"'{left[1]}' does not meet '{right[0]}'"
+        )
+    return left[0], right[1]
+
+
+def _check_rigid(T: Array) -> None:
+    R = T[..., :3, :3]
+    off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
+    if off > ROTATION_TOLERANCE:
+        raise InputError(
+            f"not a rotation: R'R differs from the identity by {off:.2g} "
+            f"(allowed {ROTATION_TOLERANCE:g})"
+        )
+    if (np.linalg.det(R) < 0).any():
+        raise InputError("not a rotation but a reflection: det R = -1")
+    if np.abs(T[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max(initial=0.0) > 0:
+        raise InputError("the last row of a pose must be 0 0 0 1")
+
+
+def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
+    """A Pose of a matrix that is known to be rigid."""
+    pose = object.__new__(Pose)
+    _set(pose, T, frames)
+    return pose
+
+
+def _set(pose: Pose, T: Array, frames: tuple[str, str] | None) -> None:
+    named = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
+    if frames is not None and not named:
+        raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
+    object.__setattr__(pose, "matrix", frozen(T))
+    object.__setattr__(pose, "frames", tuple(frames) if frames else None)
+
+
+IDENTITY = Pose.at()

@@ -1,0 +1,77 @@
+"""Links: the rigid parts of a robot, each on its joint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.geometry.inertia import Inertia
+from robsim.robot.joint import FIXED, Joint
+from robsim.base.names import checked_name
+from robsim.geometry.primitives import Primitive
+
+
+def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
+    """One or several primitives as a tuple, or an InputError that names their owner."""
+    shapes = (given,) if isinstance(given, Primitive) else given
+    if not isinstance(shapes, Iterable) or not all(isinstance(s, Primitive) for s in shapes):
+        raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {given!r:.80}")
+    return tuple(shapes)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid part: its frame hangs from the link `parent` by `joint`; `shapes` draw it.
+
+    `inertia` is in the link's frame; where it is not given, the shapes may weigh something.
+
+    >>> Link("body", "base", Joint("floating")).joint.kind
+    'floating'
+    """
+
+    name: str
+    parent: str | None = None
+    joint: Joint = FIXED
+    shapes: tuple[Primitive, ...] = ()
+    inertia: Inertia | None = None
+
+    @property
+    def label(self) -> str:
+        """What its coordinates are called: as its joint, if that has a name, else as the link."""
+        return self.joint.name or self.name
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "link")
+        if not isinstance(self.joint, Joint):
+            raise InputError(f"link '{self.name}': expected a Joint, got {self.joint!r:.80}")
+        object.__setattr__(self, "shapes", checked_shapes(self.shapes, f"link '{self.name}'"))
+        if self.inertia is not None and not isinstance(self.inertia, Inertia):
+            raise InputError(f"link '{self.name}': expected an Inertia, got {self.inertia!r:.80}")
+
+    @property
+    def inertial(self) -> Inertia | None:
+        """Its inertia as given, or the sum of what its shapes have; None if it weighs nothing.
+
+        >>> from robsim.geometry.primitives import Ball
+        >>> Link("tool", shapes=(Ball(0.1, mass=2), Ball(0.1, mass=1))).inertial.mass
+        3.0
+        """
+        if self.inertia is not None:
+            return self.inertia
+        parts = [shape.inertia for shape in self.shapes]
+        weighed = [part for part in parts if part is not None]
+        return reduce(add, weighed) if weighed else None
+
+
+def coordinate_names(links: Iterable[Link]) -> tuple[str, ...]:
+    """Of what the joints have of their own: the joint's name, or the link's, and .x or the like."""
+    return tuple(link.label + part for link in links for part in link.joint.parts.coordinates)
+
+
+def velocity_names(links: Iterable[Link]) -> tuple[str, ...]:
+    """Likewise of the velocities."""
+    return tuple(link.label + part for link in links for part in link.joint.parts.velocities)

@@ -1,0 +1,71 @@
+"""Tools: the links of one robot, hung on a link of another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from robsim.base.errors import InputError
+from robsim.robot.joint import Joint, Rolling
+from robsim.robot.link import Link
+from robsim.geometry.pose import Pose
+
+
+def mounted(
+    arm: Sequence[Link], tool: Sequence[Link], name: str, on: str, pose: Pose, bare: bool
+) -> tuple[Link, ...]:
+    """The links of an arm, and those of a tool called `name`, its base at `pose` on the link `on`.
+
+    With `bare` that link loses its shapes. InputError: names that clash, also with that of the
+    tool in front.
+    """
+    taken = {link.name for link in arm}
+    links = {link.name: _apart(link.name, taken, name) for link in tool}
+    taken_too = {link.label for link in _moving(arm)}
+    labels = {
+        link.label: _apart(link.joint.name or links[link.name], taken_too, name)
+        for link in _moving(tool)
+    }
+    _check_apart(taken, links.values(), name)
+    _check_apart(taken_too, labels.values(), name)
+    base = tool[0]
+    place = Joint(place=pose @ base.joint.place @ base.joint.tail)
+    hung = [Link(links[base.name], on, place, base.shapes, base.inertia)]
+    for link in tool[1:]:
+        joint, parent = _renamed(link, links[link.name], labels), links[str(link.parent)]
+        hung.append(replace(link, name=links[link.name], parent=parent, joint=joint))
+    bared = [replace(link, shapes=()) if bare and link.name == on else link for link in arm]
+    return (*bared, *hung)
+
+
+def _moving(links: Iterable[Link]) -> list[Link]:
+    return [link for link in links if link.joint.kind != "fixed"]
+
+
+def _apart(name: str, taken: set[str], prefix: str) -> str:
+    """The name, with the prefix in front if it is taken."""
+    return f"{prefix}_{name}" if name in taken else name
+
+
+def _check_apart(taken: set[str], names: Iterable[str], tool: str) -> None:
+    every = [*taken, *names]
+    twice = sorted({name for name in every if every.count(name) > 1})
+    if twice:
+        raise InputError(
+            f"two links or coordinates would be called '{twice[0]}'; give the tool a name of its "
+            f"own: tool.named('{tool}_2')"
+        )
+
+
+def _renamed(link: Link, name: str, labels: Mapping[str, str]) -> Joint:
+    """The joint of a link that is now called `name`, with the new names of coordinates."""
+    joint = link.joint
+    if joint.kind == "fixed":
+        return joint
+    label = labels[link.label]
+    joint = replace(joint, name=None if label == name else label)
+    follows = joint.follows
+    if follows is None or isinstance(follows, Rolling):
+        return joint
+    source, dot, part = follows.of.partition(".")
+    return replace(joint, follows=replace(follows, of=f"{labels[source]}{dot}{part}"))

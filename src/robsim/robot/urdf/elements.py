@@ -1,0 +1,110 @@
+"""The elements of an XML file with their lines, by the parser of the standard library."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+
+from robsim.base.errors import FileError
+
+LARGEST_FILE = 4_000_000  # bytes; the largest robots that people publish take a tenth of it
+MOST_PARTS = 100_000  # elements and attributes
+DEEPEST = 64  # elements inside each other
+
+
+@dataclass(slots=True, eq=False)
+class Element:
+    """One element: what is written in it, and where it stands."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    owner: Element | None = None
+    children: list[Element] = field(default_factory=list)
+
+    @property
+    def label(self) -> str:
+        """As messages call it: <joint 'elbow'> <limit>."""
+        name = self.attributes.get("name")
+        own = f"<{self.tag:.40}>" if name is None else f"<{self.tag:.40} {name!r:.80}>"
+        if name is not None or self.owner is None or self.owner.owner is None:
+            return own
+        return f"{self.owner.label} {own}"
+
+
+def parsed(path: str | os.PathLike[str]) -> Element:
+    """The root element of a file. FileError: it cannot be read, or is no plain XML."""
+    data = _bytes(path)
+    if not data.strip():
+        raise FileError(f"{path}: empty; expected a URDF file, <robot name=...> ... </robot>")
+    parser = expat.ParserCreate()
+    builder = _Builder(str(path), parser)
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        what = expat.ErrorString(error.code)
+        raise FileError(f"{path}:{error.lineno}: not valid XML: {what}") from None
+    except (LookupError, ValueError) as error:  # encodings that do not exist or are not for files
+        if isinstance(error, FileError):
+            raise
+        raise FileError(f"{path}:1: not valid XML: {error}; expected UTF-8") from None
+    assert builder.root is not None
+    return builder.root
+
+
+class _Builder:
+    """Keeps the elements that the parser tells of."""
+
+    def __init__(self, source: str, parser: expat.XMLParserType):
+        self.source, self.parser = source, parser
+        self.root: Element | None = None
+        self.open: list[Element] = []
+        self.parts = 0
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.StartDoctypeDeclHandler = self._doctype
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        owner = self.open[-1] if self.open else None
+        element = Element(tag, attributes, self.parser.CurrentLineNumber, owner)
+        self.parts += 1 + len(attributes)
+        if self.parts > MOST_PARTS:
+            self._refuse(f"more than {MOST_PARTS} elements and attributes")
+        if len(self.open) >= DEEPEST:
+            self._refuse(f"elements are nested more than {DEEPEST} deep")
+        if owner is None:
+            self.root = element
+        else:
+            owner.children.append(element)
+        self.open.append(element)
+
+    def _end(self, tag: str) -> None:
+        self.open.pop()
+
+    def _doctype(self, *_: object) -> None:
+        self._refuse("a DOCTYPE is not allowed, nor are the entities that it could define")
+
+    def _refuse(self, text: str) -> None:
+        raise FileError(f"{self.source}:{self.parser.CurrentLineNumber}: {text}")
+
+
+def _bytes(path: str | os.PathLike[str]) -> bytes:
+    """What is in a file, unless it is too large: that is looked at before it is read."""
+    try:
+        if Path(path).is_dir():
+            raise FileError(f"{path}: this is a folder; expected a URDF file")
+        if not Path(path).is_file():
+            raise FileError(f"{path}: no such file")
+        with open(path, "rb") as file:
+            large = os.fstat(file.fileno()).st_size > LARGEST_FILE
+            data = b"" if large else file.read(LARGEST_FILE + 1)
+    except FileError:
+        raise
+    except (OSError, TypeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(f"{str(path)!r:.200}: cannot be read: {reason}") from None
+    if large or len(data) > LARGEST_FILE:
+        raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
+    return data

@@ -1,0 +1,55 @@
+"""What is wrong in a file, and what is merely odd: all of it is told at once."""
+
+from __future__ import annotations
+
+import warnings
+
+from robsim.base.errors import FileError, FileWarning
+from robsim.robot.urdf.elements import Element
+
+MOST = 50  # errors after which a file is not read further
+MOST_ODDITIES = 1000
+SHOWN = 5  # oddities that one warning lists
+LONGEST = 600  # characters of a line
+
+
+class Findings:
+    """The errors and oddities of one file, each with its line and its element."""
+
+    def __init__(self, source: str):
+        self.source = source
+        self.errors: list[str] = []
+        self.oddities: list[str] = []
+
+    def error(self, element: Element, text: str) -> None:
+        """One more; FileError if it is one too many."""
+        line = self._line(element, text)
+        if line not in self.errors:
+            self.errors.append(line)
+        if len(self.errors) == MOST:
+            self.errors.append(f"{self.source}: and maybe more: it was not read further")
+            self.stop()
+
+    def odd(self, element: Element, text: str) -> None:
+        """Something that is read in another way than it is written, or left out."""
+        if len(self.oddities) == MOST_ODDITIES:
+            self.error(element, f"more than {MOST_ODDITIES} unknown words and the like")
+            self.stop()
+        self.oddities.append(self._line(element, text))
+
+    def stop(self) -> None:
+        """FileError if there were errors, with one line for each."""
+        if self.errors:
+            raise FileError("\n".join(self.errors)) from None
+
+    def tell(self) -> None:
+        """One FileWarning if there were oddities: the first five, one a line."""
+        if self.oddities:
+            more = len(self.oddities) - SHOWN
+            rest = [f"{self.source}: and {more} more"] if more > 0 else []
+            text = "\n".join([*self.oddities[:SHOWN], *rest])
+            warnings.warn(text, FileWarning, stacklevel=4)  # where Robot.from_urdf is called
+
+    def _line(self, element: Element, text: str) -> str:
+        line = f"{self.source}:{element.line}: {element.label}: {text}"
+        return line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."

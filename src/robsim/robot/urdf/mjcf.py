@@ -1,0 +1,159 @@
+"""From a robot to a MuJoCo model file (MJCF)."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from robsim.base.errors import FileWarning
+from robsim.geometry.inertia import Inertia
+from robsim.robot.joint import Joint, Mimic
+from robsim.robot.link import Link
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.primitives import Ball, Block, Mesh, Wheel
+from robsim.robot.urdf.parts import TOKEN
+from robsim.robot.urdf.solids import plain, rgba
+from robsim.robot.urdf.text import Text, spaced
+from robsim.robot.urdf.write import check
+
+LEAST = 1e-12  # kg m^2, of the moments of a body
+_PRODUCTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
+
+
+def write_mjcf(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -> None:
+    """A file with these links; InputError names all that the format cannot express."""
+    tops = dict(_tops(links))
+    lost = [f"'{name}' floats on what moves" for name, pose in tops.items() if pose is None]
+    check(name, links, "MJCF", lost)
+    text = Text()
+    with text.inside("mujoco", model=name):
+        text.put("compiler", angle="radian", autolimits="true", inertiafromgeom="false")
+        with text.inside("worldbody"):
+            for link in links:
+                pose = tops.get(link.name)
+                if pose is not None:
+                    _bodies(text, link, pose, links)
+        _equalities(text, links)
+    text.save(path)
+    meshes = [k.name for k in links if any(isinstance(shape, Mesh) for shape in k.shapes)]
+    if meshes:
+        listed = ", ".join(meshes[:9])
+        told = f"{path}: meshes are left out, which MuJoCo would open: those of {listed}"
+        warnings.warn(told, FileWarning, stacklevel=3)  # where Robot.to_mjcf is called
+
+
+def _tops(links: Sequence[Link]) -> Iterator[tuple[str, Pose | None]]:
+    """Of the links that stand in the world itself, the base and what floats, where they stand.
+
+    None for what floats on a link that moves: MuJoCo has free joints in the world alone.
+    """
+    known: dict[str | None, Pose | None] = {None: IDENTITY}  # of links that do not move
+    waiting = list(links)
+    while waiting:
+        later = []
+        for link in waiting:
+            if link.parent not in known:
+                later.append(link)
+                continue
+            above, joint = known[link.parent], link.joint
+            pose = None if above is None else above @ joint.place @ joint.tail
+            known[link.name] = pose if joint.kind == "fixed" else None
+            if joint.kind == "floating" or link.parent is None:
+                yield link.name, pose
+        waiting = later
+
+
+def _bodies(text: Text, top: Link, pose: Pose, links: Sequence[Link]) -> None:
+    """A body and those on it, each inside the one that it hangs from; what floats is elsewhere."""
+    hung: dict[str | None, list[Link]] = {}
+    for link in links:
+        if link.joint.kind != "floating":
+            hung.setdefault(link.parent, []).append(link)
+    stack: list[tuple[Link, Pose] | None] = [(top, pose)]
+    while stack:
+        item = stack.pop()
+        if item is None:
+            text.end()
+            continue
+        link, where = item
+        text.start("body", name=link.name, **_place(where))
+        _body(text, link)
+        stack.append(None)
+        below = reversed(hung.get(link.name, []))
+        stack += [(k, k.joint.place @ k.joint.tail) for k in below]
+
+
+def _body(text: Text, link: Link) -> None:
+    """What one body has of its own."""
+    inertial = link.inertial
+    if inertial is None and link.joint.kind != "fixed":
+        inertial = TOKEN
+    if inertial is not None:
+        _inertial(text, inertial)
+    _joints(text, link.joint, link.label)
+    for shape in link.shapes:
+        for solid in plain(shape):
+            color, where = spaced(rgba(solid.color)), _place(solid.pose)
+            match solid:
+                case Block():
+                    half = spaced((solid.length / 2, solid.width / 2, solid.height / 2))
+                    text.put("geom", type="box", size=half, rgba=color, **where)
+                case Wheel():
+                    size = spaced((solid.radius, solid.width / 2))
+                    text.put("geom", type="cylinder", size=size, rgba=color, **where)
+                case Ball():
+                    text.put("geom", type="sphere", size=solid.radius, rgba=color, **where)
+
+
+def _joints(text: Text, joint: Joint, name: str) -> None:
+    """One joint, or three for a planar one; axes and points in the axes of the body."""
+    R, point = joint.tail.rotation, spaced(joint.tail.inv().position)
+    span = None if joint.limits is None else spaced(joint.limits)
+    force = None if joint.effort is None else spaced((-joint.effort, joint.effort))
+    x, y, z = (spaced(axis) for axis in R)
+    limits = {"range": span, "actuatorfrcrange": force}
+    match joint.kind:
+        case "revolute":
+            text.put("joint", name=name, type="hinge", pos=point, axis=z, **limits)
+        case "prismatic":
+            text.put("joint", name=name, type="slide", axis=z, **limits)
+        case "planar":
+            text.put("joint", name=f"{name}.x", type="slide", axis=x)
+            text.put("joint", name=f"{name}.y", type="slide", axis=y)
+            text.put("joint", name=f"{name}.theta", type="hinge", pos=point, axis=z)
+        case "floating":
+            text.put("freejoint", name=name)
+
+
+def _equalities(text: Text, links: Sequence[Link]) -> None:
+    """What follows another coordinate q: offset + ratio q."""
+    tied = [link for link in links if isinstance(link.joint.follows, Mimic)]
+    if not tied:
+        return
+    with text.inside("equality"):
+        for link in tied:
+            follows = link.joint.follows
+            assert isinstance(follows, Mimic)
+            name, curve = link.label, (follows.offset, follows.ratio, 0, 0, 0)
+            text.put("joint", joint1=name, joint2=follows.of, polycoef=spaced(curve))
+
+
+def _inertial(text: Text, inertia: Inertia) -> None:
+    """MuJoCo takes no moment of zero: a rod or a point becomes a little thicker."""
+    lack = max(LEAST - float(np.linalg.eigvalsh(inertia.tensor)[0]), 0.0)
+    tensor = inertia.tensor + lack * np.eye(3)
+    full = spaced(tensor[i, j] for i, j in _PRODUCTS)
+    text.put("inertial", pos=spaced(inertia.centre), mass=inertia.mass, fullinertia=full)
+
+
+def _place(pose: Pose) -> dict[str, str | None]:
+    """pos and quat (w x y z); neither for the identity."""
+    x, y, z, w = pose.quaternion
+    turned = not (pose.rotation == np.eye(3)).all()
+    return {
+        "pos": spaced(pose.position) if pose.position.any() else None,
+        "quat": spaced((w, x, y, z)) if turned else None,
+    }

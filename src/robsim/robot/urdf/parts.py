@@ -1,0 +1,162 @@
+"""From <link> to Link, but for its joint: inertia, shapes and colours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.geometry.inertia import Inertia
+from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
+from robsim.robot.urdf.elements import Element
+from robsim.robot.urdf.findings import Findings
+from robsim.robot.urdf.values import number, origin, size, vector
+from robsim.robot.urdf.words import WORDS, child, children, needed, needed_child
+
+# what writers give to links that move and weigh nothing, so that simulators accept them
+TOKEN = Inertia(1e-3, tensor=1e-6 * np.eye(3))
+LETTERS = {  # of the chapter, as MATLAB shows them
+    "k": "#000000",
+    "w": "#ffffff",
+    "r": "#ff0000",
+    "g": "#00ff00",
+    "b": "#0000ff",
+    "c": "#00ffff",
+    "m": "#ff00ff",
+    "y": "#ffff00",
+}
+_NAMES = {code: letter for letter, code in LETTERS.items()}
+
+
+def inertia(link: Element, findings: Findings) -> Inertia | None:
+    """What <inertial> says; None where it is not there, or says that there is no mass."""
+    given = child(link, "inertial")
+    if given is None:
+        return None
+    where, (mass, tensor) = origin(given, findings), _mass_and_tensor(given, findings)
+    if mass is None or tensor is None:
+        return None
+    if mass == 0:
+        if tensor.any():
+            findings.odd(given, "a tensor without a mass, left out")
+        return None
+    try:
+        found = Inertia(mass, tensor=tensor).at(where)
+    except InputError as error:
+        findings.odd(given, f"{error}; left out")
+        return None
+    return None if found == TOKEN else found
+
+
+def _mass_and_tensor(given: Element, findings: Findings) -> tuple[float | None, Array | None]:
+    mass, tensor = None, None
+    if (element := needed_child(given, "mass", findings)) is not None:
+        mass = number(element, "value", findings)
+        if mass is not None and mass < 0:
+            findings.error(element, f"value is {mass:g}; it must not be below 0")
+            mass = None
+    if (element := needed_child(given, "inertia", findings)) is not None:
+        tensor = _tensor(element, findings)
+    return mass, tensor
+
+
+def _tensor(element: Element, findings: Findings) -> Array | None:
+    numbers = {}
+    for name in WORDS["inertia"].attributes:
+        numbers[name] = number(element, name, findings, None if name[1] == name[2] else 0.0)
+    if any(value is None for value in numbers.values()):
+        return None
+    rows = [[numbers["i" + "".join(sorted(i + j))] for j in "xyz"] for i in "xyz"]
+    return np.array(rows, dtype=float)
+
+
+def shapes(link: Element, colors: Mapping[str, str], findings: Findings) -> tuple[Primitive, ...]:
+    """What is to be seen of a link; what it collides by, where nothing is."""
+    seen, hit = (
+        [_shape(each, colors, findings) for each in children(link, tag)]
+        for tag in ("visual", "collision")
+    )
+    return tuple(shape for shape in (seen or hit) if shape is not None)
+
+
+def colors(robot: Element, findings: Findings) -> dict[str, str]:
+    """The colours of all materials that have a name, wherever they are defined."""
+    drawn = [v for k in children(robot, "link") for v in k.children if v.tag in _DRAWN]
+    found = {}
+    for owner in (*drawn, robot):  # what the robot says counts
+        for material in children(owner, "material"):
+            color = _own_color(material, findings)
+            name = material.attributes.get("name")
+            if color is not None and name:
+                found[name] = color
+    return found
+
+
+_DRAWN = ("visual", "collision")
+
+
+def _own_color(material: Element, findings: Findings) -> str | None:
+    """Of a <material>, without its opacity; a letter where that says it exactly."""
+    element = child(material, "color")
+    rgba = None if element is None else vector(element, "rgba", findings, count=4)
+    if element is None or rgba is None:
+        return None
+    if (rgba < 0).any() or (rgba > 1).any():
+        findings.error(element, "rgba: four numbers from 0 to 1 are allowed")
+        return None
+    code = "#" + "".join(f"{round(255 * part):02x}" for part in rgba[:3])
+    return _NAMES.get(code, code)
+
+
+def _shape(element: Element, named: Mapping[str, str], findings: Findings) -> Primitive | None:
+    where = origin(element, findings)
+    geometry = child(element, "geometry")
+    if geometry is None or not geometry.children:
+        findings.error(element, "<geometry> is missing or empty; a box, cylinder, ... is allowed")
+        return None
+    solids = [each for each in geometry.children if each.tag in WORDS["geometry"].children]
+    if len(solids) > 1:
+        findings.error(geometry, f"{len(solids)} shapes; only one is allowed")
+    shape = _solid(solids[0], findings) if len(solids) == 1 else None
+    if shape is None:
+        return None
+    material = child(element, "material")
+    color = None if material is None else _own_color(material, findings)
+    if material is not None and color is None:
+        color = named.get(material.attributes.get("name", ""))
+    return _colored(shape, color or "k").at(where)
+
+
+def _colored(shape: Primitive, color: str) -> Primitive:
+    return replace(shape, color=color)  # type: ignore[call-arg]
+
+
+def _solid(element: Element, findings: Findings) -> Primitive | None:
+    if element.tag == "box":
+        sides = vector(element, "size", findings)
+        if sides is not None and not (sides > 0).all():
+            findings.error(element, "size: three numbers above 0 are allowed")
+            return None
+        return None if sides is None else Block(*sides)
+    if element.tag == "mesh":
+        return _mesh(element, findings)
+    radius = size(element, "radius", findings)
+    if element.tag == "sphere":
+        return None if radius is None else Ball(radius)
+    length = size(element, "length", findings)
+    return None if radius is None or length is None else Wheel(radius, length)
+
+
+def _mesh(element: Element, findings: Findings) -> Mesh | None:
+    scale = vector(element, "scale", findings, "1 1 1")
+    name = needed(element, "filename", findings)
+    if scale is None or name is None:
+        return None
+    try:
+        return Mesh(name, (float(scale[0]), float(scale[1]), float(scale[2])))
+    except InputError as error:
+        findings.error(element, str(error))
+        return None

@@ -1,0 +1,239 @@
+"""From a file to a robot: its links and joints, and how they hang together."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from math import inf
+from typing import TypeVar
+
+from robsim.base.errors import FileError, InputError
+from robsim.robot.joint import SINGLE, Coupling, Joint, Mimic
+from robsim.robot.link import Link
+from robsim.robot.urdf.elements import Element, parsed
+from robsim.robot.urdf.findings import Findings
+from robsim.robot.urdf.joints import Hinge, hinge
+from robsim.robot.urdf.parts import colors, inertia, shapes
+from robsim.robot.urdf.words import AXIS, TAIL, check_words, child, children, hint, named
+
+R = TypeVar("R")
+Links = dict[str, tuple[Element, Link]]  # by the name in the file
+MOST_LINKS = 2048
+MOST_MIMICS = 256
+
+
+def read(path: str | os.PathLike[str], build: Callable[[str, tuple[Link, ...]], R]) -> R:
+    """What `build` makes of the name and the links of a file, the root first.
+
+    FileError with all that is wrong, one line each; a FileWarning tells what is odd.
+    """
+    root = parsed(path)
+    findings = Findings(str(path))
+    if root.tag != "robot":
+        raise FileError(f"{path}:{root.line}: <{root.tag:.40}>: expected <robot name=...>")
+    check_words(root, findings)
+    name, links = _parts(root, findings)
+    try:
+        robot = build(name, tuple(links))
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    findings.tell()
+    return robot
+
+
+def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
+    """The name of the robot, and its links on their joints."""
+    tails = _tails(root)
+    drawn = [k for k in children(root, "link") if k.attributes.get("name") not in tails]
+    behind = set(tails.values())
+    joints = [j for j in children(root, "joint") if j not in behind]
+    if not 0 < len(drawn) <= MOST_LINKS:
+        findings.error(root, f"{len(drawn)} links; from 1 to {MOST_LINKS} are allowed")
+    name = named(root, findings)
+    links = _links(drawn, colors(root, findings), findings)
+    hinges = [h for each in joints if (h := hinge(each, tails, findings)) is not None]
+    if not links or len(links) + len(hinges) < len(drawn) + len(joints):
+        findings.stop()  # how they hang together cannot be said
+    order = _hung(root, links, hinges, findings)
+    findings.stop()
+    assert name is not None
+    return name, order
+
+
+def _tails(root: Element) -> dict[str, Element]:
+    """The <joint> "elbow.tail" behind each <link> "elbow.axis", which it takes a link to write.
+
+    Only what is as our writer makes it: a link on a joint that shows nothing, and carries but
+    "elbow".
+    """
+    above, behind = _by_link(root, "child"), _by_link(root, "parent")
+    found = {}
+    for link in children(root, "link"):
+        name = link.attributes.get("name", "")
+        stem, hung = name.removesuffix(AXIS), behind.get(name, [])
+        bare = all(part.tag == "inertial" for part in link.children)
+        if stem == name or name not in above or len(hung) != 1 or not bare:
+            continue
+        end = child(hung[0], "child")
+        written = hung[0].attributes == {"name": stem + TAIL, "type": "fixed"}
+        if written and end is not None and end.attributes.get("link") == stem:
+            found[name] = hung[0]
+    return found
+
+
+def _by_link(root: Element, tag: str) -> dict[str, list[Element]]:
+    """The joints that have a link as their <parent> or <child>."""
+    found: dict[str, list[Element]] = {}
+    for joint in children(root, "joint"):
+        end = child(joint, tag)
+        if end is not None:
+            found.setdefault(end.attributes.get("link", ""), []).append(joint)
+    return found
+
+
+def _links(drawn: Iterable[Element], palette: Mapping[str, str], findings: Findings) -> Links:
+    found: Links = {}
+    for element in drawn:
+        name = named(element, findings)
+        weight, solids = inertia(element, findings), shapes(element, palette, findings)
+        if name is None:
+            continue
+        given = element.attributes["name"]
+        if given in found:
+            line = found[given][0].line
+            findings.error(element, f"there is a link of that name in line {line}; one is allowed")
+        found[given] = element, Link(name, shapes=solids, inertia=weight)
+    return found
+
+
+def _hung(root: Element, links: Links, hinges: list[Hinge], findings: Findings) -> list[Link]:
+    """The links on their joints: the root, then the children in the order of the joints."""
+    _check_names(links, hinges, findings)
+    _check_mimics(hinges, findings)
+    if not _check_ends(links, hinges, findings):
+        findings.stop()
+    above = {h.child: h for h in hinges}
+    roots = [name for name in links if name not in above]
+    if len(roots) > 1:
+        listed = ", ".join(repr(name) for name in roots[:9])
+        findings.error(root, f"{len(roots)} links hang from nothing: {listed}; one is allowed")
+    _check_loops(links, above, findings)
+    findings.stop()
+    base = links[roots[0]][1]
+    hung = [
+        replace(links[h.child][1], parent=links[h.parent][1].name, joint=joint)
+        for h, joint in zip(hinges, _with_room(hinges, findings), strict=True)
+    ]
+    return [base, *hung]
+
+
+def _with_room(hinges: Iterable[Hinge], findings: Findings) -> Iterator[Joint]:
+    """The joints; those that mimic without the limits that leave what they follow no room.
+
+    There are such files, and other programs do not look at the limits of what mimics.
+    """
+    joints = {h.name: h.joint for h in hinges}
+    room: dict[str, tuple[float, float]] = {}
+    for h in hinges:
+        joint, tie = h.joint, h.joint.follows
+        if joint.limits is None or not isinstance(tie, Mimic):
+            yield joint
+            continue
+        name, (low, high) = _followed(tie, joints, joint.limits)
+        lowest, highest = room.get(name, joints[name].limits or (-inf, inf))
+        if max(low, lowest) < min(high, highest):
+            room[name] = max(low, lowest), min(high, highest)
+            yield joint
+        else:
+            findings.odd(h.element, f"its limits leave joint '{name}' no room; they are left out")
+            yield replace(joint, limits=None)
+
+
+def _followed(
+    tie: Mimic, joints: Mapping[str, Joint], limits: tuple[float, float]
+) -> tuple[str, tuple[float, float]]:
+    """What is followed in the end, and where it is while what follows is within its limits."""
+    above: Coupling | None = tie
+    while isinstance(above, Mimic):
+        name, limits = above.of, above.source_limits(limits)
+        above = joints[name].follows
+    return name, limits
+
+
+def _check_names(links: Links, hinges: Iterable[Hinge], findings: Findings) -> None:
+    """Names of links and of joints are unique, after they were made safe too."""
+    taken: dict[str, Element] = {}
+    for element, link in links.values():
+        if link.name in taken:
+            line = taken[link.name].line
+            findings.error(element, f"'{link.name}', as it is read, is taken by line {line}")
+        taken[link.name] = element
+    joints: dict[str, Element] = {}
+    for h in hinges:
+        if h.name in joints:
+            line = joints[h.name].line
+            findings.error(h.element, f"there is a joint of that name in line {line}; give another")
+        joints[h.name] = h.element
+
+
+def _check_ends(links: Links, hinges: Iterable[Hinge], findings: Findings) -> bool:
+    """Whether what joints join exists, once, and is not the same; an error where not."""
+    carried: dict[str, Hinge] = {}
+    before = len(findings.errors)
+    for h in hinges:
+        for what, name in (("parent", h.parent), ("child", h.child)):
+            if name not in links:
+                findings.error(h.element, f"{what}: no link {name!r:.80}; {hint(name, links)}")
+        if h.parent == h.child:
+            findings.error(h.element, f"parent and child are both {h.child!r:.80}; join two links")
+        elif h.child in carried:
+            other = carried[h.child].element
+            text = f"{h.child!r:.80} is also the child of {other.label} in line {other.line}"
+            findings.error(h.element, f"{text}; a link has one parent")
+        carried[h.child] = h
+    return len(findings.errors) == before
+
+
+def _check_loops(links: Iterable[str], above: dict[str, Hinge], findings: Findings) -> None:
+    """Every link hangs, through others, from one that hangs from nothing."""
+    done: set[str] = set()
+    for start in links:
+        path: dict[str, None] = {}
+        name = start
+        while name in above and name not in done and name not in path:
+            path[name] = None
+            name = above[name].parent
+        if name in path:
+            findings.error(
+                above[name].element, f"a loop: {name!r:.80} hangs from itself in the end"
+            )
+        done.update(path)
+
+
+def _check_mimics(hinges: Iterable[Hinge], findings: Findings) -> None:
+    """What mimics follows one coordinate of a joint that exists, and not itself in the end."""
+    joints = {h.name: h for h in hinges}
+    follows = {name: h.joint.follows for name, h in joints.items() if h.joint.follows}
+    if len(follows) > MOST_MIMICS:
+        findings.error(next(iter(joints.values())).element, f"more than {MOST_MIMICS} <mimic>")
+        return
+    done: set[str] = set()
+    for start in follows:
+        path: list[str] = []
+        name: str = start
+        while name in follows and name not in done and name not in path:
+            path.append(name)
+            name = follows[name].of  # type: ignore[union-attr]
+            _check_source(joints[path[-1]], name, joints, findings)
+        if name in path:
+            findings.error(joints[name].element, "mimics itself in the end; follow another joint")
+        done.update(path)
+
+
+def _check_source(h: Hinge, of: str, joints: dict[str, Hinge], findings: Findings) -> None:
+    if of not in joints:
+        findings.error(h.element, f"mimic: no joint {of!r:.80}; {hint(of, joints)}")
+    elif joints[of].joint.kind not in SINGLE:
+        kind = joints[of].joint.kind
+        findings.error(h.element, f"mimic: '{of}' is {kind}, and has not one coordinate to follow")

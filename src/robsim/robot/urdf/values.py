@@ -1,0 +1,138 @@
+"""Numbers, vectors and poses of a URDF file."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.robot.urdf.elements import Element
+from robsim.robot.urdf.findings import Findings
+from robsim.robot.urdf.words import XACRO, child, needed
+
+LARGEST = 1e9  # of a number, so that no product of poses overflows
+LONGEST = 64  # characters of a number
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+
+
+def number(
+    element: Element,
+    name: str,
+    findings: Findings,
+    default: float | None = None,
+    most: float = LARGEST,
+) -> float | None:
+    """One finite number; the default where it is not given, and None after an error."""
+    if default is not None and name not in element.attributes:
+        return default
+    text = needed(element, name, findings)
+    found = None if text is None else _numbers(element, name, text, 1, findings, most)
+    return None if found is None else found[0]
+
+
+def size(element: Element, name: str, findings: Findings) -> float | None:
+    """A number above 0."""
+    value = number(element, name, findings)
+    if value is not None and value <= 0:
+        findings.error(element, f"{name} is {value:g}; it must be above 0")
+        return None
+    return value
+
+
+def vector(
+    element: Element, name: str, findings: Findings, default: str | None = None, count: int = 3
+) -> Array | None:
+    """Three numbers, with spaces between them."""
+    text = element.attributes.get(name, default)
+    text = needed(element, name, findings) if text is None else text
+    found = None if text is None else _numbers(element, name, text, count, findings)
+    return None if found is None else np.array(found)
+
+
+def origin(element: Element, findings: Findings) -> Pose:
+    """Where something stands; the identity where nothing is said."""
+    where = child(element, "origin")
+    if where is None:
+        return IDENTITY
+    xyz = vector(where, "xyz", findings, "0 0 0")
+    rpy = vector(where, "rpy", findings, "0 0 0")
+    if xyz is None or rpy is None:
+        return IDENTITY
+    return Pose.at(*xyz, rpy=rpy)
+
+
+def frame_of(axis: ArrayLike) -> Array:
+    """A rotation R (3, 3) with R z = axis, a unit vector; exactly the identity for z.
+
+    >>> frame_of([0, 1, 0]) @ [0, 0, 1]
+    array([0., 1., 0.])
+    """
+    z = np.asarray(axis, dtype=float)
+    if (z == (0, 0, 1)).all():
+        return np.eye(3)
+    x = np.cross(np.eye(3)[np.abs(z).argmin()], z)
+    x /= np.linalg.norm(x)
+    columns: Array = np.stack([x, np.cross(z, x), z], axis=1) + 0.0
+    return columns
+
+
+def rpy_of(R: Array) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of R = Rz(y) Ry(p) Rx(r), good to rounding everywhere.
+
+    Yaw first, from the first column, and the others from Rz(-y) R = Ry(p) Rx(r): near p = +-90
+    degrees, where yaw is any number, the roll then fits it.
+
+    >>> rpy_of(Pose.at(rpy=(0.25, np.pi / 2, 0.25)).rotation)[1] == np.pi / 2
+    True
+    """
+    y = math.atan2(R[1, 0], R[0, 0])
+    c, s = math.cos(y), math.sin(y)
+    p = math.atan2(-R[2, 0], c * R[0, 0] + s * R[1, 0])
+    r = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
+    return r + 0.0, p + 0.0, y + 0.0
+
+
+def _numbers(
+    element: Element,
+    name: str,
+    text: str,
+    count: int,
+    findings: Findings,
+    most: float = LARGEST,
+) -> list[float] | None:
+    words = text.split(None, count)
+    wrong = next((word for word in words[:count] if not _is_number(word)), None)
+    if wrong is not None:
+        findings.error(element, f"{name} = {text!r:.80}: {_reason(wrong)}")
+        return None
+    if len(words) != count:
+        expected = "one number" if count == 1 else f"{count} numbers"
+        got = len(words) if len(words) <= count else "more"
+        findings.error(element, f"{name} = {text!r:.80}: expected {expected}, got {got}")
+        return None
+    values = [float(word) for word in words]
+    if not all(math.isfinite(value) for value in values):
+        findings.error(element, f"{name} = {text!r:.80}: every number must be finite")
+        return None
+    if not all(abs(value) <= most for value in values):
+        findings.error(element, f"{name} = {text!r:.80}: at most {most:g} is allowed")
+        return None
+    return values
+
+
+def _is_number(word: str) -> bool:
+    return len(word) <= LONGEST and _NUMBER.fullmatch(word) is not None
+
+
+def _reason(word: str) -> str:
+    if word.lower().lstrip("+-") in ("nan", "inf", "infinity"):
+        return "every number must be finite"
+    if "," in word:
+        return f"{word!r:.40} is no number; a decimal point is allowed, and spaces between numbers"
+    if "$" in word:
+        return XACRO
+    return f"{word!r:.40} is no number"

@@ -1,0 +1,195 @@
+"""The words of a URDF file: which attributes and elements may stand where, and names.
+
+After the specification at https://wiki.ros.org/urdf/XML. What is misspelt is an error; what is
+unknown otherwise is told and left out; extensions that are known to have no say in kinematics,
+and whatever has a prefix as in "drake:", are left out silently.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from itertools import islice
+from typing import NamedTuple
+
+from robsim.base.names import checked_name
+from robsim.robot.urdf.elements import Element
+from robsim.robot.urdf.findings import Findings
+
+
+class Word(NamedTuple):
+    """What an element may hold; `silent` are extensions."""
+
+    attributes: tuple[str, ...] = ()
+    children: tuple[str, ...] = ()
+    silent: tuple[str, ...] = ()
+
+
+_SHAPE = Word(("name",), ("origin", "geometry", "material"), ("verbose", "contact_coefficients"))
+WORDS = {
+    "robot": Word(
+        ("name", "version"),
+        ("link", "joint", "material"),
+        ("gazebo", "transmission", "sensor", "ros2_control", "mujoco"),
+    ),
+    "link": Word(
+        ("name", "type"),
+        ("inertial", "visual", "collision"),
+        ("gazebo", "contact", "self_collision_checking", "verbose"),
+    ),
+    "joint": Word(
+        ("name", "type"),
+        ("parent", "child", "origin", "axis", "limit", "mimic"),
+        ("gazebo", "calibration", "dynamics", "safety_controller"),
+    ),
+    "inertial": Word((), ("origin", "mass", "inertia")),
+    "mass": Word(("value",)),
+    "inertia": Word(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    "visual": _SHAPE,
+    "collision": _SHAPE,
+    "geometry": Word(("name",), ("box", "cylinder", "sphere", "mesh")),
+    "box": Word(("size",)),
+    "cylinder": Word(("radius", "length")),
+    "sphere": Word(("radius",)),
+    "mesh": Word(("filename", "scale")),
+    "material": Word(("name",), ("color",), ("texture",)),
+    "color": Word(("rgba",)),
+    "origin": Word(("xyz", "rpy")),
+    "axis": Word(("xyz",)),
+    "limit": Word(("lower", "upper", "effort", "velocity")),
+    "mimic": Word(("joint", "multiplier", "offset")),
+    "parent": Word(("link",)),
+    "child": Word(("link",)),
+}
+MEANS_MORE = {"quat_xyzw": "rpy"}  # what must not be left out, and what is read instead
+SEVERAL = ("link", "joint", "visual", "collision", "material")
+XACRO = 'an expression of xacro; expand the file first: "xacro in.xacro > out.urdf"'
+AXIS, TAIL = ".axis", ".tail"  # what our writer adds to the name of a link beside its axis
+_UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
+
+
+def check_words(element: Element, findings: Findings) -> None:
+    """All attributes and children of an element, and of the children that are known."""
+    word = WORDS[element.tag]
+    for name in element.attributes:
+        if name not in word.attributes and not _prefixed(name):
+            _unknown(element, f"attribute '{name:.60}'", name, word.attributes, findings)
+    seen: set[str] = set()
+    for child in element.children:
+        tag = child.tag
+        if tag in word.children:
+            if tag in seen and (tag not in SEVERAL or element.tag in ("visual", "collision")):
+                findings.error(child, "there is one already; only one is allowed")
+            seen.add(tag)
+            check_words(child, findings)
+        elif tag.startswith("xacro:"):
+            findings.error(child, 'xacro is not read; expand it: "xacro in.xacro > out.urdf"')
+        elif tag not in word.silent and not _prefixed(tag):
+            _unknown(child, "element", tag, (*word.children, *word.silent), findings)
+
+
+def child(element: Element, tag: str) -> Element | None:
+    """The first child of this kind."""
+    return next((each for each in element.children if each.tag == tag), None)
+
+
+def children(element: Element, tag: str) -> list[Element]:
+    """All children of this kind."""
+    return [each for each in element.children if each.tag == tag]
+
+
+def needed_child(element: Element, tag: str, findings: Findings) -> Element | None:
+    """A child that must be there; an error if it is not."""
+    found = child(element, tag)
+    if found is None:
+        findings.error(element, f"<{tag}> is missing; it must be given")
+    return found
+
+
+def needed(element: Element, name: str, findings: Findings) -> str | None:
+    """An attribute that must be there; an error if it is not, is empty, or is not expanded."""
+    value = element.attributes.get(name)
+    if value is None or not value.strip():
+        findings.error(element, f"{name} is missing; it must be given")
+        return None
+    if "${" in value or "$(" in value:
+        findings.error(element, f"{name} = {value!r:.80}: {XACRO}")
+        return None
+    return value
+
+
+def named(element: Element, findings: Findings) -> str | None:
+    """A name that is safe everywhere; what is not is replaced, and that is told."""
+    given = needed(element, "name", findings)
+    if given is None:
+        return None
+    name = safe(given, element.tag)
+    try:
+        checked_name(name, element.tag)
+    except ValueError as error:
+        findings.error(element, str(error))
+        return None
+    if name != given:
+        findings.odd(element, f"its name is read as '{name}', which is safe in paths and figures")
+    return name
+
+
+def safe(name: str, kind: str) -> str:
+    """A name with _ for what is not a letter, digit, _ or -, and a letter in front.
+
+    >>> safe("tool0/cam", "link"), safe("2r", "robot"), safe("world", "link")
+    ('tool0_cam', 'robot_2r', 'world_link')
+    """
+    if kind == "link" and name == "world":  # the frame that robots stand on
+        return "world_link"
+    mapped = _UNSAFE.sub("_", name)
+    return mapped if re.match("[A-Za-z]", mapped) else f"{kind}_{mapped}"
+
+
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The name that this one is a misspelling of, if any is near enough.
+
+    >>> nearest("xzy", ["xyz", "rpy"]), nearest("current", ["effort", "velocity"])
+    ('xyz', None)
+    """
+    allowed = 1 if len(name) <= 4 else 2
+    near = [n for n in names if abs(len(n) - len(name)) <= allowed and min(len(n), len(name)) > 1]
+    ranked = sorted((_distance(name.lower(), n.lower(), allowed), n) for n in near)
+    return ranked[0][1] if ranked and ranked[0][0] <= allowed else None
+
+
+def hint(name: str, names: Iterable[str]) -> str:
+    """The end of a message about a name that does not exist."""
+    near = nearest(name, islice(names, 256))
+    return f"did you mean '{near}'?" if near else "there is nothing near that name"
+
+
+def _prefixed(name: str) -> bool:
+    return ":" in name or name == "xmlns"
+
+
+def _unknown(
+    element: Element, what: str, name: str, known: tuple[str, ...], findings: Findings
+) -> None:
+    near = MEANS_MORE.get(name) or nearest(name, known)
+    if near is None:
+        findings.odd(element, f"unknown {what}, left out")
+    else:
+        findings.error(element, f"unknown {what}; did you mean '{near}'? {', '.join(known)}")
+
+
+def _distance(a: str, b: str, most: int) -> int:
+    """Letters to add, drop, change or swap with the next one (Damerau), if at most `most`."""
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a):
+        two_before, before = before, row
+        row = [i + 1]
+        for j, y in enumerate(b):
+            cost = min(before[j + 1] + 1, row[j] + 1, before[j] + (x != y))
+            if i and j and x == b[j - 1] and a[i - 1] == y:
+                cost = min(cost, two_before[j - 1] + 1)
+            row.append(cost)
+        if min(row) > most:
+            return most + 1
+    return row[-1]

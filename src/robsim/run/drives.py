@@ -1,0 +1,93 @@
+"""The joints of a chunk of runs: what they do while a command is held, and what encoders say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.world.actuation import Actuation
+from robsim.base.arrays import Array, frozen
+from robsim.kernels import actuation as kernels
+from robsim.world.scene import Scene
+
+
+class Held(NamedTuple):
+    """One period: where it began, and what was commanded; the run last."""
+
+    q: Array  # (nq, B)
+    rates: Array  # (nv, B) velocities when it began
+    qd: Array  # (nv, B)
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """How commanded velocities, of the numbers `columns`, move the joints of a scene."""
+
+    actuation: Actuation
+    scene: Scene
+    columns: NDArray[np.int64]
+
+    def advance(self, held: Held, dt: float) -> tuple[Array, Array]:
+        """Coordinates and velocities after a period."""
+        return self._after(held, dt, dt)
+
+    def moved(self, held: Held, seconds: float, dt: float) -> Array:
+        """Coordinates (nq, B) some time after a period began that lasts dt."""
+        return held.q if seconds == 0.0 else self._after(held, seconds, dt)[0]
+
+    def counted(self, q: Array) -> Array:
+        """Coordinates (nq, B) as the encoders say."""
+        if not self.actuation.counts:
+            return q
+        out = np.empty_like(q)
+        kernels.count(self._steps, q, out)
+        return out
+
+    def _after(self, held: Held, seconds: float, dt: float) -> tuple[Array, Array]:
+        """Cars steer once in a period, when it begins."""
+        tree, q = self.scene.tree, held.q.copy()
+        if tree.cars:
+            tree.steer(q, self._velocities(held, dt)[1], dt)
+        rates, mean = self._velocities(held, seconds)
+        tree.roll(q, mean, seconds)
+        return q, tree.driven(q, rates)
+
+    def _velocities(self, held: Held, seconds: float) -> tuple[Array, Array]:
+        """(nv, B) after some time, and their mean until then."""
+        return self._follow(held, seconds) if self.actuation.moves else (held.qd, held.qd)
+
+    def _follow(self, held: Held, dt: float) -> tuple[Array, Array]:
+        """Velocities (nv, B) at the end, and their mean; those that nobody commands are given."""
+        wanted = np.ascontiguousarray(held.qd[self.columns])
+        v, mean = held.rates[self.columns], np.empty(wanted.shape)
+        kernels.follow(wanted, self.actuation.lag, *self._limits, dt, v, mean)
+        after, between = held.qd.copy(), held.qd.copy()
+        after[self.columns], between[self.columns] = v, mean
+        return after, between
+
+    @property
+    def moves(self) -> bool:
+        """Whether joints move otherwise than they are commanded: so does a car that must steer."""
+        return self.actuation.moves or bool(self.scene.tree.cars)
+
+    @cached_property
+    def _limits(self) -> tuple[Array, Array]:
+        velocity, acceleration = (
+            frozen(self.actuation.limits(which, self.scene.nv)[self.columns])
+            for which in ("velocity", "acceleration")
+        )
+        return velocity, acceleration
+
+    @cached_property
+    def _steps(self) -> Array:
+        """(nq,) of the encoders; zero where a joint has none."""
+        steps = np.zeros(self.scene.nq)
+        given = np.full(self.scene.nq, self.actuation.encoder, dtype=float)
+        counted = self.scene.tree.alone(np.arange(self.scene.nv))
+        counted = counted[counted >= 0]
+        steps[counted] = given[counted]
+        return frozen(steps)

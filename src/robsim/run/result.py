@@ -1,0 +1,298 @@
+"""Results: what a simulation returns, with names, units and provenance."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numba
+import numpy as np
+import xarray as xr
+
+from robsim import describe
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.kernels import tree
+from robsim.kernels.jit import KERNEL_HASH
+from robsim.kernels.record import Track
+from robsim.run.outcome import Outcome
+from robsim.geometry.pose import homogeneous
+from robsim.world.scene import Scene
+from robsim.servo import Computed, Given, ServoTask, Task
+from robsim.servo.controller import Controller
+from robsim.servo.laws.inverse import product
+from robsim.servo.sight import Sight
+
+if TYPE_CHECKING:
+    from robsim.run.loop import Loop
+    from robsim.run.record import Recorder
+
+VERSION = version("robsim")  # of the package that was installed
+BLOCK = 65536  # moments that are turned into poses and velocities at a time
+UNITS = {
+    "camera_pose": "m",
+    "camera_velocity": "m/s, rad/s",
+    "frame_pose": "m",
+    "frame_velocity": "m/s, rad/s",
+    "pixels": "px",
+    "pixels_goal": "px",
+    "pixels_end": "px",
+    "end_time": "s",
+    "path_length": "m",
+    "pixel_error": "px",
+    "outcome": "1",
+}
+DESCRIPTIONS = {
+    "q": "coordinates of the robots",
+    "qd": "commanded velocities, held for one period",
+    "qd_actual": "velocities of the joints, which follow the command with a lag or under limits",
+    "camera_pose": "pose of the camera in the world",
+    "camera_velocity": "twist (v, omega) of the camera in its own axes",
+    "frame_pose": "pose in the world of the frame that is moved",
+    "frame_velocity": "twist (v, omega) of the frame that is moved, in its own axes",
+    "s": "features as measured",
+    "s_goal": "features at the goal",
+    "error": "s - s_goal",
+    "error_norm": "length of the error",
+    "lyapunov": "half the square of error_norm (chapter, eq. 16)",
+    "pixels": "where the marks are in the image, without noise",
+    "pixels_goal": "where the marks are in the image at the goal",
+    "pixels_end": "where the marks are in the image at the end",
+    "outcome": "why the run ended, see robsim.Outcome",
+    "end_time": "when the run ended",
+    "path_length": "way of the camera, or of the target where the camera stands still",
+    "pixel_error": "largest distance of a mark from its goal in the image, at the end",
+    "q0": "start",
+    "q_end": "end",
+}
+
+
+def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
+    """The record of a finished (or stopped) simulation as a Dataset."""
+    recorder, controller = loop.recorder, loop.controller
+    series = recorder.last if recorder.every is None else _simulated(recorder)
+    tall = ["run", "time"]
+    goal, s_goal = controller.goal_pixels, controller.s_goal[:, 0]
+    with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
+        variables = {
+            **_motion(controller, series, tall),
+            **_features(series, s_goal, tall),
+            "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
+            "pixels_goal": (["mark", "axis"], goal),
+            "s_goal": (["feature"], s_goal),
+            **_ends(loop, goal),
+        }
+    attributes = _attributes(controller, scene)
+    absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
+    coordinates = _coordinates(loop, scene, series.q.shape[1])
+    if recorder.every is None:
+        del coordinates["time"]
+    return xr.Dataset(
+        {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
+        {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
+        _provenance(loop, scene, task),
+    )
+
+
+def _without(absent: set[str], dims: list[str], data: Any) -> tuple[list[str], Any]:
+    """A variable in which some dimensions, of size one, are left out."""
+    if absent.isdisjoint(dims):
+        return dims, data
+    first = tuple(0 if dim in absent else slice(None) for dim in dims)
+    return [dim for dim in dims if dim not in absent], data[first]
+
+
+def _simulated(recorder: Recorder) -> Track:
+    """The recorded moments; after an interruption those until then, not all that were planned."""
+    if (recorder.outcome != Outcome.RUNNING).all():
+        return recorder.series
+    kept = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
+    return Track(*(part[:, :kept] for part in recorder.series))
+
+
+def _motion(controller: Controller, series: Track, tall: list[str]) -> dict[str, Any]:
+    """q, qd, and what they mean for the camera, or for the frame that a blind controller moves."""
+    follows = series.rates.shape[-1] == 0
+    scene, whose = controller.scene, "camera" if controller.sights else "frame"
+    rates = series.qd if follows else series.rates
+    poses, twists = _frame_motion(scene, controller.frame, series.q, rates)
+    return {
+        "q": ([*tall, "coordinate"], series.q),
+        "qd": ([*tall, "velocity"], series.qd),
+        **({} if follows else {"qd_actual": ([*tall, "velocity"], series.rates)}),
+        f"{whose}_pose": ([*tall, "row", "column"], poses),
+        f"{whose}_velocity": ([*tall, "twist"], twists),
+    }
+
+
+def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
+    """s and what follows from it. Sums go feature by feature: the same for any batch."""
+    error = series.s - s_goal
+    square = np.zeros(error.shape[:2])
+    for i in range(error.shape[2]):
+        square += error[..., i] ** 2
+    return {
+        "s": ([*tall, "feature"], series.s),
+        "error": ([*tall, "feature"], error),
+        "error_norm": (tall, np.sqrt(square)),
+        "lyapunov": (tall, 0.5 * square),
+    }
+
+
+def _ends(loop: Loop, goal: Array) -> dict[str, Any]:
+    recorder = loop.recorder
+    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal.shape)
+    return {
+        "outcome": (["run"], recorder.outcome),
+        "end_time": (["run"], recorder.end_step * loop.dt),
+        "path_length": (["run"], recorder.path_length),
+        "pixel_error": (["run"], _farthest(pixels_end - goal)),
+        "q0": (["run", "coordinate"], loop.q0),
+        "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
+        "pixels_end": (["run", "mark", "axis"], pixels_end),
+    }
+
+
+def _farthest(away: Array) -> Array:
+    """(runs,) largest length of away (runs, marks, 2); NaN without marks."""
+    if not away.shape[1]:
+        return np.full(len(away), np.nan)
+    return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
+
+
+def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
+    """Poses (runs, moments, 4, 4) and twists (runs, moments, 6) of a frame, in its own axes."""
+    joints, shape = scene.tree, q.shape[:2]
+    poses, twists = np.empty((q[..., 0].size, 4, 4)), np.empty((q[..., 0].size, 6))
+    rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
+    moves = joints.moves(joints.carried(frame))
+    for part in _blocks(len(poses)):
+        bodies = joints.bodies(np.ascontiguousarray(rows[part].T))
+        T = joints.frame(bodies, frame)
+        J = np.empty((6, joints.nv, T.shape[-1]))
+        tree.camera_jacobian(bodies, T, moves, J)
+        poses[part] = homogeneous(T)
+        poses[part][np.isnan(T[0, 0])] = np.nan
+        twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T
+    return poses.reshape(*shape, 4, 4), twists.reshape(*shape, 6)
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(i, i + BLOCK) for i in range(0, count, BLOCK))
+
+
+def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
+    every = loop.recorder.every or 1
+    seconds = {"units": "s", "long_name": "time"}
+    keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
+    return {
+        "run": (["run"], loop.first_run + np.arange(len(loop.q0))),
+        "time": (["time"], np.arange(moments) * every * loop.dt, seconds),
+        "coordinate": (["coordinate"], list(scene.coordinate_names)),
+        "coordinate_unit": (["coordinate"], list(scene.coordinate_units)),
+        "velocity": (["velocity"], list(scene.velocity_names)),
+        "twist": (["twist"], ["vx", "vy", "vz", "wx", "wy", "wz"]),
+        "axis": (["axis"], ["column", "row"]),
+        "feature_unit": (["feature"], list(loop.controller.units)),
+        "mark_camera": (["mark"], np.array([camera for camera, _ in keys], dtype=str)),
+        "mark_target": (["mark"], np.array([target for _, target in keys], dtype=str)),
+    }
+
+
+def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
+    """Who computed this, from what."""
+    settings: dict[str, Any] = {
+        "dt": loop.dt,
+        "duration": loop.steps * loop.dt,
+        "seed": loop.seed,
+        "sensing": loop.sensing,
+        "actuation": loop.actuation,
+        "hold": loop.hold,
+        "record": loop.record,
+    }
+    try:
+        text = describe.scenario(scene, task, settings, loop.q0[0] if loop.single else None)
+    except (describe.NoDescription, InputError) as reason:
+        text, settings["no_scenario"] = "", str(reason)
+    return {
+        "title": "RobSim run",
+        "robsim": VERSION,
+        "kernel_hash": KERNEL_HASH,
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "machine": platform.machine(),
+        **{key: value for key, value in settings.items() if key not in ("sensing", "actuation")},
+        "seed": str(loop.seed),  # may exceed what a file's integers hold
+        "hold": int(loop.hold),
+        "task": type(task).__name__,
+        **(_scheme(task, scene) if isinstance(task, ServoTask) else {}),
+        "tolerance": loop.controller.tolerance,
+        **_images(loop.controller.sights),
+        "sensing": repr(loop.sensing),
+        "actuation": repr(loop.actuation),
+        "single": int(loop.single),
+        "scenario": text,
+    }
+
+
+def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
+    kinds = {Computed: "computed", Given: "given"}
+    by_name = isinstance(task.interaction, str)
+    return {
+        "goal": kinds.get(type(task.goal), "shown"),
+        "belief": _belief(task.belief, scene),
+        "law": repr(task.law),
+        "inverse": repr(task.inverse),
+        "interaction": task.interaction if by_name else type(task.interaction).__name__,
+    }
+
+
+def _belief(belief: Scene | None, truth: Scene) -> str:
+    """What is believed wrongly, by name."""
+    if belief is None or belief == truth:
+        return "the truth"
+    kinds = ("robots", "objects", "cameras", "motions")
+    true = [part for kind in kinds for part in getattr(truth, kind)]
+    wrong = [p.name for kind in kinds for p in getattr(belief, kind) if p not in true]
+    return f"differs from the truth: {', '.join(wrong) or 'in the order of its parts'}"
+
+
+def _images(sights: Sequence[Sight]) -> dict[str, Any]:
+    """Size and centre of the images in pixels, for their figures; the first without its name."""
+    cameras = {sight.eye.name: sight.eye.camera for sight in sights}
+    told: dict[str, Any] = {}
+    for i, (name, camera) in enumerate(cameras.items()):
+        suffix = f"_{name}" if i else ""
+        if camera.size:
+            told[f"image_size{suffix}"] = np.array(camera.size)
+        told[f"image_centre{suffix}"] = np.array([camera.K[0, 2], camera.K[1, 2]])
+    return told
+
+
+def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any]]:
+    """Unit and long name of each variable."""
+    features = controller.units
+    unit = features[0] if len(set(features)) == 1 else "see feature_unit"
+    joints = sorted(set(scene.coordinate_units))
+    unit_q = joints[0] if len(joints) == 1 else "see coordinate_unit"
+    units = {
+        **UNITS,
+        **dict.fromkeys(("q", "q0", "q_end"), unit_q),
+        **dict.fromkeys(("qd", "qd_actual"), f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"),
+        **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
+        "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
+    }
+    named: dict[str, dict[str, Any]] = {
+        name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
+    }
+    for name in ("frame_pose", "frame_velocity"):
+        named[name]["frame"] = controller.frame
+    if not controller.sights:
+        named["path_length"] |= {"long_name": "way of the frame that is moved"}
+    named["outcome"] |= {
+        "flag_values": np.array([int(o) for o in Outcome], dtype=np.int8),
+        "flag_meanings": " ".join(o.name for o in Outcome),
+    }
+    return named

@@ -1,0 +1,65 @@
+"""A Jacobian that is learnt while the robot moves, without a model of camera or robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.errors import InputError
+from robsim.kernels import broyden as kernels
+from robsim.servo.laws.inverse import rank
+from robsim.base.values import Value
+
+TWIST = 6  # motions of a camera: a Jacobian L J has no more rank, however many joints there are
+
+
+@dataclass(frozen=True, eq=False)
+class Broyden(Value):
+    """The Jacobian of the features is estimated on line from what each step did to them.
+
+    `start` (k, n) is the first estimate of ds/dq, unit of s per rad or m of each commanded joint,
+    of rank 6 or, where it is smaller, of full rank; None: the modelled one at the start. See
+    `broyden_update`.
+
+    >>> Broyden([[1.0, 0.0], [0.5, 2.0]]).start
+    array([[1. , 0. ],
+           [0.5, 2. ]])
+    """
+
+    start: Any = None
+
+    def __post_init__(self) -> None:
+        if self.start is not None:
+            object.__setattr__(self, "start", frozen(_start(self.start)))
+
+
+def _start(value: Any) -> Array:
+    A = numbers(value, "Broyden start", ("k", "n"))
+    if A.ndim != 2 or not A.size:
+        raise InputError(f"Broyden start: expected one matrix of shape (k, n), got {A.shape}")
+    found = int(rank(np.ascontiguousarray(A[..., None]))[0])
+    needed = min(*A.shape, TWIST)
+    if found < needed:
+        raise InputError(
+            f"a Broyden start that is singular: rank {found} where shape {A.shape} needs {needed}"
+        )
+    return A
+
+
+def broyden_update(A: Array, ds: Array, dq: Array) -> Array:
+    """A + (ds - A dq) dq'/(dq' dq): the nearest matrix to A (k, n, B) that explains the step.
+
+    The features moved by ds (k, B) while the commanded joints moved by dq (n, B). A step shorter
+    than 1e-9 (rad, m) changes nothing. Broyden 1965; for visual servoing Jaegersand, Fuentes and
+    Nelson 1997.
+
+    >>> A, ds, dq = np.zeros((1, 2, 1)), np.array([[2.0]]), np.array([[1.0], [0.0]])
+    >>> broyden_update(A, ds, dq).ravel()
+    array([2., 0.])
+    """
+    out = np.empty(A.shape)
+    kernels.update(A, ds, dq, out)
+    return out

@@ -1,0 +1,114 @@
+"""Which depth of the marks goes into L: true, at the goal, constant, or filtered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen, one_or_each, positive
+from robsim.base.errors import InputError
+from robsim.features import Observation
+from robsim.kernels import features as kernels
+from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.instant import Instant, recall, remember
+from robsim.servo.laws.inverse import product
+from robsim.servo.sight import Key
+
+Depth = Literal["true", "goal"] | float | DepthFilter
+Scale = float | tuple[float, ...]  # for all marks, or for each
+
+
+def as_depth(given: Any) -> Depth:
+    """A depth from its name, metres, or a filter."""
+    if isinstance(given, DepthFilter):
+        return given
+    if isinstance(given, str):
+        if given not in ("true", "goal"):
+            raise InputError(
+                f"depth must be 'true', 'goal', a number of metres or a DepthFilter, got {given!r}"
+            )
+        return given  # type: ignore[return-value]
+    return positive(given, "depth (metres)")
+
+
+def as_scale(given: Any) -> Scale:
+    """A factor above zero for all marks, or one for each."""
+    return one_or_each(given, "depth_scale", "mark")
+
+
+@cache  # it is asked for in every step
+def _factors(scale: Scale, marks: int) -> Array:
+    """(N, 1)."""
+    return frozen(np.full((marks, 1), np.reshape(scale, (-1, 1))))
+
+
+@dataclass(frozen=True)
+class Depths:
+    """A choice of depth, times a scale (a wrong one, on purpose)."""
+
+    which: Depth
+    scale: Scale
+
+    @property
+    def filtered(self) -> bool:
+        """Whether it is estimated on line."""
+        return isinstance(self.which, DepthFilter)
+
+    @property
+    def measured(self) -> bool:
+        """Whether it follows the marks, so that a feature may be made of it."""
+        return self.which == "true" or self.filtered
+
+    def check(self, marks: int, target: str) -> None:
+        """InputError if there is not one factor for all marks of a target, or one for each."""
+        if isinstance(self.scale, tuple) and len(self.scale) != marks:
+            raise InputError(
+                f"depth_scale: {len(self.scale)} factors for the {marks} marks of '{target}'"
+            )
+
+    def numbers(self, marks: int) -> tuple[int, float, Array]:
+        """(which, metres, scale (N, 1)) for the kernels."""
+        scale = _factors(self.scale, marks)
+        if isinstance(self.which, float):
+            return kernels.CONSTANT, self.which, scale
+        return (kernels.GOAL if self.which == "goal" else kernels.TRUE), 0.0, scale
+
+    def of(self, seen: Observation, now: Instant, key: Key, Z_goal: Array) -> Array:
+        """(N, B) of what a camera sees now."""
+        if isinstance(self.which, DepthFilter):
+            Z = self._filtered(self.which, seen, now, f"{key[0]} {key[1]}")
+            return _factors(self.scale, len(Z)) * Z
+        return self._chosen(now.looks[key].depth, Z_goal)
+
+    def at_goal(self, Z_goal: Array) -> Array:
+        """(N, 1)."""
+        return self._chosen(Z_goal, Z_goal)
+
+    def _chosen(self, Z: Array, Z_goal: Array) -> Array:
+        depth = np.empty(Z.shape)
+        kernels.choose_depth(*self.numbers(len(Z)), Z_goal, Z, depth)
+        return depth
+
+    def _filtered(self, filter: DepthFilter, seen: Observation, now: Instant, name: str) -> Array:
+        """By the filter, from how the marks moved while the last command was held."""
+        names = f"marks {name}", f"covariance {name}"
+        if names[0] not in now.memory:
+            state, P = filter.begin(seen.points_last, seen.K)
+        else:
+            state, P = (recall(now.memory, each) for each in names)
+            V = recall(now.memory, f"twist {name}")
+            state, P = filter.step(state, P, V, now.dt, seen.points_last, seen.K)
+        for each, array in zip(names, (state, P), strict=True):
+            remember(now.memory, each, array)
+        return filter.depth(state)
+
+    def note(self, now: Instant, key: Key, J: Array, qd: Array, own: Array | None) -> None:
+        """Remember the twist of a camera against its target: J qd as commanded, and `own`
+        (6, 1, B), which is known of what moves on its own.
+        """
+        twist = product(J, np.ascontiguousarray(qd[:, None]))
+        twist = twist if own is None else twist + own
+        remember(now.memory, f"twist {key[0]} {key[1]}", twist[:, 0])

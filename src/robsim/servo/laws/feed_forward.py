@@ -1,0 +1,71 @@
+"""The motion of the target in the image that the robot does not cause, known or estimated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, positive
+from robsim.base.errors import InputError
+from robsim.servo.instant import Instant, recall, remember
+from robsim.servo.laws.inverse import product
+
+
+@dataclass(frozen=True)
+class Known:
+    """From the motions of the believed scene: de/dt = L J_p qdot_p of the prescribed joints.
+
+    >>> as_feed_forward("known")
+    Known()
+    """
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """From what the error did and the command does not explain, smoothed over `lag` seconds.
+
+    The estimate is a first-order filter of (e_k - e_(k-1))/dt - L J qdot_(k-1) (Chaumette and
+    Hutchinson 2007, section on target tracking; Corke and Good 1996).
+
+    >>> Estimated(lag=0.1).lag
+    0.1
+    """
+
+    lag: float = 0.2
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lag", positive(self.lag, "lag (seconds)"))
+
+    def of(self, now: Instant, error: Array) -> Array:
+        """(k, B) per second."""
+        if "error" not in now.memory:
+            drift = np.zeros(error.shape)
+        else:
+            before, moved, drift = (recall(now.memory, n) for n in ("error", "moved", "drift"))
+            share = now.dt / (self.lag + now.dt)
+            drift = drift + share * ((error - before) / now.dt - moved - drift)
+        remember(now.memory, "error", error)
+        remember(now.memory, "drift", drift)
+        return drift
+
+    def note(self, now: Instant, reach: Array, qd: Array) -> None:
+        """Remember how the command moves the features."""
+        remember(now.memory, "moved", product(reach, np.ascontiguousarray(qd[:, None]))[:, 0])
+
+
+FeedForward = Known | Estimated | None
+
+
+def as_feed_forward(given: Any) -> FeedForward:
+    """A feed-forward from its name, itself, or None for none."""
+    if given is None or isinstance(given, Known | Estimated):
+        return given
+    named: dict[str, FeedForward] = {"none": None, "known": Known(), "estimated": Estimated()}
+    if not isinstance(given, str) or given not in named:
+        raise InputError(
+            "feed_forward must be 'none', 'known', 'estimated' or Estimated(lag), "
+            f"got {given!r:.80}"
+        )
+    return named[given]

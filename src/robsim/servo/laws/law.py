@@ -1,0 +1,154 @@
+"""Control laws: from the error to joint velocities, by name.
+
+An arm with fewer than six joints cannot realise every camera twist, so "v = -gain L^+ e, then
+qdot = J^+ v" and "qdot = -gain (L J)^+ e" are different laws. The chapter (section 6.1) uses the
+first; the second descends the error whatever the robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from robsim.base.arrays import Array, first_view, positive, shown_view
+from robsim.base.errors import InputError, suggest
+from robsim.kernels import laws as kernels
+from robsim.servo.laws.inverse import Inverse
+
+
+@dataclass(eq=False)  # not frozen: one is made in every step
+class State:
+    """What a law is given: error, interaction matrix and Jacobian, as the controller believes.
+
+    Names that end in `_last` have the run last, as the kernels do; the others are run-first views.
+    J maps the commanded joint velocities to the camera's twist relative to the target, so that
+    sdot = L J qdot. `memory` keeps what a law puts there, arrays with the run first, until the
+    next instant of the same runs; it is empty at the start.
+    """
+
+    error_last: Array  # (k, B)
+    interaction_last: Array  # (k, 6, B)
+    jacobian_last: Array  # (6, n, B)
+    reach_last: Array  # (k, n, B) L J: how the commanded joints move the features
+    gain: Any  # per second: a number, or (B, 1) where it depends on the error
+    inverse: Inverse
+    s_last: Array | None = None  # (k, B)
+    q_last: Array | None = None  # (nq, B) coordinates of all robots
+    time: float = 0.0  # seconds since the start
+    dt: float = 0.04  # seconds for which the command is held
+    memory: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def error(self) -> Array:
+        """(B, k)."""
+        return shown_view(self.error_last)
+
+    @property
+    def interaction(self) -> Array:
+        """L (B, k, 6)."""
+        return shown_view(self.interaction_last)
+
+    @property
+    def jacobian(self) -> Array:
+        """J (B, 6, n): twist (v, omega) of the camera in its own axes."""
+        return shown_view(self.jacobian_last)
+
+    @property
+    def reach(self) -> Array:
+        """L J (B, k, n); with several cameras that move apart, the rows of each."""
+        return shown_view(self.reach_last)
+
+    @property
+    def s(self) -> Array:
+        """(B, k) features as measured."""
+        assert self.s_last is not None
+        return shown_view(self.s_last)
+
+    @property
+    def q(self) -> Array:
+        """(B, nq) coordinates of all robots of the scene."""
+        assert self.q_last is not None
+        return shown_view(self.q_last)
+
+    def times_gain(self, unit: Array) -> Array:
+        """Velocities (n, B) from those of gain 1."""
+        return unit * (self.gain if isinstance(self.gain, float) else np.ravel(self.gain))
+
+
+@runtime_checkable
+class Law(Protocol):
+    """What anything must have to be a law: a user's class needs no base class.
+
+    `in_camera = True` says that it reads `state.interaction` and `state.jacobian`, which exist
+    only where all cameras of the task move as one.
+    """
+
+    def command(self, state: State) -> Array:
+        """Joint velocities (B, n) of the commanded joints, rad/s or m/s."""
+
+
+@dataclass(frozen=True)
+class JointLaw:
+    """qdot = -gain (L J)^+ e: the least-squares descent of the error in the joints.
+
+    >>> as_law("joint")
+    JointLaw()
+    """
+
+    name: ClassVar[str] = "joint"
+    in_camera: ClassVar[bool] = False
+
+    def command(self, state: State) -> Array:
+        """Joint velocities (B, n)."""
+        qd = np.empty(state.reach_last.shape[1:])
+        kernels.joint(state.reach_last, state.error_last, 1.0, *state.inverse.numbers, qd)
+        return first_view(state.times_gain(qd))
+
+
+@dataclass(frozen=True)
+class CameraLaw:
+    """V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
+
+    Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
+    |omega|^2. `length` (metres) is that unit; the chapter's is a centimetre.
+
+    >>> CameraLaw(length=0.01).length
+    0.01
+    """
+
+    length: float = 1.0
+    name: ClassVar[str] = "camera"
+    in_camera: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "length", positive(self.length, "characteristic length"))
+
+    def command(self, state: State) -> Array:
+        """Joint velocities (B, n)."""
+        qd = np.empty(state.reach_last.shape[1:])
+        kernels.camera(
+            state.interaction_last,
+            state.jacobian_last,
+            state.error_last,
+            self.length,
+            1.0,
+            *state.inverse.numbers,
+            qd,
+        )
+        return first_view(state.times_gain(qd))
+
+
+LAWS: dict[str, type[Any]] = {"joint": JointLaw, "camera": CameraLaw}
+
+
+def as_law(value: Any) -> Law:
+    """A law from its name, or any object with a `command` method."""
+    if isinstance(value, str) and value in LAWS:
+        law: Law = LAWS[value]()
+        return law
+    if isinstance(value, str) or not isinstance(value, Law) or isinstance(value, type):
+        hint = suggest(value, LAWS, "laws")
+        raise InputError(f"no law {value!r}; {hint}, or an object with command(state)")
+    return value

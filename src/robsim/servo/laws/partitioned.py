@@ -1,0 +1,59 @@
+"""The law of Corke and Hutchinson, which keeps the optical axis apart from the rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import Array, first_view, positive
+from robsim.kernels.laws import realise
+from robsim.kernels.solve import invert
+from robsim.servo.laws.law import State
+
+ALONG, ACROSS = [2, 5], [0, 1, 3, 4]  # components of the camera's twist
+
+
+@dataclass(frozen=True)
+class PartitionedLaw:
+    """V along and about the optical axis from area and angle, the rest from the points.
+
+    With s = (x1, y1, ..., angle, area): omega_z = roll (angle - angle*), since a roll turns the
+    image the other way, v_z = advance ln(sigma*/sigma) with sigma the square root of the area, and
+    V_xy = L_xy^+ (-gain e - L_z V_z), then qdot = J^+ V (Corke and Hutchinson 2001, "A new
+    partitioned approach to image-based visual servo control"). `roll` is per second, `advance` in
+    metres per second, `length` as in `CameraLaw`.
+
+    >>> PartitionedLaw(roll=2.0).roll
+    2.0
+    """
+
+    roll: float = 1.0
+    advance: float = 1.0
+    length: float = 1.0
+    name: ClassVar[str] = "partitioned"
+    in_camera: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "roll", positive(self.roll, "roll (per second)"))
+        put(self, "advance", positive(self.advance, "advance (metres per second)"))
+        put(self, "length", positive(self.length, "length (metres)"))
+
+    def command(self, state: State) -> Array:
+        """Joint velocities (B, n)."""
+        assert state.s_last is not None
+        V = np.empty((6, state.error_last.shape[1]))
+        area = state.s_last[-1]
+        V[2] = 0.5 * self.advance * np.log((area - state.error_last[-1]) / area)
+        V[5] = self.roll * state.error_last[-2]
+        L = state.interaction_last[:-2]
+        wanted = state.times_gain(-state.error_last[:-2])
+        for axis in ALONG:
+            wanted = wanted - L[:, axis] * V[axis]
+        across = np.empty((4, V.shape[1]))
+        invert(np.ascontiguousarray(L[:, ACROSS]), wanted, *state.inverse.numbers, across)
+        V[ACROSS], qd = across, np.empty(state.jacobian_last.shape[1:])
+        realise(state.jacobian_last, V, self.length, *state.inverse.numbers[1:], qd)
+        return first_view(qd)

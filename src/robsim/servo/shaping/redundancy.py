@@ -1,0 +1,139 @@
+"""What to do with motions that a task leaves free: projectors, secondary motions, priorities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.errors import InputError
+from robsim.kernels import redundancy as kernels
+from robsim.base.values import Value
+
+
+def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
+    """Velocities (n, B) that serve tasks in order, and the projector (n, n, B) onto what is left.
+
+    `levels` are (A_i (k_i, n, B), rate_i (k_i, B)), at least one, the most important first. Each
+    comes as near to A_i qdot = rate_i as those before it allow, and never disturbs them:
+    qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1)) (Siciliano and Slotine 1991),
+    P_i = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1)) (Baerlocher and Boulic 1998). Singular values
+    below rcond times the largest of A_i itself count as zero: levels may conflict.
+
+    >>> first, second = np.array([[[1.0], [0.0]]]), np.array([[[1.0], [1.0]]])
+    >>> qd, P = priorities([(first, np.array([[2.0]])), (second, np.array([[5.0]]))], 1e-6)
+    >>> qd.ravel(), P.ravel()
+    (array([2., 3.]), array([0., 0., 0., 0.]))
+    """
+    _, n, runs = levels[0][0].shape
+    qd, P = np.zeros((n, runs)), np.zeros((n, n, runs))
+    P[np.arange(n), np.arange(n)] = 1.0
+    for A, rate in levels:
+        kernels.descend(A, rate, rcond, qd, P)
+    return qd, P
+
+
+def null_space(A: Array, rcond: float) -> Array:
+    """P = I - A^+ A (n, n, B) of A (k, n, B): the orthogonal projector onto its null space.
+
+    A^+ is truncated at rcond times the largest singular value. Liegeois 1977.
+
+    >>> null_space(np.array([[[2.0], [0.0]]]), 1e-6).ravel()
+    array([0., 0., 0., 1.])
+    """
+    return priorities([(A, np.zeros((A.shape[0], A.shape[2])))], rcond)[1]
+
+
+def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> Array:
+    """Projector (n, n, B) onto motions that keep ||e|| if it is large, and all of e if small.
+
+    w P_eta + (1 - w) P, with P_eta = I - A'e e'A/(e'A A'e) for A (k, n, B), e (k, B), and
+    P = `null_space(A)`. The weight w rises smoothly from 0 at ||e|| = low to 1 at high, and is 0
+    where A'e = 0. Marey and Chaumette 2010, "A new large projection operator for the redundancy
+    framework".
+
+    >>> A, e = np.eye(2)[..., None], np.array([[3.0], [0.0]])
+    >>> large_projection(A, e, 0.1, 0.5, null_space(A, 1e-6)).ravel()
+    array([0., 0., 0., 1.])
+    """
+    out = P.copy()
+    kernels.large_projection(A, e, low, high, out)
+    return out
+
+
+@runtime_checkable
+class Secondary(Protocol):
+    """What anything must have to be a secondary motion."""
+
+    def velocity(self, q: Array, limits: Array) -> Array:
+        """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+
+
+@dataclass(frozen=True)
+class AvoidLimits:
+    """Move back from joint limits: qdot = -gain (q - threshold) beyond a threshold, else zero.
+
+    The thresholds lie `margin` (a share of the range, below a half) inside the limits. It is the
+    descent of the cost of Chaumette and Marchand 2001, sum (q - threshold)^2/(2 range), times the
+    range of each coordinate, so that `gain` is per second whatever the unit of q. A coordinate
+    that is not limited on both sides is left alone.
+
+    >>> AvoidLimits().velocity(np.array([[0.0, 0.95]]), np.array([[-1.0, 1.0], [-1.0, 1.0]]))
+    array([[ 0.  , -0.15]])
+    """
+
+    gain: float = 1.0
+    margin: float = 0.1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gain", positive(self.gain, "gain (per second)"))
+        object.__setattr__(self, "margin", positive(self.margin, "margin"))
+        if self.margin >= 0.5:
+            raise InputError(f"margin must be below 0.5 of the range, got {self.margin}")
+
+    def velocity(self, q: Array, limits: Array) -> Array:
+        """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        low, high = limits.T
+        limited = np.isfinite(low) & np.isfinite(high)
+        border = self.margin * np.where(limited, high - low, 0.0)
+        low, high = (
+            np.where(limited, low + border, -np.inf),
+            np.where(limited, high - border, np.inf),
+        )
+        wish: Array = self.gain * (np.clip(q, low, high) - q)
+        return wish
+
+
+@dataclass(frozen=True, eq=False)
+class Posture(Value):
+    """Move to a preferred posture: qdot = -gain (q - q_rest), q_rest (n,) of the commanded joints.
+
+    >>> Posture([0.5]).velocity(np.array([[0.1]]), np.array([[-1.0, 1.0]]))
+    array([[0.4]])
+    """
+
+    q: Any
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        rest = numbers(self.q, "posture q", ("n",))
+        if rest.ndim != 1 or not rest.size:
+            raise InputError(f"posture q: expected one posture of shape (n,), got {rest.shape}")
+        object.__setattr__(self, "q", frozen(rest))
+        object.__setattr__(self, "gain", positive(self.gain, "gain (per second)"))
+
+    def check(self, names: Sequence[str]) -> None:
+        """InputError if there is not one coordinate for each of these names."""
+        if len(self.q) != len(names):
+            raise InputError(
+                f"a posture of {len(self.q)} coordinates for {len(names)} commanded ones: "
+                f"{', '.join(names)}"
+            )
+
+    def velocity(self, q: Array, limits: Array) -> Array:
+        """Wished velocities (B, n) at commanded coordinates q (B, n); limits play no part."""
+        wish: Array = self.gain * (self.q - q)
+        return wish

@@ -1,0 +1,108 @@
+"""What is done to a command after the law: secondary motion, smooth start, speed limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, frozen, numbers, positive, shown_view
+from robsim.base.errors import InputError
+from robsim.world.scene import Scene
+from robsim.servo.instant import Instant, recall, remember
+from robsim.servo.laws.inverse import RCOND, product
+from robsim.servo.shaping.limit import SpeedLimit
+from robsim.servo.shaping.redundancy import Secondary, large_projection, null_space
+
+
+@dataclass(frozen=True)
+class Large:
+    """The large projection: far from the goal a secondary motion need only keep ||e||.
+
+    Above `high` (in units of ||e||) only the norm is kept, below `low` every component, between
+    them the two are blended; see `robsim.servo.shaping.redundancy.large_projection`.
+
+    >>> as_projection("large")
+    Large(low=0.01, high=0.1)
+    """
+
+    low: float = 0.01
+    high: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name in ("low", "high"):
+            object.__setattr__(self, name, positive(getattr(self, name), name))
+        if self.low >= self.high:
+            raise InputError(f"low must be below high, got {self.low} and {self.high}")
+
+
+def as_projection(given: Any) -> Large | None:
+    """None for the classic projection onto the null space of L J."""
+    if isinstance(given, Large):
+        return given
+    if not isinstance(given, str) or given not in ("classic", "large"):
+        raise InputError(
+            f"projection must be 'classic', 'large' or Large(low, high), got {given!r:.80}"
+        )
+    return Large() if given == "large" else None
+
+
+@dataclass(frozen=True, eq=False)
+class Shaping:
+    """What is done to a command, for the commanded velocities of a scene."""
+
+    secondary: Secondary | None
+    projection: Large | None
+    smooth_start: float | None  # per second
+    limit: SpeedLimit | None
+    coordinates: NDArray[np.int64]  # of each commanded velocity; -1 if it has none of its own
+    limits: Array  # (n, 2) of these coordinates, in rad or m
+
+    @property
+    def idle(self) -> bool:
+        """Whether it leaves every command as it is."""
+        return self.secondary is None and self.smooth_start is None and self.limit is None
+
+    def shaped(self, now: Instant, qd: Array, reach: Array, error: Array, J: Array) -> Array:
+        """The command (n, B) from that of the law."""
+        if self.secondary is not None:
+            wish = self._wish(now.q, qd.shape)
+            P = null_space(reach, RCOND)
+            if self.projection:
+                low, high = self.projection.low, self.projection.high
+                P = large_projection(reach, error, low, high, P)
+            qd = qd + product(P, wish[:, None])[:, 0]
+        if self.smooth_start is not None:
+            qd = self._smooth(now, qd)
+        return qd if self.limit is None else self.limit.scaled(qd, J)
+
+    def _wish(self, q: Array, wanted: tuple[int, ...]) -> Array:
+        """(n, B) from the secondary motion, which may be the user's and has the run first."""
+        assert self.secondary is not None
+        name, first = type(self.secondary).__name__, wanted[::-1]
+        given = self.secondary.velocity(shown_view(self._q(q)), self.limits)
+        wish = numbers(given, f"{name}.velocity", first)
+        if wish.shape != first:
+            raise InputError(f"{name}.velocity: expected shape {first}, got {wish.shape}")
+        return np.ascontiguousarray(wish.T)
+
+    def _smooth(self, now: Instant, qd: Array) -> Array:
+        """Qd - exp(-mu t) qd(0): zero at the start, continuous (Mansard and Chaumette 2007)."""
+        assert self.smooth_start is not None
+        if "first" not in now.memory:
+            remember(now.memory, "first", qd)
+        late: Array = qd - np.exp(-self.smooth_start * now.time) * recall(now.memory, "first")
+        return late
+
+    def _q(self, q: Array) -> Array:
+        """(n, B); zero for velocities without a coordinate of their own."""
+        return np.where(self.coordinates[:, None] >= 0, q[self.coordinates], 0.0)
+
+
+def coordinates_of(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
+    """Of each velocity, the coordinate that it alone changes (else -1), and its limits (n, 2)."""
+    found = scene.tree.alone(columns)
+    limits = np.where((found >= 0)[:, None], scene.limits[found], [-np.inf, np.inf])
+    return found, frozen(limits)

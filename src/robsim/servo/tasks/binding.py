@@ -1,0 +1,130 @@
+"""From the parts of a task to what is regulated in a scene, as it is and as it is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.errors import InputError
+from robsim.world.scene import Scene
+from robsim.servo.laws.broyden import Broyden
+from robsim.servo.laws.depths import Depths
+from robsim.servo.goals.goal import Given, configuration, view_of
+from robsim.servo.part import Part
+from robsim.servo.regulated import Bound, Regulated
+from robsim.servo.tasks.sense import collinear
+from robsim.servo.sight import Key, Sight, sight
+
+if TYPE_CHECKING:
+    from robsim.servo.tasks.task import ServoTask
+
+Found = list[tuple[Sight, ...]]  # of each part, the sights of its one or two cameras
+
+
+def sights_of(task: ServoTask, scene: Scene) -> Found:
+    """Who sees what; InputError for a name that does not exist, or if nothing moves."""
+    made: dict[Key, Sight] = {}
+    each = []
+    for part in task.parts:
+        names = part.camera or task.camera
+        several = names if isinstance(names, tuple) else (names,)
+        found = [sight(scene, name, part.target or task.target) for name in several]
+        each.append(tuple(made.setdefault(s.key, s) for s in found))
+    return each
+
+
+def regulated_by(
+    task: ServoTask, scene: Scene, columns: NDArray[np.int64]
+) -> tuple[Regulated, tuple[Sight, ...]]:
+    """What a task regulates, and the true sights."""
+    truth = sights_of(task, scene)
+    exact = task.belief is None or task.belief == scene
+    belief = truth if exact else _believed(task.belief, scene, truth)
+    truths, sights = _each_once(truth), _each_once(belief)
+    both = zip(truths, sights, strict=True)
+    goals = {t.key: view_of(task.goal, t, b, sights[0]) for t, b in both}
+    q_goal, depths = configuration(task.goal, scene), Depths(task.depth, task.depth_scale)
+    for each in sights:
+        depths.check(len(each.target.marks), each.target.name)
+    bound = [_bound(*pair, depths) for pair in zip(task.parts, belief, strict=True)]
+    which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
+    given = task.goal.s if isinstance(task.goal, Given) else None
+    draft = Regulated(tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given)
+    return draft.at_its_goal(), truths
+
+
+def _each_once(found: Found) -> tuple[Sight, ...]:
+    return tuple({sight.key: sight for sights in found for sight in sights}.values())
+
+
+def _bound(part: Part, sights: tuple[Sight, ...], depths: Depths) -> Bound:
+    """A part with its sights; InputError if it cannot be measured there."""
+    feature, target = part.feature, sights[0].target
+    chosen, components = (_integers(part.marks), _integers(part.components))
+    if chosen is not None and chosen.max() >= len(target.marks):
+        raise InputError(
+            f"'{target.name}' has {len(target.marks)} marks, numbered from 0; "
+            f"there is no {chosen.max()}"
+        )
+    _check_cameras(feature, sights)
+    _check_marks(feature, target.marks if chosen is None else target.marks[chosen])
+    if getattr(feature, "measures_depth", False) and not depths.measured:
+        raise InputError(
+            f"{type(feature).__name__} is made of the depth of the marks, and depth="
+            f"{depths.which!r} gives none: use depth='true' or a DepthFilter"
+        )
+    return Bound(feature, sights, chosen, components, part.weight)
+
+
+def _check_cameras(feature: Any, sights: Sequence[Sight]) -> None:
+    needed = getattr(feature, "cameras", 1)
+    if needed not in (1, 2):
+        raise InputError(f"{type(feature).__name__}.cameras must be 1 or 2, got {needed!r:.40}")
+    if needed != len(sights):
+        given = "', '".join(sight.eye.name for sight in sights)
+        wanted = "two cameras, as in camera=('left', 'right')" if needed == 2 else "one camera"
+        raise InputError(f"{type(feature).__name__} needs {wanted}, and is given '{given}'")
+
+
+def _check_marks(feature: Any, marks: Any) -> None:
+    name, poses = type(feature).__name__, getattr(feature, "uses_pose", False)
+    least = max(getattr(feature, "least_marks", 1), 3 if poses else 1)
+    if len(marks) < least:
+        raise InputError(f"{name} needs at least {least} marks, and sees {len(marks)}")
+    if poses and collinear(marks):
+        raise InputError(
+            f"{name} needs marks that are not on one line: a pose follows from no line"
+        )
+
+
+def _integers(numbers: tuple[int, ...] | None) -> NDArray[np.int64] | None:
+    return None if numbers is None else np.array(numbers, dtype=np.int64)
+
+
+def _believed(belief: Any, scene: Scene, truth: Found) -> Found:
+    """The same sights in the belief, which may differ in every number, not in what there is."""
+    if not isinstance(belief, Scene):
+        raise InputError(f"belief must be a Scene (see Scene.replacing), got {belief!r:.80}")
+    there, here = _joints(belief), _joints(scene)
+    if there != here:
+        raise InputError(f"the belief has the joints {there}, the scene {here}")
+    made: dict[Key, Sight] = {}
+    for true in _each_once(truth):
+        camera, target = true.key
+        try:
+            made[true.key] = Sight(belief, belief.camera(camera), belief.object(target))
+        except InputError as error:
+            raise InputError(f"belief: {error}") from None
+        marks = len(made[true.key].target.marks), len(true.target.marks)
+        if marks[0] != marks[1]:
+            raise InputError(f"the belief has {marks[0]} marks on '{target}', the scene {marks[1]}")
+    return [tuple(made[sight.key] for sight in sights) for sights in truth]
+
+
+def _joints(scene: Scene) -> list[str]:
+    """Coordinates with their units: two joints of one name may be of different kinds."""
+    both = zip(scene.coordinate_names, scene.coordinate_units, strict=True)
+    return [f"{name} ({unit})" for name, unit in both]

@@ -1,0 +1,100 @@
+"""When to switch from one scheme to another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, positive, shown_view
+from robsim.base.errors import InputError
+
+
+@runtime_checkable
+class Condition(Protocol):
+    """When a switch is thrown: any object with this method."""
+
+    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
+        """(B,) truth values."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What a condition sees of one of two schemes: its features, error and command, run first."""
+
+    s_last: Array
+    error_last: Array
+    qd_last: Array
+    pixels_last: Array  # (N, 2, B) of all its marks, as measured
+
+    @property
+    def s(self) -> Array:
+        """(B, k)."""
+        return shown_view(self.s_last)
+
+    @property
+    def error(self) -> Array:
+        """(B, k) s - s_goal."""
+        return shown_view(self.error_last)
+
+    @property
+    def qd(self) -> Array:
+        """(B, n) commanded velocities."""
+        return shown_view(self.qd_last)
+
+    @property
+    def pixels(self) -> Array:
+        """(B, N, 2)."""
+        return shown_view(self.pixels_last)
+
+
+@dataclass(frozen=True)
+class ErrorBelow:
+    """When the largest |e| of the first scheme (or the second) is below a value.
+
+    >>> ErrorBelow(0.05).of
+    'first'
+    """
+
+    value: float
+    of: str = "first"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "value", positive(self.value, "error below"))
+        if self.of not in ("first", "second"):
+            raise InputError(f"of must be 'first' or 'second', got {self.of!r:.80}")
+
+    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
+        """(B,)."""
+        chosen = first if self.of == "first" else second
+        below: NDArray[np.bool_] = np.abs(chosen.error_last).max(axis=0) < self.value
+        return below
+
+
+@dataclass(frozen=True)
+class NearBorder:
+    """When a mark is within `margin` pixels of the border of an image of `size` (width, height).
+
+    >>> NearBorder(20, (640, 480)).margin
+    20.0
+    """
+
+    margin: float
+    size: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "margin", positive(self.margin, "margin (pixels)"))
+        if not isinstance(self.size, Sequence | np.ndarray) or len(self.size) != 2:
+            raise InputError(f"size: expected (width, height) in pixels, got {self.size!r:.80}")
+        width, height = (positive(n, "size (pixels)") for n in self.size)
+        object.__setattr__(self, "size", (int(width), int(height)))
+
+    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
+        """(B,)."""
+        room = np.array(self.size)[:, None] - 1 - first.pixels_last
+        least = np.minimum(first.pixels_last, room).min(axis=(0, 1), initial=np.inf)
+        near: NDArray[np.bool_] = least < self.margin
+        return near

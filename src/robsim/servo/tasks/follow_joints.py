@@ -1,0 +1,222 @@
+"""Following a trajectory of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.errors import InputError
+from robsim.robot.joint import LIMIT_SLACK
+from robsim.kernels.loop import Command
+from robsim.world.scene import Scene
+from robsim.servo.controller import Decision
+from robsim.servo.tasks.follower import Follower, check_trajectory
+from robsim.servo.instant import Instant
+from robsim.servo.laws.inverse import RCOND
+from robsim.servo.tasks.named import Axis, axes_called, axes_named
+from robsim.servo.shaping.shaped import Columns, names_of
+from robsim.trajectory import Quintic, Trapezoid
+from robsim.trajectory.limits import per_axis
+from robsim.base.values import Value
+
+
+@dataclass(frozen=True, eq=False)
+class FollowJoints(Value):
+    """Be on a trajectory of the joints at every instant; no camera has a part in it.
+
+    to            where to go from wherever a run starts: {joint: value} in rad or m, or (n,); with
+                  `duration` as of `Quintic`, or with `speed` and `acceleration` of each joint as
+                  of `Trapezoid`
+    trajectory    instead: a Quintic, Trapezoid, Blends, or any object with `duration` in seconds
+                  and at(t) (n,), whose time is that of the run
+    joints        names of joints or robots, in the order of the n axes; None: those that `to`
+                  names, or all with one coordinate and one velocity
+    gain          per second, at which a distance from the trajectory is made up; at most, and by
+                  default, all of it in one period. With `Actuation(lag)` that still stays nearest
+                  to the trajectory, but rings; a gain of 1/(4 lag) does not
+    tolerance     rad or m: converged when the trajectory is over and every joint this near its end
+
+    A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
+    s are the commanded coordinates, and s_goal is where the trajectory ends. Commanded is
+    (r(t + dt) - r(t))/dt + gain (r(t) - q) for the trajectory r.
+
+    >>> FollowJoints({"link1": 0.5}, duration=2.0).to
+    {'link1': 0.5}
+    """
+
+    kind: ClassVar[str] = "follow_joints"
+    to: Any = None
+    _: KW_ONLY
+    trajectory: Any = None
+    joints: Any = None
+    duration: float | None = None
+    speed: Any = None
+    acceleration: Any = None
+    gain: float | None = None
+    tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        if (self.to is None) == (self.trajectory is None):
+            raise InputError("give either to={joint: value} (or an array), or a trajectory")
+        put(self, "joints", names_of(self.joints))
+        if self.to is not None:
+            put(self, "to", self._checked_goal())
+        self._check_plan()
+        if self.gain is not None:
+            put(self, "gain", positive(self.gain, "gain (per second)"))
+        put(self, "tolerance", positive(self.tolerance, "tolerance"))
+
+    def columns(self, scene: Scene) -> Columns:
+        """The velocities of its joints."""
+        return frozen(np.array(sorted(axis.velocity for axis in self.axes(scene))))
+
+    def bind(self, scene: Scene, columns: Columns | None = None) -> JointFollower:
+        """Its controller, of its own joints; InputError for what the scene does not have."""
+        axes = self.axes(scene)
+        names = [scene.velocity_names[axis.velocity] for axis in axes]
+        goal = self._goal(names)
+        coordinates = np.array([axis.coordinate for axis in axes])
+        _check_limits(scene, coordinates, goal)
+        order = np.argsort([axis.velocity for axis in axes])
+        robot = scene.robots[_owner(scene, axes[0].velocity)]
+        n = len(axes)
+        return JointFollower(
+            scene,
+            f"{robot.name}.{robot.tip}",
+            (),
+            self.columns(scene),
+            frozen(goal[order][:, None]),
+            tuple(scene.coordinate_units[i] for i in coordinates[order]),
+            np.full(n, self.tolerance),
+            np.empty((0, 2)),
+            self.gain or 1.0,
+            n,
+            RCOND,
+            self.gain,
+            self,
+            goal,
+            coordinates,
+            order,
+        )
+
+    def planned(self, start: Array, goal: Array) -> Any:
+        """The trajectory of runs that start at (B, n)."""
+        if self.trajectory is not None:
+            return self.trajectory
+        if self.duration is not None:
+            return Quintic(start, goal, self.duration)
+        return Trapezoid(start, goal, speed=self.speed, acceleration=self.acceleration)
+
+    def axes(self, scene: Scene) -> list[Axis]:
+        """Its joints, in the order of the axes of the trajectory; InputError for unknown names."""
+        if isinstance(self.to, dict):
+            return axes_called(scene, self.to, "to")
+        return axes_named(scene, self.joints)
+
+    def _goal(self, names: list[str]) -> Array:
+        """(n,) where the trajectory ends; InputError unless it has these n axes."""
+        what = "to" if self.trajectory is None else "trajectory"
+        if isinstance(self.to, dict):
+            goal = np.array(list(self.to.values()))
+        elif self.to is not None:
+            goal = self.to
+        else:
+            goal = numbers(self.trajectory.at(self.trajectory.duration), "trajectory.at", ("n",))
+        if goal.shape != (len(names),):
+            raise InputError(
+                f"{what}: expected {len(names)} axes, for {', '.join(names)}; got shape "
+                f"{goal.shape}: name its joints in that order with joints=[...]"
+            )
+        _ = numbers(self.planned(goal, goal).at(0.0), f"{what} at 0 s", goal.shape)
+        return goal
+
+    def _checked_goal(self) -> Any:
+        """{name: value}, or an array (n,)."""
+        if not isinstance(self.to, Mapping):
+            goal = numbers(self.to, "to", ("n",))
+            if goal.ndim != 1:
+                raise InputError(f"to: expected {{joint: value}} or shape (n,), got {goal.shape}")
+            return frozen(goal)
+        if not self.to or not all(isinstance(name, str) for name in self.to):
+            raise InputError(f"to: expected the names of joints, got {self.to!r:.80}")
+        if self.joints is not None:
+            raise InputError("to names its joints: leave joints out")
+        goals = {name: numbers(value, f"to[{name!r}]", ()) for name, value in self.to.items()}
+        if any(value.ndim for value in goals.values()):
+            raise InputError(f"to: expected one number for each joint, got {self.to!r:.80}")
+        return {name: float(value) for name, value in goals.items()}
+
+    def _check_plan(self) -> None:
+        """Either a trajectory, or a duration, or limits."""
+        limits = [name for name in ("speed", "acceleration") if getattr(self, name) is not None]
+        if self.trajectory is not None:
+            if limits or self.duration is not None:
+                raise InputError("a trajectory has its own times: leave duration and limits out")
+            check_trajectory(self.trajectory, "trajectory")
+        elif (self.duration is None) == (not limits) or len(limits) == 1:
+            told = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
+            raise InputError(f"give either duration, or speed and acceleration; got {told or None}")
+        elif self.duration is not None:
+            object.__setattr__(self, "duration", positive(self.duration, "duration (seconds)"))
+        for name in limits:
+            object.__setattr__(self, name, per_axis(getattr(self, name), name))
+
+
+@dataclass(frozen=True, eq=False)
+class JointFollower(Follower):
+    """The controller of `FollowJoints`."""
+
+    task: FollowJoints
+    goal: Array  # (n,) in the order of the axes of the trajectory
+    coordinates: NDArray[np.int64]  # of these axes
+    order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
+
+    def decide(self, now: Instant) -> Decision:
+        """On the trajectory, and back to it."""
+        q = np.ascontiguousarray(now.q[self.coordinates])
+        r = self.trajectory(now, q)
+        here, ahead = (self._at(r, t, now) for t in (now.time, (now.step + 1) * now.dt))
+        qd = (ahead - here) / now.dt + self.rate(now.dt) * (here - q)
+        s, qd = q[self.order], np.ascontiguousarray(qd[self.order])
+        reach = np.zeros((self.k, self.k, now.runs))
+        reach[range(self.k), range(self.k)] = 1.0
+        return Decision(Command(s, s - self.s_goal, qd, reach), self._jacobian(now), None)
+
+    def planned(self, start: Array) -> Any:
+        """From where each run started (B, n)."""
+        return self.task.planned(start, self.goal)
+
+    def _at(self, trajectory: Any, seconds: float, now: Instant) -> Array:
+        """(n, B) in the order of its axes."""
+        n = self.k
+        there = numbers(trajectory.at(seconds), "trajectory.at", (n,))
+        return np.ascontiguousarray(np.broadcast_to(there, (now.runs, n)).T)
+
+    def _jacobian(self, now: Instant) -> Array:
+        """(6, n, B) of the tip."""
+        tree = self.scene.tree
+        return np.ascontiguousarray(tree.jacobian(tree.bodies(now.q), self.frame)[:, self.columns])
+
+
+def _check_limits(scene: Scene, coordinates: NDArray[np.int64], goal: Array) -> None:
+    limits = scene.limits
+    for i, value in zip(coordinates, goal, strict=True):
+        low, high = limits[i]
+        if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
+            name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
+            raise InputError(
+                f"joint '{name}' is to go to {value:.6g} {unit}, outside its limits "
+                f"[{low:.6g}, {high:.6g}] {unit}"
+            )
+
+
+def _owner(scene: Scene, velocity: int) -> int:
+    """The number of the robot that has a velocity."""
+    ends = np.cumsum([robot.nv for robot in scene.robots])
+    return int(np.searchsorted(ends, velocity, "right"))

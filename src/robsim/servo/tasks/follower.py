@@ -1,0 +1,58 @@
+"""What tasks that follow a trajectory have in common."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, not_negative
+from robsim.base.errors import InputError
+from robsim.servo.controller import Controller
+from robsim.servo.instant import Instant, remember
+
+ENDED = 1e-9  # of a period: times that differ by less are one
+
+
+@dataclass(frozen=True, eq=False)
+class Follower(Controller):
+    """The controller of such a task."""
+
+    gain: float | None  # per second; None for all of it in one period
+
+    @abstractmethod
+    def planned(self, start: Array) -> Any:
+        """The trajectory of runs from where they started, the run first."""
+
+    def trajectory(self, now: Instant, there: Array) -> Any:
+        """That of these runs; they are `there`, the run last, which counts at their start."""
+        if "start" not in now.memory:
+            remember(now.memory, "start", there)
+        plan = self.planned(now.memory["start"])
+        if "until" not in now.memory:
+            seconds = np.broadcast_to(plan.duration, (now.runs,))
+            now.memory["until"] = np.array(seconds, dtype=float)
+        return plan
+
+    def busy(self, now: Instant) -> NDArray[np.bool_]:
+        """(B,): until the trajectory is over."""
+        going: NDArray[np.bool_] = now.time < now.memory["until"] - ENDED * now.dt
+        return going
+
+    def note(self, now: Instant, basis: Any, qd: Array) -> None:
+        """There is nothing to remember."""
+
+    def rate(self, dt: float) -> float:
+        """The gain per second; more than all of it in one period would be too much."""
+        return 1.0 / dt if self.gain is None else min(self.gain, 1.0 / dt)
+
+
+def check_trajectory(value: Any, what: str) -> None:
+    """InputError unless it has at(t) and a duration."""
+    if isinstance(value, type) or not callable(getattr(value, "at", None)):
+        raise InputError(f"{what}: expected an object with duration and at(t), got {value!r:.80}")
+    not_negative(getattr(value, "duration", math.nan), f"{what}.duration (seconds)")

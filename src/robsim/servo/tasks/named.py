@@ -1,0 +1,88 @@
+"""Joints by name: those with one coordinate and one velocity of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from robsim.base.errors import InputError, suggest
+from robsim.world.scene import Scene
+
+
+class Axis(NamedTuple):
+    """A joint among the velocities and the coordinates of a scene."""
+
+    velocity: int
+    coordinate: int
+
+
+def axes_of(scene: Scene) -> dict[str, Axis]:
+    """Every such joint by its name with that of its robot, such as "panda.link3"."""
+    found: dict[str, Axis] = {}
+    velocity = coordinate = 0
+    for robot in scene.robots:
+        rows = {name: i for i, name in enumerate(robot.coordinate_names)}
+        for i, name in enumerate(robot.velocity_names):
+            if name in rows:
+                found[f"{robot.name}.{name}"] = Axis(velocity + i, coordinate + rows[name])
+        velocity, coordinate = velocity + robot.nv, coordinate + robot.nq
+    return found
+
+
+def axes_called(scene: Scene, names: Iterable[str], what: str) -> list[Axis]:
+    """The joints of some names, in which that of the robot may be left out where one has it only.
+
+    InputError names `what`: there is none, there are several, it moves on its own, or is named
+    twice.
+    """
+    known = axes_of(scene)
+    fits: dict[str, list[str]] = {}
+    for full in known:
+        for name in (full, full.split(".", 1)[1]):
+            fits.setdefault(name, []).append(full)
+    return distinct(scene, [_one(scene, known, fits, name, what) for name in names], what)
+
+
+def _one(
+    scene: Scene, known: dict[str, Axis], fits: dict[str, list[str]], name: str, what: str
+) -> Axis:
+    full = fits.get(name, [])
+    if len(full) > 1:
+        raise InputError(f"{what}: which joint {name!r}? There are {', '.join(full)}")
+    if not full:
+        alone = len(scene.robots) == 1
+        exist = [each.split(".", 1)[1] if alone else each for each in known]
+        raise InputError(
+            f"{what}: no joint {name!r} with a coordinate and a velocity of its own; "
+            f"{suggest(name, exist, 'joints')}"
+        )
+    axis = known[full[0]]
+    if scene.prescribed[axis.velocity]:
+        raise InputError(f"{what}: '{name}' moves on its own; a task cannot command it as well")
+    return axis
+
+
+def axes_named(scene: Scene, names: tuple[str, ...] | None) -> list[Axis]:
+    """Joints by their names, or by those of robots, in that order; None is for all."""
+    robots = [robot.name for robot in scene.robots]
+    found: list[Axis] = []
+    for name in robots if names is None else names:
+        if name in robots:
+            own = [axis for full, axis in axes_of(scene).items() if full.split(".")[0] == name]
+            free = [axis for axis in own if not scene.prescribed[axis.velocity]]
+            if names is not None and not free:
+                raise InputError(f"joints: robot '{name}' has none that a task can command by name")
+            found += free
+        else:
+            found += axes_called(scene, [name], "joints")
+    if not found:
+        raise InputError("the scene has no joint with a coordinate and a velocity of its own")
+    return distinct(scene, found, "joints")
+
+
+def distinct(scene: Scene, axes: list[Axis], what: str) -> list[Axis]:
+    """The same; InputError if one is named twice."""
+    if len(set(axes)) < len(axes):
+        twice = min(axis for axis in axes if axes.count(axis) > 1)
+        raise InputError(f"{what}: '{scene.velocity_names[twice.velocity]}' is named twice")
+    return axes

@@ -1,0 +1,102 @@
+"""Tasks in strict order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import Array, positive
+from robsim.base.errors import InputError
+from robsim.kernels.loop import Command
+from robsim.world.scene import Scene
+from robsim.servo.controller import Assessment, Controller, Decision, Servo
+from robsim.servo.instant import Instant
+from robsim.servo.laws.law import JointLaw
+from robsim.servo.shaping.redundancy import priorities
+from robsim.servo.tasks.several import common, tasks_from, union
+from robsim.servo.shaping.shaped import Columns, Shaped
+from robsim.servo.shaping.shaping import Shaping
+from robsim.servo.tasks.task import ServoTask
+
+
+@dataclass(frozen=True, eq=False)
+class Priorities(Shaped):
+    """Tasks in strict order: none disturbs one that comes before it (Siciliano and Slotine 1991).
+
+    The first are served exactly as far as the robot can, each next within what is left; their own
+    features, gains, depths and feed-forward count, their laws are all "joint". `rcond` decides
+    what is left.
+
+    >>> from robsim import IBVS, PBVS
+    >>> Priorities([IBVS(), PBVS()]).rcond
+    1e-06
+    """
+
+    kind: ClassVar[str] = "priorities"
+    tasks: Any
+    rcond: float = 1e-6
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        tasks = tasks_from(self.tasks, 2)
+        for task in tasks:
+            if not isinstance(task, ServoTask) or type(task.law) is not JointLaw:
+                raise InputError(
+                    "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
+                    f"got {task!r:.80}"
+                )
+            if task.joints or task.secondary or task.smooth_start or task.limit:
+                raise InputError(
+                    "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
+                    "whole, not to one of its tasks"
+                )
+        object.__setattr__(self, "tasks", tasks)
+        object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
+        if self.rcond >= 1:
+            raise InputError(f"rcond must be below 1, got {self.rcond}")
+
+    def columns(self, scene: Scene) -> Columns:
+        """All that any of the tasks commands."""
+        return self.chosen(scene, union(task.columns(scene) for task in self.tasks))
+
+    def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
+        """The controller of all tasks in a scene."""
+        columns = self.columns(scene) if columns is None else columns
+        parts = [task.bind(scene, columns) for task in self.tasks]
+        for part in parts:
+            if type(part.law) is not JointLaw:
+                name = type(part.law).__name__
+                raise InputError(f"priorities are for the joint law, and a task brings {name}")
+        shared = common(parts) | {"rcond": self.rcond}
+        shaping = self.shaping(scene, columns)
+        return Ordered(**shared, columns=columns, parts=tuple(parts), shaping=shaping)
+
+
+@dataclass(frozen=True, eq=False)
+class Ordered(Controller):
+    """In strict order."""
+
+    parts: tuple[Servo, ...]
+    shaping: Shaping
+
+    def decide(self, now: Instant) -> Decision:
+        """Each within what those before it leave free."""
+        each = [part.assess(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        states = [one.state for one in each]
+        levels = [(s.reach_last, -s.times_gain(s.error_last)) for s in states]
+        qd, _ = priorities(levels, self.rcond)
+        s, error, reach = (
+            np.concatenate(parts)
+            for parts in zip(*((a.measured.s, a.error, a.reach) for a in each), strict=True)
+        )
+        J = each[0].measured.J
+        if not self.shaping.idle:
+            qd = self.shaping.shaped(now, qd, reach, error, J)
+        return Decision(Command(s, error, qd, reach), J, each)
+
+    def note(self, now: Instant, basis: list[Assessment], qd: Array) -> None:
+        """Each remembers what was commanded in the end."""
+        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
+            part.note(now.inside(str(i)), one, qd)

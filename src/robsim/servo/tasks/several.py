@@ -1,0 +1,94 @@
+"""What several tasks at once have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.servo.controller import Controller, Decision
+from robsim.servo.instant import Instant
+from robsim.servo.shaping.shaped import Columns
+from robsim.servo.sight import Key, Sight
+from robsim.servo.tasks.task import Task
+
+
+@dataclass(frozen=True, eq=False)
+class Several(Controller):
+    """Tasks with joints of their own, which they may share."""
+
+    parts: tuple[Controller, ...]
+
+    def note(self, now: Instant, basis: list[Decision], qd: Array) -> None:
+        """Each remembers what was commanded of its joints in the end."""
+        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
+            part.note(now.inside(str(i)), one.basis, qd[self._own(part)])
+
+    def busy(self, now: Instant) -> NDArray[np.bool_]:
+        """(B,): where any of them is."""
+        each = [part.busy(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        found: NDArray[np.bool_] = np.any(each, axis=0)
+        return found
+
+    def _own(self, part: Controller) -> Columns:
+        """Where the velocities of a part are among all that are commanded."""
+        return np.searchsorted(self.columns, part.columns)
+
+    def _all(self, now: Instant) -> tuple[list[Decision], Array, Array, Array]:
+        """What each decides; and s, error, and reach of all joints, stacked."""
+        each = [part.decide(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        reach, row = np.zeros((self.k, self.columns.size, now.runs)), 0
+        for part, one in zip(self.parts, each, strict=True):
+            reach[row : row + part.k, self._own(part)] = one.command.reach
+            row += part.k
+        s, error = (np.concatenate([getattr(d.command, n) for d in each]) for n in ("s", "error"))
+        return each, s, error, reach
+
+
+def common(parts: Sequence[Controller]) -> dict[str, Any]:
+    """What the parts make together."""
+    sights: dict[Key, Sight] = {}
+    pixels: dict[Key, Array] = {}
+    for part in parts:
+        start = 0
+        for sight in part.sights:
+            marks = len(sight.target.marks)
+            sights.setdefault(sight.key, sight)
+            pixels.setdefault(sight.key, part.goal_pixels[start : start + marks])
+            start += marks
+    seeing = next((part for part in parts if part.sights), parts[0])
+    return {
+        "scene": seeing.scene,
+        "frame": seeing.frame,
+        "sights": tuple(sights.values()),
+        "s_goal": np.concatenate([part.s_goal for part in parts]),
+        "units": tuple(unit for part in parts for unit in part.units),
+        "tolerances": np.concatenate([part.tolerances for part in parts]),
+        "goal_pixels": np.concatenate([np.empty((0, 2)), *pixels.values()]),
+        "pace": min(part.pace for part in parts),
+        "full_rank": max(part.full_rank for part in parts),
+        "rcond": min(part.rcond for part in parts),
+    }
+
+
+def tasks_from(given: Any, least: int) -> tuple[Task, ...]:
+    """At least so many tasks, from a list."""
+    tasks = tuple(given) if isinstance(given, list | tuple) else ()
+    if len(tasks) < least or not all(
+        isinstance(t, Task) and not isinstance(t, type) for t in tasks
+    ):
+        raise InputError(
+            f"expected a list of at least {least} tasks such as IBVS(...) and PBVS(...), "
+            f"got {len(tasks)} things: {given!r:.80}"
+        )
+    return tasks
+
+
+def union(columns: Iterable[Columns]) -> Columns:
+    """Every velocity once, in order."""
+    return frozen(np.unique(np.concatenate(list(columns))))

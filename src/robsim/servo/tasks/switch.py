@@ -1,0 +1,115 @@
+"""One scheme, and from a condition on another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.errors import InputError
+from robsim.kernels.loop import Command
+from robsim.world.scene import Scene
+from robsim.servo.tasks.conditions import Comparison, Condition
+from robsim.servo.controller import Controller, Decision
+from robsim.servo.instant import Instant
+from robsim.servo.tasks.several import Several, common, tasks_from, union
+from robsim.servo.shaping.shaped import Columns
+from robsim.base.values import Value
+
+
+@dataclass(frozen=True, eq=False)
+class Switch(Value):
+    """The first scheme, and from when a condition holds the second: PBVS far away, IBVS near.
+
+    when    `ErrorBelow(value)`, `NearBorder(margin, size)`, or any object with
+            holds(first, second) -> (B,)
+    latch   stay with the second; otherwise it is asked anew at every instant (a switched system as
+            in Gans and Hutchinson 2007)
+
+    A run has converged when the errors of both are small: their goals must be one. The time of a
+    trajectory that one of them follows is that of the run, whenever its turn comes.
+
+    A mark of either scheme that leaves its image ends a run, and so does an error of either that is
+    not finite.
+
+    >>> from robsim import IBVS, PBVS, ErrorBelow
+    >>> Switch(PBVS(), IBVS(), ErrorBelow(0.1)).latch
+    True
+    """
+
+    kind: ClassVar[str] = "switch"
+    first: Any
+    second: Any
+    when: Any
+    latch: bool = True
+
+    def __post_init__(self) -> None:
+        tasks_from([self.first, self.second], 2)
+        if isinstance(self.when, type) or not isinstance(self.when, Condition):
+            raise InputError(
+                "when: expected ErrorBelow(value), NearBorder(margin, size) or an object with "
+                f"holds(first, second), got {self.when!r:.80}"
+            )
+        if not isinstance(self.latch, bool):
+            raise InputError(f"latch must be True or False, got {self.latch!r:.80}")
+
+    def columns(self, scene: Scene) -> Columns:
+        """All that one of the two commands."""
+        return union([self.first.columns(scene), self.second.columns(scene)])
+
+    def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
+        """The controller of both in a scene, each with its own joints."""
+        mine = self.columns(scene)
+        parts = [task.bind(scene, task.columns(scene)) for task in (self.first, self.second)]
+        return Switched(
+            **common(parts), columns=mine, parts=tuple(parts), when=self.when, latch=self.latch
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Switched(Several):
+    """One after the other."""
+
+    when: Condition
+    latch: bool
+
+    def decide(self, now: Instant) -> Decision:
+        """The command of the one whose turn it is; joints that are the other's stand still."""
+        each, s, error, reach = self._all(now)
+        second, qd = self._thrown(now, each), np.zeros((self.columns.size, now.runs))
+        for part, one, turn in zip(self.parts, each, (~second, second), strict=True):
+            qd[self._own(part)] += np.where(turn, one.command.qd, 0.0)
+        return Decision(Command(s, error, qd, reach), each[0].J, each)
+
+    def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
+        """(B,): which runs are with the second."""
+        seen = [self._comparison(now, part, d) for part, d in zip(self.parts, each, strict=True)]
+        thrown = _truths(self.when, seen, now.runs)
+        if self.latch:
+            thrown = thrown | now.memory.get("thrown", False)
+            now.memory["thrown"] = thrown
+        return thrown
+
+    def _comparison(self, now: Instant, part: Controller, one: Decision) -> Comparison:
+        seen = (now.pixels[sight.key] for sight in part.sights)
+        pixels = np.concatenate([np.empty((0, 2, now.runs)), *seen])
+        command = one.command
+        return Comparison(command.s, command.error, command.qd, pixels)
+
+
+def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[np.bool_]:
+    """(B,) from a condition, which may be the user's."""
+    value = when.holds(*seen)
+    try:
+        holds: NDArray[Any] = np.asarray(value)
+    except ValueError:  # rows of unequal lengths
+        holds = np.empty(())
+    if holds.shape != (runs,) or holds.dtype != np.bool_:
+        raise InputError(
+            f"{type(when).__name__}.holds: expected truth values of shape ({runs},), "
+            f"got {value!r:.80}"
+        )
+    return holds

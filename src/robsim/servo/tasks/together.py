@@ -1,0 +1,69 @@
+"""Tasks side by side, each with joints of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import frozen
+from robsim.base.errors import InputError
+from robsim.kernels.loop import Command
+from robsim.world.scene import Scene
+from robsim.servo.controller import Controller, Decision
+from robsim.servo.instant import Instant
+from robsim.servo.tasks.several import Several, common, tasks_from
+from robsim.servo.shaping.shaped import Columns
+from robsim.base.values import Value
+
+
+@dataclass(frozen=True, eq=False)
+class Together(Value):
+    """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
+
+    Give each task its `joints` where the cameras and targets would let them share some. Beside one
+    that follows a trajectory no run has converged or stalled before that is over, and none diverges
+    because its error grows.
+
+    >>> from robsim import IBVS, PBVS
+    >>> Together([IBVS(joints="head"), PBVS(joints="arm")]).tasks[0].joints
+    ('head',)
+    """
+
+    kind: ClassVar[str] = "together"
+    tasks: Any
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tasks", tasks_from(self.tasks, 2))
+
+    def columns(self, scene: Scene) -> Columns:
+        """All of them; InputError if two tasks command one joint."""
+        each = [task.columns(scene) for task in self.tasks]
+        every, counts = np.unique(np.concatenate(each), return_counts=True)
+        if (counts > 1).any():
+            names = ", ".join(scene.velocity_names[i] for i in every[counts > 1])
+            raise InputError(
+                f"two tasks command one joint: {names}; tell them apart with joints=..., or put "
+                "them in order with Priorities"
+            )
+        return frozen(every)
+
+    def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
+        """The controller of all of them in a scene."""
+        mine = self.columns(scene)
+        parts = [task.bind(scene, task.columns(scene)) for task in self.tasks]
+        return Beside(**common(parts), columns=mine, parts=tuple(parts))
+
+
+@dataclass(frozen=True, eq=False)
+class Beside(Several):
+    """Side by side."""
+
+    def decide(self, now: Instant) -> Decision:
+        """Each commands its own joints."""
+        each, s, error, reach = self._all(now)
+        qd = np.empty((self.columns.size, now.runs))
+        for part, one in zip(self.parts, each, strict=True):
+            qd[self._own(part)] = one.command.qd
+        return Decision(Command(s, error, qd, reach), each[0].J, each)

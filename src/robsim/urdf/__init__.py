@@ -1,9 +1,0 @@
-"""URDF files: read strictly, written so that simulators take them; and MJCF, written only.
-
-A file that is read is data from anywhere: it is never executed, nothing that it names is opened,
-and whatever is wrong in it is told with its line.
-"""
-
-from robsim.urdf.mjcf import write_mjcf as write_mjcf
-from robsim.urdf.read import read as read
-from robsim.urdf.write import write as write

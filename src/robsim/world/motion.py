@@ -1,0 +1,56 @@
+"""What moves on its own: a conveyor, a turning target, a second robot on its own path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.errors import InputError
+from robsim.base.values import Value
+
+
+@dataclass(frozen=True, eq=False)
+class Motion(Value):
+    """A robot of the scene that no task commands: its velocities are prescribed.
+
+    `rates` are (nv,) in m/s and rad/s, or a function of the time in seconds that gives them; each
+    is held for one control period.
+
+    >>> Motion("turntable", [0.2]).at(1.5)
+    array([0.2])
+    """
+
+    robot: str
+    rates: Array | Callable[[float], Any]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.robot, str):
+            raise InputError(f"a motion needs the name of a robot, got {self.robot!r:.80}")
+        if not callable(self.rates):
+            rates = numbers(self.rates, f"rates of '{self.robot}'", ("nv",))
+            if rates.ndim != 1:
+                raise InputError(
+                    f"rates of '{self.robot}': expected shape (nv,) or a function of time, "
+                    f"got {rates.shape}"
+                )
+            object.__setattr__(self, "rates", frozen(rates))
+
+    @property
+    def name(self) -> str:
+        """That of the robot."""
+        return self.robot
+
+    def at(self, seconds: float) -> Array:
+        """Velocities (nv,) at a time."""
+        if callable(self.rates):
+            return numbers(self.rates(seconds), f"rates of '{self.robot}'", ("nv",))
+        return self.rates
+
+    def check(self, nv: int, seconds: float = 0.0) -> Array:
+        """Velocities (nv,) at a time; InputError unless there are `nv`."""
+        rates = self.at(seconds)
+        if rates.shape != (nv,):
+            raise InputError(f"rates of '{self.robot}': expected ({nv},), got {rates.shape}")
+        return rates
