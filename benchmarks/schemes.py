@@ -13,7 +13,7 @@ import robsim as rs
 ARM = rs.load_scenario(rs.examples.path("eye_to_hand")).scene  # six joints
 SCHEMES = {
     "IBVS, compiled loop": rs.IBVS(),
-    "IBVS, step by step": rs.IBVS(gain=rs.Adaptive(1.001, 1.0, 1.0)),
+    "IBVS, step by step": rs.IBVS(gain=rs.AdaptiveGain(1.001, 1.0, 1.0)),
     "IBVS, DepthFilter": rs.IBVS(depth=rs.DepthFilter(0.5)),
     "IBVS, Broyden": rs.IBVS(interaction="broyden"),
     "IBVS, region moments": rs.IBVS(features="region_moments"),
@@ -21,7 +21,9 @@ SCHEMES = {
     "Hybrid": rs.Hybrid(),
     "Partitioned": rs.Partitioned(advance=0.5),
     "PBVS, secondary motion": rs.PBVS(secondary=rs.AvoidLimits()),
-    "Priorities of two": rs.Priorities([rs.IBVS(features=rs.Part("points", marks=[0])), rs.PBVS()]),
+    "Priorities of two": rs.Priorities(
+        [rs.IBVS(features=rs.FeatureBlock("points", marks=[0])), rs.PBVS()]
+    ),
 }
 LATE = rs.Sensing(0.5, 0.25, 0.02, 5.0, [rs.Occlusion([1], 1.0, 2.0)], 0.1, 0.06, 0.08)
 LAZY = rs.Actuation(lag=0.05, velocity=2.0, acceleration=20.0, encoder=1e-4)

@@ -21,7 +21,7 @@ DT, GAIN = 0.04, 5.0
 def scene(points: np.ndarray) -> rs.Scene:
     """The scene of the NumPy baseline: Puma 560, camera on the flange, a fixed square."""
     arm = rs.Robot.from_dh(baseline.PUMA560, name="puma")
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="puma.link6")
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="puma.link6")
     return rs.Scene([arm], [rs.Object("square", marks=points)], [eye])
 
 

@@ -30,7 +30,7 @@ def blocks(curve, first=2.0, last=16.0, long=0.25):
 def eye_on(robot):
     """The camera of a robot."""
     camera = rs.Camera([[450, 0, 319.5], [0, 450, 239.5], [0, 0, 1]], size=(640, 480))
-    return rs.Mounted("eye", camera, on=f"{robot.name}.camera_mount")
+    return rs.MountedCamera("eye", camera, on=f"{robot.name}.camera_mount")
 
 
 def scene():
@@ -69,9 +69,9 @@ def approach(scene, obstacle, apart, s):
     """Roll until the obstacle is in view, then until the camera sees it at the right distance."""
     front = scene.pose("eye").inv() @ scene.pose(f"{scene.robot().name}.front_lift")
     ahead = rs.Pose((front @ rs.Pose.at(apart, 0, -RADIUS)).matrix)  # of the front wheel
-    depth = rs.Part(rs.Translation("camera"), components=(2,))  # of its pose in the camera
+    depth = rs.FeatureBlock(rs.Translation("camera"), components=(2,))  # of its pose in the camera
     by_sight = rs.IBVS(
-        goal=rs.Computed(ahead),
+        goal=rs.GoalPose(ahead),
         target=obstacle,
         features=[depth],
         joints="rear",

@@ -10,7 +10,7 @@ top = np.array([[-2.5, -2.5, 2.5], [2.5, -2.5, 2.5], [2.5, 2.5, 2.5], [-2.5, 2.5
 block = rs.Block(5 * cm, 5 * cm, 5 * cm, color="y")
 cube = rs.Object("cube", block, marks=top, pose=rs.Pose.at(28 * cm, 0, 2.5 * cm))
 lens = rs.Camera([[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]], size=(640, 480))
-eye = rs.Mounted("camera", lens, on="rhino_xr4.tool", pose=rs.Pose.at(0, 5 * cm, -10 * cm))
+eye = rs.MountedCamera("camera", lens, on="rhino_xr4.tool", pose=rs.Pose.at(0, 5 * cm, -10 * cm))
 scene = rs.Scene([rhino], [cube], [eye])
 
 goal = rhino.home + np.array([-20, -12, 20, -12, -40]) * deg

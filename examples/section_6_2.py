@@ -41,7 +41,7 @@ def looking(name, eye, target=(0.27, -0.04, 0.14)):
     pose = rs.Pose(np.vstack([np.column_stack([*axes, eye]), (0, 0, 0, 1)]))
     body = rs.CameraBody(9 * cm, 5 * cm, 5 * cm)
     lens = rs.Camera([[650, 0, 319.5], [0, 650, 239.5], [0, 0, 1]], size=(640, 480), body=body)
-    return rs.Mounted(name, lens, pose=pose)
+    return rs.MountedCamera(name, lens, pose=pose)
 
 
 def block(color):

@@ -54,7 +54,7 @@ poster = rs.Object(
     marks=np.array([[-15, -10, 0], [15, -10, 0], [15, 10, 0], [-15, 10, 0]]) * cm,
     pose=rs.Pose.at(2.0, 20 * cm, 40 * cm, rpy=(-90 * deg, 0, -90 * deg)),
 )
-eye = rs.Mounted(
+eye = rs.MountedCamera(
     "camera",
     rs.Camera([[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]], size=(640, 480)),
     on="crane.head",

@@ -29,7 +29,7 @@ def free_scene():
     def build(points, K=((1, 0, 0), (0, 1, 0), (0, 0, 1)), **camera):
         body = rs.Link("body", "base", rs.Joint("floating"))
         robot = rs.Robot("free", [rs.Link("base"), body])
-        eye = rs.Mounted("eye", rs.Camera(K, **camera), on="free.body")
+        eye = rs.MountedCamera("eye", rs.Camera(K, **camera), on="free.body")
         return rs.Scene([robot], [rs.Object("dots", marks=points)], [eye])
 
     return build
@@ -46,7 +46,7 @@ def puma_scene(camera, puma_goal):
     """A Puma 560 with a camera on its flange and a square of four marks."""
     arm = rs.Robot.from_dh(PUMA_ROWS, name="puma")
     square = rs.Pose(arm.fk(puma_goal)) @ rs.Pose.at(0, 0, 0.5)
-    eye = rs.Mounted("eye", camera, on="puma.link6")
+    eye = rs.MountedCamera("eye", camera, on="puma.link6")
     return rs.Scene([arm], [rs.Object("square", marks=SQUARE, pose=square)], [eye])
 
 

@@ -20,10 +20,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.vision.camera import T_CHAPTER_CAMERA, Camera, chapter_intrinsics, intrinsics_from_chapter
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, as_matrix
 from robsim.geometry.primitives import Block, CameraBody, Primitive, Wheel
+from robsim.vision.camera import (
+    T_CHAPTER_CAMERA,
+    Camera,
+    chapter_intrinsics,
+    intrinsics_from_chapter,
+)
 
 if TYPE_CHECKING:
     from matplotlib.collections import LineCollection

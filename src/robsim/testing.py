@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array, numbers, runs_last
-from robsim.vision.camera import Camera
 from robsim.features.feature import Feature, Observation
-from robsim.kernels import camera as kernels
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.servo.laws.inverse import Truncated, product
-from robsim.servo.laws.law import Law, State
+from robsim.kernels import camera as kernels
+from robsim.servo.laws.inverse import PseudoInverse, product
+from robsim.servo.laws.law import ControlState, Law
+from robsim.vision.camera import Camera
 
 RUNS, MARKS = 5, 4
 CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])
@@ -72,9 +72,11 @@ def check_law(law: Law, joints: int = 6, features: int = 8, seed: int = 0) -> li
     L, J = rng.normal(size=(features, 6, RUNS)), rng.normal(size=(6, joints, RUNS))
     at = rng.normal(size=(joints, RUNS))
 
-    def state(rows: Any, scale: float = 1.0) -> State:
+    def state(rows: Any, scale: float = 1.0) -> ControlState:
         error, M, N, q = (np.ascontiguousarray(a[..., rows]) for a in (scale * e, L, J, at))
-        return State(error, M, N, product(M, N), 1.0, Truncated(), s_last=error.copy(), q_last=q)
+        return ControlState(
+            error, M, N, product(M, N), 1.0, PseudoInverse(), s_last=error.copy(), q_last=q
+        )
 
     name = type(law).__name__
     qd, said = _call(law, "command", state(slice(None)), (RUNS, joints))

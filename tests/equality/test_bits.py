@@ -15,7 +15,12 @@ VARIANTS = {
     ),
     "desired damped goal depth": (
         rs.IBVS,
-        {"interaction": "desired", "depth": "goal", "inverse": rs.Damped(0.02), "tolerance": 5e-3},
+        {
+            "interaction": "desired",
+            "depth": "goal",
+            "inverse": rs.DampedInverse(0.02),
+            "tolerance": 5e-3,
+        },
         {"sensing": rs.Sensing(noise=1.0)},
     ),
 }

@@ -81,7 +81,7 @@ def any_camera(rng, name, on):
     size = [None, (640, 480)][rng.integers(2)]
     body = [None, any_shapes(rng)[2]][rng.integers(2)]
     lens = rng.normal(size=rng.choice([0, 4, 5, 8])) / 100
-    return rs.Mounted(name, rs.Camera(K, size, body=body, distortion=lens), on, any_pose(rng))
+    return rs.MountedCamera(name, rs.Camera(K, size, body=body, distortion=lens), on, any_pose(rng))
 
 
 def any_scene(rng):
@@ -99,9 +99,9 @@ def any_scene(rng):
 
 
 def any_task(rng, scene):
-    goals = [rs.Computed(any_pose(rng)), scene.home]
+    goals = [rs.GoalPose(any_pose(rng)), scene.home]
     laws = ["joint", rs.CameraLaw(rng.uniform(0.01, 1))]
-    inverses = [rs.Truncated(rng.uniform(0, 1e-3)), rs.Damped(rng.uniform(0.001, 1))]
+    inverses = [rs.PseudoInverse(rng.uniform(0, 1e-3)), rs.DampedInverse(rng.uniform(0.001, 1))]
     beliefs = [None, any_scene(rng), scene.replacing(any_camera(rng, "eye", "arm.link3"))]
     return rs.IBVS(
         goals[rng.integers(2)],
@@ -202,7 +202,7 @@ def any_vehicle(rng):
 def test_any_vehicle_gripper_and_rail_comes_back_bit_for_bit(seed):
     rng = np.random.default_rng(seed)
     robot = any_vehicle(rng)
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), "train.car")
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), "train.car")
     scene = rs.Scene([robot], [rs.Object("dot", marks=[[0, 0, 1]])], [eye])
     text = Scenario(scene, rs.IBVS()).to_toml()
     again = Scenario.from_text(text)
@@ -214,7 +214,7 @@ def test_an_arm_with_a_tool_comes_back_bit_for_bit():
     tool = rs.robots.rhino_gripper()
     robot = rs.robots.rhino_xr4().with_tool(tool, rs.Pose.at(z=-0.1083), bare=True)
     robot = robot.with_tool(tool.named("second"), any_pose(np.random.default_rng(1)))
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), "rhino_xr4.tip")
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), "rhino_xr4.tip")
     scene = rs.Scene([robot], [rs.Object("dot", marks=[[0, 0, 1]])], [eye])
     held = scene.attached("dot", "rhino_xr4.second_tip", scene.home + 0.01)
     for each in (scene, held):
@@ -224,21 +224,21 @@ def test_an_arm_with_a_tool_comes_back_bit_for_bit():
 @pytest.mark.parametrize("name", rs.robots.names())
 def test_the_robots_of_the_library_come_back(name):
     robot = rs.robots.load(name)
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)))
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)))
     scene = rs.Scene([robot], [rs.Object("dot", marks=[[0, 0, 1]])], [eye])
     again = Scenario.from_text(Scenario(scene, rs.IBVS()).to_toml())
     assert bits(again.scene) == bits(scene)
 
 
 def test_a_belief_that_lacks_a_pose_or_a_thing_of_the_truth_comes_back():
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), "free_camera.body", rs.Pose.at(1, 0, 0))
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), "free_camera.body", rs.Pose.at(1, 0, 0))
     dots = rs.Object("dots", marks=np.eye(3))
     robot = rs.robots.free_camera()
     truth = rs.Scene([robot], [dots, rs.Object("wall")], [eye])
     belief = rs.Scene(
         [robot.named("model")],
         [dots, rs.Object("door")],
-        [rs.Mounted("eye", eye.camera, "model.body")],
+        [rs.MountedCamera("eye", eye.camera, "model.body")],
     )
     again = Scenario.from_text(Scenario(truth, rs.IBVS(belief=belief)).to_toml())
     assert bits(again.task.belief) == bits(belief)
@@ -351,13 +351,13 @@ def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
     scene = dataclasses.replace(puma_scene, objects=[rs.Object("wheel", wheel)])
     sensing, actuation = rs.Sensing(np.float32(0.5)), rs.Actuation(encoder=np.float32(0.5))
     told = Settings(np.float32(0.5), np.float64(1), np.int64(3), sensing, actuation, np.int64(2))
-    inverse = rs.Truncated(np.float32(0.25))
+    inverse = rs.PseudoInverse(np.float32(0.25))
     again = Scenario.from_text(
         Scenario(scene, rs.IBVS(puma_goal, inverse=inverse), None, told).to_toml()
     )
     assert again.scene.object("wheel").shapes == (rs.Wheel(0.5, 0.1, 7),)
     assert again.settings == Settings(0.5, 1.0, 3, rs.Sensing(0.5), rs.Actuation(encoder=0.5), 2)
-    assert again.task.inverse == rs.Truncated(0.25)
+    assert again.task.inverse == rs.PseudoInverse(0.25)
 
 
 def test_code_in_a_scenario_has_no_text(puma_scene, puma_goal):

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 RING = np.array([0.1, 0.7, 1.3, 2.4, 3.0, 3.3, 4.6, 5.5])  # angles of marks on a circle
 MARKS = 0.15 * np.stack([np.cos(RING), np.sin(RING), 0 * RING], axis=1)
 LENS = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
-NEAR = rs.Computed(rs.Pose.at(0.01, 0.02, 1, rpy=(0.1, -0.2, 0.05)))
+NEAR = rs.GoalPose(rs.Pose.at(0.01, 0.02, 1, rpy=(0.1, -0.2, 0.05)))
 
 
 def again(scene, task, told=None):
@@ -35,7 +35,7 @@ def again(scene, task, told=None):
 
 def flying(*more, motions=()):
     """A flying camera before marks that a conveyor carries."""
-    eye = rs.Mounted("eye", LENS, on="free_camera.body")
+    eye = rs.MountedCamera("eye", LENS, on="free_camera.body")
     belt = rs.robots.conveyor().at(rs.Pose.at(0, 0, 1))
     dots = rs.Object("dots", marks=MARKS, on=f"conveyor.{belt.tip}")
     return rs.Scene([rs.robots.free_camera(), belt], [dots, *more], [eye], motions)
@@ -62,7 +62,7 @@ def any_feature(rng):
 
 
 def any_part(rng):
-    return rs.Part(
+    return rs.FeatureBlock(
         any_feature(rng),
         camera=pick(rng, None, "eye", ("eye", "wall")),
         target=pick(rng, None, "dots"),
@@ -77,7 +77,7 @@ def any_shaping(rng, n):
     limits = [None, rs.SpeedLimit(joint=rng.uniform(0.1, 1)), rs.SpeedLimit(linear=0.1, angular=1)]
     return {
         "secondary": pick(rng, *secondary, rs.Posture(rng.normal(size=n), rng.uniform(0.1, 1))),
-        "projection": pick(rng, "classic", "large", rs.Large(0.1, rng.uniform(0.2, 1))),
+        "projection": pick(rng, "classic", "large", rs.LargeProjection(0.1, rng.uniform(0.2, 1))),
         "smooth_start": pick(rng, None, rng.uniform(0.1, 9)),
         "limit": pick(rng, *limits, rs.SpeedLimit(joint=rng.uniform(0.1, 1, n))),
     }
@@ -85,7 +85,7 @@ def any_shaping(rng, n):
 
 def any_common(rng, scene, belief):
     return {
-        "goal": pick(rng, None, scene.home, NEAR, rs.Given(rng.normal(size=5))),
+        "goal": pick(rng, None, scene.home, NEAR, rs.GoalFeatures(rng.normal(size=5))),
         "camera": pick(rng, "eye", ("wall", "eye")),
         "target": pick(rng, None, "dots"),
         "interaction": pick(
@@ -106,10 +106,17 @@ def any_common(rng, scene, belief):
         ),
         "depth_scale": rng.uniform(0.5, 2),
         "inverse": pick(
-            rng, "truncated", rs.Truncated(1e-4), "damped", rs.Damped(1 / 7), "transposed"
+            rng,
+            "pseudo_inverse",
+            rs.PseudoInverse(1e-4),
+            "damped",
+            rs.DampedInverse(1 / 7),
+            "transpose",
         ),
         "tolerance": pick(rng, None, rng.uniform(1e-6, 1e-3)),
-        "feed_forward": pick(rng, None, "known", "estimated", rs.Estimated(rng.uniform(0.1, 1))),
+        "feed_forward": pick(
+            rng, None, "known", "estimated", rs.EstimatedMotion(rng.uniform(0.1, 1))
+        ),
         "joints": pick(rng, None, ["free_camera", "conveyor"]),
         "belief": belief,
     }
@@ -118,7 +125,7 @@ def any_common(rng, scene, belief):
 def any_servo(rng, scene, belief, ordered=False):
     """A servo task; `ordered` as it may stand in priorities."""
     common = any_common(rng, scene, belief)
-    gain = pick(rng, rng.uniform(0.1, 5), rs.Adaptive(4, 0.4, rng.uniform(1, 50)))
+    gain = pick(rng, rng.uniform(0.1, 5), rs.AdaptiveGain(4, 0.4, rng.uniform(1, 50)))
     if ordered:
         del common["joints"]
     else:
@@ -182,7 +189,7 @@ def any_path(rng, n):
     ways = [{"to": poses[0], **any_pace(rng)}, {"path": several[0]}, {"path": Path(several)}]
     return rs.FollowPath(
         frame=pick(rng, "eye", "free_camera.body"),
-        inverse=pick(rng, "truncated", rs.Truncated(1e-4), rs.Damped(1 / 7)),
+        inverse=pick(rng, "pseudo_inverse", rs.PseudoInverse(1e-4), rs.DampedInverse(1 / 7)),
         gain=pick(rng, None, rng.uniform(0.1, 9)),
         tolerance=rng.uniform(1e-9, 1e-3),
         joints=pick(rng, None, ["free_camera"]),
@@ -197,7 +204,7 @@ def any_scene():
     lift = rs.Link("lift", "base", rs.Joint("prismatic", limits=(0.0, 1.0)))
     turn = rs.Link("turn", "lift", rs.Joint("revolute"))
     crane = rs.Robot("crane", [rs.Link("base"), lift, turn])
-    cameras = [*scene.cameras, rs.Mounted("wall", LENS)]
+    cameras = [*scene.cameras, rs.MountedCamera("wall", LENS)]
     return dataclasses.replace(scene, robots=[*scene.robots, crane], cameras=cameras)
 
 
@@ -205,7 +212,7 @@ def any_task(rng, scene, depth=2, kinds=6):
     beliefs = [
         None,
         scene,
-        scene.replacing(rs.Mounted("eye", LENS, "free_camera.body", NEAR.T_c_o)),
+        scene.replacing(rs.MountedCamera("eye", LENS, "free_camera.body", NEAR.T_c_o)),
     ]
     shared = pick(rng, *beliefs)
 
@@ -220,7 +227,7 @@ def any_task(rng, scene, depth=2, kinds=6):
 
     kind = rng.integers(kinds)
     if kind == 5:
-        return rs.Together([inner(6) for _ in range(rng.integers(2, 4))])
+        return rs.Parallel([inner(6) for _ in range(rng.integers(2, 4))])
     if kind == 1:
         border = rs.NearBorder(rng.uniform(1, 50), (640, 480))
         when = pick(rng, rs.ErrorBelow(rng.uniform(0.1, 1), pick(rng, "first", "second")), border)
@@ -242,7 +249,11 @@ def test_any_task_comes_back_from_its_text(seed):
 
 @pytest.mark.parametrize("feature", FEATURES.values(), ids=list(FEATURES))
 def test_a_feature_alone_and_in_a_list_stay_what_they_are(feature):
-    for features in (feature(), [feature()], [rs.Part(feature(tolerance=0.3), marks=[0])] * 2):
+    for features in (
+        feature(),
+        [feature()],
+        [rs.FeatureBlock(feature(tolerance=0.3), marks=[0])] * 2,
+    ):
         task = rs.IBVS(features=features)
         assert again(flying(), task) == task
 
@@ -261,10 +272,10 @@ def test_motions_come_back_and_a_belief_may_change_them():
 
 def test_a_shared_belief_is_said_once():
     scene = flying()
-    both = rs.Together([rs.PBVS(belief=flying(rs.Object("extra"))) for _ in range(2)])
+    both = rs.Parallel([rs.PBVS(belief=flying(rs.Object("extra"))) for _ in range(2)])
     text = Scenario(scene, both).to_toml()
     assert text.count("complete = true") == 1 and "[belief]" in text
-    one = rs.Together([rs.PBVS(belief=scene), rs.PBVS()])
+    one = rs.Parallel([rs.PBVS(belief=scene), rs.PBVS()])
     text = Scenario(scene, one).to_toml()
     assert text.count("complete = true") == 1 and "[task.tasks.belief]" in text
     assert again(scene, one) == one
@@ -286,7 +297,7 @@ class Mine:
         return 0.0 * q
 
 
-class Slow(rs.Adaptive):
+class Slow(rs.AdaptiveGain):
     """Somebody's own."""
 
 
@@ -301,10 +312,10 @@ class Fast(rs.SpeedLimit):
         (rs.IBVS(limit=Fast(1)), "Fast is Python code"),
         (rs.IBVS(features=rs.Points(tolerance=float("nan"))), "the tolerance nan"),
         (rs.IBVS(features=Mine()), "Mine is Python code"),
-        (rs.IBVS(features=["points", rs.Part(Mine())]), "Mine is Python code"),
+        (rs.IBVS(features=["points", rs.FeatureBlock(Mine())]), "Mine is Python code"),
         (rs.IBVS(secondary=Mine()), "Mine is Python code"),
         (rs.Switch(rs.IBVS(), rs.PBVS(), Mine()), "Mine is Python code"),
-        (rs.Together([rs.IBVS(), rs.IBVS(features=Mine())]), "Mine is Python code"),
+        (rs.Parallel([rs.IBVS(), rs.IBVS(features=Mine())]), "Mine is Python code"),
         (rs.IBVS(features=rs.Points(unit="mm")), "Points has a goal or unit of its own"),
         (rs.IBVS(features=rs.LogDepth(Z_goal=np.ones((8, 1)))), "LogDepth has a goal"),
         (rs.IBVS(features=rs.ThetaU(T_goal_o=NEAR.T_c_o)), "ThetaU has a goal"),
@@ -320,7 +331,7 @@ def test_a_camera_of_somebody_has_no_text():
     class Mirror(rs.Camera):
         """Somebody's own."""
 
-    eye = rs.Mounted("eye", Mirror(LENS.K), on="free_camera.body")
+    eye = rs.MountedCamera("eye", Mirror(LENS.K), on="free_camera.body")
     with pytest.raises(rs.InputError, match="Mirror is Python code"):
         Scenario(flying().replacing(eye), rs.IBVS()).to_toml()
 
@@ -328,13 +339,13 @@ def test_a_camera_of_somebody_has_no_text():
 def test_beliefs_that_differ_in_the_sign_of_a_zero_are_told_apart():
     scene = flying()
     beliefs = [scene.replacing(rs.Object("dots", marks=[[z, 1, 1]])) for z in (0.0, -0.0)]
-    task = rs.Together([rs.PBVS(belief=belief) for belief in beliefs])
+    task = rs.Parallel([rs.PBVS(belief=belief) for belief in beliefs])
     told = [each.belief.object().marks[0, 0] for each in again(scene, task).tasks]
     assert np.signbit(told).tolist() == [False, True]
 
 
 def test_numbers_of_numpy_are_written_like_others():
-    large, mark = rs.Large(np.float32(0.25), np.int64(2)), np.int64(3)
+    large, mark = rs.LargeProjection(np.float32(0.25), np.int64(2)), np.int64(3)
     task = rs.Hybrid(mark=mark, projection=large)
     assert again(flying(), task) == task
 
@@ -358,12 +369,12 @@ def holding():
     part = rs.Object("part", marks=MARKS / 5, on=f"rhino_xr4.{arm.tip}")
     centre = T.position
     eyes = [
-        rs.Mounted(name, LENS, pose=looking(centre + offset, centre))
+        rs.MountedCamera(name, LENS, pose=looking(centre + offset, centre))
         for name, offset in (("left", [0.2, 0.1, 0.5]), ("right", [-0.2, 0.1, 0.5]))
     ]
     turned = rs.Scene([head]).pose(f"pan_tilt.{head.tip}")
     ahead = rs.Object("ahead", marks=MARKS, pose=rs.Pose(turned.matrix) @ rs.Pose.at(0.03, 0, 1))
-    eyes.append(rs.Mounted("watch", LENS, on=f"pan_tilt.{head.tip}"))
+    eyes.append(rs.MountedCamera("watch", LENS, on=f"pan_tilt.{head.tip}"))
     return rs.Scene([arm, head], [part, ahead], eyes)
 
 
@@ -379,7 +390,7 @@ def looking(at, target):
 
 def driving():
     cart = rs.robots.unicycle()
-    eye = rs.Mounted("eye", LENS, on="unicycle.camera_mount")
+    eye = rs.MountedCamera("eye", LENS, on="unicycle.camera_mount")
     turned = rs.Scene([cart]).pose("unicycle.camera_mount")
     dots = rs.Object("dots", marks=MARKS, pose=rs.Pose(turned.matrix) @ rs.Pose.at(0, 0, 2))
     return rs.Scene([cart], [dots], [eye])
@@ -390,19 +401,24 @@ def servo(**changes):
 
 
 FLYING = {
-    "gain": servo(gain=rs.Adaptive(4, 0.4, 30)),
-    "parts": servo(features=[rs.Part("lines", marks=[0, 1, 2, 5], weight=2.0), "log_depth"]),
+    "gain": servo(gain=rs.AdaptiveGain(4, 0.4, 30)),
+    "parts": servo(
+        features=[rs.FeatureBlock("lines", marks=[0, 1, 2, 5], weight=2.0), "log_depth"]
+    ),
     "sphere": servo(features=rs.Sphere(0.07)),
-    "matrix": servo(features=[rs.Part("points", marks=[0, 2, 5])], interaction=np.eye(6)),
+    "matrix": servo(features=[rs.FeatureBlock("points", marks=[0, 2, 5])], interaction=np.eye(6)),
     "broyden": servo(interaction="broyden"),
     "broyden start": servo(
-        features=[rs.Part("points", marks=[0, 2, 5])], interaction=rs.Broyden(np.eye(6)[::-1])
+        features=[rs.FeatureBlock("points", marks=[0, 2, 5])],
+        interaction=rs.Broyden(np.eye(6)[::-1]),
     ),
     "filter": servo(depth=rs.DepthFilter(0.8, noise=0.5)),
-    "transposed": servo(inverse="transposed", gain=0.5),
-    "camera law": servo(law=rs.CameraLaw(0.1), inverse=rs.Damped(0.01)),
+    "transpose": servo(inverse="transpose", gain=0.5),
+    "camera law": servo(law=rs.CameraLaw(0.1), inverse=rs.DampedInverse(0.01)),
     "posture": servo(
-        features=[rs.Part("points", marks=[0])], secondary=rs.Posture([0.1] * 6), projection="large"
+        features=[rs.FeatureBlock("points", marks=[0])],
+        secondary=rs.Posture([0.1] * 6),
+        projection="large",
     ),
     "limits": servo(
         secondary=rs.AvoidLimits(margin=0.2),
@@ -410,12 +426,12 @@ FLYING = {
         limit=rs.SpeedLimit(joint=[0.1, 0.2, 0.1, 0.3, 0.2, 0.2], linear=0.1, angular=0.2),
     ),
     "one limit": servo(limit=rs.SpeedLimit(joint=0.1), gain=5),
-    "given": servo(goal=rs.Given(0.1 * np.arange(16))),
+    "given": servo(goal=rs.GoalFeatures(0.1 * np.arange(16))),
     "pbvs": rs.PBVS(NEAR, form="camera", **JUST_FLYING),
     "hybrid": rs.Hybrid(NEAR, mark=3, **JUST_FLYING),
     "partitioned": rs.Partitioned(NEAR, segment=(1, 6), advance=0.3, **JUST_FLYING),
     "priorities": rs.Priorities(
-        [rs.IBVS(NEAR, features=[rs.Part("points", marks=[0])]), rs.PBVS(NEAR)],
+        [rs.IBVS(NEAR, features=[rs.FeatureBlock("points", marks=[0])]), rs.PBVS(NEAR)],
         joints=["free_camera"],
         secondary=rs.Posture([0.0, 0, -1, 0, 0, 0]),
         smooth_start=1.0,
@@ -424,7 +440,7 @@ FLYING = {
     "border": rs.Switch(servo(), rs.PBVS(NEAR), rs.NearBorder(150, (640, 480)), latch=False),
     **{
         f"ff {how}": servo(feed_forward=how, gain=2)
-        for how in ("known", "estimated", rs.Estimated(0.05))
+        for how in ("known", "estimated", rs.EstimatedMotion(0.05))
     },
     "own belief": rs.Switch(
         rs.PBVS(NEAR, belief=flying(motions=[rs.Motion("conveyor", [0.01])]), **JUST_FLYING),
@@ -463,7 +479,7 @@ def test_a_run_with_any_feature_is_repeated(feature):
 
 
 def test_a_run_of_two_tasks_side_by_side_is_repeated():
-    task = rs.Together(
+    task = rs.Parallel(
         [
             rs.IBVS(camera="watch", target="ahead", limit=rs.SpeedLimit(joint=[0.1, 0.2])),
             Placing(camera=["left", "right"], target="part", variant="completed"),
@@ -489,7 +505,7 @@ def test_runs_that_follow_trajectories_are_repeated():
     repeated(scene, path)
     watching = rs.IBVS(camera="watch", target="ahead")
     q0 = q + 0.03 * np.array([0, 0, 0, 0, 0, 1, 1])
-    repeated(scene, rs.Together([path, watching]), q0)
+    repeated(scene, rs.Parallel([path, watching]), q0)
 
 
 def test_a_trajectory_of_somebody_has_no_text():

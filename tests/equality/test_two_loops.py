@@ -14,7 +14,7 @@ SCHEMES = list(
         ("current", "desired", "mean"),
         ("true", "goal", 0.45),
         ("joint", rs.CameraLaw(0.01)),
-        ("truncated", rs.Damped(0.05)),
+        ("pseudo_inverse", rs.DampedInverse(0.05)),
     )
 )
 

@@ -264,7 +264,9 @@ def servo(arm):
     q = np.array([0, -0.5, 0, -2, 0, 1.6, 0.8])
     square = rs.Pose(arm.fk(q)) @ rs.Pose.at(0, 0, 0.5)
     marks = [(x, y, 0) for x, y in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))]
-    eye = rs.Mounted("eye", rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="panda.flange")
+    eye = rs.MountedCamera(
+        "eye", rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="panda.flange"
+    )
     scene = rs.Scene([arm], [rs.Object("square", marks=marks, pose=square)], [eye])
     return scene, rs.IBVS(goal=q), q + 0.03
 
@@ -284,7 +286,7 @@ def test_a_run_of_a_robot_from_a_file_is_repeated_from_its_text(tmp_path):
     stone = rs.Mesh("package://stones/stone.stl", (1, 1, 0.5))
     weighed = dataclasses.replace(arm.links[1], shapes=(stone, rs.Ball(0.1, mass=0.3)))
     arm = dataclasses.replace(arm, links=(arm.links[0], weighed))
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="r.b")
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="r.b")
     dots = rs.Object("dots", marks=[(0.1, 0, 2), (0, 0.2, 2), (0, 0, 3), (0.1, 0.1, 3)])
     run = rs.simulate(rs.Scene([arm], [dots], [eye]), rs.IBVS(goal=[0.1]), [0.0], duration=0.2)
     assert rs.replay(run).identical(run)

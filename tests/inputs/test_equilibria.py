@@ -101,14 +101,16 @@ def test_a_goal_out_of_the_image_is_the_error_of_a_run(free_scene):
 def test_starts_that_can_hardly_be_drawn():
     """A tip that is to see a dot which stands beside it, whatever the joint does."""
     arm = rs.Robot.from_dh([[0, 0, 0, 0]], limits=[[-0.1, 0.1]], name="arm")
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="arm.link1", pose=rs.Pose.at(0, 0, 1))
-    task = rs.IBVS(goal=rs.Given([0.0, 0.0]))
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="arm.link1", pose=rs.Pose.at(0, 0, 1))
+    task = rs.IBVS(goal=rs.GoalFeatures([0.0, 0.0]))
     scene = rs.Scene([arm], [rs.Object("dot", marks=[[0.1, 0, 0.5]])], [eye])
     with pytest.raises(rs.InputError, match="starts: of 20000 that were drawn only 0 have all"):
         rs.equilibria(scene, task)
 
 
-NOWHERE = rs.IBVS(goal=rs.Given([0.2, 0.0, 0.1, 0.3, -0.1, 0.2, 0.3, 0.1]))  # no view gives these
+NOWHERE = rs.IBVS(
+    goal=rs.GoalFeatures([0.2, 0.0, 0.1, 0.3, -0.1, 0.2, 0.3, 0.1])
+)  # no view gives these
 
 
 def test_numbers_as_a_goal_with_the_camera_at_home_among_the_marks(free_scene):

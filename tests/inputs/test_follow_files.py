@@ -70,7 +70,7 @@ MEANT = {
             rs.Pose.at(1, 0, 2, rpy=(0, 0, 90 * DEG)),
             duration=2.0,
             frame="crane.hook",
-            inverse=rs.Damped(0.1),
+            inverse=rs.DampedInverse(0.1),
             joints=["lift", "slew"],
         )
     ),
@@ -81,7 +81,7 @@ MEANT = {
             mask="position",
             speed=0.1,
             acceleration=1.0,
-            inverse=rs.Truncated(1e-4),
+            inverse=rs.PseudoInverse(1e-4),
             gain=2,
         )
     ),
@@ -182,7 +182,7 @@ TO = 'to = { position = "1, 0, 2 m" }\n'
         (PATH + TO + 'duration = "1 s"\nmask = "turn"', ["task.mask", "'pose'"]),
         (PATH + TO + 'duration = "1 s"\nrcond = 2', ["task.rcond"]),
         (PATH + TO + 'duration = "1 s"\ndamping = 1', ["damping is for inverse"]),
-        (PATH + TO + 'duration = "1 s"\ninverse = "transposed"', ["task.inverse"]),
+        (PATH + TO + 'duration = "1 s"\ninverse = "transpose"', ["task.inverse"]),
         (PATH + 'to = { rpy = "0, 0, 1 rad" }\nmask = "position"\nduration = "1 s"', ["task.to"]),
         (PATH + 'to = { x = 1 }\nduration = "1 s"', ["task.to.x", "unknown key"]),
         (PATH + "path = []", ["task.path", "at least 1"]),

@@ -29,14 +29,14 @@ def flying(marks=SQUARE, size=None):
     """A free camera that looks at marks."""
     body = rs.Link("body", "base", rs.Joint("floating"))
     robot = rs.Robot("free", [rs.Link("base"), body])
-    eye = rs.Mounted("eye", rs.Camera(K, size), on="free.body")
+    eye = rs.MountedCamera("eye", rs.Camera(K, size), on="free.body")
     return rs.Scene([robot], [rs.Object("dots", marks=marks)], [eye])
 
 
 def lift():
     """A camera on one prismatic joint from 0 to 0.5 m along its optical axis, and one mark."""
     arm = rs.Robot.from_dh([[0, 0, 0, 0]], joints="P", limits=[[0, 0.5]], name="lift")
-    eye = rs.Mounted("eye", rs.Camera(K), on="lift.link1")
+    eye = rs.MountedCamera("eye", rs.Camera(K), on="lift.link1")
     return rs.Scene([arm], [rs.Object("dot", marks=[[0.1, 0, 1]])], [eye])
 
 
@@ -45,13 +45,13 @@ def turret(limit=4.0, marks=((0, 0, 1),), size=(640, 480)):
     upright = rs.Pose.at(rpy=(-np.pi / 2, 0, 0))
     joint = rs.Joint("revolute", rs.Pose.at(rpy=(np.pi / 2, 0, 0)), limits=(-limit, limit))
     robot = rs.Robot("turret", [rs.Link("base"), rs.Link("head", "base", joint)])
-    eye = rs.Mounted("eye", rs.Camera(K, size), on="turret.head", pose=upright)
+    eye = rs.MountedCamera("eye", rs.Camera(K, size), on="turret.head", pose=upright)
     return rs.Scene([robot], [rs.Object("dots", marks=marks)], [eye])
 
 
 def two_arms():
     arm = rs.Robot.from_dh([[0, 0, 1, 0]], name="a", limits=[[-1, 1]])
-    eye = rs.Mounted("eye", rs.Camera(K), on="a.link1")
+    eye = rs.MountedCamera("eye", rs.Camera(K), on="a.link1")
     return rs.Scene([arm, arm.named("b")], [rs.Object("dot", marks=[[1, 0, 1]])], [eye])
 
 
@@ -223,7 +223,7 @@ TASK = {
     ],
     "inverse": [
         ("dampd", "no inverse 'dampd'", "did you mean 'damped'?", "inverses: truncated, damped"),
-        (rs.Damped, "no inverse <class", "inverses: truncated, damped"),
+        (rs.DampedInverse, "no inverse <class", "inverses: truncated, damped"),
         (["damped"], "no inverse ['damped']", "inverses: truncated, damped"),
         ({}, "no inverse {}", "inverses: truncated, damped"),
     ],
@@ -284,11 +284,11 @@ GOALS = {
     "behind": (BEHIND, "the shown goal puts mark 0 of 'dots' behind camera 'eye'"),
     "out of image": (ASIDE, "the shown goal puts mark 0 of 'dots' out of the image of camera"),
     "computed behind": (
-        rs.Computed(rs.Pose.at(0, 0, -1)),
+        rs.GoalPose(rs.Pose.at(0, 0, -1)),
         "the computed goal puts mark 0 of 'dots' behind camera 'eye'",
     ),
     "computed out of image": (
-        rs.Computed(rs.Pose.at(3, 0, 1)),
+        rs.GoalPose(rs.Pose.at(3, 0, 1)),
         "the computed goal puts mark 0 of 'dots' out of the image of camera 'eye'",
     ),
 }
@@ -324,7 +324,7 @@ def test_what_is_not_a_scene_or_a_task_is_told():
 
 
 def test_a_scene_in_which_nothing_can_be_servoed_is_told():
-    still = rs.Scene([], flying().objects, [rs.Mounted("eye", rs.Camera(K))])
+    still = rs.Scene([], flying().objects, [rs.MountedCamera("eye", rs.Camera(K))])
     with pytest.raises(rs.InputError, match="no joint moves camera 'eye' relative to 'dots'"):
         rs.simulate(still, rs.IBVS())
     bare = rs.Scene(flying().robots, [rs.Object("dots", marks=np.empty((0, 3)))], flying().cameras)
@@ -405,19 +405,19 @@ VALUES = {
         "two things in the scene are called 'a'; rename one",
     ),
     "frame of a camera": (
-        lambda: rs.Scene(lift().robots, (), [rs.Mounted("eye", rs.Camera(K), "lift.link2")]),
+        lambda: rs.Scene(lift().robots, (), [rs.MountedCamera("eye", rs.Camera(K), "lift.link2")]),
         "'eye' stands on 'lift.link2', and there is no such frame; did you mean 'lift.link1'?",
     ),
     "frame of a pose": (lambda: lift().pose("lift.lin1"), "did you mean 'lift.link1'? frames:"),
     "points of a view": (lambda: lift().view(points=[1, 2]), "points: expected shape (..., N, 3)"),
     "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace"),
-    "truncation": (lambda: rs.Truncated(2), "rcond must be below 1, got 2"),
-    "damping": (lambda: rs.Damped(0), "damping must be a positive number, got 0"),
+    "truncation": (lambda: rs.PseudoInverse(2), "rcond must be below 1, got 2"),
+    "damping": (lambda: rs.DampedInverse(0), "damping must be a positive number, got 0"),
     "length of a law": (
         lambda: rs.CameraLaw(-1),
         "characteristic length must be a positive number",
     ),
-    "computed goal": (lambda: rs.Computed(2 * np.eye(4)), "not a rotation"),
+    "computed goal": (lambda: rs.GoalPose(2 * np.eye(4)), "not a rotation"),
     "unit": (lambda: rs.units.parse("5 cm", "angle"), "expected one number with a unit of angle"),
     "no unit": (lambda: rs.units.parse("5", "length"), "expected one number with a unit of length"),
 }
@@ -675,7 +675,7 @@ def blind(low, high):
 def planar():
     """A planar arm whose camera looks up; stretched, both joints move it sideways only."""
     arm = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="arm")
-    eye = rs.Mounted("eye", rs.Camera(K), on="arm.link2")
+    eye = rs.MountedCamera("eye", rs.Camera(K), on="arm.link2")
     reach = arm.fk([0.3, -0.6])[:3, 3]
     return rs.Scene([arm], [rs.Object("dot", marks=reach[None] + (0, 0, 1))], [eye])
 
@@ -1016,7 +1016,7 @@ def test_a_goal_is_a_copy():
 
 def test_collinear_marks_are_told_for_a_computed_goal_too():
     scene = flying(marks=[[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]])
-    goal = rs.Computed(GOAL.inv())
+    goal = rs.GoalPose(GOAL.inv())
     with pytest.warns(rs.RankWarning, match="its marks lie on one line"):
         rs.IBVS(goal=goal).bind(scene)
 

@@ -215,8 +215,8 @@ def test_the_rich_scenario_has_the_values_of_its_file():
     assert (task.camera, task.target, task.interaction) == ("eye", "board", "mean")
     assert (task.depth, task.depth_scale, task.gain, task.tolerance) == (0.3, 1.1, 2.0, 0.05)
     assert (task.features, task.law) == (rs.PixelPoints(), rs.CameraLaw(0.01))
-    assert task.inverse == rs.Damped(0.02)
-    assert task.goal == rs.Computed(rs.Pose.at(0, 0, 0.5))
+    assert task.inverse == rs.DampedInverse(0.02)
+    assert task.goal == rs.GoalPose(rs.Pose.at(0, 0, 0.5))
     told = scenario.settings
     assert (told.dt, told.duration, told.seed, told.sensing.noise, told.record) == (
         0.02,
@@ -256,7 +256,7 @@ interaction = "broyden"
 broyden_start = [[1, 0], [0, 1]]
 depth = { start = "50 cm", start_sigma = 0.4, noise = 2 }
 depth_scale = 1.1
-inverse = "transposed"
+inverse = "transpose"
 tolerance = 0.01
 feed_forward = "estimated"
 lag = "100 ms"
@@ -297,18 +297,18 @@ size = [640, 480]
     "",
 )
 COMMON_VALUES = {
-    "goal": rs.Given([0.1, 0.2]),
+    "goal": rs.GoalFeatures([0.1, 0.2]),
     "camera": ("eye", "wall"),
     "target": "dots",
     "interaction": rs.Broyden([[1, 0], [0, 1]]),
     "depth": rs.DepthFilter(0.5, 0.4, 2),
     "depth_scale": 1.1,
-    "inverse": rs.Transposed(),
+    "inverse": rs.JacobianTranspose(),
     "tolerance": 0.01,
-    "feed_forward": rs.Estimated(0.1),
+    "feed_forward": rs.EstimatedMotion(0.1),
     "joints": ("fly", "belt.belt"),
     "secondary": rs.AvoidLimits(2, 0.2),
-    "projection": rs.Large(0.02, 0.2),
+    "projection": rs.LargeProjection(0.02, 0.2),
     "smooth_start": 3,
     "limit": rs.SpeedLimit(30 * DEG, 0.1, 20 * DEG),
 }
@@ -325,18 +325,18 @@ TASKS = {
         features=rs.DecoupledMoments("region")
     ),
     'kind = "ibvs"\nfeatures = { kind = "points", weight = 2 }': rs.IBVS(
-        features=rs.Part("points", weight=2)
+        features=rs.FeatureBlock("points", weight=2)
     ),
     'kind = "ibvs"\ncamera = "eye"\nfeatures = ["points", { kind = "translation", form = "camera", '
     'camera = ["eye", "wall"], target = "dots", marks = [1, 0], components = [2] }]': rs.IBVS(
         camera="eye",
         features=[
             "points",
-            rs.Part(rs.Translation("camera"), ("eye", "wall"), "dots", [1, 0], [2]),
+            rs.FeatureBlock(rs.Translation("camera"), ("eye", "wall"), "dots", [1, 0], [2]),
         ],
     ),
     'kind = "ibvs"\ngain = { at_zero = 4, at_infinity = 0.4, slope = 30 }': rs.IBVS(
-        gain=rs.Adaptive(4, 0.4, 30)
+        gain=rs.AdaptiveGain(4, 0.4, 30)
     ),
     'kind = "ibvs"\ninteraction = [[1, 2, 3, 4, 5, 6]]': rs.IBVS(interaction=[[1, 2, 3, 4, 5, 6]]),
     'kind = "ibvs"\ninteraction = "broyden"\nfeed_forward = "known"\njoints = "fly"': rs.IBVS(
@@ -384,8 +384,8 @@ TASKS = {
     'when = { kind = "near_border", margin = 20, size = [640, 480] }': rs.Switch(
         rs.IBVS(), rs.PBVS(), rs.NearBorder(20, (640, 480))
     ),
-    'kind = "together"\n[[task.tasks]]\nkind = "ibvs"\ncamera = "eye"\n[[task.tasks]]\n'
-    'kind = "pbvs"\ncamera = "wall"': rs.Together([rs.IBVS(camera="eye"), rs.PBVS(camera="wall")]),
+    'kind = "parallel"\n[[task.tasks]]\nkind = "ibvs"\ncamera = "eye"\n[[task.tasks]]\n'
+    'kind = "pbvs"\ncamera = "wall"': rs.Parallel([rs.IBVS(camera="eye"), rs.PBVS(camera="wall")]),
 }
 
 
@@ -405,7 +405,7 @@ def test_motions_and_hold_have_the_values_of_their_file():
 
 def test_tasks_within_a_task_share_the_belief_or_have_their_own():
     tasks = """
-task = { kind = "together", tasks = [
+task = { kind = "parallel", tasks = [
     { kind = "ibvs" },
     { kind = "ibvs", belief = { cameras = [{ name = "eye", focal = 700 }] } },
 ] }
@@ -580,8 +580,8 @@ def test_a_motion_is_changed_by_the_name_of_its_robot():
 
 
 def test_a_change_takes_what_makes_no_sense_beside_it_away():
-    task = read(RICH, set={"task.law": "joint", "task.inverse": "truncated"}).task
-    assert (task.law, task.inverse) == (rs.JointLaw(), rs.Truncated())
+    task = read(RICH, set={"task.law": "joint", "task.inverse": "pseudo_inverse"}).task
+    assert (task.law, task.inverse) == (rs.JointLaw(), rs.PseudoInverse())
     goal = read(
         RICH, set={"task.goal.q": '["10 cm", "20 deg", "0 deg", "0 m", "0 m", "0 m", 0, 0, 0, 1]'}
     )
@@ -723,7 +723,7 @@ WRONG = [
         ["robots.rhino_xr4.home", "1 coordinates, expected 5"],
     ),
     # choices and names
-    ('kind = "ibvs"', 'kind = "ivbs"', ["task.kind", "'ivbs'", "mean 'ibvs'", "together"]),
+    ('kind = "ibvs"', 'kind = "ivbs"', ["task.kind", "'ivbs'", "mean 'ibvs'", "parallel"]),
     ('kind = "ibvs"', "", ["task.kind", "missing"]),
     ('kind = "ibvs"', 'kind = "ibvs"\nfeatures = "ponts"', ["task.features", "'points'", "ponts"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ninteraction = "x"', ["task.interaction", "'desired'", "'x'"]),
@@ -786,7 +786,7 @@ WRONG = [
     (
         'kind = "ibvs"',
         'kind = "ibvs"\ninverse = "damped"\nrcond = 0.1',
-        ["task", "rcond", '"truncated"'],
+        ["task", "rcond", '"pseudo_inverse"'],
     ),
     ('kind = "ibvs"', 'kind = "ibvs"\nrcond = 1', ["task.rcond", "less than 1", "got 1"]),
     (
@@ -952,7 +952,7 @@ WRONG_TASKS = [
     # kinds and their keys
     ('kind = "Switch"', ["task.kind", "mean 'switch'", "docking"]),
     ("kind = 3", ["task.kind", "no kind 3", "ibvs"]),
-    ("gain = 1", ["task.kind", "missing", "'ibvs'", "'together'"]),
+    ("gain = 1", ["task.kind", "missing", "'ibvs'", "'parallel'"]),
     ('kind = "pbvs"\nfeatures = "points"', ["task.features", "unknown key", "form"]),
     ('kind = "pbvs"\nfrom = "camera"', ["task.from", "mean 'form'"]),
     ('kind = "hybrid"\nform = "goal"', ["task.form", "unknown key", "mark"]),
@@ -1010,7 +1010,7 @@ WRONG_TASKS = [
         'kind = "ibvs"\ngain = { at_zero = 1, at_infinity = 2, slope = 3 }',
         ["task.gain", "at_zero must be above"],
     ),
-    ('kind = "ibvs"\ninverse = "transposed"\nrcond = 0.1', ["task", "rcond", '"truncated"']),
+    ('kind = "ibvs"\ninverse = "transpose"\nrcond = 0.1', ["task", "rcond", '"pseudo_inverse"']),
     ('kind = "ibvs"\nlag = "3 s"', ["task", "lag", '"estimated"']),
     (
         'kind = "ibvs"\nfeed_forward = "estimated"\nlag = "3 m"',
@@ -1043,16 +1043,16 @@ WRONG_TASKS = [
     ('kind = "ibvs"\nlimit = { angular = "3 cm/s" }', ["limit.angular", "unit of turn rate"]),
     # tasks within tasks
     ('kind = "priorities"\ntasks = []', ["task.tasks", "2 items, not 0"]),
-    ('kind = "together"', ["task.tasks", "missing"]),
+    ('kind = "parallel"', ["task.tasks", "missing"]),
     (two("priorities", ', law = "camera"'), ["task", "law='joint'"]),
     (two("priorities", second=", smooth_start = 1"), ["task", "Priorities(...) as a whole"]),
     (two("priorities", second=", gian = 1"), ["task.tasks[1].gian", "mean 'gain'"]),
     (two("priorities") + "\ngain = 1", ["task.gain", "unknown key", "rcond"]),
     (two("priorities").replace("pbvs", "switch"), ["task.tasks[1].kind", "'switch'", "hybrid"]),
-    (two("together", second=', camera = "x"'), ["task.tasks[1].camera", "'x'", "eye"]),
-    (two("together", second=", goal = { q = [] }"), ["task.tasks[1].goal.q", "expected 5"]),
-    (two("together") + "\njoints = []", ["task.joints", "unknown key"]),
-    (two("together", ", belief = 3"), ["task.tasks[0].belief", "[[belief.cameras]]", "3"]),
+    (two("parallel", second=', camera = "x"'), ["task.tasks[1].camera", "'x'", "eye"]),
+    (two("parallel", second=", goal = { q = [] }"), ["task.tasks[1].goal.q", "expected 5"]),
+    (two("parallel") + "\njoints = []", ["task.joints", "unknown key"]),
+    (two("parallel", ", belief = 3"), ["task.tasks[0].belief", "[[belief.cameras]]", "3"]),
     ('kind = "switch"', ["task.first", "task.second", "task.when", "missing"]),
     (switch('kind = "errorbelow"'), ["task.when.kind", "mean 'error_below'", "near_border"]),
     (switch('kind = "near_border", margin = 3'), ["task.when.size", "missing"]),
@@ -1088,7 +1088,7 @@ def test_what_is_wrong_in_a_task_is_told_with_its_key(task, parts):
 
 
 def test_two_tasks_for_one_joint_are_told_when_they_are_bound():
-    scenario = read(RHINO, 'kind = "ibvs"\ngain = 1.5', two("together"))
+    scenario = read(RHINO, 'kind = "ibvs"\ngain = 1.5', two("parallel"))
     with pytest.raises(rs.FileError, match=r"^bench\.toml: two tasks command one joint: shoulder"):
         scenario.check()
 

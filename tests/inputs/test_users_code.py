@@ -53,13 +53,15 @@ def test_the_limits_that_a_secondary_motion_is_shown_are_not_its_own():
 
 @pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 def test_the_transpose_needs_a_jacobian_at_the_goal():
-    task = rs.IBVS(interaction=np.zeros((8, 6)), inverse="transposed")
+    task = rs.IBVS(interaction=np.zeros((8, 6)), inverse="transpose")
     with pytest.raises(rs.InputError, match="a constant matrix of zeros commands nothing"):
         task.bind(SCENE)
     plate = SCENE.object()
     beyond = rs.Object("plate", marks=plate.marks, pose=rs.Pose.at(0, 0, 5))  # behind, at home
     with pytest.raises(rs.InputError, match="given as numbers, at home"):
-        rs.IBVS(goal=rs.Given(np.zeros(8)), inverse="transposed").bind(SCENE.replacing(beyond))
+        rs.IBVS(goal=rs.GoalFeatures(np.zeros(8)), inverse="transpose").bind(
+            SCENE.replacing(beyond)
+        )
 
 
 def test_a_law_may_be_checked_that_reads_features_and_coordinates():
@@ -87,8 +89,8 @@ def test_a_class_is_no_secondary_motion():
 def test_numbers_are_kept_as_floats():
     """The kernels are compiled for them."""
     law = rs.PartitionedLaw(1, 2, 3)
-    large = rs.Large(1, 2)
-    kept = (law.roll, law.advance, law.length, large.low, large.high, rs.Damped(1).damping)
+    large = rs.LargeProjection(1, 2)
+    kept = (law.roll, law.advance, law.length, large.low, large.high, rs.DampedInverse(1).damping)
     assert [type(each) for each in kept] == [float] * 6
 
 
@@ -111,8 +113,8 @@ def two_eyes(size):
     plate = rs.Object("plate", marks=marks, pose=rs.Pose.at(0.03, 0.02, 0))
     K = [[500, 0, 100], [0, 500, 100], [0, 0, 1]]
     eyes = [
-        rs.Mounted("wide", rs.Camera(K), on="free_camera.body"),
-        rs.Mounted("narrow", rs.Camera(K, size=size), on="free_camera.body"),
+        rs.MountedCamera("wide", rs.Camera(K), on="free_camera.body"),
+        rs.MountedCamera("narrow", rs.Camera(K, size=size), on="free_camera.body"),
     ]
     return rs.Scene([rs.robots.free_camera()], [plate], eyes)
 
@@ -120,7 +122,7 @@ def two_eyes(size):
 @pytest.mark.parametrize("marks", [None, (0, 1, 2)], ids=["all marks", "without the last"])
 def test_a_mark_that_any_camera_loses_ends_the_run(marks):
     """The last mark is in row 160 at home and in row 170 at the start."""
-    task = rs.IBVS(features=[rs.Part("points", camera=name, marks=marks) for name in EYES])
+    task = rs.IBVS(features=[rs.FeatureBlock("points", camera=name, marks=marks) for name in EYES])
     q0 = rs.Pose.at(0.02, -0.02, 0)
     for size, ending in (((400, 165), "OUT_OF_IMAGE"), ((400, 400), "CONVERGED")):
         run = rs.simulate(two_eyes(size), task, q0, duration=20)
@@ -155,13 +157,16 @@ LINE = [[0, 0, 0], [0, 0, 0.02], [0, 0, 0.05]]
     [
         (rs.IBVS(features="decoupled_moments"), "must not look the same after a turn"),
         (rs.IBVS(features="vanishing_point"), "edges that are parallel in the image"),
-        (rs.PBVS(rs.Given([0.0] * 6)), r"the goal of a pose is a pose: give Computed\(T_c_o\)"),
+        (
+            rs.PBVS(rs.GoalFeatures([0.0] * 6)),
+            r"the goal of a pose is a pose: give GoalPose\(T_c_o\)",
+        ),
         (rs.IBVS(interaction=np.zeros((8, 6))), "a constant matrix of zeros commands nothing"),
     ],
 )
 def test_a_task_that_cannot_be_is_refused_with_its_reason(task, words):
     square = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="free_camera.body")
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="free_camera.body")
     plate = rs.Object("plate", marks=square, pose=rs.Pose.at(0, 0, 1))
     scene = rs.Scene(rs.robots.free_camera(), plate, eye)
     with pytest.raises(rs.InputError, match=words):

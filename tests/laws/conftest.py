@@ -16,7 +16,7 @@ AHEAD = rs.Pose.at(1.0, 0, 0.25, rpy=(0, -np.pi / 2, 0))  # a plate before a hea
 
 
 def _eye(name="camera", focal=500, **where):
-    return rs.Mounted(name, rs.Camera([[focal, 0, 400], [0, focal, 400], [0, 0, 1]]), **where)
+    return rs.MountedCamera(name, rs.Camera([[focal, 0, 400], [0, focal, 400], [0, 0, 1]]), **where)
 
 
 def _plate(on="world", pose=HERE, size=1.0):

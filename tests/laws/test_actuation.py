@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.run.drives import Drives, Held
 from robsim.kernels.actuation import count, follow
+from robsim.run.drives import Drives, Held
 
 INF = np.inf
 
@@ -68,7 +68,7 @@ def test_without_limits_the_command_is_followed_at_once():
 def arm():
     """A camera on a planar arm that looks down on three points."""
     robot = rs.robots.planar_2r()
-    eye = rs.Mounted(
+    eye = rs.MountedCamera(
         "eye", rs.Camera(np.eye(3)), f"{robot.name}.fore", rs.Pose.at(rpy=(np.pi, 0, 0))
     )
     x, y, _ = robot.fk(robot.home + 0.2)[:3, 3]

@@ -12,7 +12,7 @@ LENS = rs.Camera([[800, 2, 320], [0, 820, 240], [0, 0, 1]], (640, 480))
 def scene(rows=ROWS, convention="standard", joints="RPR"):
     arm = rs.Robot.from_dh(rows, convention, joints, name="arm", links=["a", "b", "c"])
     cup = rs.Object("cup", marks=[[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], pose=rs.Pose.at(1, 0, 1))
-    return rs.Scene([arm], [cup], [rs.Mounted("eye", LENS, "arm.c", rs.Pose.at(0, 0, 0.1))])
+    return rs.Scene([arm], [cup], [rs.MountedCamera("eye", LENS, "arm.c", rs.Pose.at(0, 0, 0.1))])
 
 
 def test_without_a_mistake_it_is_the_truth():
@@ -129,7 +129,7 @@ def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
     turn = rs.Pose.at(rpy=(0, 0, 0.3))
     start = rs.Pose(VISP.scene.pose("camera", VISP.q0).matrix)
     told = {"duration": 0.04, "dt": 0.04}
-    goal = rs.Shown(VISP.task.goal.q)
+    goal = rs.TaughtGoal(VISP.task.goal.q)
     plain = rs.simulate(VISP.scene, rs.IBVS(goal), start.q, **told)
     askew = rs.believe(VISP.scene, hand_eye=turn)
     wrong = rs.simulate(VISP.scene, rs.IBVS(goal, belief=askew), start.q, **told)
@@ -141,7 +141,7 @@ def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
 @pytest.mark.parametrize("size", [0.8, 1.25])
 def test_a_model_of_the_wrong_size_puts_a_computed_goal_at_a_distance_over_its_factor(size):
     """k X / Z* = X / Z: believed k times as large, the square is approached to Z* / k."""
-    task = rs.IBVS(rs.Computed(rs.Pose.at(0, 0, 0.75)), belief=rs.believe(VISP.scene, size=size))
+    task = rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 0.75)), belief=rs.believe(VISP.scene, size=size))
     start = rs.Pose.at(0.05, -0.05, -1.0)
     for scheme in (task, rs.PBVS(task.goal, belief=task.belief)):
         run = rs.simulate(VISP.scene, scheme, start, duration=40, record="summary")

@@ -5,6 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives import CameraBody
+from robsim.kernels import camera as kernels
 from robsim.vision.camera import (
     T_CHAPTER_CAMERA,
     Camera,
@@ -12,10 +16,6 @@ from robsim.vision.camera import (
     chapter_intrinsics,
     intrinsics_from_chapter,
 )
-from robsim.base.errors import InputError
-from robsim.kernels import camera as kernels
-from robsim.geometry.pose import Pose
-from robsim.geometry.primitives import CameraBody
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 

@@ -158,7 +158,7 @@ def scene():
     eye = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], body=CameraBody(0.1, 0.1, 0.1))
     # the camera looks up: its opening is 15 cm wide, its back at the origin of the tool
     return rs.Scene(
-        [arm()], [post, Object("dot", marks=[[0, 0, 0]])], rs.Mounted("eye", eye, "arm.link2")
+        [arm()], [post, Object("dot", marks=[[0, 0, 0]])], rs.MountedCamera("eye", eye, "arm.link2")
     )
 
 

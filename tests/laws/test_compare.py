@@ -132,7 +132,7 @@ def test_joints_that_lag_are_measured_as_they_move_and_their_effort_as_it_is_com
 def test_a_carried_target_is_measured_where_the_camera_stands():
     """Eye-to-hand: the target flies 0.3 m straight to its goal."""
     fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)))
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)))
     scene = rs.Scene(fly, rs.Object("square", marks=SQUARE, on="fly.body"), eye)
     goal, start = rs.Pose.at(0, 0, 1), rs.Pose.at(0, 0, 1.3)
     found = one(rs.compare(scene, {"a": rs.PBVS(goal, tolerance=1e-5)}, start, duration=15))
@@ -168,7 +168,7 @@ def recorded():
     arm = rs.robots.puma560()
     plate = rs.Pose(arm.fk(arm.home)) @ rs.Pose.at(0, 0, 0.5)
     marks = np.array([[-0.05, -0.05, 0], [0.05, -0.05, 0], [0.05, 0.05, 0]])
-    eye = rs.Mounted("eye", lens, on="puma560.flange")
+    eye = rs.MountedCamera("eye", lens, on="puma560.flange")
     scene = rs.Scene(arm, rs.Object("plate", marks=marks, pose=plate), eye)
     start = arm.home + np.array([0.02, 0, 0.02, 0, 0, 0.1])
     return rs.simulate(scene, rs.IBVS(), start, dt=0.1, duration=0.3), scene
@@ -228,7 +228,7 @@ def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
 
 
 def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_scene):
-    given = rs.IBVS(rs.Given(SQUARE[:, :2].ravel()))
+    given = rs.IBVS(rs.GoalFeatures(SQUARE[:, :2].ravel()))
     found = one(rs.compare(free_scene(SQUARE), {"a": given}, GOAL @ rs.Pose.at(0.1, 0, 0)))
     for key in ("border_margin", "limit_margin", "image_excursion", "image_detour", "pixel_error"):
         assert np.isnan(found[key])

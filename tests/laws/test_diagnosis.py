@@ -17,7 +17,7 @@ def flying(pose=None, focal=1.0, more=(), motions=(), on="world"):
     """A free camera that sees a square from 1 m at home."""
     where = {} if pose is None else {"pose": pose}
     camera = rs.Camera(K * [[focal, 1, 1], [1, focal, 1], [1, 1, 1]], (640, 480))
-    eye = rs.Mounted("eye", camera, on="free_camera.body", **where)
+    eye = rs.MountedCamera("eye", camera, on="free_camera.body", **where)
     square = rs.Object("square", marks=SQUARE, pose=rs.Pose.at(0, 0, 1), on=on)
     return rs.Scene([rs.robots.free_camera(), *more], [square], [eye], list(motions))
 
@@ -95,7 +95,7 @@ BELT = {
     "motions": [rs.Motion("conveyor", [0.05])],
     "on": "conveyor.belt",
 }
-TWO = [rs.Part("points", weight=2.0), rs.Part("log_depth", marks=[0])]
+TWO = [rs.FeatureBlock("points", weight=2.0), rs.FeatureBlock("log_depth", marks=[0])]
 WRONG = flying(pose=rs.Pose.at(0.02, 0, 0.01, rotvec=(0.1, 0, 0.2)), focal=1.2)
 ALONG = {
     "exact": ({}, {}, {}),
@@ -134,7 +134,7 @@ def test_v_of_a_wrong_belief_is_that_of_the_truth():
 
 def test_a_goal_that_the_true_camera_cannot_see_leaves_what_is_true_unknown():
     believed = flying(focal=0.25)
-    goal = rs.Computed(rs.Pose.at(0, 0, 0.15))
+    goal = rs.GoalPose(rs.Pose.at(0, 0, 0.15))
     run = rs.simulate(flying(), rs.IBVS(goal=goal, belief=believed), START, duration=0.4)
     found = rs.diagnose(run)
     assert np.isnan(found.lyapunov).all() and np.isfinite(found.condition_reach).all()

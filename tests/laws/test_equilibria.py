@@ -198,7 +198,7 @@ def test_three_points_have_four_poses_without_error(free_scene):
 def test_the_goal_is_known_where_it_is_computed_too(free_scene):
     """The pose that was computed is the goal, and the three others of three points are not."""
     points, goal = CASES["three"]
-    equilibria = rs.equilibria(free_scene(points), rs.IBVS(goal=rs.Computed(goal.inv())))
+    equilibria = rs.equilibria(free_scene(points), rs.IBVS(goal=rs.GoalPose(goal.inv())))
     assert kinds(equilibria) == ["goal"] + 3 * ["false goal"]
     np.testing.assert_allclose(camera(equilibria.goal).matrix, goal.matrix, atol=1e-9)
 
@@ -228,7 +228,7 @@ def over_a_dot(robot):
     """A camera on the tip of the planar arm that looks down on a dot below its home."""
     tip = rs.Pose(robot.fk(robot.home)).position
     down = rs.Pose.at(rpy=(np.pi, 0, 0))
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="planar_2r.fore", pose=down)
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="planar_2r.fore", pose=down)
     return rs.Scene([robot], [rs.Object("dot", marks=[[*tip[:2], -1.0]])], [eye])
 
 
@@ -299,8 +299,8 @@ def test_the_camera_law_has_a_trap_on_the_rhino_and_the_joint_law_none():
         rs.Hybrid(goal=FACING),
         rs.IBVS(goal=FACING, features="polar"),
         rs.IBVS(goal=FACING, inverse="damped"),
-        rs.IBVS(goal=rs.Computed(rs.Pose.at(0, 0, 0.5))),
-        rs.IBVS(goal=FACING, gain=rs.Adaptive(4.0, 0.4, 30.0)),
+        rs.IBVS(goal=rs.GoalPose(rs.Pose.at(0, 0, 0.5))),
+        rs.IBVS(goal=FACING, gain=rs.AdaptiveGain(4.0, 0.4, 30.0)),
         rs.Priorities([rs.IBVS(goal=FACING), rs.PBVS(goal=FACING)]),
         rs.Switch(rs.PBVS(goal=FACING), rs.IBVS(goal=FACING), rs.ErrorBelow(0.1), latch=False),
     ],
@@ -315,8 +315,8 @@ def test_other_tasks_without_memory_have_their_goal(free_scene, task):
 
 def test_the_period_of_the_runs_suits_the_fastest_motion(free_scene):
     """With the transpose the eigenvalues at the goal are -sigma^2 of L, and no run diverges."""
-    goal = rs.Computed(FACING.inv())
-    task = rs.IBVS(goal=goal, inverse="transposed")
+    goal = rs.GoalPose(FACING.inv())
+    task = rs.IBVS(goal=goal, inverse="transpose")
     equilibria = rs.equilibria(free_scene(SQUARE), task, count=20, duration=50.0)
     _, L = image(FACING.matrix, SQUARE)
     sigma = np.linalg.svd(L, compute_uv=False)
@@ -327,7 +327,9 @@ def test_the_period_of_the_runs_suits_the_fastest_motion(free_scene):
 def test_a_wrong_belief_keeps_a_shown_goal_and_moves_its_eigenvalues(free_scene):
     scene = free_scene(SQUARE, K=((500, 0, 320), (0, 500, 240), (0, 0, 1)), size=(640, 480))
     eye = scene.cameras[0]
-    believed = rs.Mounted("eye", rs.Camera([[600, 0, 330], [0, 600, 230], [0, 0, 1]]), on=eye.on)
+    believed = rs.MountedCamera(
+        "eye", rs.Camera([[600, 0, 330], [0, 600, 230], [0, 0, 1]]), on=eye.on
+    )
     task = rs.IBVS(goal=FACING, belief=scene.replacing(believed), depth_scale=1.3)
     one = rs.equilibria(scene, task, count=50).goal
     np.testing.assert_allclose(camera(one).matrix, FACING.matrix, atol=1e-8)
@@ -354,7 +356,7 @@ def test_it_is_a_sequence_that_says_who_ended_where(free_scene):
 
 def test_none_may_be_found(free_scene):
     """Turned by 180 degrees the camera backs away for ever, and so does Newton's method."""
-    task = rs.IBVS(goal=rs.Computed(rs.Pose.at(0, 0, 0.5)))
+    task = rs.IBVS(goal=rs.GoalPose(rs.Pose.at(0, 0, 0.5)))
     start = rs.Pose.at(0, 0, -0.5, rotvec=(0, 0, np.pi)).q
     nothing = rs.equilibria(free_scene(SQUARE), task, start[None], duration=0.1)
     assert len(nothing) == 0 and nothing.lost == 1.0 and nothing.minima == ()

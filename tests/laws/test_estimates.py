@@ -90,7 +90,7 @@ def test_broyden_explains_every_step_that_it_saw(arrange, around):
 
 LEARNING = rs.IBVS(features="pixels", interaction="broyden")
 SEVERAL = {
-    "ordered": rs.Priorities([rs.IBVS(features=[rs.Part("pixels", marks=[0])]), LEARNING]),
+    "ordered": rs.Priorities([rs.IBVS(features=[rs.FeatureBlock("pixels", marks=[0])]), LEARNING]),
     "switched": rs.Switch(rs.IBVS(features="pixels", gain=2.0), LEARNING, rs.ErrorBelow(15.0)),
     "latent": rs.Switch(LEARNING, rs.IBVS(features="pixels"), rs.ErrorBelow(15.0)),
 }

@@ -16,7 +16,7 @@ SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0
 
 def eye(focal=500.0, size=(640, 480), **where):
     K = [[focal, 0, 320], [0, focal, 240], [0, 0, 1]]
-    return rs.Mounted("eye", rs.Camera(K, size), on="free_camera.body", **where)
+    return rs.MountedCamera("eye", rs.Camera(K, size), on="free_camera.body", **where)
 
 
 def flying(marks=SQUARE, camera=None, more=(), **others):
@@ -77,7 +77,7 @@ def limited():
 def stretched():
     """Stretched, both joints of the arm move its camera sideways only."""
     two = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="arm")
-    camera = rs.Mounted("eye", eye(size=None).camera, on="arm.link2")
+    camera = rs.MountedCamera("eye", eye(size=None).camera, on="arm.link2")
     above = two.fk([0.3, -0.6])[:3, 3] + (0, 0, 1)
     scene = rs.Scene([two], [rs.Object("dot", marks=above[None])], [camera])
     return rs.simulate(scene, rs.IBVS(goal=[0.3, -0.6]), [0.0, 0.0])
@@ -190,11 +190,11 @@ def too_fast_with_a_mean():
 
 def transposed():
     """(L J)' (L J) is far from 1, and so is the limit of the gain."""
-    return fly(rs.IBVS(gain=80.0, inverse="transposed"), at(0.05))
+    return fly(rs.IBVS(gain=80.0, inverse="transpose"), at(0.05))
 
 
 def adaptive():
-    return fly(rs.IBVS(gain=rs.Adaptive(60.0, 1.0, 30.0)), at(0.05))
+    return fly(rs.IBVS(gain=rs.AdaptiveGain(60.0, 1.0, 30.0)), at(0.05))
 
 
 def hardly_any_gain():
@@ -207,7 +207,7 @@ def one_period():
 
 def given_in_pixels():
     """Numbers in pixels for features that are normalised."""
-    return fly(rs.IBVS(goal=rs.Given([10, 10, 60, 10, 60, 60, 10, 60.0])), at())
+    return fly(rs.IBVS(goal=rs.GoalFeatures([10, 10, 60, 10, 60, 60, 10, 60.0])), at())
 
 
 def wheels():
@@ -219,7 +219,7 @@ def hindered():
 
 
 def damped():
-    return fly(rs.IBVS(inverse=rs.Damped(1.0)), at(0.05))
+    return fly(rs.IBVS(inverse=rs.DampedInverse(1.0)), at(0.05))
 
 
 def wrong_links():
@@ -398,7 +398,7 @@ def test_advice_for_what_moves_is_feed_forward():
     [
         (wheels, "With Docking the same start converges"),
         (hindered, "Without its speed limit the same start converges"),
-        (damped, "With inverse='truncated' the same start converges"),
+        (damped, "With inverse='pseudo_inverse' the same start converges"),
         (slow, "With four times the gain (1.2 per second) the same start converges"),
         (lambda: fly(rs.IBVS(interaction=np.eye(8, 6)), duration=5), "With L mean the same start"),
         (lambda: fly(rs.PBVS(), sensing=rs.Sensing(noise=0.1)), "With a tolerance of 0.017 m"),
@@ -421,22 +421,22 @@ def test_an_error_of_metres_is_said_in_metres():
 
 
 def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
-    goal = rs.Computed(rs.Pose.at(0, 0, 0.6))
+    goal = rs.GoalPose(rs.Pose.at(0, 0, 0.6))
     bent = rs.Camera(eye().camera.K, (640, 480), distortion=(-0.3, 0.1, 0, 0))
-    scene = flying(camera=rs.Mounted("eye", bent, on="free_camera.body"))
+    scene = flying(camera=rs.MountedCamera("eye", bent, on="free_camera.body"))
     told = rs.explain(fly(rs.IBVS(goal, belief=flying()), at(), scene))
     words = "of 'eye' are believed wrongly: distortion none, in truth (-0.3, 0.1, 0, 0). With"
     assert words in told.causes[1].sentence
     assert "the camera stands 10.1 mm away from" in told.causes[0].sentence  # not turned
     aside = rs.believe(flying(), center=(20, 0))
-    told = rs.explain(fly(rs.IBVS(rs.Computed(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
+    told = rs.explain(fly(rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
     assert "wrongly: centre (340, 240) px, in truth (320, 240) px. With" in told.causes[1].sentence
     assert "40 mm away" in told.causes[0].sentence  # 20 px / 500 px of 1 m
 
 
 def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
     """Three marks have four solutions, and a coarse tolerance leaves a way to go."""
-    far, three = at(0.5, 0.3, -0.2, (0.4, -0.5, 0.5)), rs.Part("points", marks=[0, 1, 2])
+    far, three = at(0.5, 0.3, -0.2, (0.4, -0.5, 0.5)), rs.FeatureBlock("points", marks=[0, 1, 2])
     told = rs.explain(fly(rs.IBVS(features=three), far, flying(camera=eye(size=None)), duration=20))
     assert [cause.about for cause in told.causes] == ["final pose", "ambiguous features"]
     for belief in (None, AS_BELIEVED):
@@ -446,7 +446,7 @@ def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
 
 
 def test_what_a_tolerance_leaves_does_not_hide_the_cause():
-    larger, goal = rs.believe(flying(), size=1.2), rs.Computed(rs.Pose.at(0, 0, 1))
+    larger, goal = rs.believe(flying(), size=1.2), rs.GoalPose(rs.Pose.at(0, 0, 1))
     task, sensing = rs.PBVS(goal, belief=larger, tolerance=1e-2), rs.Sensing(noise=0.05)
     told = rs.explain(fly(task, sensing=sensing, duration=20))
     assert [cause.about for cause in told.causes] == ["final pose", "target model"]
@@ -539,7 +539,7 @@ def test_hidden_marks_and_a_wrong_model_leave_a_camera_elsewhere():
     hidden = rs.Sensing(occlusions=rs.Occlusion((0, 1), 0.5), noise=1e-7)
     told = rs.explain(fly(rs.IBVS(), sensing=hidden))
     assert [cause.about for cause in told.causes] == ["final pose", "occlusions"]
-    larger, goal = flying(1.3 * SQUARE), rs.Computed(rs.Pose.at(0, 0, 1))
+    larger, goal = flying(1.3 * SQUARE), rs.GoalPose(rs.Pose.at(0, 0, 1))
     told = rs.explain(fly(rs.PBVS(goal, belief=larger), duration=20))
     assert [cause.about for cause in told.causes] == ["final pose", "target model"]
     assert told.causes[0].evidence["off_m"] == pytest.approx(0.3 / 1.3, rel=1e-3)
@@ -728,10 +728,10 @@ TASKS = {
     "priorities": rs.Priorities([rs.IBVS(gain=0.3), rs.PBVS(gain=0.3)]),
     "hybrid": rs.Hybrid(gain=0.3),
     "partitioned": rs.Partitioned(gain=0.3, roll=0.3, advance=0.3),
-    "adaptive": rs.IBVS(gain=rs.Adaptive(0.4, 0.2, 1.0)),
+    "adaptive": rs.IBVS(gain=rs.AdaptiveGain(0.4, 0.2, 1.0)),
     "broyden": rs.IBVS(gain=0.3, interaction=rs.Broyden()),
     "filter": rs.IBVS(gain=0.3, depth=rs.DepthFilter(1.0)),
-    "transposed": rs.IBVS(gain=0.3, inverse="transposed"),
+    "transpose": rs.IBVS(gain=0.3, inverse="transpose"),
 }
 
 

@@ -337,7 +337,7 @@ def both(camera):
     T = rs.Scene([head]).pose(mount)
     marks = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
     square = rs.Object("square", marks=marks, pose=rs.Pose(T.matrix) @ rs.Pose.at(0, 0, 1))
-    return rs.Scene([head, arm], [square], [rs.Mounted("eye", camera, mount)])
+    return rs.Scene([head, arm], [square], [rs.MountedCamera("eye", camera, mount)])
 
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
@@ -349,7 +349,7 @@ def test_an_arm_follows_while_a_head_servos(camera, first):
     goal = scene.home[2:] + 0.1
     reach = rs.FollowJoints(goal, joints="puma560", duration=3.0)
     tasks = [watch, reach] if first == 0 else [reach, watch]
-    run = rs.simulate(scene, rs.Together(tasks), q0, duration=20)
+    run = rs.simulate(scene, rs.Parallel(tasks), q0, duration=20)
     alone = rs.simulate(scene, watch, q0, duration=20)
     assert outcome(run) == outcome(alone) == "CONVERGED"
     count = round(float(alone.end_time) / DT) + 1
@@ -523,7 +523,7 @@ PACE = {"speed": 1.0, "acceleration": 1.0}
         ({"to": 2 * HERE, "duration": 1.0}, "to: not a rotation"),
         ({"to": HERE, "duration": 1.0, "mask": "turn"}, "no mask 'turn'; masks: pose, position"),
         ({"to": HERE, "duration": 1.0, "frame": 3}, "frame: expected a name"),
-        ({"to": HERE, "duration": 1.0, "inverse": "transposed"}, "a path needs an inverse of J"),
+        ({"to": HERE, "duration": 1.0, "inverse": "transpose"}, "a path needs an inverse of J"),
         ({"to": HERE, "duration": 1.0, "inverse": "exact"}, "no inverse 'exact'"),
         ({"to": HERE, "duration": 1.0, "gain": -2}, "gain"),
         ({"path": Straight(HERE, HERE, 1.0), "speed": 1.0}, "a path has its own times"),

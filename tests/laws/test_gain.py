@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from robsim.base.errors import InputError
-from robsim.servo.laws.gain import Adaptive, as_gain
+from robsim.servo.laws.gain import AdaptiveGain, as_gain
 
-GAIN = Adaptive(at_zero=4.0, at_infinity=0.4, slope=30.0)
+GAIN = AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
 
 
 def test_it_has_its_two_ends_and_its_slope():
@@ -39,7 +39,7 @@ def test_an_error_without_bound_gives_the_least_gain():
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda v: pickle.loads(pickle.dumps(v))])
 def test_it_is_a_value(again):
-    assert again(GAIN) == GAIN == Adaptive(4, 0.4, 30) and hash(again(GAIN)) == hash(GAIN)
+    assert again(GAIN) == GAIN == AdaptiveGain(4, 0.4, 30) and hash(again(GAIN)) == hash(GAIN)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_it_is_a_value(again):
 )
 def test_what_is_no_adaptive_gain_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
-        Adaptive(*arguments)
+        AdaptiveGain(*arguments)
 
 
 def test_a_gain_is_a_positive_number_or_adaptive():

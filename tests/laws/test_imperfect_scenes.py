@@ -40,7 +40,7 @@ def _mean(command, start, seconds, lag=0.08, rate=4.0, steps=4000):
 
 def test_a_mark_hidden_from_one_camera_is_seen_by_the_other(arrange):
     scene = arrange("stereo_in_hand")
-    features = [rs.Part("points", camera=name) for name in ("left", "right")]
+    features = [rs.FeatureBlock("points", camera=name) for name in ("left", "right")]
     task = rs.IBVS(features=features)
     hidden = rs.Occlusion([0, 1], 0.2, 0.5, camera="left")
     q0 = scene.home + 0.02
@@ -60,7 +60,7 @@ def test_a_mark_hidden_from_one_camera_is_seen_by_the_other(arrange):
         ("mobile_arm", rs.Partitioned()),
         (
             "head_and_arm",
-            rs.Together(
+            rs.Parallel(
                 [rs.IBVS(camera="watch", target="dish"), rs.Hybrid(camera="camera", target="plate")]
             ),
         ),

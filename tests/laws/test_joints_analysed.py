@@ -6,7 +6,7 @@ import pytest
 import robsim as rs
 from robsim import InputError, Joint, Link, Mimic, Pose, Robot
 
-TWO = [rs.Part("decoupled_moments", components=[0, 2])]
+TWO = [rs.FeatureBlock("decoupled_moments", components=[0, 2])]
 CAMERA = rs.Camera([[400, 0, 319.5], [0, 400, 239.5], [0, 0, 1]], (640, 480))
 MARKS = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.08, 0], [-0.1, 0.1, 0]]
 
@@ -15,7 +15,7 @@ def before(robot, link, away):
     """A camera on a link, and a plate that it looks at from so many metres at home."""
     T = Pose(robot.fk(robot.home, link))
     plate = rs.Object("plate", marks=MARKS, pose=T @ Pose.at(0, 0, away, rpy=(0.1, 0, 0.2)))
-    eye = rs.Mounted("eye", CAMERA, f"{robot.name}.{link}")
+    eye = rs.MountedCamera("eye", CAMERA, f"{robot.name}.{link}")
     return rs.Scene([robot], [plate], [eye])
 
 
@@ -84,7 +84,7 @@ def test_it_is_explained_compared_diagnosed_and_drawn(case):
 def test_secondary_motions_limits_and_chosen_joints(case):
     scene, task, q0, _ = case
     first, n = scene.velocity_names[0], task.bind(scene).columns.size
-    one = [rs.Part("points", marks=[0], components=[0])]
+    one = [rs.FeatureBlock("points", marks=[0], components=[0])]
     for made in (
         rs.IBVS(features=one, secondary=rs.AvoidLimits()),
         rs.IBVS(features=one, secondary=rs.Posture(np.zeros(n))),
@@ -136,7 +136,7 @@ def test_a_car_that_cannot_turn_enough_is_told_so():
 
 def test_a_car_that_is_only_to_turn_stands_and_is_told_so():
     scenario = rs.load_scenario(rs.examples.path("car"))
-    one = [rs.Part("points", marks=[0], components=[0])]
+    one = [rs.FeatureBlock("points", marks=[0], components=[0])]
     task = rs.IBVS(features=one, joints="body.omega")
     run = rs.simulate(scenario.scene, task, scenario.q0, duration=1.0)
     assert (run.qd_actual == 0).all() and (run.q == run.q[0]).all()

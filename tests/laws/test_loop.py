@@ -50,7 +50,7 @@ def test_moving_the_target_instead_of_the_camera_is_the_same_loop(free_scene):
     """Eye-to-hand is the same relation sdot = L (J_c - J_o) qdot with J_c = 0."""
     camera_moves = rs.simulate(free_scene(SQUARE), rs.IBVS(goal=GOAL), START, duration=2)
     hand = rs.Robot("hand", [rs.Link("base"), rs.Link("palm", "base", rs.Joint("floating"))])
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)))
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)))
     scene = rs.Scene([hand], [rs.Object("dots", marks=SQUARE, on="hand.palm")], [eye])
     task = rs.IBVS(goal=GOAL.inv())
     target_moves = rs.simulate(scene, task, START.inv(), duration=2)
@@ -124,13 +124,13 @@ def test_wrong_intrinsics_leave_no_error_with_a_shown_goal_and_some_with_a_compu
     """Truth and belief: with a shown goal the loop hides the wrong camera."""
     eye = puma_scene.camera()
     wrong = rs.Camera([[1000, 0, 300], [0, 900, 260], [0, 0, 1]], size=(640, 480))
-    belief = puma_scene.replacing(rs.Mounted("eye", wrong, eye.on, eye.pose))
+    belief = puma_scene.replacing(rs.MountedCamera("eye", wrong, eye.on, eye.pose))
     shown = rs.simulate(
         puma_scene, rs.IBVS(goal=puma_goal, belief=belief), puma_starts[0], duration=30
     )
     assert outcome(shown) == rs.Outcome.CONVERGED
     assert float(shown.pixel_error) < 0.05
-    goal = rs.Computed(rs.Pose.at(0, 0, 0.5))
+    goal = rs.GoalPose(rs.Pose.at(0, 0, 0.5))
     computed = rs.simulate(
         puma_scene, rs.IBVS(goal=goal, belief=belief), puma_starts[0], duration=30
     )

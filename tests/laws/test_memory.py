@@ -7,7 +7,7 @@ import pytest
 
 import robsim as rs
 
-P = rs.Part
+P = rs.FeatureBlock
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 RUNS = 7
 
@@ -53,7 +53,9 @@ TASKS = {
 TRACKING = {
     "estimated": rs.IBVS(feed_forward="estimated", gain=2.0),
     "estimated and filtered": rs.IBVS(
-        feed_forward=rs.Estimated(0.1), depth=rs.DepthFilter(1.3), limit=rs.SpeedLimit(joint=0.5)
+        feed_forward=rs.EstimatedMotion(0.1),
+        depth=rs.DepthFilter(1.3),
+        limit=rs.SpeedLimit(joint=0.5),
     ),
 }
 
@@ -110,7 +112,7 @@ def test_nor_do_runs_of_two_tasks_side_by_side(arrange, around):
     scene = arrange("head_and_arm")
     watch = rs.IBVS(camera="watch", target="dish", interaction="broyden")
     work = rs.IBVS(camera="camera", target="plate", law=Eager(), smooth_start=4.0)
-    check(scene, rs.Together([watch, work]), around(scene, RUNS))
+    check(scene, rs.Parallel([watch, work]), around(scene, RUNS))
 
 
 def test_runs_that_end_leave_the_memory_of_the_others_alone(arrange, around):

@@ -70,7 +70,7 @@ def test_a_phase_may_expect_another_end():
 def test_what_turns_out_on_the_way_ends_a_mission_and_loses_nothing():
     """The second phase carries the cup away, so that the third looks for it where it is not."""
     lens = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
-    eye = rs.Mounted("eye", lens, on="planar_2r.fore", pose=rs.Pose.at(0, 0, -2))
+    eye = rs.MountedCamera("eye", lens, on="planar_2r.fore", pose=rs.Pose.at(0, 0, -2))
     near = rs.Object("cup", marks=[[0, 0, 0.05], [0.1, 0, 0.05]], pose=rs.Pose.at(1.4, 0.9, 0))
     servo = rs.IBVS(goal=[0.6, 0.5])
     phases = [
@@ -102,7 +102,7 @@ def test_after_an_expected_joint_limit_a_mission_goes_on_from_there():
 def test_each_phase_has_noise_of_its_own_and_a_mission_repeats():
     arm = rs.robots.planar_2r().named("arm")
     lens = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]])
-    eye = rs.Mounted("eye", lens, on="arm.fore", pose=rs.Pose.at(0, 0, -2))
+    eye = rs.MountedCamera("eye", lens, on="arm.fore", pose=rs.Pose.at(0, 0, -2))
     scene = rs.Scene(arm, rs.Object("dots", marks=[[1.5, 0.5, 0], [1.4, 0.8, 0]]), eye)
     servo = rs.IBVS(goal=[0.3, 0.2], tolerance=1e-12)
     hold = {"duration": 0.2, "expects": Outcome.TIME_LIMIT}

@@ -173,7 +173,7 @@ def drives(robot, wall=3.0):
     corners = np.array([(y, z) for y in (-0.5, 0.5) for z in (-0.2, 0.4)])
     marks = [[wall, y, z + 0.4] for y, z in corners] + [[wall - 0.5, y, 0.5] for y, _ in corners]
     lens = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
-    eye = rs.Mounted("eye", lens, on=f"{robot.name}.camera_mount")
+    eye = rs.MountedCamera("eye", lens, on=f"{robot.name}.camera_mount")
     return rs.Scene(robot, rs.Object("wall", marks=marks), eye)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 
-P = rs.Part
+P = rs.FeatureBlock
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 
 
@@ -130,7 +130,7 @@ def test_side_by_side_each_moves_as_if_it_were_alone(arrange, around):
     watch = rs.IBVS(camera="watch", target="dish", features="pixels")
     work = rs.PBVS(camera="camera", target="plate", gain=2.0)
     q0 = around(both, 4)
-    run = rs.simulate(both, rs.Together([watch, work]), q0, **timing)
+    run = rs.simulate(both, rs.Parallel([watch, work]), q0, **timing)
     head = rs.Scene(both.robots[:1], both.objects[:1], both.cameras[:1])
     arm = rs.Scene(both.robots[1:], both.objects[1:], both.cameras[1:])
     np.testing.assert_array_equal(run.q[..., :2], rs.simulate(head, watch, q0[:, :2], **timing).q)
@@ -142,7 +142,7 @@ def test_side_by_side_arrives_when_the_last_one_does(arrange, around):
     watch = rs.IBVS(camera="watch", target="dish")
     slow, fast = (rs.PBVS(camera="camera", target="plate", gain=gain) for gain in (0.5, 2.0))
     q0 = {"panda": around(arrange("eye_in_hand"), 4)}
-    runs = [rs.simulate(both, rs.Together([watch, work]), q0, duration=60) for work in (slow, fast)]
+    runs = [rs.simulate(both, rs.Parallel([watch, work]), q0, duration=60) for work in (slow, fast)]
     for run in runs:
         assert (run.outcome == rs.Outcome.CONVERGED).all()
     assert (runs[0].end_time > 3.5 * runs[1].end_time).all()
@@ -154,7 +154,7 @@ def test_two_arms_share_the_work_side_by_side(arrange, around):
     watcher's camera sees, the watcher what it sees itself, and together they meet."""
     scene = arrange("face_to_face")
     tasks = [rs.PBVS(joints="worker"), rs.PBVS(joints="watcher")]
-    run = rs.simulate(scene, rs.Together(tasks), around(scene, 4), duration=20)
+    run = rs.simulate(scene, rs.Parallel(tasks), around(scene, 4), duration=20)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
 
 
@@ -185,7 +185,7 @@ def test_a_switch_may_hold_tasks_side_by_side(arrange, around):
     watch = rs.IBVS(camera="watch", target="dish")
     coarse = rs.IBVS(camera="camera", target="plate", joints=["panda.link1", "panda.link2"])
     fine = rs.PBVS(camera="camera", target="plate")
-    both, q0 = rs.Together([watch, coarse]), around(scene, 3)
+    both, q0 = rs.Parallel([watch, coarse]), around(scene, 3)
     run = rs.simulate(scene, rs.Switch(both, fine, Watched()), q0, **timing)
     before = rs.simulate(scene, both, q0, **timing)
     for b in range(3):

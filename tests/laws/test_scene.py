@@ -31,7 +31,7 @@ def two_arms():
     return rs.Scene(
         [arm("left"), arm("right", x=5)],
         [rs.Object("dots", marks=DOTS, pose=rs.Pose.at(0, 0, 2))],
-        [rs.Mounted("eye", CAMERA, on="left.link2")],
+        [rs.MountedCamera("eye", CAMERA, on="left.link2")],
     )
 
 
@@ -43,9 +43,9 @@ def two_arms():
     [
         ([arm("a"), arm("a")], [], []),
         ([], [rs.Object("a"), rs.Object("a")], []),
-        ([], [], [rs.Mounted("a", CAMERA), rs.Mounted("a", CAMERA)]),
+        ([], [], [rs.MountedCamera("a", CAMERA), rs.MountedCamera("a", CAMERA)]),
         ([arm("a")], [rs.Object("a")], []),
-        ([], [rs.Object("a")], [rs.Mounted("a", CAMERA)]),
+        ([], [rs.Object("a")], [rs.MountedCamera("a", CAMERA)]),
     ],
 )
 def test_names_are_unique_among_everything(parts):
@@ -60,7 +60,7 @@ def test_nothing_else_is_called_world():
 
 @pytest.mark.parametrize("name", ["a.b", "", "9", "a b", None])
 def test_names_of_objects_and_cameras_are_safe(name):
-    for make in (rs.Object, lambda n: rs.Mounted(n, CAMERA)):
+    for make in (rs.Object, lambda n: rs.MountedCamera(n, CAMERA)):
         with pytest.raises(rs.InputError, match="a name starts with a letter"):
             make(name)
 
@@ -96,14 +96,14 @@ def test_an_unknown_name_is_told_with_those_that_exist(two_arms, call, message):
     [
         rs.Object("cup", on="arm.link3"),
         rs.Object("cup", on="arm"),
-        rs.Mounted("eye", CAMERA, on="arm.lnk2"),
+        rs.MountedCamera("eye", CAMERA, on="arm.lnk2"),
         arm("second").at(rs.Pose.at(), on="arm.link"),
     ],
 )
 def test_a_frame_that_does_not_exist_is_an_error_when_the_scene_is_made(part):
     robots = [arm(), part] if isinstance(part, rs.Robot) else [arm()]
     objects = [part] if isinstance(part, rs.Object) else []
-    cameras = [part] if isinstance(part, rs.Mounted) else []
+    cameras = [part] if isinstance(part, rs.MountedCamera) else []
     with pytest.raises(rs.FrameError) as caught:
         rs.Scene(robots, objects, cameras)
     assert f"stands on '{part.on}', and there is no such frame" in str(caught.value)
@@ -121,7 +121,7 @@ def test_what_hangs_in_a_circle_hangs_from_itself():
     [
         ((["arm"], [], []), "robots must be a list of Robot"),
         (([], [arm()], []), "objects must be a list of Object"),
-        (([], [], [CAMERA]), "cameras must be a list of Mounted"),
+        (([], [], [CAMERA]), "cameras must be a list of MountedCamera"),
     ],
 )
 def test_parts_come_in_their_own_lists(parts, words):
@@ -130,7 +130,7 @@ def test_parts_come_in_their_own_lists(parts, words):
 
 
 def test_one_part_needs_no_list():
-    scene = rs.Scene(arm(), rs.Object("dots", marks=DOTS), rs.Mounted("eye", CAMERA))
+    scene = rs.Scene(arm(), rs.Object("dots", marks=DOTS), rs.MountedCamera("eye", CAMERA))
     assert (scene.robot().name, scene.object().name, scene.camera().name) == ("arm", "dots", "eye")
 
 
@@ -168,7 +168,7 @@ def test_objects_stand_on_objects_on_links_on_robots():
             rs.Object("cup", on="tray", pose=rs.Pose.at(0, 0, 0.3)),
             rs.Object("tray", on="arm.link2", pose=rs.Pose.at(0.1, 0, 0)),
         ],
-        [rs.Mounted("eye", CAMERA, on="cup", pose=rs.Pose.at(rpy=(np.pi, 0, 0)))],
+        [rs.MountedCamera("eye", CAMERA, on="cup", pose=rs.Pose.at(rpy=(np.pi, 0, 0)))],
     )
     q = {"arm": [0.3, 0.4], "slide": [0.7]}
     by_hand = (
@@ -233,7 +233,7 @@ def test_coordinates_are_checked_robot_by_robot(two_arms, q, words):
 
 def test_a_view_is_pixels_depth_and_visibility():
     """A camera looking down from three metres: its x is the world's x, its y the world's -y."""
-    eye = rs.Mounted("eye", CAMERA, pose=rs.Pose.at(1, 2, 3, rpy=(np.pi, 0, 0)))
+    eye = rs.MountedCamera("eye", CAMERA, pose=rs.Pose.at(1, 2, 3, rpy=(np.pi, 0, 0)))
     scene = rs.Scene([], [], [eye])
     points = [[1, 2, 0], [1.3, 2, 0], [1, 2.3, 1], [9, 2, 0], [1, 2, 4]]
     view = scene.view(points=points)
@@ -245,7 +245,7 @@ def test_a_view_is_pixels_depth_and_visibility():
 
 def test_a_camera_on_a_link_sees_by_its_hand_eye_pose(two_arms):
     hand_eye = rs.Pose.at(0.05, 0, 0.1, rpy=(0.1, 0.2, 0.3))
-    scene = two_arms.replacing(rs.Mounted("eye", CAMERA, "left.link2", hand_eye))
+    scene = two_arms.replacing(rs.MountedCamera("eye", CAMERA, "left.link2", hand_eye))
     q = [0.1, 1.2, 0, 0]
     T_w_c, marks = rs.Pose(scene.robot("left").fk(q[:2])) @ hand_eye, DOTS + np.array([0, 0, 2])
     view = scene.view(q)
@@ -265,7 +265,7 @@ def test_marks_ride_on_the_link_that_holds_them(two_arms):
 def test_a_camera_on_another_robot_watches_the_first(two_arms):
     """The camera rides on the right arm, the marks on the left one; each moves its own."""
     scene = two_arms.replacing(
-        rs.Mounted("eye", CAMERA, "right.link2", rs.Pose.at(0, 0, -2)),
+        rs.MountedCamera("eye", CAMERA, "right.link2", rs.Pose.at(0, 0, -2)),
         rs.Object("dots", marks=DOTS, on="left.link2"),
     )
     meeting = {"left": [0, 0], "right": [np.pi, 0]}  # tips at x = 2 and x = 3
@@ -309,8 +309,8 @@ def test_without_marks_the_vertices_of_the_shapes_are_the_marks():
         (lambda: rs.Object("dots", marks=np.zeros((2, 3, 3))), "marks of 'dots': expected shape"),
         (lambda: rs.Object("dots", marks=[[0, 0, np.nan]]), "marks of 'dots': nan at index"),
         (lambda: rs.Object("dots", pose=np.eye(3)), "pose: expected shape"),
-        (lambda: rs.Mounted("eye", K), "camera 'eye' needs a Camera, got"),
-        (lambda: rs.Mounted("eye", CAMERA, pose=2 * np.eye(4)), "not a rotation"),
+        (lambda: rs.MountedCamera("eye", K), "camera 'eye' needs a Camera, got"),
+        (lambda: rs.MountedCamera("eye", CAMERA, pose=2 * np.eye(4)), "not a rotation"),
     ],
 )
 def test_objects_and_cameras_are_checked_by_name(make, words):
@@ -323,7 +323,7 @@ def test_objects_and_cameras_are_checked_by_name(make, words):
 
 def test_replacing_changes_what_is_named_and_nothing_else(two_arms):
     wide = rs.Camera([[400, 0, 320], [0, 400, 240], [0, 0, 1]])
-    belief = two_arms.replacing(rs.Mounted("eye", wide, "left.link2"), arm("right", x=6))
+    belief = two_arms.replacing(rs.MountedCamera("eye", wide, "left.link2"), arm("right", x=6))
     assert belief.camera().camera == wide
     assert belief.robot("right").base.position.tolist() == [6, 0, 0]
     assert belief.robot("left") is two_arms.robot("left")
@@ -341,7 +341,7 @@ def test_replacing_nothing_changes_nothing(two_arms):
 
 def test_a_replaced_part_must_stand_on_something_too(two_arms):
     with pytest.raises(rs.FrameError, match="'eye' stands on 'middle"):
-        two_arms.replacing(rs.Mounted("eye", CAMERA, on="middle.link2"))
+        two_arms.replacing(rs.MountedCamera("eye", CAMERA, on="middle.link2"))
 
 
 def test_the_display_frame_is_kept_and_moves_nothing(two_arms):

@@ -12,7 +12,7 @@ import pytest
 
 import robsim as rs
 
-Part, Outcome = rs.Part, rs.Outcome
+FeatureBlock, Outcome = rs.FeatureBlock, rs.Outcome
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,9 @@ def constant(**told):
 def both(told, kind=rs.IBVS, **more):
     """The stack of the images of both cameras."""
     told = {k: v for k, v in told.items() if k != "camera"}
-    return kind(features=[Part("points", camera=c) for c in ("left", "right")], **told, **more)
+    return kind(
+        features=[FeatureBlock("points", camera=c) for c in ("left", "right")], **told, **more
+    )
 
 
 def of_pair(told, kind, **more):
@@ -120,7 +122,7 @@ def switched(**k):
 def ordered(**k):
     """A mark in the image, its depth, and the rotation, in this order."""
     features, joints = (
-        (Part("points", marks=[0]), Part("log_depth", marks=[0]), "theta_u"),
+        (FeatureBlock("points", marks=[0]), FeatureBlock("log_depth", marks=[0]), "theta_u"),
         k.pop("joints"),
     )
     return rs.Priorities([rs.IBVS(features=each, **k) for each in features], joints=joints)
@@ -140,8 +142,8 @@ LAWS = {
     "L constant": constant,
     "pixels": lambda **k: rs.IBVS(features="pixels", **k),
     "camera law": lambda **k: rs.IBVS(law="camera", interaction="mean", **k),
-    "transposed": lambda **k: rs.PBVS(law="camera", inverse="transposed", **k),
-    "damped": lambda **k: rs.IBVS(inverse=rs.Damped(0.01), **k),
+    "transpose": lambda **k: rs.PBVS(law="camera", inverse="transpose", **k),
+    "damped": lambda **k: rs.IBVS(inverse=rs.DampedInverse(0.01), **k),
     "Broyden": lambda **k: rs.IBVS(interaction="broyden", **k),
     "depth at the goal": lambda **k: rs.IBVS(depth="goal", interaction="mean", **k),
     "depth constant": constant_depth,
@@ -151,7 +153,7 @@ LAWS = {
     "2 1/2 D": rs.Hybrid,
     "partitioned": lambda **k: rs.Partitioned(advance=0.5, **k),
     "switch": switched,
-    "adaptive gain": lambda **k: rs.IBVS(gain=rs.Adaptive(4, 0.5, 10), **k),
+    "adaptive gain": lambda **k: rs.IBVS(gain=rs.AdaptiveGain(4, 0.5, 10), **k),
     "smooth start": lambda **k: rs.IBVS(smooth_start=3.0, **k),
     "speed limit": lambda **k: rs.IBVS(limit=rs.SpeedLimit(joint=0.2), **k),
     "feed-forward": lambda **k: rs.IBVS(feed_forward="estimated", **k),
@@ -161,7 +163,11 @@ LAWS = {
     ),
     "priorities": ordered,
     "two features": lambda **k: rs.IBVS(
-        features=[Part("points", marks=[0], components=[0]), Part("log_depth", marks=[0])], **k
+        features=[
+            FeatureBlock("points", marks=[0], components=[0]),
+            FeatureBlock("log_depth", marks=[0]),
+        ],
+        **k,
     ),
     "docking": rs.Docking,
     "both images": lambda **k: both(k),

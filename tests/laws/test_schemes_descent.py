@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 
-P = rs.Part
+P = rs.FeatureBlock
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 FEATURES = [
     *("points", "pixels", "polar", "spherical", "log_depth", "points_3d", "segments", "lines"),
@@ -64,7 +64,7 @@ def test_the_error_never_grows_where_it_cannot_vanish(arrange, around, task, nam
 @pytest.mark.parametrize("name", ["stereo_in_hand", "stereo_beside"])
 def test_the_error_of_two_cameras_never_grows(arrange, around, name):
     scene = arrange(name)
-    both = [rs.Part("points", camera=eye) for eye in ("left", "right")]
+    both = [rs.FeatureBlock("points", camera=eye) for eye in ("left", "right")]
     for features in (both, [P("stereo_points", camera=("left", "right"))]):
         q0 = around(scene, 8, spread=0.06, seed=1)
         run = rs.simulate(scene, rs.IBVS(features=features), q0, dt=5e-3, duration=0.3, hold=True)

@@ -23,14 +23,14 @@ FEATURES = [
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 
 
-THREE = [rs.IBVS(features=[rs.Part("points", marks=[i])]) for i in range(3)]
+THREE = [rs.IBVS(features=[rs.FeatureBlock("points", marks=[i])]) for i in range(3)]
 SCHEMES = {
     "desired": rs.IBVS(interaction="desired"),
     "mean": rs.IBVS(interaction="mean"),
     "camera": rs.IBVS(law="camera", interaction="mean"),
     "centimetre": rs.IBVS(law=rs.CameraLaw(0.01)),
     "damped": rs.IBVS(inverse="damped"),
-    "transposed": rs.PBVS(inverse="transposed"),
+    "transpose": rs.PBVS(inverse="transpose"),
     "broyden": rs.IBVS(interaction="broyden"),
     "depth of the goal": rs.IBVS(depth="goal", depth_scale=1.2),
     "depth filter": rs.IBVS(depth=rs.DepthFilter(0.6)),
@@ -38,8 +38,10 @@ SCHEMES = {
     "pbvs of the camera": rs.PBVS(form="camera"),
     "hybrid": rs.Hybrid(mark=1),
     "partitioned": rs.Partitioned(),
-    "stacked": rs.IBVS(features=[rs.Part("points"), rs.Part("theta_u", weight=0.5)]),
-    "adaptive": rs.IBVS(gain=rs.Adaptive(4, 0.5, 10)),
+    "stacked": rs.IBVS(
+        features=[rs.FeatureBlock("points"), rs.FeatureBlock("theta_u", weight=0.5)]
+    ),
+    "adaptive": rs.IBVS(gain=rs.AdaptiveGain(4, 0.5, 10)),
     "smooth start": rs.IBVS(smooth_start=3.0),
     "limited": rs.IBVS(limit=rs.SpeedLimit(joint=0.02, linear=0.01)),
     "avoid": rs.PBVS(secondary=rs.AvoidLimits(margin=0.45)),
@@ -110,8 +112,8 @@ def test_moving_the_world_changes_no_docking(arrange, moved):
 
 def stereo_task(feature):
     if feature == "stereo_points":
-        return rs.IBVS(features=[rs.Part(feature, camera=["left", "right"])])
-    return rs.IBVS(features=[rs.Part(feature, camera=name) for name in ("left", "right")])
+        return rs.IBVS(features=[rs.FeatureBlock(feature, camera=["left", "right"])])
+    return rs.IBVS(features=[rs.FeatureBlock(feature, camera=name) for name in ("left", "right")])
 
 
 def renamed(scene):
@@ -204,7 +206,7 @@ def test_a_scheme_of_chosen_marks_follows_them_through_another_order(arrange, ar
     tasks = {
         "hybrid": lambda n: rs.Hybrid(mark=n[1]),
         "priorities": lambda n: rs.Priorities(
-            [rs.IBVS(features=[rs.Part("points", marks=[n[i]])]) for i in range(3)]
+            [rs.IBVS(features=[rs.FeatureBlock("points", marks=[n[i]])]) for i in range(3)]
         ),
     }
     scene, place = arrange("eye_in_hand"), np.argsort(ORDER)

@@ -7,7 +7,7 @@ import pytest
 
 import robsim as rs
 
-P = rs.Part
+P = rs.FeatureBlock
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 RAILS = [[-0.05, -0.06, 0], [-0.05, -0.06, 0.08], [0.06, 0.05, 0], [0.06, 0.05, 0.1]]
 ANGLES = np.arange(7) * 2 * np.pi / 7

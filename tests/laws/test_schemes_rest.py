@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 
-P = rs.Part
+P = rs.FeatureBlock
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 SINGLE = {
     **{
@@ -19,10 +19,10 @@ SINGLE = {
     "mean": rs.IBVS(interaction="mean", law="camera"),
     "centimetre": rs.IBVS(law=rs.CameraLaw(0.01)),
     "damped": rs.IBVS(inverse="damped"),
-    "transposed": rs.IBVS(inverse="transposed"),
+    "transpose": rs.IBVS(inverse="transpose"),
     "broyden": rs.IBVS(interaction="broyden"),
     "depth filter": rs.IBVS(depth=rs.DepthFilter(0.6)),
-    "adaptive": rs.IBVS(gain=rs.Adaptive(4, 0.5, 10)),
+    "adaptive": rs.IBVS(gain=rs.AdaptiveGain(4, 0.5, 10)),
     "limited": rs.IBVS(limit=rs.SpeedLimit(joint=0.1)),
     "pbvs": rs.PBVS(),
     "pbvs of the camera": rs.PBVS(form="camera", law="camera"),
@@ -81,7 +81,7 @@ def test_a_docked_unicycle_stays(arrange):
 def test_tasks_side_by_side_rest_together(arrange):
     scene = arrange("head_and_arm")
     watch = rs.IBVS(camera="watch", target="dish")
-    rests(scene, rs.Together([watch, rs.PBVS(camera="camera", target="plate")]), scene.home)
+    rests(scene, rs.Parallel([watch, rs.PBVS(camera="camera", target="plate")]), scene.home)
 
 
 FREE = {"eye_in_hand": 1, "mobile_arm": 3, "face_to_face": 6}  # motions beyond six
@@ -152,7 +152,7 @@ def test_a_secondary_motion_leaves_the_image_alone_for_good(arrange, name):
 def test_the_large_projection_keeps_the_rate_of_the_norm(arrange, around, decide, name):
     """d||e||^2/dt = 2 e' L J qd, far from the goal; the components of e are disturbed."""
     scene, q = arrange(name), around(arrange(name), 5, spread=0.1)
-    kinds = {"secondary": Wander(), "projection": rs.Large(low=1e-3, high=0.03)}
+    kinds = {"secondary": Wander(), "projection": rs.LargeProjection(low=1e-3, high=0.03)}
     one, other = (decide(scene, rs.IBVS(**what), q).command for what in (kinds, {}))
     assert (np.linalg.norm(one.error, axis=0) > 0.03).all()
     moved = times(one.reach, one.qd - other.qd)

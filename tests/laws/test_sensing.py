@@ -5,9 +5,9 @@ import pytest
 
 import robsim as rs
 from robsim.kernels.sensing import quantise
+from robsim.run.simulate import loop_of
 from robsim.servo.instant import Instant
 from robsim.servo.sight import Sight
-from robsim.run.simulate import loop_of
 
 VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
 SCENE, TASK, Q0 = VISP.scene, VISP.task, VISP.q0
@@ -200,7 +200,7 @@ def test_hidden_marks_are_left_out_and_keep_their_last_place():
     hidden = rs.Occlusion([1], 0.5, 1.0)
     run = closed(in_pixels(), occlusions=hidden)
     steps = np.flatnonzero(np.isin(run.time.values.round(6), np.arange(0.52, 1.0, 0.04).round(6)))
-    three = rs.IBVS(GOAL, features=[rs.Part("pixels", marks=[0, 2, 3])], gain=0.5)
+    three = rs.IBVS(GOAL, features=[rs.FeatureBlock("pixels", marks=[0, 2, 3])], gain=0.5)
     assert len(steps) == 12
     for k in steps:
         np.testing.assert_array_equal(run.s.values[k, 2:4], flat(run.pixels)[steps[0] - 1, 2:4])
@@ -261,7 +261,7 @@ class Spread:
 
 
 def test_so_does_a_feature_of_the_user():
-    task = rs.IBVS(GOAL, features=[rs.Part(Spread()), rs.Part("points")])
+    task = rs.IBVS(GOAL, features=[rs.FeatureBlock(Spread()), rs.FeatureBlock("points")])
     run = closed(task, occlusions=rs.Occlusion([1], 0.5, 1.0))
     free = closed(task)
     assert np.isfinite(run.s.values).all() and not free.s.equals(run.s)

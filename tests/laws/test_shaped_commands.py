@@ -6,7 +6,7 @@ import pytest
 import robsim as rs
 
 PLACES = ["free", "eye_in_hand", "eye_to_hand", "face_to_face", "mobile_arm"]
-GAIN = rs.Adaptive(at_zero=4.0, at_infinity=0.4, slope=30.0)
+GAIN = rs.AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
 
 
 def closed(scene, task, q0, **more):

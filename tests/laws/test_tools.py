@@ -194,7 +194,7 @@ def bench(rhino, conveyor=True):
     cup = rs.Object("cup", marks=MARKS, pose=Pose.at(0.3, 0.1, 0.05, rpy=(0.1, 0.2, 0.3)))
     lid = rs.Object("lid", marks=MARKS, pose=Pose.at(0, 0, 0.05), on="cup")
     camera = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
-    eye = rs.Mounted("eye", camera, pose=Pose.at(0.3, 0, 2.0, rpy=(np.pi, 0, 0)))
+    eye = rs.MountedCamera("eye", camera, pose=Pose.at(0.3, 0, 2.0, rpy=(np.pi, 0, 0)))
     return rs.Scene([rhino, belt], [cup, lid], [eye])
 
 

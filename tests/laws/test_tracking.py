@@ -18,7 +18,9 @@ quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 def carousel():
     """A head in the middle of a turntable that carries one mark round it, level with its eye."""
     mark = rs.Object("dot", marks=[[1.0, 0, 0.1]], on="turntable.plate")  # 25 cm above the floor
-    eye = rs.Mounted("eye", rs.Camera([[500, 0, 400], [0, 500, 400], [0, 0, 1]]), "pan_tilt.head")
+    eye = rs.MountedCamera(
+        "eye", rs.Camera([[500, 0, 400], [0, 500, 400], [0, 0, 1]]), "pan_tilt.head"
+    )
     robots = [rs.robots.pan_tilt(), rs.robots.turntable()]
     return rs.Scene(robots, [mark], [eye], [rs.Motion("turntable", [RATE])])
 
@@ -71,7 +73,7 @@ def test_known_motion_takes_an_error_away_as_if_nothing_moved(carousel):
 @pytest.mark.parametrize("lag", [0.05, 0.2])
 def test_estimated_motion_leaves_no_lag_once_it_is_known(carousel, lag):
     """The drift of one point at rest in the image is constant: a filter of it comes to it."""
-    task = rs.IBVS(feed_forward=rs.Estimated(lag))
+    task = rs.IBVS(feed_forward=rs.EstimatedMotion(lag))
     assert steady(carousel, task) < 1e-6 * RATE
 
 

@@ -16,7 +16,7 @@ def values():
     rhino = rs.robots.rhino_xr4()
     cube = rs.Object("cube", rs.Block(1, 1, 1), pose=POSE)
     lens = rs.Camera(np.eye(3), (4, 3), body=rs.CameraBody(1, 1, 1), distortion=(0.1, 0, 0, 0))
-    eye = rs.Mounted("eye", lens, on="rhino_xr4.tool")
+    eye = rs.MountedCamera("eye", lens, on="rhino_xr4.tool")
     return [POSE, rhino, cube, lens, eye, rs.Scene([rhino], [cube], [eye])]
 
 
@@ -72,10 +72,10 @@ def test_an_empty_batch_is_a_batch():
         lambda: rs.Block(1, 1, 1, pose=BATCH),
         lambda: rs.Joint("revolute", place=BATCH),
         lambda: rs.Object("o", pose=BATCH),
-        lambda: rs.Mounted("c", rs.Camera(np.eye(3)), pose=BATCH),
+        lambda: rs.MountedCamera("c", rs.Camera(np.eye(3)), pose=BATCH),
         lambda: rs.robots.rhino_xr4().at(BATCH),
         lambda: rs.Scene(display=BATCH),
-        lambda: rs.Computed(BATCH),
+        lambda: rs.GoalPose(BATCH),
     ],
 )
 def test_one_pose_is_not_a_batch(make):
@@ -161,7 +161,7 @@ def test_the_base_frame_is_where_the_robot_stands():
 
 
 def test_a_copy_of_a_goal_by_robot_cannot_be_changed_either():
-    goal = rs.Shown({"arm": [0.1, 0.2]})
+    goal = rs.TaughtGoal({"arm": [0.1, 0.2]})
     for copied in (copy.deepcopy(goal), pickle.loads(pickle.dumps(goal))):
         assert copied == goal
         with pytest.raises(ValueError, match="read-only"):

@@ -114,9 +114,9 @@ def watched(rates, duration=3.0, dt=0.04):
     """A car on its own way, and a head that looks after it; the car's part of the run."""
     car = rs.robots.car().at(Pose.at(3, -1, 0))
     lamp = rs.Object("lamp", marks=[[0, 0, 0.4]], on="car.body")
-    eye = rs.Mounted("eye", rs.Camera([[800, 0, 0], [0, 800, 0], [0, 0, 1]]), "pan_tilt.head")
+    eye = rs.MountedCamera("eye", rs.Camera([[800, 0, 0], [0, 800, 0], [0, 0, 1]]), "pan_tilt.head")
     scene = rs.Scene([rs.robots.pan_tilt(), car], [lamp], [eye], [Motion("car", rates)])
-    task = rs.IBVS(rs.Given([0.0, 0.0]), depth=3.0)
+    task = rs.IBVS(rs.GoalFeatures([0.0, 0.0]), depth=3.0)
     run = rs.simulate(scene, task, dt=dt, duration=duration, hold=True)
     return run.q.values[:, 2:], run.qd_actual.values[:, 2:]
 
@@ -199,7 +199,7 @@ def test_base_and_arm_servo_as_one_robot(base):
         marks=[[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.08, 0], [-0.1, 0.1, 0]],
         pose=Pose(T) @ Pose.at(0, 0, 0.5, rpy=(0.1, 0, 0.2)),
     )
-    scene = rs.Scene([robot], [plate], [rs.Mounted("eye", camera, f"{base}.flange")])
+    scene = rs.Scene([robot], [plate], [rs.MountedCamera("eye", camera, f"{base}.flange")])
     q0 = robot.home.copy()
     q0[:3] = -0.2, 0.05, 0.1
     q0[-6:] += [0.1, -0.05, 0.1, 0.05, -0.1, 0.1]

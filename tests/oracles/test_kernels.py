@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robsim.kernels import camera, pose, random, se3, solve, tree
 from robsim.robot.assembly import Frame
 from robsim.robot.joint import Joint
-from robsim.kernels import camera, pose, random, se3, solve, tree
 from robsim.robot.tree import Tree
 
 HERE = Path(__file__).parent

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.tasks.docking import DockingLaw
-from robsim.servo.laws.feed_forward import Estimated
 from robsim.servo.instant import Instant
-from robsim.servo.laws.inverse import Damped, Transposed, Truncated, product
-from robsim.servo.laws.law import CameraLaw, JointLaw, State
+from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.laws.inverse import DampedInverse, JacobianTranspose, PseudoInverse, product
+from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw
 from robsim.servo.laws.partitioned import PartitionedLaw
-from robsim.servo.tasks.placing import Placing, PlacingLaw, _edges
 from robsim.servo.regulated import adjoint
 from robsim.servo.sight import relative
+from robsim.servo.tasks.docking import DockingLaw
+from robsim.servo.tasks.placing import Placing, PlacingLaw, _edges
 
 steady = settings(derandomize=True, max_examples=50, deadline=None)
 seeds = st.integers(0, 2**32)
@@ -61,7 +61,7 @@ def point_rows(X):
 def states(seed, inverse, k=8, n=6, gain=0.7):
     rng = np.random.default_rng(seed)
     e, L, J = (rng.normal(size=(*shape, RUNS)) for shape in [(k,), (k, 6), (6, n)])
-    return State(e, L, J, product(L, J), gain, inverse)
+    return ControlState(e, L, J, product(L, J), gain, inverse)
 
 
 def agree(a, b, tolerance):
@@ -72,15 +72,21 @@ def agree(a, b, tolerance):
 def inverted(A, inverse):
     """The matrix that stands for A^-1, by LAPACK."""
     match inverse:
-        case Truncated(rcond):
+        case PseudoInverse(rcond):
             return np.linalg.pinv(A, rcond=rcond)
-        case Damped(damping):
+        case DampedInverse(damping):
             below = np.vstack([A, damping * np.eye(A.shape[1])])
             return np.linalg.lstsq(below, np.eye(len(below)), rcond=None)[0][:, : len(A)]
     return A.T
 
 
-INVERSES = [Truncated(), Truncated(0.3), Damped(0.05), Damped(1.0), Transposed()]
+INVERSES = [
+    PseudoInverse(),
+    PseudoInverse(0.3),
+    DampedInverse(0.05),
+    DampedInverse(1.0),
+    JacobianTranspose(),
+]
 
 
 @pytest.mark.parametrize("inverse", INVERSES, ids=repr)
@@ -99,7 +105,7 @@ def test_the_camera_law_takes_both_inverses_in_its_unit_of_length(inverse, k, n,
     """In units of `length`: L_u = L U, V_u = U^-1 V, J_u = U^-1 J with U = diag(length, 1)."""
     state = states(2, inverse, k, n)
     U = np.diag([length] * 3 + [1.0] * 3)
-    back = Truncated() if isinstance(inverse, Transposed) else inverse
+    back = PseudoInverse() if isinstance(inverse, JacobianTranspose) else inverse
     for b, qd in enumerate(CameraLaw(length).command(state)):
         V = inverted(state.interaction[b] @ U, inverse) @ state.error[b]
         expected = -0.7 * inverted(np.linalg.inv(U) @ state.jacobian[b], back) @ V
@@ -110,7 +116,7 @@ def test_the_camera_law_takes_both_inverses_in_its_unit_of_length(inverse, k, n,
 @given(seed=seeds, length=st.sampled_from([0.01, 1.0, 5.0]))
 def test_the_twist_of_the_camera_law_is_the_least_by_its_own_measure(seed, length):
     """|v|^2/length^2 + |omega|^2, by Lagrange's multipliers for two features that are met."""
-    state = states(seed, Truncated(), 2, 6)
+    state = states(seed, PseudoInverse(), 2, 6)
     W = np.diag([length**2] * 3 + [1.0] * 3)  # inverse of the weight
     for b, qd in enumerate(CameraLaw(length).command(state)):
         L = state.interaction[b]
@@ -120,7 +126,7 @@ def test_the_twist_of_the_camera_law_is_the_least_by_its_own_measure(seed, lengt
 
 def flying(marks, focal=500.0):
     """A free camera that starts where the world is, and marks given in axes of the world."""
-    eye = rs.Mounted("eye", rs.Camera(np.diag([focal, focal, 1.0])), on="free_camera.body")
+    eye = rs.MountedCamera("eye", rs.Camera(np.diag([focal, focal, 1.0])), on="free_camera.body")
     return rs.Scene([rs.robots.free_camera()], [rs.Object("dots", marks=marks)], [eye])
 
 
@@ -136,9 +142,9 @@ def test_weights_are_on_the_rows_of_the_least_squares():
     """V = -gain (W L)^+ W e, W = 3 for the first two marks and 1/2 for the angle of the camera."""
     goal, start = rigid([0, 0, 0.1], [0.1, 0, 0]), rigid([0.1, 0.05, -0.1], [0.1, -0.1, 0.4])
     parts = [
-        rs.Part("points", marks=(0, 1), weight=3.0),
-        rs.Part("theta_u", components=(2,), weight=0.5),
-        rs.Part("points", marks=(2, 3)),
+        rs.FeatureBlock("points", marks=(0, 1), weight=3.0),
+        rs.FeatureBlock("theta_u", components=(2,), weight=0.5),
+        rs.FeatureBlock("points", marks=(2, 3)),
     ]
     task = rs.IBVS(goal=rs.Pose(goal), features=parts, gain=0.8)
     run = rs.simulate(flying(MARKS), task, rs.Pose(start), duration=0.04, hold=True)
@@ -206,7 +212,7 @@ def test_the_partitioned_law_gives_its_twist_to_five_joints_in_its_unit_of_lengt
     area, wanted = rng.uniform(0.1, 0.2, (2, RUNS))
     state.s_last = np.vstack([np.zeros((9, RUNS)), area])
     state.error_last[-1] = area - wanted
-    back = Truncated() if isinstance(inverse, Transposed) else inverse
+    back = PseudoInverse() if isinstance(inverse, JacobianTranspose) else inverse
     U = np.diag([0.1] * 3 + [1.0] * 3)
     for b, qd in enumerate(PartitionedLaw(2.0, 0.5, 0.1).command(state)):
         e, L, V = state.error[b], state.interaction[b, :-2], np.zeros(6)
@@ -417,7 +423,7 @@ def test_the_depth_filter_is_the_extended_kalman_filter_of_the_textbook():
 def test_estimated_motion_is_a_filter_of_what_the_command_does_not_explain():
     """d <- d + dt/(lag + dt) ((e - e_before)/dt - A qd - d), from zero."""
     rng = np.random.default_rng(5)
-    ahead, memory, dt = Estimated(0.3), {}, 0.05
+    ahead, memory, dt = EstimatedMotion(0.3), {}, 0.05
     d = before = moved = None
     for k in range(30):
         now = Instant(k, dt, np.zeros((1, RUNS)), {}, {}, memory)
@@ -435,7 +441,7 @@ CARRIED = np.array([[-0.1, -0.12, 1.0], [0.13, -0.1, 1.1], [0.1, 0.12, 0.9]])
 def carried(rates):
     """A free camera, and marks that a second free body carries at prescribed rates."""
     target = rs.robots.free_camera().named("target")
-    eye = rs.Mounted("eye", rs.Camera(np.diag([500.0, 500.0, 1.0])), on="free_camera.body")
+    eye = rs.MountedCamera("eye", rs.Camera(np.diag([500.0, 500.0, 1.0])), on="free_camera.body")
     dots = rs.Object("dots", marks=CARRIED, on="target.body")
     motions = [rs.Motion("target", rates)]
     return rs.Scene([rs.robots.free_camera(), target], [dots], [eye], motions)

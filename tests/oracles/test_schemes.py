@@ -92,7 +92,7 @@ SCHEMES = {
 
 def flying():
     """A free camera and the marks, which stand in the world."""
-    eye = rs.Mounted("eye", rs.Camera(np.diag([FOCAL, FOCAL, 1.0])), on="free_camera.body")
+    eye = rs.MountedCamera("eye", rs.Camera(np.diag([FOCAL, FOCAL, 1.0])), on="free_camera.body")
     return rs.Scene([rs.robots.free_camera()], [rs.Object("dots", marks=MARKS)], [eye])
 
 
@@ -143,7 +143,7 @@ def test_levels_are_served_in_nested_null_spaces():
     first, second = hybrid(START, GOAL, 1), pbvs_goal(START, GOAL)
     e1, A1, e2, A2 = first[0][:2], first[1][:2], *second
     goal = rs.Pose(GOAL)
-    points = rs.IBVS(goal=goal, features=[rs.Part("points", marks=(1,))], gain=2.0)
+    points = rs.IBVS(goal=goal, features=[rs.FeatureBlock("points", marks=(1,))], gain=2.0)
     task = rs.Priorities([points, rs.PBVS(goal=goal, gain=0.7)])
     run = rs.simulate(flying(), task, rs.Pose(START), duration=0.04, hold=True)
     V1, N = -2.0 * np.linalg.pinv(A1) @ e1, np.linalg.svd(A1)[2][2:].T
@@ -154,7 +154,7 @@ def test_levels_are_served_in_nested_null_spaces():
 def test_the_pace_of_the_transpose_is_the_gain_times_the_least_eigenvalue():
     """edot = -gain A A' e: the slowest part of e decays at gain times that of A A', here L L'."""
     _, L = pbvs_camera(GOAL, GOAL)
-    controller = rs.PBVS(goal=rs.Pose(GOAL), form="camera", gain=GAIN, inverse="transposed")
+    controller = rs.PBVS(goal=rs.Pose(GOAL), form="camera", gain=GAIN, inverse="transpose")
     pace = controller.bind(flying()).pace
     assert pace == pytest.approx(GAIN * np.linalg.eigvalsh(L @ L.T)[0], rel=1e-9)
 
@@ -254,7 +254,7 @@ def test_the_mark_of_the_hybrid_scheme_goes_straight_in_the_image():
 def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
     """Where nothing turns, x' = (1 - gain(x) dt) x for x = ||e||, and it ends before gain(x0)."""
     start, dt = GOAL @ pose([0.3, -0.2, -0.4], [0.0, 0.0, 0.0]), 0.02
-    adaptive, ends = rs.Adaptive(at_zero=4.0, at_infinity=0.5, slope=10.0), {}
+    adaptive, ends = rs.AdaptiveGain(at_zero=4.0, at_infinity=0.5, slope=10.0), {}
     x = [np.linalg.norm([0.3, -0.2, -0.4])]
     slow = 3.5 * np.exp(-10.0 * x[0] / 3.5) + 0.5
     for gain in (adaptive, float(slow)):
@@ -353,11 +353,11 @@ def test_a_loop_with_estimated_motion_is_that_of_a_plain_loop():
     home = rs.robots.free_camera().home
     target = rs.robots.free_camera().named("target")
     dots = rs.Object("dots", marks=MARKS, on="target.body")
-    eye = rs.Mounted("eye", rs.Camera(np.diag([FOCAL, FOCAL, 1.0])), on="free_camera.body")
+    eye = rs.MountedCamera("eye", rs.Camera(np.diag([FOCAL, FOCAL, 1.0])), on="free_camera.body")
     motions = [rs.Motion("target", rates)]
     scene = rs.Scene([rs.robots.free_camera(), target], [dots], [eye], motions)
     goal, q0 = (np.r_[q_of(T), home] for T in (GOAL, START))
-    task = rs.IBVS(goal=goal, gain=GAIN, feed_forward=rs.Estimated(lag))
+    task = rs.IBVS(goal=goal, gain=GAIN, feed_forward=rs.EstimatedMotion(lag))
     run = rs.simulate(scene, task, q0, dt=dt, duration=4.0, hold=True)
     T, O, (x_goal, _), e, d, explained = START, np.eye(4), image(GOAL), None, np.zeros(8), 0.0
     for k in range(len(run.time)):
@@ -384,11 +384,13 @@ def test_a_computed_goal_is_what_each_camera_on_the_hand_expects():
     """T_right_o = T_right_left T_left_o: the second camera's view follows from the first's."""
     hand = {"left": pose([-0.06, 0, 0.02], [0, 0.1, 0.3]), "right": pose([0.07, 0, 0], [0.1, 0, 0])}
     lens = rs.Camera(np.diag([FOCAL, FOCAL, 1.0]))
-    eyes = [rs.Mounted(n, lens, on="free_camera.body", pose=rs.Pose(T)) for n, T in hand.items()]
+    eyes = [
+        rs.MountedCamera(n, lens, on="free_camera.body", pose=rs.Pose(T)) for n, T in hand.items()
+    ]
     scene = rs.Scene([rs.robots.free_camera()], [rs.Object("dots", marks=MARKS)], eyes)
     T_left_o = pose([0.05, -0.03, 1.2], [0.2, -0.1, 0.4])
-    parts = [rs.Part("points", camera=n) for n in hand]
-    servo = rs.IBVS(goal=rs.Computed(rs.Pose(T_left_o)), features=parts).bind(scene)
+    parts = [rs.FeatureBlock("points", camera=n) for n in hand]
+    servo = rs.IBVS(goal=rs.GoalPose(rs.Pose(T_left_o)), features=parts).bind(scene)
     T_right_o = np.linalg.inv(hand["right"]) @ hand["left"] @ T_left_o
     expected = [image(np.linalg.inv(T))[0].ravel() for T in (T_left_o, T_right_o)]
     close(servo.s_goal[:, 0], np.concatenate(expected), 1e-13)
@@ -400,7 +402,7 @@ def test_a_computed_goal_is_what_each_camera_on_the_hand_expects():
 def watched(marks):
     """A body that flies with three marks, and two cameras that stand."""
     eyes = [
-        rs.Mounted(name, rs.Camera(np.diag([FOCAL, FOCAL, 1.0])), pose=rs.Pose.at(x, 0, -1))
+        rs.MountedCamera(name, rs.Camera(np.diag([FOCAL, FOCAL, 1.0])), pose=rs.Pose.at(x, 0, -1))
         for name, x in (("left", -0.2), ("right", 0.2))
     ]
     body = rs.Object("part", marks=marks, on="free_camera.body")

@@ -29,9 +29,9 @@ from robsim.features.segments import Segments
 from robsim.features.sphere import Sphere
 from robsim.kernels.features import choose_interaction
 from robsim.kernels.pose import fit_pose
-from robsim.servo.laws.gain import Adaptive
-from robsim.servo.laws.inverse import Truncated, product
-from robsim.servo.laws.law import JointLaw, State
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.laws.inverse import PseudoInverse, product
+from robsim.servo.laws.law import ControlState, JointLaw
 from robsim.servo.shaping.redundancy import large_projection, null_space
 
 STORED = json.loads((Path(__file__).parent / "visp.json").read_text())
@@ -251,7 +251,7 @@ def test_decoupled_moments(case, kind):
 
 def test_adaptive_gains():
     for case in cases("adaptive_gain"):
-        gain = Adaptive(case["at_zero"], case["at_infinity"], case["slope"])
+        gain = AdaptiveGain(case["at_zero"], case["at_infinity"], case["slope"])
         close(gain.of(np.array(case["x"])), case["gain"])
 
 
@@ -270,7 +270,7 @@ def test_the_law_of_image_points(which, key):
         e, L, L_goal = task(case)
         choose_interaction(which, L_goal, L)
         close(e.T, [case["e"]])
-        state = State(e, L, eye, product(L, eye), case["gain"], Truncated())
+        state = ControlState(e, L, eye, product(L, eye), case["gain"], PseudoInverse())
         close(JointLaw().command(state), [case[key]])
 
 

@@ -320,7 +320,7 @@ FROM = np.radians([-6, -61, 61, 33, -118])
 @pytest.fixture(scope="module")
 def workbench(rhino):
     """A camera beside the gripper, looking at the four top vertices of a cube of 5 cm."""
-    eye = rs.Mounted("eye", rs.Camera(np.eye(3)), on="rhino_xr4.tool", pose=HAND_EYE)
+    eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="rhino_xr4.tool", pose=HAND_EYE)
     return rs.Scene([rhino], [rs.Object("cube", marks=CUBE_TOP, pose=CUBE)], [eye])
 
 

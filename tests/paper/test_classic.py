@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from robsim import classic
-from robsim.vision.camera import Camera
+from robsim.base.errors import InputError
 from robsim.classic import (
     init_block,
     init_cam,
@@ -23,9 +23,9 @@ from robsim.classic import (
     plot_circ,
     point_view,
 )
-from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block, CameraBody, Wheel
+from robsim.vision.camera import Camera
 
 matplotlib.use("agg")
 

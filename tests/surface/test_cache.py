@@ -137,7 +137,7 @@ def test_one_compiled_loop_serves_every_kind_of_goal():
     """Numba compiles anew for an array that is read-only where another could be written."""
     visp = robsim.load_scenario(robsim.examples.path("visp_tutorial"))
     shown = robsim.IBVS(visp.task.goal).bind(visp.scene)
-    goals = robsim.Given(shown.s_goal[:, 0]), robsim.Computed(robsim.Pose.at(0, 0, 1))
+    goals = robsim.GoalFeatures(shown.s_goal[:, 0]), robsim.GoalPose(robsim.Pose.at(0, 0, 1))
     for goal in goals:
         scheme = robsim.IBVS(goal).bind(visp.scene).compiled
         assert numba.typeof(scheme) == numba.typeof(shown.compiled)

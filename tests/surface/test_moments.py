@@ -19,7 +19,7 @@ ARM = rs.Robot.from_dh(
 )
 POST = rs.Object("post", rs.Block(0.1, 0.3, 2, color="r"), pose=rs.Pose.at(0.5, -2, 0))
 EYE = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], body=rs.CameraBody(0.2, 0.1, 0.1))
-SCENE = rs.Scene(ARM, POST, rs.Mounted("eye", EYE, "arm.link1", rs.Pose.at(0, 0, 0.2)))
+SCENE = rs.Scene(ARM, POST, rs.MountedCamera("eye", EYE, "arm.link1", rs.Pose.at(0, 0, 0.2)))
 
 
 def faces(axes, color):

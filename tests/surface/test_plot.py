@@ -48,7 +48,7 @@ RHINO = rs.Robot.from_dh(
 def workstation(camera=CAMERA, display=DISPLAY):
     top = CUBE.vertices[CUBE.vertices[:, 2] > 0]
     cube = rs.Object("cube", CUBE, top, rs.Pose.at(0.24, 0, 0.025))
-    eye = rs.Mounted("eye", camera, "rhino.tool", rs.Pose.at(0, 0.05, -0.08))
+    eye = rs.MountedCamera("eye", camera, "rhino.tool", rs.Pose.at(0, 0.05, -0.08))
     return rs.Scene(RHINO, cube, eye, display=display)
 
 
@@ -90,8 +90,8 @@ def pair_scene():
     things = [rs.Object("triangle", marks=TRIANGLE), rs.Object("square", marks=SQUARE)]
     wide = rs.Camera([[400, 0, 400], [0, 400, 300], [0, 0, 1]], (800, 600))
     eyes = [
-        rs.Mounted("left", CAMERA, "fly.body"),
-        rs.Mounted("right", wide, "fly.body", rs.Pose.at(0.1, 0, 0)),
+        rs.MountedCamera("left", CAMERA, "fly.body"),
+        rs.MountedCamera("right", wide, "fly.body", rs.Pose.at(0.1, 0, 0)),
     ]
     return rs.Scene(fly, things, eyes)
 
@@ -100,9 +100,9 @@ def pair_scene():
 def pair(pair_scene):
     """Left sees the square, right both objects; errors without unit, and in pixels."""
     parts = [
-        rs.Part("points", "left", "square"),
-        rs.Part("pixels", "right", "triangle"),
-        rs.Part("points", "right", "square"),
+        rs.FeatureBlock("points", "left", "square"),
+        rs.FeatureBlock("pixels", "right", "triangle"),
+        rs.FeatureBlock("points", "right", "square"),
     ]
     start = rs.Pose.at(0.05, 0.02, -0.2, rpy=(0, 0, 0.2))
     return rs.simulate(pair_scene, rs.IBVS(features=parts), start, duration=1.0)
@@ -234,7 +234,7 @@ def test_the_path_of_the_camera_is_that_of_the_run(scene, run):
 
 def test_the_path_of_a_carried_object_is_drawn_where_the_camera_stands_still():
     cube = rs.Object("cube", CUBE, on="rhino.tool")
-    watcher = rs.Mounted("watcher", CAMERA, pose=rs.Pose.at(0.3, 0, 1.2, rpy=(np.pi, 0, 0)))
+    watcher = rs.MountedCamera("watcher", CAMERA, pose=rs.Pose.at(0.3, 0, 1.2, rpy=(np.pi, 0, 0)))
     scene = rs.Scene(RHINO, cube, watcher)
     run = simulated(scene, scene.home + OFFSET)
     axes = plot.scene(scene, run=run).axes[0]
@@ -280,7 +280,9 @@ def test_two_cameras_a_held_cube_and_its_goal_have_their_colours():
     held = rs.Object("cube", rs.Block(0.05, 0.05, 0.05, "g"), on="rhino.tool")
     goal = rs.Object("goal", rs.Block(0.05, 0.05, 0.05, "c"), np.empty((0, 3)))
     body = rs.Camera(CAMERA.K, SIZE, body=BODY)
-    eyes = [rs.Mounted(n, body, pose=rs.Pose.at(1, y, 0.5)) for n, y in (("a", 0), ("b", 0.3))]
+    eyes = [
+        rs.MountedCamera(n, body, pose=rs.Pose.at(1, y, 0.5)) for n, y in (("a", 0), ("b", 0.3))
+    ]
     figure = plot.scene(rs.Scene(RHINO, [held, goal], eyes))
     drawn = wires(figure)
     for eye in eyes:
@@ -315,7 +317,7 @@ def test_two_robots_are_told_apart_by_name():
 
 def test_a_camera_that_flies_is_drawn_without_lines_to_its_base():
     fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
-    scene = rs.Scene(fly, cameras=rs.Mounted("eye", rs.Camera(np.eye(3)), "fly.body"))
+    scene = rs.Scene(fly, cameras=rs.MountedCamera("eye", rs.Camera(np.eye(3)), "fly.body"))
     assert list(wires(plot.scene(scene, rs.Pose.at(0, 0, -1)))) == ["eye"]
 
 
@@ -447,7 +449,9 @@ def test_marks_of_two_targets_differ_and_keep_their_colours_in_all_windows(pair,
 
 def test_a_batch_shows_one_camera_too(pair_scene, pair):
     starts = np.stack([pair["q0"].values] * 2)
-    task = rs.IBVS(features=[rs.Part("points", name, "square") for name in ("left", "right")])
+    task = rs.IBVS(
+        features=[rs.FeatureBlock("points", name, "square") for name in ("left", "right")]
+    )
     runs = rs.simulate(pair_scene, task, starts, duration=0.2)
     axes = plot.image(runs, "right").axes[0]
     ways = [line.get_xydata() for line in axes.get_lines() if len(line.get_xydata()) > 1]
@@ -734,7 +738,7 @@ def test_any_number_of_schemes_has_room(scene, count):
 
 
 def test_schemes_whose_goal_has_no_image_show_their_relative_error(scene, run):
-    given = rs.IBVS(rs.Given(run["s_goal"].values))
+    given = rs.IBVS(rs.GoalFeatures(run["s_goal"].values))
     found = rs.compare(scene, {"given": given}, scene.home + OFFSET, duration=1)
     axes = plot.comparison(found).axes[1]
     assert axes.get_ylabel() == "error / error at the start"

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.world.actuation import Actuation
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, RankWarning
 from robsim.run.loop import Loop, Moment, Witness
 from robsim.run.outcome import Outcome
 from robsim.run.result import dataset
+from robsim.run.simulate import loop_of
 from robsim.scenario.repeat import check_run, scenario_of, settings_of, whole_duration
+from robsim.servo.tasks.task import Task
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
-from robsim.servo.tasks.task import Task
-from robsim.run.simulate import loop_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,9 +19,9 @@ from robsim.base.arrays import Array, not_negative
 from robsim.base.errors import InputError, Interrupted, RankWarning, suggest
 from robsim.run.outcome import Outcome
 from robsim.run.result import BLOCK
-from robsim.world.scene import Scene
-from robsim.servo import Computed, Shown, Task
 from robsim.run.simulate import Progress, check, check_progress, simulate
+from robsim.servo import GoalPose, Task, TaughtGoal
+from robsim.world.scene import Scene
 
 _OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no settings
 
@@ -283,11 +283,11 @@ def _blocks(run: xr.Dataset) -> list[xr.Dataset]:
 def _goal_distance(scheme: Scheme, run: xr.Dataset) -> float:
     """Metres from the camera to the middle of the marks at the goal; NaN if that is not told."""
     goal, scene = getattr(scheme.task, "goal", None), scheme.scene
-    if isinstance(goal, Shown):
+    if isinstance(goal, TaughtGoal):
         camera, target = first_pair(run)
         q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
         return float(distance(scene, camera, target, q[None, None])[0, 0])
-    if isinstance(goal, Computed):
+    if isinstance(goal, GoalPose):
         _, target = first_pair(run)
         return float(np.linalg.norm(goal.T_c_o @ scene.object(target).marks.mean(axis=0)))
     return np.nan

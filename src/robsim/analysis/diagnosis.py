@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.world.actuation import Actuation
 from robsim.analysis.case import Repeated, case_of, repeated
 from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
-from robsim.world.scene import Scene
-from robsim.world.sensing import Sensing
 from robsim.servo.controller import Assessment, Servo
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.laws.law import CameraLaw, JointLaw, Law, State
+from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
 from robsim.servo.tasks.task import Task
+from robsim.world.actuation import Actuation
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -188,7 +188,7 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
     return found
 
 
-def law_map(law: Law, state: State) -> Array:
+def law_map(law: Law, state: ControlState) -> Array:
     """(n, k): what a law that is linear in the error commands of each unit error, at gain 1."""
     k = state.error_last.shape[0]
 

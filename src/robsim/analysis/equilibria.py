@@ -13,14 +13,14 @@ from robsim.analysis.field import Field
 from robsim.analysis.newton import refined
 from robsim.analysis.starts import drawn
 from robsim.base.arrays import Array, frozen, positive, runs_first, runs_last, whole
-from robsim.vision.camera import Visibility
 from robsim.base.errors import InputError
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.run.loop import Loop
-from robsim.world.scene import Scene
+from robsim.run.simulate import check_kinds, whole_periods
 from robsim.servo.controller import Controller
 from robsim.servo.tasks.task import Task
-from robsim.run.simulate import check_kinds, whole_periods
+from robsim.vision.camera import Visibility
+from robsim.world.scene import Scene
 
 NEAR = 0.02  # metres and radians from an equilibrium, within which a run has ended there
 CHUNK = 256  # runs in lockstep

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.world.actuation import Actuation
 from robsim.analysis.case import Case, case_of, repeated
 from robsim.analysis.explanation.attribution import Attribution, Jury
 from robsim.analysis.explanation.ends import what_happened
@@ -21,9 +20,10 @@ from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
 from robsim.base.errors import InputError
 from robsim.run.outcome import Outcome
+from robsim.servo.tasks.task import Task
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
-from robsim.servo.tasks.task import Task
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,22 +12,22 @@ import numpy as np
 
 from robsim.base.arrays import Array, length, runs_last, some_runs
 from robsim.base.errors import InputError, RankWarning
+from robsim.geometry.pose import Pose, homogeneous
 from robsim.kernels import tree
 from robsim.kernels.loop import Command
 from robsim.kernels.tree import CAR, FLOATING, PRISMATIC, RAIL, REVOLUTE, UNICYCLE
-from robsim.geometry.pose import Pose, homogeneous
-from robsim.world.scene import Scene
-from robsim.servo.laws.broyden import Broyden
 from robsim.servo.controller import Controller, Servo
-from robsim.servo.laws.depth_filter import DepthFilter
-from robsim.servo.laws.feed_forward import Estimated
-from robsim.servo.tasks.follow_joints import FollowJoints
-from robsim.servo.tasks.follow_path import FollowPath
 from robsim.servo.instant import Instant
+from robsim.servo.laws.broyden import Broyden
+from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import relative
+from robsim.servo.tasks.follow_joints import FollowJoints
+from robsim.servo.tasks.follow_path import FollowPath
 from robsim.servo.tasks.switch import Switch
 from robsim.servo.tasks.task import Task
+from robsim.world.scene import Scene
 
 STEP = 1e-5  # metres and radians, of central differences
 
@@ -230,7 +230,7 @@ def _memories(task: Any) -> Iterator[str]:
     for name, kind in (
         ("interaction", Broyden),
         ("depth", DepthFilter),
-        ("feed_forward", Estimated),
+        ("feed_forward", EstimatedMotion),
     ):
         if isinstance(getattr(task, name, None), kind):
             yield f"{name}={kind.__name__}(...)"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from robsim.servo import Priorities, ServoTask, Switch, Task, Together
+from robsim.servo import Parallel, Priorities, ServoTask, Switch, Task
 
 Change = Callable[[ServoTask], ServoTask]
 
@@ -29,7 +29,7 @@ def changed(task: Task, change: Change) -> Task:
         return change(task)
     if isinstance(task, Switch):
         return replace(task, first=changed(task.first, change), second=changed(task.second, change))
-    if isinstance(task, Priorities | Together):
+    if isinstance(task, Priorities | Parallel):
         return replace(task, tasks=[changed(part, change) for part in task.tasks])
     return task
 
@@ -37,4 +37,4 @@ def changed(task: Task, change: Change) -> Task:
 def _parts(task: Any) -> list[Task]:
     if isinstance(task, Switch):
         return [task.first, task.second]
-    return list(task.tasks) if isinstance(task, Priorities | Together) else []
+    return list(task.tasks) if isinstance(task, Priorities | Parallel) else []

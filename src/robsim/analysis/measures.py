@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.arrays import Array, length, runs_first, runs_last
-from robsim.run.outcome import Outcome
 from robsim.geometry.pose import homogeneous
+from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

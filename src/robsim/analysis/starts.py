@@ -10,8 +10,8 @@ import numpy as np
 from robsim.analysis.field import Field
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError
-from robsim.kernels.tree import FLOATING, PRISMATIC, RAIL, REVOLUTE
 from robsim.geometry.pose import Pose, homogeneous
+from robsim.kernels.tree import FLOATING, PRISMATIC, RAIL, REVOLUTE
 
 AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
 ROUNDS = 100  # of draws, before too few of them see the marks

@@ -9,11 +9,11 @@ import numpy as np
 from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.world.scene import Scene
 from robsim.servo import ServoTask, Task
-from robsim.servo.tasks.binding import regulated_by
 from robsim.servo.instant import Instant
 from robsim.servo.regulated import Regulated
+from robsim.servo.tasks.binding import regulated_by
+from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from robsim.analysis.draws import WORKSPACE, uniform
 from robsim.analysis.manipulability import Axes, manipulability
 from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError
-from robsim.robot.robot import Robot
 from robsim.base.values import Value
+from robsim.robot.robot import Robot
 
 MOST = 1_000_001  # configurations are fewer
 CHUNK = 8192  # configurations at a time

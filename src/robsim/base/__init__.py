@@ -1,1 +1,1 @@
-"""TODO."""
+"""What every room builds on: arrays, errors, names, units and values."""

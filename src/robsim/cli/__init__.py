@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robsim import __version__
-from robsim.files import examples
-from robsim.cli import library
-from robsim.cli.files import exists, folder_for, free_folder, write, writing
 from robsim.base.errors import FileError, InputError, Interrupted, RankWarning, RobSimError
 from robsim.base.interrupt import undisturbed
+from robsim.cli import library
+from robsim.cli.files import exists, folder_for, free_folder, write, writing
+from robsim.files import examples
 from robsim.kernels.jit import is_cold
 from robsim.run.outcome import Outcome
 

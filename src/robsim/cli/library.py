@@ -6,10 +6,9 @@ from pathlib import Path
 
 import click
 
-from robsim.files import examples
-from robsim.files import robots
-from robsim.cli.files import free_file, write, writing
 from robsim.base.errors import FileError
+from robsim.cli.files import free_file, write, writing
+from robsim.files import examples, robots
 
 _force = click.option("--force", is_flag=True, help="Write over an existing file.")
 

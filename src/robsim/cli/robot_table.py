@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from robsim.files import robots
 from robsim.base import units
+from robsim.files import robots
 from robsim.robot.joint import Ackermann, Chord, Coupling, Mimic
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot

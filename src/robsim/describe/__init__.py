@@ -13,8 +13,8 @@ from robsim.describe.scene import scene
 from robsim.describe.task import belief_of, task
 from robsim.describe.values import NoDescription as NoDescription
 from robsim.describe.values import Table, coordinates, quantity
-from robsim.world.scene import Scene
 from robsim.servo import Task
+from robsim.world.scene import Scene
 
 
 def scenario(

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.describe.values import NoDescription, Table, builtin, length, ours
 from robsim.features import FEATURES, DecoupledMoments, Sphere, Translation
-from robsim.servo import Part
+from robsim.servo import FeatureBlock
 
 
 def features(value: Any) -> Any:
@@ -19,9 +19,9 @@ def features(value: Any) -> Any:
     return _short(feature(value))
 
 
-def part(value: Part) -> Table:
+def part(value: FeatureBlock) -> Table:
     """A feature, and what is not as it would be anyway."""
-    table = feature(ours(value, Part).feature)
+    table = feature(ours(value, FeatureBlock).feature)
     if value.camera is not None:
         table["camera"] = camera(value.camera)
     if value.target is not None:

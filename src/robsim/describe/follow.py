@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from robsim.base.errors import InputError
 from robsim.describe import option
 from robsim.describe.option import Units
 from robsim.describe.values import (
@@ -16,12 +17,11 @@ from robsim.describe.values import (
     pose,
     quantity,
 )
-from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
-from robsim.world.scene import Scene
 from robsim.servo import FollowJoints, FollowPath
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 from robsim.trajectory.pace import UNITS
+from robsim.world.scene import Scene
 
 TRAJECTORIES: dict[str, type[Any]] = {
     "quintic": Quintic,

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robsim.world.actuation import Actuation
 from robsim.describe.values import Table, coordinates, quantity
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Occlusion, Sensing
 

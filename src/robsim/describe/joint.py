@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from robsim.geometry.curves import Arc, Catenary, Curve, Line, Polyline
 from robsim.describe.values import Table, builtin, coordinates, length, ours, pose, quantity
+from robsim.geometry.curves import Arc, Catenary, Curve, Line, Polyline
 from robsim.robot.joint import KINDS, Ackermann, Chord, Coupling, Joint, Mimic, Rolling, Steering
 
 CURVES: dict[str, type[Any]] = {

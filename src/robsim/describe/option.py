@@ -17,26 +17,26 @@ from robsim.describe.values import (
     pose,
     quantity,
 )
-from robsim.world.scene import Scene
 from robsim.servo import (
-    Adaptive,
+    AdaptiveGain,
     AvoidLimits,
     Broyden,
-    Computed,
-    Damped,
+    DampedInverse,
     DepthFilter,
-    Estimated,
-    Given,
-    Large,
+    EstimatedMotion,
+    GoalFeatures,
+    GoalPose,
+    LargeProjection,
     Posture,
-    Shown,
+    PseudoInverse,
     SpeedLimit,
-    Truncated,
+    TaughtGoal,
 )
-from robsim.servo.laws.feed_forward import Known
+from robsim.servo.laws.feed_forward import KnownMotion
 from robsim.servo.laws.inverse import INVERSES
 from robsim.servo.laws.law import LAWS
 from robsim.servo.shaping.shaped import Shaped
+from robsim.world.scene import Scene
 
 Units = Callable[[], list[str]]  # of what is commanded; asked only if something depends on it
 SECONDARY: dict[str, type[Any]] = {"avoid_limits": AvoidLimits, "posture": Posture}
@@ -51,9 +51,9 @@ def law(value: Any) -> Table:
 def inverse(value: Any) -> Table:
     """inverse, rcond, damping."""
     table: Table = {"inverse": builtin(INVERSES, value)}
-    if isinstance(value, Truncated):
+    if isinstance(value, PseudoInverse):
         table["rcond"] = float(value.rcond)
-    if isinstance(value, Damped):
+    if isinstance(value, DampedInverse):
         table["damping"] = float(value.damping)
     return table
 
@@ -74,26 +74,26 @@ def depth(value: Any) -> str | Table:
     return value if isinstance(value, str) else length(value)
 
 
-def gain(value: float | Adaptive) -> float | Table:
+def gain(value: float | AdaptiveGain) -> float | Table:
     """A number, or how it depends on the error."""
-    ours(value, Adaptive, float)
-    if isinstance(value, Adaptive):
+    ours(value, AdaptiveGain, float)
+    if isinstance(value, AdaptiveGain):
         return {key: getattr(value, key) for key in ("at_zero", "at_infinity", "slope")}
     return value
 
 
 def feed_forward(value: Any) -> Table:
     """feed_forward, lag."""
-    if isinstance(ours(value, Estimated, Known, type(None)), Estimated):
+    if isinstance(ours(value, EstimatedMotion, KnownMotion, type(None)), EstimatedMotion):
         return {"feed_forward": "estimated", "lag": quantity(value.lag, "s")}
-    return {"feed_forward": "known"} if isinstance(value, Known) else {}
+    return {"feed_forward": "known"} if isinstance(value, KnownMotion) else {}
 
 
 def goal(value: Any, truth: Scene) -> Table:
     """Where it is shown, in full; nothing for home."""
-    if isinstance(ours(value, Computed, Given, Shown), Computed):
+    if isinstance(ours(value, GoalPose, GoalFeatures, TaughtGoal), GoalPose):
         return {"computed": {"position": length(*value.T_c_o.position), **pose(value.T_c_o)}}
-    if isinstance(value, Given):
+    if isinstance(value, GoalFeatures):
         return {"s": value.s.tolist()}
     if value.q is None:
         return {}
@@ -143,7 +143,7 @@ def _each(numbers: Any, units: list[str]) -> list[str]:
     return coordinates(numbers, units)
 
 
-def _projection(value: str | Large) -> str | Table:
+def _projection(value: str | LargeProjection) -> str | Table:
     if isinstance(value, str):
         return value
-    return {"low": float(ours(value, Large).low), "high": float(value.high)}
+    return {"low": float(ours(value, LargeProjection).low), "high": float(value.high)}

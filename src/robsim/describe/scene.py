@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from robsim.vision.camera import Camera
 from robsim.describe.joint import joint
 from robsim.describe.values import (
     NoDescription,
@@ -16,11 +15,12 @@ from robsim.describe.values import (
     quantity,
 )
 from robsim.geometry.inertia import Inertia
-from robsim.robot.link import Link
-from robsim.world.motion import Motion
 from robsim.geometry.primitives import Ball, Block, CameraBody, Mesh, Primitive, Wheel
+from robsim.robot.link import Link
 from robsim.robot.robot import Robot
-from robsim.world.scene import Mounted, Object, Scene
+from robsim.vision.camera import Camera
+from robsim.world.motion import Motion
+from robsim.world.scene import MountedCamera, Object, Scene
 
 SHAPES: dict[str, type[Primitive]] = {
     "block": Block,
@@ -92,9 +92,9 @@ def thing(value: Object) -> Table:
     }
 
 
-def camera(value: Mounted) -> Table:
+def camera(value: MountedCamera) -> Table:
     """A camera and where it is mounted."""
-    lens = ours(ours(value, Mounted).camera, Camera)
+    lens = ours(ours(value, MountedCamera).camera, Camera)
     table: Table = {"name": value.name, "on": value.on, **pose(value.pose), "K": lens.K.tolist()}
     if lens.size:
         table["size"] = list(lens.size)

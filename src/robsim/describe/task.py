@@ -6,13 +6,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from robsim.base.errors import InputError
 from robsim.describe import follow, option
 from robsim.describe.feature import camera, features
 from robsim.describe.option import Units
 from robsim.describe.scene import scene
 from robsim.describe.values import NoDescription, Table, builtin, length, quantity
-from robsim.base.errors import InputError
-from robsim.world.scene import Scene
 from robsim.servo import (
     FOLLOWERS,
     IBVS,
@@ -25,14 +24,15 @@ from robsim.servo import (
     FollowPath,
     Hybrid,
     NearBorder,
+    Parallel,
     Partitioned,
     Placing,
     Priorities,
     ServoTask,
     Switch,
     Task,
-    Together,
 )
+from robsim.world.scene import Scene
 
 TASKS: dict[str, type[Any]] = {
     **SCHEMES,
@@ -67,7 +67,7 @@ def _beliefs(value: Any) -> list[Scene | None]:
     """Those of the servo tasks within a task."""
     if isinstance(value, Switch):
         return [*_beliefs(value.first), *_beliefs(value.second)]
-    if isinstance(value, Priorities | Together):
+    if isinstance(value, Priorities | Parallel):
         return [belief for each in value.tasks for belief in _beliefs(each)]
     return [value.belief] if isinstance(value, ServoTask) else []
 
@@ -75,7 +75,7 @@ def _beliefs(value: Any) -> list[Scene | None]:
 def _task(value: Any, truth: Scene, apart: bool) -> Table:
     """With its own belief if `apart`."""
     table: Table = {"kind": builtin(TASKS, value)}
-    if isinstance(value, Together):
+    if isinstance(value, Parallel):
         return {**table, "tasks": [_task(each, truth, apart) for each in value.tasks]}
     if isinstance(value, FollowJoints):
         return {**table, **follow.joints(value, truth)}

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen
+from robsim.base.values import Value
 from robsim.features.feature import Observation
 from robsim.kernels import point_features as kernels
-from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, runs_first, runs_last, shown_view
-from robsim.vision.camera import Camera
 from robsim.base.errors import InputError
+from robsim.geometry.pose import homogeneous
 from robsim.kernels import camera as kernels
 from robsim.kernels.pose import fit_pose
-from robsim.geometry.pose import homogeneous
-from robsim.vision.pose import estimate_pose
+from robsim.vision.camera import Camera
+from robsim.vision.pose_estimation import estimate_pose
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step

@@ -8,10 +8,10 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
+from robsim.base.values import Value
 from robsim.features.feature import Observation
 from robsim.kernels import features as points
 from robsim.kernels import point_features as kernels
-from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)

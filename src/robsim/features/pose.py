@@ -11,10 +11,10 @@ import numpy as np
 from robsim.base.arrays import Array, first_view
 from robsim.base.errors import GoalError, InputError, suggest
 from robsim.features.feature import Observation
+from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import pose_features as kernels
 from robsim.kernels import se3
 from robsim.kernels.point_features import points_3d_interaction
-from robsim.geometry.pose import IDENTITY, Pose, one_pose
 
 Form = Literal["goal", "camera"]
 

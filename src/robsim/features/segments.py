@@ -8,12 +8,12 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
+from robsim.base.values import Value
 from robsim.features.feature import Observation
 from robsim.features.groups import points_in_groups
 from robsim.kernels import features as points
 from robsim.kernels import line_features as kernels
 from robsim.kernels import point_features
-from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Files: scenarios, robots and examples as TOML, runs as NetCDF."""

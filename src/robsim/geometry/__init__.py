@@ -1,1 +1,1 @@
-"""TODO."""
+"""Poses, primitives, curves and inertia."""

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers, positive
 from robsim.base.errors import InputError
-from robsim.kernels import curve as kernels
 from robsim.geometry.pose import Pose
+from robsim.kernels import curve as kernels
 
 MOST_POINTS = 1000
 HUGE = 1e150  # its square is a number

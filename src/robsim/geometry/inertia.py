@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers, positive
 from robsim.base.errors import InputError
-from robsim.geometry.pose import one_pose
 from robsim.base.values import Value
+from robsim.geometry.pose import one_pose
 
 SLACK = 1e-9  # of the trace, by which rounding may break the triangle inequality
 

@@ -27,7 +27,7 @@ class Pose:
     >>> T_w_b @ Pose.at(0, 0, 0, frames=("tool", "cup"))
     Traceback (most recent call last):
     ...
-    robsim.base.errors.FrameError: cannot join world<-base with tool<-cup: 'base' does not meet 'tool'
+    robsim...FrameError: cannot join world<-base with tool<-cup: 'base' does not meet 'tool'
     """
 
     __slots__ = ("frames", "matrix")

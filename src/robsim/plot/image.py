@@ -36,12 +36,12 @@ def image(run: xr.Dataset, camera: str | None = None) -> Figure:
     images of the other cameras. Of a batch, up to 50 runs are laid over each other. `camera` is by
     default the first of the run; InputError lists them where there is none of that name.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene
+    >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.run import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
-    >>> scene = Scene(fly, square, Mounted("eye", camera, "fly.body"))
+    >>> scene = Scene(fly, square, MountedCamera("eye", camera, "fly.body"))
     >>> figure = image(simulate(scene, IBVS(), Pose.at(0.1, 0, -0.2), duration=1.0))
     >>> figure.axes[0].get_xlabel()
     'column (px)'

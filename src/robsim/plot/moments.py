@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, suggest
+from robsim.geometry.pose import IDENTITY
+from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.wireframe import displayed
-from robsim.geometry.pose import IDENTITY
-from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.world.scene import Scene
 
 # rows: to the right of the picture, up, and towards who looks, in the axes of the figures

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robsim.base.errors import InputError
+from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette
 from robsim.plot.picture import Picture, picture_of
 from robsim.plot.scene import drawn
 from robsim.plot.wireframe import Wire, displayed
-from robsim.geometry.pose import IDENTITY
 from robsim.robot.robot import Robot
 from robsim.world.scene import Scene
 

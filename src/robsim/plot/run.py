@@ -27,12 +27,12 @@ def run(
     `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`. Without
     a camera there is no image.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene
+    >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.run import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
-    >>> there = Scene(fly, square, Mounted("eye", camera, "fly.body"))
+    >>> there = Scene(fly, square, MountedCamera("eye", camera, "fly.body"))
     >>> len(run(simulate(there, IBVS(), Pose.at(0.1, 0, -0.2), duration=1.0), there).axes)
     5
     """

@@ -31,12 +31,12 @@ def velocity(run: xr.Dataset, scene: Scene | None = None, frame: str | None = No
 
     InputError: a frame without a scene, or one that the scene does not have; another scene's run.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, Mounted, Object, Pose, Robot, Scene
+    >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.run import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
-    >>> scene = Scene(fly, square, Mounted("eye", camera, "fly.body"))
+    >>> scene = Scene(fly, square, MountedCamera("eye", camera, "fly.body"))
     >>> figure = velocity(simulate(scene, IBVS(), Pose.at(0.1, 0, -0.2), duration=1.0))
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['v (m/s)', 'ω (rad/s)', 'error (–)']

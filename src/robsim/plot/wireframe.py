@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.vision.camera import Camera
-from robsim.robot.joint import SINGLE
-from robsim.plot import palette
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import Primitive
+from robsim.plot import palette
+from robsim.robot.joint import SINGLE
 from robsim.robot.robot import Robot
-from robsim.world.scene import Mounted, Scene
+from robsim.vision.camera import Camera
+from robsim.world.scene import MountedCamera, Scene
 
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
@@ -98,7 +98,7 @@ def _shape(label: str, color: str, shape: Primitive, T: Array) -> Wire:
     return Wire(label, palette.color(color), corners[shape.edges], faces)
 
 
-def _camera(eye: Mounted, T: Array, depth: float) -> Wire:
+def _camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
     body = eye.camera.drawn(T)
     if body is not None:
         return _shape(eye.name, body.color, body, IDENTITY.matrix)

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from robsim.analysis.workspace import Workspace
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette, wireframe
 from robsim.plot.canvas import new_figure, style
-from robsim.geometry.pose import IDENTITY
 from robsim.world.scene import Scene
 
 FLAT = 1e-6  # metres: what is thinner lies in a plane, and is seen from one side alone

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Robots: joints, links, the kinematic tree, Denavit-Hartenberg tables and tools."""

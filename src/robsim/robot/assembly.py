@@ -9,12 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.geometry.curves import Curve
 from robsim.base.errors import FrameError, InputError, suggest
-from robsim.robot.joint import GIVEN, KINDS, SINGLE, Ackermann, Chord, Joint, Mimic, Rolling, Steering
+from robsim.geometry.curves import Curve
+from robsim.geometry.pose import IDENTITY
 from robsim.kernels import curve as curve_kernels
 from robsim.kernels import tree as kernels
-from robsim.geometry.pose import IDENTITY
+from robsim.robot.joint import (
+    GIVEN,
+    KINDS,
+    SINGLE,
+    Ackermann,
+    Chord,
+    Joint,
+    Mimic,
+    Rolling,
+    Steering,
+)
 
 _CODE = {
     "revolute": kernels.REVOLUTE,

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers, positive
-from robsim.geometry.curves import Curve
 from robsim.base.errors import InputError, suggest
 from robsim.base.names import checked_name
+from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, common_lead, one_pose
 
 Kind = Literal["fixed", "revolute", "prismatic", "floating", "planar", "unicycle", "car", "rail"]

@@ -9,10 +9,10 @@ from operator import add
 from typing import Any
 
 from robsim.base.errors import InputError
-from robsim.geometry.inertia import Inertia
-from robsim.robot.joint import FIXED, Joint
 from robsim.base.names import checked_name
+from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Primitive
+from robsim.robot.joint import FIXED, Joint
 
 
 def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:

@@ -12,19 +12,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
-from robsim.robot.assembly import Frame
-from robsim.robot.ik.closed import ClosedIK, solve_closed
-from robsim.robot.dh import dh_constants
 from robsim.base.errors import FrameError, InputError, suggest
+from robsim.base.names import checked_name
+from robsim.base.values import Value
+from robsim.geometry.pose import (
+    IDENTITY,
+    Pose,
+    as_pose,
+    common_lead,
+    homogeneous,
+    is_pose_like,
+    one_pose,
+)
+from robsim.geometry.primitives import Primitive
+from robsim.robot.assembly import Frame
+from robsim.robot.dh import dh_constants
+from robsim.robot.ik.closed import ClosedIK, solve_closed
 from robsim.robot.ik.numeric import Arm, Effort, IKResult, solve
 from robsim.robot.joint import FIXED, LIMIT_SLACK, Joint, Mimic, units_of
 from robsim.robot.link import Link, coordinate_names, velocity_names
-from robsim.base.names import checked_name
-from robsim.geometry.pose import IDENTITY, Pose, as_pose, common_lead, homogeneous, is_pose_like, one_pose
-from robsim.geometry.primitives import Primitive
 from robsim.robot.tool import mounted
 from robsim.robot.tree import Tree
-from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)

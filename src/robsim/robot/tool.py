@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose
 from robsim.robot.joint import Joint, Rolling
 from robsim.robot.link import Link
-from robsim.geometry.pose import Pose
 
 
 def mounted(

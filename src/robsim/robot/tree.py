@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.robot.assembly import Assembly, Frame, integers
 from robsim.base.errors import FrameError, suggest
-from robsim.robot.joint import Steering
 from robsim.kernels import tree as kernels
+from robsim.robot.assembly import Assembly, Frame, integers
+from robsim.robot.joint import Steering
 
 
 class Tree:

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Closing the loop: experiments, the loop, records, results and missions."""

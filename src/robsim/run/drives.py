@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.world.actuation import Actuation
 from robsim.base.arrays import Array, frozen
 from robsim.kernels import actuation as kernels
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 
 

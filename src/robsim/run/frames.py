@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, some_runs
-from robsim.run.drives import Drives, Held
 from robsim.base.errors import InputError, suggest
 from robsim.kernels import loop as kernels
 from robsim.kernels import sensing as wrong
 from robsim.kernels.loop import Noise
 from robsim.kernels.sight import Look
+from robsim.run.drives import Drives, Held
 from robsim.run.record import LONGEST
-from robsim.world.sensing import Sensing
 from robsim.servo.sight import Sight, joined
+from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # of a period: times that differ by less are one
 

@@ -10,25 +10,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.world.actuation import Actuation
 from robsim.base.arrays import Array, runs_last, some_runs
-from robsim.run.drives import Drives, Held
 from robsim.base.errors import InputError
-from robsim.run.frames import Frames, check_sensing
-from robsim.robot.joint import LIMIT_SLACK
 from robsim.kernels import loop as kernels
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
 from robsim.kernels.loop import Command, Noise, Scheme
 from robsim.kernels.sight import Look
+from robsim.robot.joint import LIMIT_SLACK
+from robsim.run.drives import Drives, Held
+from robsim.run.frames import Frames, check_sensing
 from robsim.run.outcome import Outcome
 from robsim.run.record import Record, Recorder
-from robsim.world.scene import Scene
-from robsim.world.sensing import Sensing
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
 from robsim.servo.laws.inverse import product, rank
 from robsim.servo.sight import Key, joined
+from robsim.world.actuation import Actuation
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
 
 WORTH_COMPILING = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
 BURST = 100_000  # steps of runs that go on in compiled code before Ctrl-C is looked for

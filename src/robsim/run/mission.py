@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.world.actuation import Actuation
 from robsim.base.arrays import Array, positive
 from robsim.base.errors import InputError, Interrupted, suggest
 from robsim.run.outcome import Outcome
+from robsim.run.simulate import check, check_kinds, simulate
+from robsim.servo.tasks.task import Task
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
-from robsim.servo.tasks.task import Task
-from robsim.run.simulate import check, check_kinds, simulate
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,16 +14,16 @@ import xarray as xr
 from robsim import describe
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.geometry.pose import homogeneous
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
 from robsim.run.outcome import Outcome
-from robsim.geometry.pose import homogeneous
-from robsim.world.scene import Scene
-from robsim.servo import Computed, Given, ServoTask, Task
+from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
 from robsim.servo.controller import Controller
 from robsim.servo.laws.inverse import product
 from robsim.servo.sight import Sight
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     from robsim.run.loop import Loop
@@ -238,7 +238,7 @@ def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
 
 
 def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
-    kinds = {Computed: "computed", Given: "given"}
+    kinds = {GoalPose: "computed", GoalFeatures: "given"}
     by_name = isinstance(task.interaction, str)
     return {
         "goal": kinds.get(type(task.goal), "shown"),

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from robsim.world.actuation import Actuation
 from robsim.base.arrays import Array, positive, whole
 from robsim.base.errors import InputError, Interrupted
 from robsim.base.interrupt import undisturbed
+from robsim.base.threads import processors
 from robsim.run.loop import Loop, Witness
 from robsim.run.record import LONGEST, Record
+from robsim.servo.tasks.task import Task
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
-from robsim.servo.tasks.task import Task
-from robsim.base.threads import processors
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -23,7 +23,7 @@ _RIVALS = (
 # a key, its one value beside which a companion makes sense, and that companion
 _COMPANIONS = (
     ("law", "camera", "length"),
-    ("inverse", "truncated", "rcond"),
+    ("inverse", "pseudo_inverse", "rcond"),
     ("inverse", "damped", "damping"),
     ("feed_forward", "estimated", "lag"),
     ("interaction", "broyden", "broyden_start"),

@@ -9,21 +9,21 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.vision.camera import Camera
-from robsim.describe.scene import SHAPES
 from robsim.base.errors import InputError, suggest
+from robsim.describe.scene import SHAPES
 from robsim.geometry.inertia import Inertia
+from robsim.geometry.primitives import Primitive
 from robsim.robot.joint import units_of
 from robsim.robot.link import Link, coordinate_names
-from robsim.world.motion import Motion
-from robsim.geometry.primitives import Primitive
 from robsim.robot.robot import Robot
 from robsim.scenario import schema
 from robsim.scenario.joint import joint
 from robsim.scenario.place import pose
 from robsim.scenario.problems import Problems, under
 from robsim.scenario.quantity import coordinate
-from robsim.world.scene import Mounted, Object, Scene
+from robsim.vision.camera import Camera
+from robsim.world.motion import Motion
+from robsim.world.scene import MountedCamera, Object, Scene
 
 MOST_LINKS_IN_ALL = 1024
 POSE_KEYS = set(schema.PoseKeys.model_fields)
@@ -98,7 +98,7 @@ def thing(table: schema.ObjectTable) -> Object:
     return made
 
 
-def camera(table: schema.CameraTable) -> Mounted:
+def camera(table: schema.CameraTable) -> MountedCamera:
     """A camera where it is mounted."""
     size = None if table.size is None else (table.size[0], table.size[1])
     body = None
@@ -110,7 +110,7 @@ def camera(table: schema.CameraTable) -> Mounted:
         lens = Camera(K, size, body=body)
     with under("distortion"):
         lens = replace(lens, distortion=tuple(table.distortion))
-    return Mounted(table.name, lens, table.on, pose(table))
+    return MountedCamera(table.name, lens, table.on, pose(table))
 
 
 def _motion(table: schema.MotionTable, robots: Sequence[Robot]) -> Motion:

@@ -7,7 +7,7 @@ from typing import Any
 from robsim.features import FEATURES, Feature
 from robsim.scenario.feature_schema import FeatureTable, PartTable
 from robsim.scenario.problems import under
-from robsim.servo import Part
+from robsim.servo import FeatureBlock
 
 _OF_PART = ("camera", "target", "marks", "components", "weight")
 _FIELDS = {"of": "kind"}  # the key `kind` says which feature it is
@@ -24,9 +24,9 @@ def features(given: FeatureTable | list[FeatureTable]) -> Any:
     return _part(given) if _said(given).keys() & set(_OF_PART) else _feature(given)
 
 
-def _part(table: FeatureTable) -> Part:
+def _part(table: FeatureTable) -> FeatureBlock:
     own = {key: value for key, value in _said(table).items() if key in _OF_PART}
-    return Part(_feature(table), **own)
+    return FeatureBlock(_feature(table), **own)
 
 
 def _feature(table: FeatureTable) -> Feature:

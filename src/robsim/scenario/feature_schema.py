@@ -21,7 +21,7 @@ Cameras = Annotated[
 
 
 class PartTable(Table):
-    """robsim.Part, and what every feature has."""
+    """robsim.FeatureBlock, and what every feature has."""
 
     camera: Cameras | None = None
     target: Reference | None = None

@@ -15,10 +15,10 @@ from robsim.scenario.build import configuration
 from robsim.scenario.place import pose
 from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import coordinate, either
-from robsim.world.scene import Scene
 from robsim.servo import FollowJoints, FollowPath
 from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
+from robsim.world.scene import Scene
 
 Keywords = dict[str, Any]
 # of limits and corners: what follows the unit of a coordinate, and what one for all may be

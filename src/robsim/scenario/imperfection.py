@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robsim.world.actuation import Actuation
 from robsim.scenario import schema
 from robsim.scenario.build import configuration
 from robsim.scenario.option import said
 from robsim.scenario.problems import under
 from robsim.scenario.quantity import DIMENSIONS, coordinate, either
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Occlusion, Sensing
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from robsim.geometry.curves import Curve
-from robsim.describe.joint import CURVES, FOLLOWS
-from robsim.robot.dh import dh_constants
 from robsim.base.errors import InputError
-from robsim.robot.joint import KINDS, SINGLE, Coupling, Joint, Steering
+from robsim.describe.joint import CURVES, FOLLOWS
+from robsim.geometry.curves import Curve
 from robsim.geometry.pose import Pose
+from robsim.robot.dh import dh_constants
+from robsim.robot.joint import KINDS, SINGLE, Coupling, Joint, Steering
 from robsim.scenario import schema
 from robsim.scenario.place import pose
 from robsim.scenario.problems import under

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from robsim.files import robots
 from robsim.base.errors import InputError
+from robsim.files import robots
 from robsim.scenario.belief import merge
 from robsim.scenario.problems import Problems, shown, under
 from robsim.scenario.text import Raw, parse, read_text

@@ -12,29 +12,29 @@ from robsim.scenario.problems import shown, under
 from robsim.scenario.quantity import either
 from robsim.scenario.run import start
 from robsim.scenario.schema import PoseKeys, Table
-from robsim.world.scene import Scene
 from robsim.servo import (
-    Adaptive,
+    AdaptiveGain,
     AvoidLimits,
     Broyden,
     CameraLaw,
-    Computed,
-    Damped,
+    DampedInverse,
     DepthFilter,
-    Estimated,
-    Given,
-    Large,
+    EstimatedMotion,
+    GoalFeatures,
+    GoalPose,
+    LargeProjection,
     Posture,
+    PseudoInverse,
     SpeedLimit,
-    Truncated,
 )
+from robsim.world.scene import Scene
 
 Keywords = dict[str, Any]
 # keys that make sense beside one value of another key only, and what that one is if not given
 _BESIDE = (
     ("length", "law", "camera", "joint"),
-    ("rcond", "inverse", "truncated", "truncated"),
-    ("damping", "inverse", "damped", "truncated"),
+    ("rcond", "inverse", "pseudo_inverse", "pseudo_inverse"),
+    ("damping", "inverse", "damped", "pseudo_inverse"),
     ("lag", "feed_forward", "estimated", None),
     ("broyden_start", "interaction", "broyden", "current"),
 )
@@ -51,7 +51,7 @@ def servo(table: schema.ServoTable, scene: Scene) -> Keywords:
         with under("depth"):
             made["depth"] = DepthFilter(**said(table.depth))
     if table.lag is not None:
-        made["feed_forward"] = Estimated(table.lag)
+        made["feed_forward"] = EstimatedMotion(table.lag)
     if table.broyden_start is not None:
         with under("broyden_start"):
             made["interaction"] = Broyden(_matrix(table.broyden_start))
@@ -92,7 +92,7 @@ def shaping(table: schema.ShapedTable) -> Keywords:
             made["secondary"] = Posture(q, **said(table.secondary, "kind", "q"))
     if isinstance(table.projection, schema.LargeTable):
         with under("projection"):
-            made["projection"] = Large(**said(table.projection))
+            made["projection"] = LargeProjection(**said(table.projection))
     if table.limit is not None:
         with under("limit"):
             made["limit"] = _limit(table.limit)
@@ -123,7 +123,7 @@ def _gain(table: Any) -> Keywords:
     if not isinstance(gain, schema.AdaptiveTable):
         return {}
     with under("gain"):
-        return {"gain": Adaptive(**said(gain))}
+        return {"gain": AdaptiveGain(**said(gain))}
 
 
 def _law(table: Any) -> Keywords:
@@ -135,8 +135,8 @@ def _law(table: Any) -> Keywords:
 def inverse(table: Any) -> Keywords:
     """With its number, if that is said."""
     if table.rcond is not None:
-        return {"inverse": Truncated(table.rcond)}
-    return {} if table.damping is None else {"inverse": Damped(table.damping)}
+        return {"inverse": PseudoInverse(table.rcond)}
+    return {} if table.damping is None else {"inverse": DampedInverse(table.damping)}
 
 
 def _matrix(rows: list[list[float]]) -> list[list[float]]:
@@ -153,8 +153,8 @@ def _goal(table: schema.GoalTable, scene: Scene) -> Any:
     if len(ways) > 1:
         raise InputError(f"{' and '.join(ways)}: give one of them only")
     if table.s is not None:
-        return Given(table.s)
+        return GoalFeatures(table.s)
     if table.computed is None:
         return start(table, scene, "goal q")
     with under("computed"):
-        return Computed(pose(table.computed))
+        return GoalPose(pose(table.computed))

@@ -8,8 +8,8 @@ import numpy as np
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError
-from robsim.scenario.scenario import Scenario
 from robsim.run.simulate import simulate
+from robsim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from robsim.world.actuation import Actuation
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.robot.joint import KINDS
 from robsim.geometry.pose import Pose
+from robsim.robot.joint import KINDS
 from robsim.run.record import LONGEST, Record
 from robsim.scenario import schema
 from robsim.scenario.build import configuration
 from robsim.scenario.place import pose
 from robsim.scenario.problems import under
+from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from robsim import describe
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
+from robsim.run.simulate import Progress, check, simulate
 from robsim.scenario import build
 from robsim.scenario.belief import merge
 from robsim.scenario.imperfection import actuation, sensing
@@ -23,9 +24,8 @@ from robsim.scenario.tables import checked
 from robsim.scenario.task import TaskReader
 from robsim.scenario.task_schema import ScenarioFile
 from robsim.scenario.text import Raw, parse, read_text
-from robsim.world.scene import Scene
 from robsim.servo import Task
-from robsim.run.simulate import Progress, check, simulate
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robsim.describe.task import CONDITIONS, TASKS
 from robsim.base.errors import InputError
+from robsim.describe.task import CONDITIONS, TASKS
 from robsim.scenario import follow, option
 from robsim.scenario import task_schema as schema
 from robsim.scenario.build import configuration
 from robsim.scenario.problems import Problems, under
-from robsim.world.scene import Scene
-from robsim.servo import Priorities, Switch, Task, Together
+from robsim.servo import Parallel, Priorities, Switch, Task
 from robsim.servo.shaping.shaped import Columns
+from robsim.world.scene import Scene
 
 Path = tuple[str | int, ...]
 MOST_STEPS = 64  # of the path to a task within tasks
@@ -64,7 +64,7 @@ class TaskReader:
             return None
         if isinstance(table, schema.PrioritiesTable):
             return Priorities(tasks, **option.shaped(table))
-        return Together(tasks)
+        return Parallel(tasks)
 
     def _switch(self, table: schema.SwitchTable, path: Path) -> Task | None:
         first, second = (self._task(getattr(table, k), (*path, k)) for k in ("first", "second"))

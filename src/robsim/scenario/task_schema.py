@@ -56,7 +56,7 @@ Joints = Annotated[
 
 
 class AdaptiveTable(Table):
-    """robsim.Adaptive."""
+    """robsim.AdaptiveGain."""
 
     at_zero: Positive
     at_infinity: Positive
@@ -88,7 +88,7 @@ class PostureTable(Table):
 
 
 class LargeTable(Table):
-    """robsim.Large."""
+    """robsim.LargeProjection."""
 
     low: Positive | None = None
     high: Positive | None = None
@@ -159,7 +159,7 @@ class ServoTable(ShapedTable):
         Annotated[Annotated[Positive, Tag("plain")] | Annotated[Vector, Tag("list")], forms("list")]
         | None
     ) = None
-    inverse: Literal["truncated", "damped", "transposed"] | None = None
+    inverse: Literal["pseudo_inverse", "damped", "transpose"] | None = None
     rcond: Share | None = None
     damping: Positive | None = None
     tolerance: Positive | None = None
@@ -318,7 +318,7 @@ class FollowPathTable(ShapedTable, PaceKeys):
     ) = None
     frame: Reference | None = None
     mask: Literal["pose", "position"] | None = None
-    inverse: Literal["truncated", "damped"] | None = None
+    inverse: Literal["pseudo_inverse", "damped"] | None = None
     rcond: Share | None = None
     damping: Positive | None = None
     gain: Positive | None = None
@@ -366,9 +366,9 @@ class SwitchTable(Table):
 
 
 class TogetherTable(Table):
-    """robsim.Together."""
+    """robsim.Parallel."""
 
-    kind: Literal["together"]
+    kind: Literal["parallel"]
     tasks: Annotated[list[TaskTable], Field(min_length=2, max_length=MOST_TASKS)]
 
 

@@ -15,17 +15,17 @@ from robsim.base.errors import InputError
 from robsim.features import PixelPoints, Points
 from robsim.kernels import features as kernels
 from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
-from robsim.world.scene import Scene
-from robsim.servo.laws.broyden import Broyden, broyden_update
-from robsim.servo.laws.feed_forward import Estimated, FeedForward, Known
-from robsim.servo.laws.gain import Adaptive
 from robsim.servo.instant import Instant, recall, remember
-from robsim.servo.laws.inverse import RCOND, Inverse, Transposed, rank
-from robsim.servo.laws.law import CameraLaw, JointLaw, Law, State
+from robsim.servo.laws.broyden import Broyden, broyden_update
+from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward, KnownMotion
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.laws.inverse import RCOND, Inverse, JacobianTranspose, rank
+from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
 from robsim.servo.regulated import Measured, Regulated
 from robsim.servo.returned import returned
 from robsim.servo.shaping.shaping import Shaping
 from robsim.servo.sight import Sight
+from robsim.world.scene import Scene
 
 
 class Decision(NamedTuple):
@@ -42,7 +42,7 @@ class Assessment(NamedTuple):
     measured: Measured
     error: Array  # (k, B)
     reach: Array  # (k, n, B) as modelled or learnt
-    state: State
+    state: ControlState
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ class Servo(Controller):
 
     regulated: Regulated
     law: Law
-    gain: float | Adaptive
+    gain: float | AdaptiveGain
     inverse: Inverse
     feed_forward: FeedForward
     broyden: Broyden | None
@@ -150,12 +150,12 @@ class Servo(Controller):
 
     def note(self, now: Instant, basis: Assessment, qd: Array) -> None:
         """What depth filter, feed-forward and Broyden need at the next instant."""
-        measured, known = basis.measured, isinstance(self.feed_forward, Known)
+        measured, known = basis.measured, isinstance(self.feed_forward, KnownMotion)
         if self.regulated.depths.filtered:
             own = self.regulated.twists(now, measured) if known else {}
             for key, J in measured.twists.items():
                 self.regulated.depths.note(now, key, J, qd, own.get(key))
-        if isinstance(self.feed_forward, Estimated):
+        if isinstance(self.feed_forward, EstimatedMotion):
             self.feed_forward.note(now, basis.state.reach_last, qd)
         if self.broyden is not None:
             drift = self.regulated.drift(now, measured) if known else 0.0
@@ -163,7 +163,7 @@ class Servo(Controller):
             remember(now.memory, "s", measured.s + now.dt * drift)  # what the joints do not cause
             remember(now.memory, "qd", qd)
 
-    def _state(self, now: Instant, measured: Measured, error: Array, reach: Array) -> State:
+    def _state(self, now: Instant, measured: Measured, error: Array, reach: Array) -> ControlState:
         """What the law is given: weighted, and with the motion of the target in the error."""
         gain = self._gain(error)
         L, weighted = measured.L, error
@@ -176,7 +176,7 @@ class Servo(Controller):
         if drift is not None:
             weighted = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
         memory = now.memory.setdefault("law", {})
-        return State(
+        return ControlState(
             weighted,
             L,
             measured.J,
@@ -197,9 +197,9 @@ class Servo(Controller):
 
     def _drift(self, now: Instant, measured: Measured, error: Array) -> Array | None:
         """(k, B) de/dt of what moves on its own, weighted."""
-        if isinstance(self.feed_forward, Estimated):
+        if isinstance(self.feed_forward, EstimatedMotion):
             return self.feed_forward.of(now, error)
-        if isinstance(self.feed_forward, Known):
+        if isinstance(self.feed_forward, KnownMotion):
             return self._weights * self.regulated.drift(now, measured)
         return None
 
@@ -214,7 +214,7 @@ class Servo(Controller):
         wide = np.broadcast_to(self.broyden.start[..., None], measured.reach.shape)
         return np.ascontiguousarray(wide)
 
-    def _commanded(self, state: State) -> Array:
+    def _commanded(self, state: ControlState) -> Array:
         """(n, B) from the law, which may be the user's."""
         wanted = (state.error_last.shape[1], self.columns.size)
         who = f"{type(self.law).__name__}.command"
@@ -273,10 +273,10 @@ def _left_out(measured: Measured, error: Array, reach: Array) -> tuple[Measured,
     return replace(measured, L=L), np.where(hidden, 0.0, error), reach
 
 
-def pace(regulated: Regulated, gain: float | Adaptive, inverse: Inverse) -> float:
+def pace(regulated: Regulated, gain: float | AdaptiveGain, inverse: Inverse) -> float:
     """The smallest gain; with the transpose, times the smallest sigma^2 of L J at the goal."""
     least = gain if isinstance(gain, float) else gain.least
-    if not isinstance(inverse, Transposed):
+    if not isinstance(inverse, JacobianTranspose):
         return least
     reach = regulated.at_goal.reach[..., 0]
     if not reach.any() or not np.isfinite(reach).all():

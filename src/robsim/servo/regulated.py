@@ -17,9 +17,9 @@ from robsim.features.numeric import interaction
 from robsim.kernels import features as kernels
 from robsim.kernels import tree
 from robsim.kernels.sight import Look
-from robsim.servo.laws.depths import Depths
 from robsim.servo.goals.goal import GoalView
 from robsim.servo.instant import Instant
+from robsim.servo.laws.depths import Depths
 from robsim.servo.laws.interaction import Interaction
 from robsim.servo.laws.inverse import product
 from robsim.servo.returned import returned

@@ -14,7 +14,7 @@ from robsim.base.errors import InputError
 from robsim.kernels import sight as kernels
 from robsim.kernels import tree
 from robsim.kernels.sight import Look
-from robsim.world.scene import Mounted, Object, Scene
+from robsim.world.scene import MountedCamera, Object, Scene
 
 Key = tuple[str, str]  # camera and target
 
@@ -24,7 +24,7 @@ class Sight:
     """A camera and its target in a scene, and how every velocity moves one against the other."""
 
     scene: Scene
-    eye: Mounted
+    eye: MountedCamera
     target: Object
 
     @property

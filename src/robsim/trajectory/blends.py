@@ -10,9 +10,9 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
+from robsim.base.values import Value
 from robsim.trajectory.limits import Each, Limits, each, per_axis
 from robsim.trajectory.timing import checked_times
-from robsim.base.values import Value
 
 ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # of making segments longer where something does not fit
 

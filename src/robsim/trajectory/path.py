@@ -10,9 +10,9 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.base.values import Value
 from robsim.trajectory.straight import Straight
 from robsim.trajectory.timing import checked_times
-from robsim.base.values import Value
 
 MEETS = 1e-6  # metres, and entries of rotations, by which one may end beside the start of the next
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
+from robsim.base.values import Value
 from robsim.geometry.pose import common_lead
 from robsim.trajectory.timing import Timing, checked_times
-from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,11 @@ import numpy as np
 
 from robsim.base.arrays import Array, length, runs_first, runs_last
 from robsim.base.errors import InputError
-from robsim.kernels import se3
+from robsim.base.values import Value
 from robsim.geometry.pose import Pose, as_pose, common_lead, homogeneous
+from robsim.kernels import se3
 from robsim.trajectory.pace import Pace
 from robsim.trajectory.timing import Shares, Timing, checked_times
-from robsim.base.values import Value
 
 
 @dataclass(frozen=True, eq=False, init=False)

@@ -3,7 +3,7 @@
 from robsim.vision.plane import HomographyMotions as HomographyMotions
 from robsim.vision.plane import decompose_homography as decompose_homography
 from robsim.vision.plane import homography as homography
-from robsim.vision.pose import PoseEstimate as PoseEstimate
-from robsim.vision.pose import estimate_pose as estimate_pose
-from robsim.vision.stereo import Triangulated as Triangulated
+from robsim.vision.pose_estimation import PoseEstimate as PoseEstimate
+from robsim.vision.pose_estimation import estimate_pose as estimate_pose
+from robsim.vision.stereo import Triangulation as Triangulation
 from robsim.vision.stereo import triangulate as triangulate

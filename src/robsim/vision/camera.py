@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
 from robsim.base.errors import InputError
-from robsim.kernels import camera as kernels
+from robsim.base.values import Value
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
-from robsim.base.values import Value
+from robsim.kernels import camera as kernels
 
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers, positive, runs_first, runs_last
-from robsim.vision.camera import Camera
 from robsim.base.errors import InputError
 from robsim.kernels import camera as kernels
+from robsim.vision.camera import Camera
 
 LARGEST = 1e100  # metres or pixels: what is squared must still be a number
 

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
-from robsim.geometry.pose import common_lead
 from robsim.base.values import Value
+from robsim.geometry.pose import common_lead
 
 RANK = 1e-10  # of the largest singular value: what is below does not count
 ASIDE = 1e100  # points so far off are none

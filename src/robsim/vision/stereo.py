@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, runs_first, runs_last
-from robsim.vision.camera import Camera
 from robsim.base.errors import InputError
-from robsim.kernels import stereo as kernels
-from robsim.geometry.pose import as_pose, common_lead
 from robsim.base.values import Value
+from robsim.geometry.pose import as_pose, common_lead
+from robsim.kernels import stereo as kernels
+from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
 
 RCOND = 1e-12  # what moves the images so little is not seen
@@ -21,7 +21,7 @@ STEPS = 4  # of Gauss-Newton: to rounding where the noise is half a pixel, to 1e
 
 
 @dataclass(frozen=True, eq=False)
-class Triangulated(Value):
+class Triangulation(Value):
     """Points (..., N, 3) in axes of the left camera, metres, and covariance (..., N, 3, 3), m^2.
 
     NaN in both where the images do not tell how far a point is: rays that are parallel, or that
@@ -40,7 +40,7 @@ def triangulate(
     T_left_right: Any,
     *,
     noise: float = 1.0,
-) -> Triangulated:
+) -> Triangulation:
     """Points from pixels (..., N, 2) in both images; T_left_right (..., 4, 4) is the right camera.
 
     The points of least squared distances in both images, which is the likeliest where every pixel
@@ -84,7 +84,7 @@ def _rig(T_left_right: Any) -> Array:
 
 def _likeliest(
     a: Array, b: Array, left: Camera, right: Camera, T: Array, sigma: float
-) -> Triangulated:
+) -> Triangulation:
     x, other = normalised(a, left), normalised(b, right)
     start = _midpoints(x, other, T)
     seen = (start[..., 2] > 0) & np.isfinite(start).all(-1)
@@ -102,7 +102,7 @@ def _likeliest(
     G[..., 0, 0] = G[..., 1, 1] = depth
     G[..., :, 2] = -points * depth[..., None]
     M = sigma * (G @ np.linalg.pinv(J, rcond=RCOND))
-    return Triangulated(frozen(points), frozen(M @ np.swapaxes(M, -1, -2)))
+    return Triangulation(frozen(points), frozen(M @ np.swapaxes(M, -1, -2)))
 
 
 def _midpoints(x: Array, other: Array, T: Array) -> Array:

@@ -1,1 +1,1 @@
-"""TODO."""
+"""The world of an experiment: scenes, motions, sensing, actuation and what is believed."""

@@ -9,13 +9,13 @@ from typing import Any, Literal
 import numpy as np
 
 from robsim.base.arrays import numbers, positive
-from robsim.vision.camera import Camera
 from robsim.base.errors import InputError, suggest
+from robsim.geometry.pose import Pose, one_pose
 from robsim.robot.joint import Joint
 from robsim.robot.link import Link
-from robsim.geometry.pose import Pose, one_pose
 from robsim.robot.robot import Robot
-from robsim.world.scene import Mounted, Object, Scene
+from robsim.vision.camera import Camera
+from robsim.world.scene import MountedCamera, Object, Scene
 
 ROW = ("theta", "d", "a", "alpha")
 
@@ -55,7 +55,7 @@ def believe(
 
     InputError: what there is not, or what is no pose or number.
 
-    >>> eye = Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
+    >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
     >>> believe(Scene(cameras=eye), focal=1.5).camera().camera.K[0]
     array([1200.,    0.,  320.])
     """
@@ -63,7 +63,7 @@ def believe(
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     if convention not in ("standard", "modified"):
         raise InputError(f"convention must be 'standard' or 'modified', got {convention!r:.80}")
-    wrong: list[Robot | Object | Mounted] = []
+    wrong: list[Robot | Object | MountedCamera] = []
     lens = _differs(focal, 1.0) or _differs(center, (0.0, 0.0)) or distortion is not None
     if camera is not None or lens or hand_eye is not None:
         wrong.append(_camera(scene.camera(camera), focal, center, distortion, hand_eye))
@@ -79,7 +79,9 @@ def _differs(value: Any, right: float | tuple[float, float]) -> bool:
     return isinstance(value, bool) or not isinstance(value, float | int | tuple) or value != right
 
 
-def _camera(eye: Mounted, focal: Any, center: Any, distortion: Any, hand_eye: Any) -> Mounted:
+def _camera(
+    eye: MountedCamera, focal: Any, center: Any, distortion: Any, hand_eye: Any
+) -> MountedCamera:
     K, factor = np.array(eye.camera.K), numbers(focal, "focal (a factor)", ())
     if factor.shape not in ((), (2,)) or not (factor > 0).all():
         raise InputError(f"focal: expected one factor above 0, or two, got {focal!r:.80}")

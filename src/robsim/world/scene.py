@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
-from robsim.robot.assembly import Frame
-from robsim.vision.camera import Camera
 from robsim.base.errors import FrameError, InputError, suggest
+from robsim.base.names import checked_name
+from robsim.base.values import Value
+from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
+from robsim.robot.assembly import Frame
 from robsim.robot.joint import FIXED, Joint
 from robsim.robot.link import checked_shapes
-from robsim.world.motion import Motion
-from robsim.base.names import checked_name
-from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
 from robsim.robot.robot import Robot
 from robsim.robot.tree import Tree
-from robsim.base.values import Value
+from robsim.vision.camera import Camera
+from robsim.world.motion import Motion
 
-T = TypeVar("T", Robot, "Object", "Mounted", Motion)
+T = TypeVar("T", Robot, "Object", "MountedCamera", Motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +59,10 @@ class Object(Value):
 
 
 @dataclass(frozen=True)
-class Mounted:
+class MountedCamera:
     """A camera in the scene, its axes at `pose` (the hand-eye pose) on the frame `on`.
 
-    >>> Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.tool").on
+    >>> MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.tool").on
     'arm.tool'
     """
 
@@ -95,7 +95,8 @@ class Scene:
     Coordinates q of the scene are those of its robots, one after the other.
 
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
-    >>> eye = Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.link1")
+    >>> lens = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
+    >>> eye = MountedCamera("eye", lens, on="arm.link1")
     >>> scene = Scene([arm], [Object("dot", marks=[[1, 0, 2]])], [eye])
     >>> scene.view([0.0], points="dot").pixels
     array([[320., 240.]])
@@ -103,7 +104,7 @@ class Scene:
 
     robots: tuple[Robot, ...] = ()
     objects: tuple[Object, ...] = ()
-    cameras: tuple[Mounted, ...] = ()
+    cameras: tuple[MountedCamera, ...] = ()
     motions: tuple[Motion, ...] = ()
     display: Pose = field(default=IDENTITY, kw_only=True)
 
@@ -198,11 +199,11 @@ class Scene:
         candidates = self.objects if name else tuple(o for o in self.objects if len(o.marks))
         return _pick(candidates, name, "object")
 
-    def camera(self, name: str | None = None) -> Mounted:
+    def camera(self, name: str | None = None) -> MountedCamera:
         """The camera of that name, or the only one."""
         return _pick(self.cameras, name, "camera")
 
-    def replacing(self, *parts: Robot | Object | Mounted | Motion) -> Scene:
+    def replacing(self, *parts: Robot | Object | MountedCamera | Motion) -> Scene:
         """A copy in which these parts replace those of the same name: a belief, for example.
 
         >>> scene = Scene(objects=Object("cup", marks=[[0, 0, 0]]))
@@ -214,7 +215,9 @@ class Scene:
         for part in parts:
             kind = next((kind for kind in _KINDS if isinstance(part, _KINDS[kind])), None)
             if kind is None:
-                raise InputError(f"expected a Robot, Object, Mounted or Motion, got {part!r:.80}")
+                raise InputError(
+                    f"expected a Robot, Object, MountedCamera or Motion, got {part!r:.80}"
+                )
             known = [p.name for p in changed[kind]]
             if part.name not in known:
                 raise InputError(
@@ -286,7 +289,7 @@ class Scene:
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
         """What a camera sees of points: an object's marks (by name) or world points (N, 3).
 
-        >>> eye = Mounted("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
+        >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
         >>> Scene(cameras=eye).view(points=[[0, 0, 2]]).depth
         array([2.])
         """
@@ -301,7 +304,7 @@ class Scene:
         return View(eye.camera.project(marks, T_w_c), depth, eye.camera.visibility(marks, T_w_c))
 
     @property
-    def _parts(self) -> tuple[Robot | Object | Mounted, ...]:
+    def _parts(self) -> tuple[Robot | Object | MountedCamera, ...]:
         return (*self.robots, *self.objects, *self.cameras)
 
     def _check_hanging(self, thing: Object, to: Any) -> None:
@@ -326,7 +329,7 @@ class Scene:
                     joint = _fixed(robot.base @ link.joint.place @ link.joint.tail)
                 parent = f"{robot.name}.{link.parent}" if i else robot.on
                 frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
-        hung: tuple[Object | Mounted, ...] = (*self.objects, *self.cameras)
+        hung: tuple[Object | MountedCamera, ...] = (*self.objects, *self.cameras)
         for part in hung:
             frames.append(Frame(part.name, part.on, _fixed(part.pose)))
         return frames
@@ -340,7 +343,7 @@ class Scene:
 _KINDS: dict[str, type[Any]] = {
     "robots": Robot,
     "objects": Object,
-    "cameras": Mounted,
+    "cameras": MountedCamera,
     "motions": Motion,
 }
 

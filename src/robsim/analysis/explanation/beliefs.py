@@ -12,12 +12,12 @@ from robsim.analysis.case import Case
 from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import away, length, listed, number
 from robsim.analysis.leaves import changed, leaves
-from robsim.vision.camera import Camera
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
-from robsim.world.scene import Mounted, Object, Scene
+from robsim.vision.camera import Camera
+from robsim.world.scene import MountedCamera, Object, Scene
 
-Part = Robot | Object | Mounted
+FeatureBlock = Robot | Object | MountedCamera
 
 
 def false_beliefs(case: Case) -> list[Removal]:
@@ -39,7 +39,7 @@ def _pieces(belief: Scene, truth: Scene) -> Iterator[Removal]:
         yield from _object(belief.object(thing.name), thing)
 
 
-def _camera(believed: Mounted, true: Mounted) -> Iterator[Removal]:
+def _camera(believed: MountedCamera, true: MountedCamera) -> Iterator[Removal]:
     mine, real = believed.camera, true.camera
     if not np.array_equal(mine.K, real.K) or mine.distortion != real.distortion:
         sentence = f"The intrinsics of '{true.name}' are believed wrongly: {_lens(mine, real)}."
@@ -116,12 +116,12 @@ def _false(
     return Removal(about, name, sentence, change, evidence or {}, f"with {name} put right")
 
 
-def _right(true: Part, *fields: str) -> Change:
+def _right(true: FeatureBlock, *fields: str) -> Change:
     """The change that gives these fields of the believed part their true values."""
     values = {name: getattr(true, name) for name in fields}
 
     def part_of(belief: Scene) -> Any:
-        find = {Mounted: belief.camera, Robot: belief.robot, Object: belief.object}
+        find = {MountedCamera: belief.camera, Robot: belief.robot, Object: belief.object}
         return find[type(true)](true.name)
 
     def change(case: Case) -> Case:

@@ -8,7 +8,7 @@ from typing import Any
 from robsim.analysis.case import Case
 from robsim.analysis.leaves import changed, leaves
 from robsim.robot.robot import Robot
-from robsim.servo import Adaptive, ServoTask
+from robsim.servo import AdaptiveGain, ServoTask
 
 
 def without_border(case: Case) -> Case:
@@ -46,8 +46,8 @@ def with_gain(case: Case, factor: float) -> Case | None:
 
     def change(leaf: ServoTask) -> ServoTask:
         gain = leaf.gain
-        if isinstance(gain, Adaptive):
-            new: Any = Adaptive(
+        if isinstance(gain, AdaptiveGain):
+            new: Any = AdaptiveGain(
                 factor * gain.at_zero, factor * gain.at_infinity, factor * gain.slope
             )
         else:

@@ -8,9 +8,9 @@ import numpy as np
 
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import number, pixel, when
-from robsim.vision.camera import Visibility
 from robsim.run.outcome import Outcome
 from robsim.servo.sight import Sight
+from robsim.vision.camera import Visibility
 
 
 def what_happened(inquiry: Inquiry) -> str:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from robsim.world.actuation import Actuation
 from robsim.analysis.case import Repeated
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
@@ -16,6 +15,7 @@ from robsim.analysis.explanation.removal import Removal, Told, put
 from robsim.analysis.explanation.wording import counted, number
 from robsim.analysis.explanation.wrong_depths import wrong_depths
 from robsim.run.outcome import Outcome
+from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing
 
 Teller = Callable[[Repeated], Told]

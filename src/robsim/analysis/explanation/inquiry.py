@@ -14,8 +14,8 @@ from robsim.analysis.explanation import views
 from robsim.analysis.explanation.removal import Change, Trial, patient, tried
 from robsim.analysis.explanation.wording import number
 from robsim.base.arrays import Array
-from robsim.run.outcome import Outcome
 from robsim.geometry.pose import Pose
+from robsim.run.outcome import Outcome
 from robsim.servo.controller import Assessment, Servo
 from robsim.servo.sight import Sight
 

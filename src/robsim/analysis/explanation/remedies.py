@@ -72,7 +72,7 @@ def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
     """A damped inverse in a singularity, and elsewhere a truncated one."""
     used = getattr(inquiry.servo.inverse, "name", "") if inquiry.servo else ""
-    other = "damped" if inquiry.outcome is Outcome.SINGULAR else "truncated"
+    other = "damped" if inquiry.outcome is Outcome.SINGULAR else "pseudo_inverse"
     if used and used != other:
         case = changes.with_leaves(inquiry.patient, inverse=other)
         yield "inverse", f"With inverse='{other}'", case

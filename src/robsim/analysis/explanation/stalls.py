@@ -12,7 +12,7 @@ from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import listed, number
 from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array
-from robsim.servo import CameraLaw, Given, JointLaw
+from robsim.servo import CameraLaw, GoalFeatures, JointLaw
 
 SHARE = 0.35  # of a unit direction that a component must have to be named
 
@@ -101,7 +101,7 @@ def own_law(inquiry: Inquiry) -> Finding | None:
 
 def unseen_goal(inquiry: Inquiry) -> Finding | None:
     """A goal that is made of numbers, which there may be no way to reach."""
-    if not any(isinstance(leaf.goal, Given) for leaf in leaves(inquiry.case.task)):
+    if not any(isinstance(leaf.goal, GoalFeatures) for leaf in leaves(inquiry.case.task)):
         return None
     run = inquiry.again.run
     wanted, seen = (float(np.abs(s).max()) for s in (run["s_goal"].values, run["s"].values[0]))

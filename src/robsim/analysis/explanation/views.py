@@ -12,7 +12,7 @@ from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array, runs_last
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.servo import Adaptive, Computed, Given, Task
+from robsim.servo import AdaptiveGain, GoalFeatures, GoalPose, Task
 from robsim.servo.controller import Servo
 from robsim.servo.goals.goal import configuration
 from robsim.servo.sight import Sight, relative
@@ -46,7 +46,7 @@ def size(again: Repeated, error: float) -> str:
 def gain_of(case: Case) -> float:
     """The largest gain of the task, per second; NaN of a user's own kind of task."""
     gains = [leaf.gain for leaf in leaves(case.task)]
-    return max((g.at_zero if isinstance(g, Adaptive) else g for g in gains), default=math.nan)
+    return max((g.at_zero if isinstance(g, AdaptiveGain) else g for g in gains), default=math.nan)
 
 
 def delay_limit(periods: float) -> float:
@@ -75,9 +75,9 @@ def pose_at(sight: Sight, q: Array) -> Pose:
 def goal_pose(task: Task, sight: Sight) -> Pose | None:
     """T_c_o at the goal, as it was meant; None where the goal is made of numbers."""
     tasks = leaves(task)
-    if not tasks or isinstance(tasks[0].goal, Given):
+    if not tasks or isinstance(tasks[0].goal, GoalFeatures):
         return None
-    if isinstance(tasks[0].goal, Computed):
+    if isinstance(tasks[0].goal, GoalPose):
         return Pose(tasks[0].goal.T_c_o.matrix)
     q = configuration(tasks[0].goal, sight.scene)
     return None if q is None else pose_at(sight, q[:, 0])

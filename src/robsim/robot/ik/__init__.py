@@ -1,1 +1,1 @@
-"""TODO."""
+"""Inverse kinematics: by iteration and in closed form."""

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, positive, runs_last
 from robsim.base.errors import InputError
+from robsim.base.values import Value
+from robsim.geometry.pose import as_pose, homogeneous
+from robsim.kernels.tree import REVOLUTE
 from robsim.robot.ik.numeric import Arm
 from robsim.robot.joint import LIMIT_SLACK
-from robsim.kernels.tree import REVOLUTE
-from robsim.geometry.pose import as_pose, homogeneous
-from robsim.base.values import Value
 
 TRUE = 1e-9  # metres or radians by which axes may miss what is asked of them
 ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is stretched

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last, whole
 from robsim.base.errors import InputError, suggest
+from robsim.base.threads import processors
+from robsim.base.values import Value
+from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels import ik as kernels
 from robsim.kernels import random
 from robsim.kernels.tree import CAR, REVOLUTE, UNICYCLE
-from robsim.geometry.pose import as_pose, common_lead
-from robsim.base.threads import processors
 from robsim.robot.tree import Tree
-from robsim.base.values import Value
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
 FINEST = 1e-12  # metres or radians: less is rounding

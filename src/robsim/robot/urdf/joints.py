@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robsim.base.errors import suggest
-from robsim.robot.joint import SINGLE, Joint, Kind, Mimic
 from robsim.geometry.pose import IDENTITY, Pose
+from robsim.robot.joint import SINGLE, Joint, Kind, Mimic
 from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import LARGEST, frame_of, number, origin, vector

@@ -10,10 +10,10 @@ import numpy as np
 
 from robsim.base.errors import FileWarning
 from robsim.geometry.inertia import Inertia
-from robsim.robot.joint import Joint, Mimic
-from robsim.robot.link import Link
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Ball, Block, Mesh, Wheel
+from robsim.robot.joint import Joint, Mimic
+from robsim.robot.link import Link
 from robsim.robot.urdf.parts import TOKEN
 from robsim.robot.urdf.solids import plain, rgba
 from robsim.robot.urdf.text import Text, spaced

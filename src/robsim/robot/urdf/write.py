@@ -12,10 +12,10 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.geometry.inertia import Inertia
-from robsim.robot.joint import Joint, Mimic
-from robsim.robot.link import Link
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
+from robsim.robot.joint import Joint, Mimic
+from robsim.robot.link import Link
 from robsim.robot.urdf.joints import KINDS
 from robsim.robot.urdf.parts import TOKEN
 from robsim.robot.urdf.solids import plain, rgba

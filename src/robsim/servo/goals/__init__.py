@@ -1,1 +1,1 @@
-"""TODO."""
+"""Goals: where the features shall be."""

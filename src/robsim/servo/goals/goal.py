@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
-from robsim.vision.camera import Visibility
 from robsim.base.errors import GoalError, InputError
-from robsim.kernels import camera as kernels
-from robsim.geometry.pose import Pose, homogeneous, one_pose
-from robsim.world.scene import Scene
-from robsim.servo.sight import Sight, relative
 from robsim.base.values import Value
+from robsim.geometry.pose import Pose, homogeneous, one_pose
+from robsim.kernels import camera as kernels
+from robsim.servo.sight import Sight, relative
+from robsim.vision.camera import Visibility
+from robsim.world.scene import Scene
 
 
 def _kept(q: Any) -> Any:
@@ -31,13 +31,13 @@ def _kept(q: Any) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown(Value):
+class TaughtGoal(Value):
     """The features that the true camera measures when the robot stands at `q`.
 
     What is shown can be reached, and wrong intrinsics leave no final error. `q` is as in
     `simulate`: an array, or {robot: q}; None is home.
 
-    >>> Shown([0.1, 0.2]).q
+    >>> TaughtGoal([0.1, 0.2]).q
     array([0.1, 0.2])
     """
 
@@ -48,12 +48,12 @@ class Shown(Value):
 
 
 @dataclass(frozen=True)
-class Computed:
+class GoalPose:
     """The features that the controller expects with the target at `T_c_o` in camera axes.
 
     They come from the believed camera and target; nobody promises that they can be reached.
 
-    >>> Computed(Pose.at(0, 0, 0.5)).T_c_o.position
+    >>> GoalPose(Pose.at(0, 0, 0.5)).T_c_o.position
     array([0. , 0. , 0.5])
     """
 
@@ -64,10 +64,10 @@ class Computed:
 
 
 @dataclass(frozen=True, eq=False)
-class Given(Value):
+class GoalFeatures(Value):
     """The features that are wanted, as numbers s (k,): nobody has seen them.
 
-    >>> Given([0.1, 0.2]).s
+    >>> GoalFeatures([0.1, 0.2]).s
     array([0.1, 0.2])
     """
 
@@ -80,12 +80,12 @@ class Given(Value):
         object.__setattr__(self, "s", frozen(s))
 
 
-Goal = Shown | Computed | Given
+Goal = TaughtGoal | GoalPose | GoalFeatures
 
 
 def as_goal(value: Any) -> Goal:
     """A goal from itself, or from the q at which it is shown."""
-    return value if isinstance(value, Goal) else Shown(value)
+    return value if isinstance(value, Goal) else TaughtGoal(value)
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class GoalView:
 
 def configuration(goal: Goal, scene: Scene) -> Array | None:
     """Coordinates (nq, 1) at which a goal is shown."""
-    if not isinstance(goal, Shown):
+    if not isinstance(goal, TaughtGoal):
         return None
     try:
         q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
@@ -116,18 +116,18 @@ def view_of(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> GoalView:
     A computed goal is the pose of the believed target of `first` in its camera; other sights
     follow from it where they move with that one. Of numbers that are given there is no image.
     """
-    if isinstance(goal, Computed):
+    if isinstance(goal, GoalPose):
         return _computed(goal, belief, first)
     q = configuration(goal, truth.scene)
     if q is None:  # anything of the right shape
         q = runs_last(truth.scene.home, 1)
     look, believed = truth.look(q), belief.look(q)
-    if isinstance(goal, Shown):
+    if isinstance(goal, TaughtGoal):
         _check_visible(truth, look.visibility[:, 0], "shown")
     return GoalView(look.pixels, look.depth, relative(believed.T_w_c, believed.T_w_o))
 
 
-def _computed(goal: Computed, belief: Sight, first: Sight) -> GoalView:
+def _computed(goal: GoalPose, belief: Sight, first: Sight) -> GoalView:
     if not belief.moves_with(first):
         raise GoalError(
             f"camera '{belief.eye.name}' and '{belief.target.name}' do not move as "

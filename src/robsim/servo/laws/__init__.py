@@ -1,1 +1,1 @@
-"""TODO."""
+"""Control laws and what they are made of: inverses, gains, depths, interaction matrices."""

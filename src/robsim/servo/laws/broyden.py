@@ -9,9 +9,9 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
+from robsim.base.values import Value
 from robsim.kernels import broyden as kernels
 from robsim.servo.laws.inverse import rank
-from robsim.base.values import Value
 
 TWIST = 6  # motions of a camera: a Jacobian L J has no more rank, however many joints there are
 

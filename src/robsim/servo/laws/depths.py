@@ -12,8 +12,8 @@ from robsim.base.arrays import Array, frozen, one_or_each, positive
 from robsim.base.errors import InputError
 from robsim.features import Observation
 from robsim.kernels import features as kernels
-from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.instant import Instant, recall, remember
+from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.inverse import product
 from robsim.servo.sight import Key
 

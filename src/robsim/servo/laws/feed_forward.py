@@ -14,22 +14,22 @@ from robsim.servo.laws.inverse import product
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownMotion:
     """From the motions of the believed scene: de/dt = L J_p qdot_p of the prescribed joints.
 
     >>> as_feed_forward("known")
-    Known()
+    KnownMotion()
     """
 
 
 @dataclass(frozen=True)
-class Estimated:
+class EstimatedMotion:
     """From what the error did and the command does not explain, smoothed over `lag` seconds.
 
     The estimate is a first-order filter of (e_k - e_(k-1))/dt - L J qdot_(k-1) (Chaumette and
     Hutchinson 2007, section on target tracking; Corke and Good 1996).
 
-    >>> Estimated(lag=0.1).lag
+    >>> EstimatedMotion(lag=0.1).lag
     0.1
     """
 
@@ -55,17 +55,21 @@ class Estimated:
         remember(now.memory, "moved", product(reach, np.ascontiguousarray(qd[:, None]))[:, 0])
 
 
-FeedForward = Known | Estimated | None
+FeedForward = KnownMotion | EstimatedMotion | None
 
 
 def as_feed_forward(given: Any) -> FeedForward:
     """A feed-forward from its name, itself, or None for none."""
-    if given is None or isinstance(given, Known | Estimated):
+    if given is None or isinstance(given, KnownMotion | EstimatedMotion):
         return given
-    named: dict[str, FeedForward] = {"none": None, "known": Known(), "estimated": Estimated()}
+    named: dict[str, FeedForward] = {
+        "none": None,
+        "known": KnownMotion(),
+        "estimated": EstimatedMotion(),
+    }
     if not isinstance(given, str) or given not in named:
         raise InputError(
-            "feed_forward must be 'none', 'known', 'estimated' or Estimated(lag), "
+            "feed_forward must be 'none', 'known', 'estimated' or EstimatedMotion(lag), "
             f"got {given!r:.80}"
         )
     return named[given]

@@ -13,7 +13,7 @@ from robsim.kernels import gain as kernels
 
 
 @dataclass(frozen=True)
-class Adaptive:
+class AdaptiveGain:
     """A gain that is low for large errors, for gentle starts, and high near the goal.
 
     gain(x) = (at_zero - at_infinity) exp(-slope x/(at_zero - at_infinity)) + at_infinity, with x
@@ -21,7 +21,8 @@ class Adaptive:
     sensor-based robot control"). `at_zero` and `at_infinity` are per second, `slope` is minus the
     derivative at x = 0, per second and unit of e.
 
-    >>> Adaptive(at_zero=4.0, at_infinity=0.4, slope=30.0).of(np.array([0.0, 0.1, 10.0])).round(3)
+    >>> gain = AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
+    >>> gain.of(np.array([0.0, 0.1, 10.0])).round(3)
     array([4.   , 1.965, 0.4  ])
     """
 
@@ -50,14 +51,14 @@ class Adaptive:
         return self.at_infinity
 
 
-def as_gain(value: Any) -> float | Adaptive:
+def as_gain(value: Any) -> float | AdaptiveGain:
     """A gain from itself or from a positive number per second."""
-    if isinstance(value, Adaptive):
+    if isinstance(value, AdaptiveGain):
         return value
     try:
         return positive(value, "gain")
     except InputError:
         raise InputError(
-            f"gain must be a positive number per second or Adaptive(at_zero, at_infinity, slope), "
-            f"got {value!r:.80}"
+            "gain must be a positive number per second or AdaptiveGain(at_zero, at_infinity, "
+            f"slope), got {value!r:.80}"
         ) from None

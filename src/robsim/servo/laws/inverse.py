@@ -15,15 +15,15 @@ RCOND = 1e-6
 
 
 @dataclass(frozen=True)
-class Truncated:
+class PseudoInverse:
     """A^+ with singular values below rcond times the largest taken as zero.
 
-    >>> as_inverse("truncated")
-    Truncated(rcond=1e-06)
+    >>> as_inverse("pseudo_inverse")
+    PseudoInverse(rcond=1e-06)
     """
 
     rcond: float = RCOND
-    name: ClassVar[str] = "truncated"
+    name: ClassVar[str] = "pseudo_inverse"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
@@ -37,7 +37,7 @@ class Truncated:
 
 
 @dataclass(frozen=True)
-class Damped:
+class DampedInverse:
     """(A'A + damping^2 I)^-1 A': shorter commands near a singularity, and never exact.
 
     >>> as_inverse("damped").damping
@@ -57,29 +57,29 @@ class Damped:
 
 
 @dataclass(frozen=True)
-class Transposed:
+class JacobianTranspose:
     """A': gradient descent of ||e||^2/2; slow along the weak directions of A, and never singular.
 
     Stable while gain * dt * sigma^2 < 2 for the largest singular value sigma of L J (Hutchinson,
     Hager and Corke 1996, section on image-based control).
 
-    >>> as_inverse("transposed")
-    Transposed()
+    >>> as_inverse("transpose")
+    JacobianTranspose()
     """
 
-    name: ClassVar[str] = "transposed"
+    name: ClassVar[str] = "transpose"
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
-        """(transposed, damping, rcond) for the kernels; J is inverted as by `Truncated`."""
+        """(transposed, damping, rcond) for the kernels; J is inverted as by `PseudoInverse`."""
         return True, 0.0, RCOND
 
 
-Inverse = Truncated | Damped | Transposed
+Inverse = PseudoInverse | DampedInverse | JacobianTranspose
 INVERSES: dict[str, type[Any]] = {
-    "truncated": Truncated,
-    "damped": Damped,
-    "transposed": Transposed,
+    "pseudo_inverse": PseudoInverse,
+    "damped": DampedInverse,
+    "transpose": JacobianTranspose,
 }
 
 

@@ -19,7 +19,7 @@ from robsim.servo.laws.inverse import Inverse
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
-class State:
+class ControlState:
     """What a law is given: error, interaction matrix and Jacobian, as the controller believes.
 
     Names that end in `_last` have the run last, as the kernels do; the others are run-first views.
@@ -85,7 +85,7 @@ class Law(Protocol):
     only where all cameras of the task move as one.
     """
 
-    def command(self, state: State) -> Array:
+    def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n) of the commanded joints, rad/s or m/s."""
 
 
@@ -100,7 +100,7 @@ class JointLaw:
     name: ClassVar[str] = "joint"
     in_camera: ClassVar[bool] = False
 
-    def command(self, state: State) -> Array:
+    def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
         qd = np.empty(state.reach_last.shape[1:])
         kernels.joint(state.reach_last, state.error_last, 1.0, *state.inverse.numbers, qd)
@@ -125,7 +125,7 @@ class CameraLaw:
     def __post_init__(self) -> None:
         object.__setattr__(self, "length", positive(self.length, "characteristic length"))
 
-    def command(self, state: State) -> Array:
+    def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
         qd = np.empty(state.reach_last.shape[1:])
         kernels.camera(

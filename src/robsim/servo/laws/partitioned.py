@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array, first_view, positive
 from robsim.kernels.laws import realise
 from robsim.kernels.solve import invert
-from robsim.servo.laws.law import State
+from robsim.servo.laws.law import ControlState
 
 ALONG, ACROSS = [2, 5], [0, 1, 3, 4]  # components of the camera's twist
 
@@ -41,7 +41,7 @@ class PartitionedLaw:
         put(self, "advance", positive(self.advance, "advance (metres per second)"))
         put(self, "length", positive(self.length, "length (metres)"))
 
-    def command(self, state: State) -> Array:
+    def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
         assert state.s_last is not None
         V = np.empty((6, state.error_last.shape[1]))

@@ -1,1 +1,1 @@
-"""TODO."""
+"""What is done to a command after the law: secondary motions, projections, limits."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers, positive
 from robsim.base.errors import InputError
-from robsim.kernels import redundancy as kernels
 from robsim.base.values import Value
+from robsim.kernels import redundancy as kernels
 
 
 def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import frozen, positive
 from robsim.base.errors import InputError, suggest
-from robsim.world.scene import Scene
+from robsim.base.values import Value
 from robsim.servo.shaping.limit import SpeedLimit
 from robsim.servo.shaping.redundancy import Secondary
 from robsim.servo.shaping.shaping import Shaping, as_projection, coordinates_of
-from robsim.base.values import Value
+from robsim.world.scene import Scene
 
 Columns = NDArray[np.int64]  # indices of velocities of a scene
 
@@ -27,7 +27,7 @@ class Shaped(Value):
     joints        names of robots or velocities that are commanded; None: all that matter
     secondary     a motion within what the task leaves free: `AvoidLimits()`, `Posture(q)`, or any
                   object with velocity(q, limits)
-    projection    of the secondary motion: "classic", "large" or `Large(low, high)`
+    projection    of the secondary motion: "classic", "large" or `LargeProjection(low, high)`
     smooth_start  per second: the command grows from zero, with exp(-smooth_start t)
     limit         `SpeedLimit(...)`
     """

@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, positive, shown_view
 from robsim.base.errors import InputError
-from robsim.world.scene import Scene
 from robsim.servo.instant import Instant, recall, remember
 from robsim.servo.laws.inverse import RCOND, product
 from robsim.servo.shaping.limit import SpeedLimit
 from robsim.servo.shaping.redundancy import Secondary, large_projection, null_space
+from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True)
-class Large:
+class LargeProjection:
     """The large projection: far from the goal a secondary motion need only keep ||e||.
 
     Above `high` (in units of ||e||) only the norm is kept, below `low` every component, between
     them the two are blended; see `robsim.servo.shaping.redundancy.large_projection`.
 
     >>> as_projection("large")
-    Large(low=0.01, high=0.1)
+    LargeProjection(low=0.01, high=0.1)
     """
 
     low: float = 0.01
@@ -38,15 +38,16 @@ class Large:
             raise InputError(f"low must be below high, got {self.low} and {self.high}")
 
 
-def as_projection(given: Any) -> Large | None:
+def as_projection(given: Any) -> LargeProjection | None:
     """None for the classic projection onto the null space of L J."""
-    if isinstance(given, Large):
+    if isinstance(given, LargeProjection):
         return given
     if not isinstance(given, str) or given not in ("classic", "large"):
         raise InputError(
-            f"projection must be 'classic', 'large' or Large(low, high), got {given!r:.80}"
+            "projection must be 'classic', 'large' or LargeProjection(low, high), "
+            f"got {given!r:.80}"
         )
-    return Large() if given == "large" else None
+    return LargeProjection() if given == "large" else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,7 @@ class Shaping:
     """What is done to a command, for the commanded velocities of a scene."""
 
     secondary: Secondary | None
-    projection: Large | None
+    projection: LargeProjection | None
     smooth_start: float | None  # per second
     limit: SpeedLimit | None
     coordinates: NDArray[np.int64]  # of each commanded velocity; -1 if it has none of its own

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Tasks: servo schemes, trajectories, and tasks made of tasks."""

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
-from robsim.world.scene import Scene
+from robsim.servo.feature_block import FeatureBlock
+from robsim.servo.goals.goal import GoalFeatures, configuration, view_of
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depths
-from robsim.servo.goals.goal import Given, configuration, view_of
-from robsim.servo.part import Part
 from robsim.servo.regulated import Bound, Regulated
-from robsim.servo.tasks.sense import collinear
 from robsim.servo.sight import Key, Sight, sight
+from robsim.servo.tasks.sense import collinear
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     from robsim.servo.tasks.task import ServoTask
@@ -51,7 +51,7 @@ def regulated_by(
         depths.check(len(each.target.marks), each.target.name)
     bound = [_bound(*pair, depths) for pair in zip(task.parts, belief, strict=True)]
     which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
-    given = task.goal.s if isinstance(task.goal, Given) else None
+    given = task.goal.s if isinstance(task.goal, GoalFeatures) else None
     draft = Regulated(tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given)
     return draft.at_its_goal(), truths
 
@@ -60,7 +60,7 @@ def _each_once(found: Found) -> tuple[Sight, ...]:
     return tuple({sight.key: sight for sights in found for sight in sights}.values())
 
 
-def _bound(part: Part, sights: tuple[Sight, ...], depths: Depths) -> Bound:
+def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> Bound:
     """A part with its sights; InputError if it cannot be measured there."""
     feature, target = part.feature, sights[0].target
     chosen, components = (_integers(part.marks), _integers(part.components))

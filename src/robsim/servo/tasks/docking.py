@@ -10,11 +10,11 @@ import numpy as np
 from robsim.base.arrays import Array, first_view, positive
 from robsim.base.errors import InputError
 from robsim.features import Translation
+from robsim.geometry.pose import Pose
 from robsim.kernels import se3
 from robsim.kernels.tree import UNICYCLE
-from robsim.geometry.pose import Pose
 from robsim.servo.controller import Servo
-from robsim.servo.laws.law import State
+from robsim.servo.laws.law import ControlState
 from robsim.servo.regulated import Regulated
 from robsim.servo.tasks.task import ServoTask
 
@@ -73,7 +73,7 @@ class DockingLaw:
     turn: float
     h: float
 
-    def command(self, state: State) -> Array:
+    def command(self, state: ControlState) -> Array:
         """(v, omega) (B, 2)."""
         x, y, heading = self.planar(state.error_last)
         rho = np.sqrt(x * x + y * y)

@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, positive
 from robsim.base.errors import InputError
-from robsim.robot.joint import LIMIT_SLACK
+from robsim.base.values import Value
 from robsim.kernels.loop import Command
-from robsim.world.scene import Scene
+from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.controller import Decision
-from robsim.servo.tasks.follower import Follower, check_trajectory
 from robsim.servo.instant import Instant
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.servo.shaping.shaped import Columns, names_of
+from robsim.servo.tasks.follower import Follower, check_trajectory
+from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory import Quintic, Trapezoid
 from robsim.trajectory.limits import per_axis
-from robsim.base.values import Value
+from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

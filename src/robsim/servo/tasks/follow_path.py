@@ -9,19 +9,19 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_last
 from robsim.base.errors import InputError, suggest
+from robsim.geometry.pose import Pose, homogeneous, is_pose_like, one_pose
 from robsim.kernels import laws, se3
 from robsim.kernels.loop import Command
 from robsim.kernels.pose_features import theta_u_interaction
-from robsim.geometry.pose import Pose, homogeneous, is_pose_like, one_pose
-from robsim.world.scene import Scene
 from robsim.servo.controller import Decision, rcond_of
-from robsim.servo.tasks.follower import Follower, check_trajectory
 from robsim.servo.instant import Instant
-from robsim.servo.laws.inverse import Inverse, Transposed, as_inverse, product, rank
+from robsim.servo.laws.inverse import Inverse, JacobianTranspose, as_inverse, product, rank
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
+from robsim.servo.tasks.follower import Follower, check_trajectory
 from robsim.trajectory import Straight
 from robsim.trajectory.pace import UNITS, Pace
+from robsim.world.scene import Scene
 
 ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
 
@@ -37,7 +37,7 @@ class FollowPath(Shaped):
                   (4, 4), whose time is that of the run
     frame         which frame, such as "panda.tool"; None: the tip of the only robot
     mask          "pose", or "position" of the origin alone
-    inverse       of J: "truncated", "damped", `Truncated(rcond)` or `Damped(damping)`
+    inverse       of J: "pseudo_inverse", "damped", `PseudoInverse(rcond)`, `DampedInverse(damping)`
     gain          per second, at which a distance from the path is made up; at most, and by default,
                   all of it in one period
     tolerance     m and rad: converged when the path is over and the frame this near its end
@@ -66,7 +66,7 @@ class FollowPath(Shaped):
     acceleration: float | None = None
     turn: float | None = None
     turn_acceleration: float | None = None
-    inverse: Any = "truncated"
+    inverse: Any = "pseudo_inverse"
     gain: float | None = None
     tolerance: float = 1e-6
 
@@ -83,7 +83,7 @@ class FollowPath(Shaped):
             put(self, "to", self._checked_goal())
         self._check_plan()
         put(self, "inverse", as_inverse(self.inverse))
-        if isinstance(self.inverse, Transposed):
+        if isinstance(self.inverse, JacobianTranspose):
             raise InputError("a path needs an inverse of J: the transpose is only a direction")
         if self.gain is not None:
             put(self, "gain", positive(self.gain, "gain (per second)"))

@@ -10,13 +10,13 @@ import numpy as np
 from robsim.base.arrays import Array, first_view, positive
 from robsim.base.errors import InputError, suggest
 from robsim.kernels.laws import realise
+from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.laws.law import State
-from robsim.servo.part import Part
+from robsim.servo.laws.law import ControlState
 from robsim.servo.regulated import Regulated
-from robsim.servo.tasks.sense import collinear
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Sight
+from robsim.servo.tasks.sense import collinear
 from robsim.servo.tasks.task import ServoTask
 
 Variant = Literal["corrected", "printed", "completed"]
@@ -61,7 +61,7 @@ class Placing(ServoTask):
         if self.variant not in get_args(Variant):
             hint = suggest(self.variant, get_args(Variant), "variants")
             raise InputError(f"no variant {self.variant!r}; {hint}")
-        part = Part("stereo_points", marks=self.marks)
+        part = FeatureBlock("stereo_points", marks=self.marks)
         if len(part.marks or ()) != 3:
             raise InputError(f"marks: expected three of them, a, b and c, got {self.marks!r:.80}")
         put(self, "marks", part.marks)
@@ -102,7 +102,7 @@ class PlacingLaw:
     s_goal: Array  # (9, 1) a, b, c in camera axes
     task: Placing
 
-    def command(self, state: State) -> Array:
+    def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
         assert state.s_last is not None and state.q_last is not None
         scene, eye, target = self.sight.scene, self.sight.eye, self.sight.target

@@ -10,15 +10,15 @@ import numpy as np
 from robsim.base.arrays import Array, positive
 from robsim.base.errors import InputError
 from robsim.kernels.loop import Command
-from robsim.world.scene import Scene
 from robsim.servo.controller import Assessment, Controller, Decision, Servo
 from robsim.servo.instant import Instant
 from robsim.servo.laws.law import JointLaw
 from robsim.servo.shaping.redundancy import priorities
-from robsim.servo.tasks.several import common, tasks_from, union
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
+from robsim.servo.tasks.several import common, tasks_from, union
 from robsim.servo.tasks.task import ServoTask
+from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.features import Translation
-from robsim.servo.part import Part
+from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.laws.partitioned import PartitionedLaw
 from robsim.servo.regulated import Regulated
 from robsim.servo.tasks.task import ServoTask
@@ -19,20 +19,21 @@ from robsim.servo.tasks.task import ServoTask
 class IBVS(ServoTask):
     """Regulate image features: edot = -gain e, as well as the robot can (chapter, eqs. 5 to 8).
 
-    goal          q at which the goal is shown (None: home), `Computed(T_c_o)` or `Given(s)`
+    goal          q at which the goal is shown (None: home), `GoalPose(T_c_o)` or `GoalFeatures(s)`
     camera        name of the camera, or of the two of a stereo pair; None: the only one
     target        name of the object with the marks; None: the only one
     features      a name such as "points" or "pixels", a feature such as `Points()`, a list of
-                  features and `Part`s, which are stacked, or any object with measure
+                  features and `FeatureBlock`s, which are stacked, or any object with measure
     interaction   L "current", "desired", "mean" of the two, a constant (k, 6), or `Broyden()`
     depth         Z in L: "true", "goal" (its value there), metres or `DepthFilter(start)`;
                   times depth_scale
     law           "joint", "camera", `CameraLaw(length)`, or any object with command
-    gain          per second, or `Adaptive(...)`
-    inverse       "truncated", "damped", "transposed", `Truncated(rcond)` or `Damped(damping)`
+    gain          per second, or `AdaptiveGain(...)`
+    inverse       "pseudo_inverse", "damped", "transpose", `PseudoInverse(rcond)` or
+                  `DampedInverse(damping)`
     tolerance     converged when max|e| is below; None: the feature's own
     belief        a Scene with the same names, as the controller believes it; None: the truth
-    feed_forward  for what moves on its own: "known", "estimated" or `Estimated(lag)`
+    feed_forward  for what moves on its own: "known", "estimated" or `EstimatedMotion(lag)`
     joints, secondary, projection, smooth_start, limit
                   what is commanded, and what is done to the command: see `Shaped`
 
@@ -82,8 +83,8 @@ class Hybrid(ServoTask):
     mark: int = 0
 
     def __post_init__(self) -> None:
-        one = [Part(name, marks=(self.mark,)) for name in ("points", "log_depth")]
-        object.__setattr__(self, "features", [*one, Part("theta_u")])
+        one = [FeatureBlock(name, marks=(self.mark,)) for name in ("points", "log_depth")]
+        object.__setattr__(self, "features", [*one, FeatureBlock("theta_u")])
         super().__post_init__()
 
 
@@ -111,15 +112,15 @@ class Partitioned(ServoTask):
 
     def __post_init__(self) -> None:
         put = object.__setattr__
-        pair = Part("segments", marks=self.segment, components=(3,))
+        pair = FeatureBlock("segments", marks=self.segment, components=(3,))
         if len(pair.marks or ()) != 2:
             raise InputError(f"segment: expected two marks, got {self.segment!r:.80}")
         put(self, "segment", pair.marks)
         law = PartitionedLaw(self.roll, self.advance, self.length)
         for name in ("roll", "advance", "length"):
             put(self, name, getattr(law, name))
-        area = Part("region_moments", components=(0,))
-        put(self, "features", [Part("points"), pair, area])
+        area = FeatureBlock("region_moments", components=(0,))
+        put(self, "features", [FeatureBlock("points"), pair, area])
         put(self, "law", law)
         super().__post_init__()
 

@@ -11,11 +11,11 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
 from robsim.kernels.tree import CAR, UNICYCLE
-from robsim.servo.laws.broyden import Broyden
 from robsim.servo.controller import Servo
-from robsim.servo.laws.feed_forward import Estimated
-from robsim.servo.goals.goal import Given
-from robsim.servo.laws.inverse import Transposed, Truncated, rank
+from robsim.servo.goals.goal import GoalFeatures
+from robsim.servo.laws.broyden import Broyden
+from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.laws.inverse import JacobianTranspose, PseudoInverse, rank
 from robsim.servo.regulated import Regulated
 
 if TYPE_CHECKING:
@@ -28,10 +28,10 @@ def check_sense(task: ServoTask, regulated: Regulated) -> None:
         _check_own_law(task)
     in_camera = bool(getattr(task.law, "in_camera", False))
     law = type(task.law).__name__
-    if task.feed_forward is not None and isinstance(task.inverse, Transposed):
+    if task.feed_forward is not None and isinstance(task.inverse, JacobianTranspose):
         raise InputError(
             "the transpose gives a direction, not the motion that cancels what the target does: "
-            "use inverse='truncated' or 'damped' with feed_forward"
+            "use inverse='pseudo_inverse' or 'damped' with feed_forward"
         )
     if in_camera and not regulated.as_one:
         raise InputError(
@@ -54,7 +54,7 @@ def _check_own_law(task: ServoTask) -> None:
     name = type(task).__name__
     if task.feed_forward is not None:
         raise InputError(f"{name} has a law of its own, which knows no feed_forward: leave it out")
-    if not isinstance(task.inverse, Truncated):
+    if not isinstance(task.inverse, PseudoInverse):
         raise InputError(f"{name} has a law of its own, whose inverses are truncated: leave it so")
     if isinstance(task.interaction, Broyden):
         raise InputError(f"{name} has a law of its own, which has no use for Broyden's rule")
@@ -67,7 +67,7 @@ def _check_broyden(task: ServoTask, rule: Broyden, regulated: Regulated) -> None
             f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
             f"velocities, got {rule.start.shape}"
         )
-    if isinstance(task.feed_forward, Estimated):
+    if isinstance(task.feed_forward, EstimatedMotion):
         raise InputError(
             "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
             "use one of them"
@@ -91,11 +91,11 @@ def _check_constant(L: Array, regulated: Regulated) -> None:
 def check_goal(task: ServoTask, regulated: Regulated) -> None:
     """InputError if the goal cannot be what the task wants of it."""
     by_name = isinstance(task.interaction, str)
-    if not isinstance(task.goal, Given):
+    if not isinstance(task.goal, GoalFeatures):
         if not np.isfinite(regulated.at_goal.L).all():
             raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
     elif any(getattr(part.feature, "uses_pose", False) for part in regulated.parts):
-        raise GoalError("the goal of a pose is a pose: give Computed(T_c_o), not Given(s)")
+        raise GoalError("the goal of a pose is a pose: give GoalPose(T_c_o), not GoalFeatures(s)")
     elif task.depth == "goal" or (by_name and task.interaction != "current"):
         raise InputError(
             "a goal given as numbers has no image: L desired or mean and depth='goal' need a "

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
+from robsim.base.values import Value
 from robsim.kernels.loop import Command
-from robsim.world.scene import Scene
-from robsim.servo.tasks.conditions import Comparison, Condition
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
-from robsim.servo.tasks.several import Several, common, tasks_from, union
 from robsim.servo.shaping.shaped import Columns
-from robsim.base.values import Value
+from robsim.servo.tasks.conditions import Comparison, Condition
+from robsim.servo.tasks.several import Several, common, tasks_from, union
+from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,21 +9,21 @@ import numpy as np
 
 from robsim.base.arrays import frozen, positive
 from robsim.features import Points
-from robsim.world.scene import Scene
-from robsim.servo.tasks.binding import regulated_by, sights_of
-from robsim.servo.laws.broyden import Broyden
 from robsim.servo.controller import Controller, Servo, pace, rank_at_goal, rcond_of
+from robsim.servo.feature_block import FeatureBlock, as_cameras, as_parts
+from robsim.servo.goals.goal import as_goal
+from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depth, as_depth, as_scale
 from robsim.servo.laws.feed_forward import as_feed_forward
-from robsim.servo.laws.gain import Adaptive, as_gain
-from robsim.servo.goals.goal import as_goal
+from robsim.servo.laws.gain import AdaptiveGain, as_gain
 from robsim.servo.laws.interaction import as_interaction
 from robsim.servo.laws.inverse import as_inverse
 from robsim.servo.laws.law import as_law
-from robsim.servo.part import Part, as_cameras, as_parts
 from robsim.servo.regulated import Regulated
-from robsim.servo.tasks.sense import check_goal, check_sense, warn_of_rank, warn_of_wheels
 from robsim.servo.shaping.shaped import Columns, Shaped
+from robsim.servo.tasks.binding import regulated_by, sights_of
+from robsim.servo.tasks.sense import check_goal, check_sense, warn_of_rank, warn_of_wheels
+from robsim.world.scene import Scene
 
 
 @runtime_checkable
@@ -53,8 +53,8 @@ class ServoTask(Shaped):
     depth: Depth = "true"
     depth_scale: Any = 1.0
     law: Any = "joint"
-    gain: float | Adaptive = 1.0
-    inverse: Any = "truncated"
+    gain: float | AdaptiveGain = 1.0
+    inverse: Any = "pseudo_inverse"
     tolerance: float | None = None
     belief: Scene | None = None
     _: KW_ONLY
@@ -66,7 +66,7 @@ class ServoTask(Shaped):
         put(self, "goal", as_goal(self.goal))
         put(self, "camera", as_cameras(self.camera))
         parts = as_parts(self.features)
-        bare = len(parts) == 1 and not isinstance(self.features, Part | list | tuple)
+        bare = len(parts) == 1 and not isinstance(self.features, FeatureBlock | list | tuple)
         put(self, "features", parts[0].feature if bare else parts)
         put(self, "law", as_law(self.law))
         put(self, "inverse", as_inverse(self.inverse))
@@ -79,7 +79,7 @@ class ServoTask(Shaped):
             put(self, "tolerance", positive(self.tolerance, "tolerance"))
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[FeatureBlock, ...]:
         """All features with who sees them."""
         return as_parts(self.features)
 

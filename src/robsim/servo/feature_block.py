@@ -14,8 +14,8 @@ from robsim.features import FEATURES, Feature
 
 
 @dataclass(frozen=True)
-class Part:
-    """One of several features that a task stacks: `IBVS(features=[Part(...), Part(...)])`.
+class FeatureBlock:
+    """One of several features that a task stacks: `IBVS(features=[FeatureBlock(...), ...])`.
 
     feature       a name such as "points", or an object with unit, tolerance and measure
     camera        its name, or two names for a feature of a stereo pair; None: that of the task
@@ -24,7 +24,7 @@ class Part:
     components    which numbers of s; None: all
     weight        on its rows in the law's least squares
 
-    >>> Part("log_depth", marks=[0]).marks
+    >>> FeatureBlock("log_depth", marks=[0]).marks
     (0,)
     """
 
@@ -44,12 +44,12 @@ class Part:
         put(self, "weight", positive(self.weight, "weight"))
 
 
-def as_parts(given: Any) -> tuple[Part, ...]:
+def as_parts(given: Any) -> tuple[FeatureBlock, ...]:
     """Parts from one feature or a list of features and parts."""
     several = given if isinstance(given, list | tuple) else [given]
     if not several:
         raise InputError("features: an empty list; give at least one feature")
-    return tuple(part if isinstance(part, Part) else Part(part) for part in several)
+    return tuple(part if isinstance(part, FeatureBlock) else FeatureBlock(part) for part in several)
 
 
 def as_feature(given: Any) -> Feature:

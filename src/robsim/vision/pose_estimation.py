@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
-from robsim.vision.camera import Camera
 from robsim.base.errors import InputError
+from robsim.base.values import Value
+from robsim.geometry.pose import homogeneous
 from robsim.kernels import camera as camera_kernels
 from robsim.kernels.features import points_interaction
 from robsim.kernels.pose import fit_pose
-from robsim.geometry.pose import homogeneous
-from robsim.base.values import Value
+from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
 from robsim.vision.orthography import mirrored, orthographic_poses
 from robsim.vision.three_marks import three_marks_poses

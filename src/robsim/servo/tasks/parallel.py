@@ -9,17 +9,17 @@ import numpy as np
 
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
+from robsim.base.values import Value
 from robsim.kernels.loop import Command
-from robsim.world.scene import Scene
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
-from robsim.servo.tasks.several import Several, common, tasks_from
 from robsim.servo.shaping.shaped import Columns
-from robsim.base.values import Value
+from robsim.servo.tasks.several import Several, common, tasks_from
+from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class Together(Value):
+class Parallel(Value):
     """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
 
     Give each task its `joints` where the cameras and targets would let them share some. Beside one
@@ -27,11 +27,11 @@ class Together(Value):
     because its error grows.
 
     >>> from robsim import IBVS, PBVS
-    >>> Together([IBVS(joints="head"), PBVS(joints="arm")]).tasks[0].joints
+    >>> Parallel([IBVS(joints="head"), PBVS(joints="arm")]).tasks[0].joints
     ('head',)
     """
 
-    kind: ClassVar[str] = "together"
+    kind: ClassVar[str] = "parallel"
     tasks: Any
 
     def __post_init__(self) -> None:
