@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from robsim.robot.robot.ik import numeric as ik
+from robsim.robot.ik import numeric as ik
 
 import robsim as rs
 

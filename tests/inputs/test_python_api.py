@@ -222,10 +222,10 @@ TASK = {
         (["joint"], "no law ['joint']", "laws: joint, camera"),
     ],
     "inverse": [
-        ("dampd", "no inverse 'dampd'", "did you mean 'damped'?", "inverses: truncated, damped"),
-        (rs.DampedInverse, "no inverse <class", "inverses: truncated, damped"),
-        (["damped"], "no inverse ['damped']", "inverses: truncated, damped"),
-        ({}, "no inverse {}", "inverses: truncated, damped"),
+        ("dampd", "no inverse 'dampd'", "did you mean 'damped'?", "inverses: pseudo_inverse, damped"),
+        (rs.DampedInverse, "no inverse <class", "inverses: pseudo_inverse, damped"),
+        (["damped"], "no inverse ['damped']", "inverses: pseudo_inverse, damped"),
+        ({}, "no inverse {}", "inverses: pseudo_inverse, damped"),
     ],
     "features": [
         (rs.Points, "features: expected a name", "<class", "measure", "such as Points()"),

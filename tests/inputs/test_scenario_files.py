@@ -544,7 +544,7 @@ def test_changes_are_in_the_text_and_the_text_says_the_same():
     [
         ('features = "lines"\nlaw = "camera"\nlength = "1 cm"', "task.kind=hybrid", rs.Hybrid),
         ('features = "lines"\nlaw = "camera"', "task.kind=partitioned", rs.Partitioned),
-        ('inverse = "damped"\ndamping = 1', "task.inverse=transposed", rs.IBVS),
+        ('inverse = "damped"\ndamping = 1', "task.inverse=transpose", rs.IBVS),
         ('feed_forward = "estimated"\nlag = "1 s"', "task.feed_forward=known", rs.IBVS),
         (
             'interaction = "broyden"\nbroyden_start = [[1]]',

@@ -138,7 +138,7 @@ class Robot(Value):
         FileError: all that is wrong, each with its line; a FileWarning tells what is left out or
         read in another way.
         """
-        from robsim import urdf  # only where it is used, for a quick start
+        from robsim.robot import urdf  # only where it is used, for a quick start
 
         return urdf.read(path, cls)
 
@@ -151,7 +151,7 @@ class Robot(Value):
         nothing gets 1 g and 1e-6 kg m^2, so that simulators take it. InputError: rails, vehicles
         and what follows by other than Mimic, which the format cannot express, by name.
         """
-        from robsim import urdf  # only where it is used, for a quick start
+        from robsim.robot import urdf  # only where it is used, for a quick start
 
         urdf.write(self.name, self.links, path)
 
@@ -163,7 +163,7 @@ class Robot(Value):
         of its free joint are the pose of the body in the world. The base stands at the origin.
         Meshes are left out, with a FileWarning; the rest is as in `to_urdf`.
         """
-        from robsim import urdf  # only where it is used, for a quick start
+        from robsim.robot import urdf  # only where it is used, for a quick start
 
         urdf.write_mjcf(self.name, self.links, path)
 

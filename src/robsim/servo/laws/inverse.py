@@ -1,4 +1,4 @@
-"""What stands for the inverse of L or L J, by name: truncated, damped, or the transpose."""
+"""What stands for the inverse of L or L J, by name: pseudo-inverse, damped inverse or transpose."""
 
 from __future__ import annotations
 
