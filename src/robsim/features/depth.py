@@ -9,10 +9,12 @@ import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen
 from robsim.base.values import Value
-from robsim.features.feature import Observation
+from robsim.declare import register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import point_features as kernels
 
 
+@register("feature", "log_depth")
 @dataclass(frozen=True, eq=False)
 class LogDepth(Value):
     """The logarithm of each mark's depth over that at the goal, s = (log(Z1/Z1_goal), ...).
@@ -29,10 +31,9 @@ class LogDepth(Value):
     array([[1.3863]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
     Z_goal: Array | None = field(default=None, repr=False)  # (N, 1) metres; set by `towards`
-    name: ClassVar[str] = "log_depth"
     measures_depth: ClassVar[bool] = True
 
     def towards(self, goal: Observation) -> LogDepth:

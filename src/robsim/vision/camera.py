@@ -18,11 +18,15 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.declare import ListOf, Whole
+from robsim.declare.spec import Spec
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
 
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
+
+PIXELS = Whole(1, 1_000_001)
 
 
 class Visibility(IntEnum):
@@ -82,7 +86,8 @@ class Camera(Value):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "K", frozen(_checked_intrinsics(self.K)))
-        object.__setattr__(self, "size", _checked_size(self.size))
+        if self.size is not None:
+            object.__setattr__(self, "size", SIZE.check(self.size, "image size"))
         if not isinstance(self.body, CameraBody | None):
             raise InputError(f"body: expected a CameraBody, got {self.body!r:.80}")
         lens = numbers(self.distortion, "distortion", ("n",))
@@ -204,10 +209,22 @@ def _checked_intrinsics(given: Any) -> Array:
     return K
 
 
-def _checked_size(size: Any) -> tuple[int, int] | None:
-    if size is None:
-        return None
-    pair = numbers(size, "image size", (2,))
-    if pair.ndim != 1 or (pair < 1).any() or (pair != np.round(pair)).any():
-        raise InputError(f"image size must be (width, height) in whole pixels, got {size!r}")
-    return int(pair[0]), int(pair[1])
+@dataclass(frozen=True)
+class ImageSize(ListOf):
+    """Width and height of an image in whole pixels."""
+
+    item: Spec = PIXELS
+    least: int = 2
+    most: int = 2
+
+    def check(self, value: Any, what: str) -> tuple[int, int]:
+        pair = numbers(value, what, (2,))
+        if pair.ndim != 1 or (pair < 1).any() or (pair != np.round(pair)).any():
+            raise InputError(f"{what} must be (width, height) in whole pixels, got {value!r}")
+        return int(pair[0]), int(pair[1])
+
+    def words(self) -> str:
+        return "[width, height] in pixels"
+
+
+SIZE = ImageSize()

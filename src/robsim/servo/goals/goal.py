@@ -4,18 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
 from robsim.base.errors import GoalError, InputError
 from robsim.base.values import Value
+from robsim.declare.arrays import Row
+from robsim.declare.joints import PerJoint, coordinates
+from robsim.declare.problems import under
+from robsim.declare.spec import Context, NoText, Raw, Spec
+from robsim.declare.tables import merge_table, read_table, write_table
 from robsim.geometry.pose import Pose, homogeneous, one_pose
+from robsim.geometry.pose_table import KEYS, PoseTable
 from robsim.kernels import camera as kernels
+from robsim.robot.joint import KINDS
 from robsim.servo.sight import Sight, relative
 from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
+
+FLOATING = KINDS["floating"].units
 
 
 def _kept(q: Any) -> Any:
@@ -83,9 +92,95 @@ class GoalFeatures(Value):
 Goal = TaughtGoal | GoalPose | GoalFeatures
 
 
-def as_goal(value: Any) -> Goal:
-    """A goal from itself, or from the q at which it is shown."""
-    return value if isinstance(value, Goal) else TaughtGoal(value)
+@dataclass(frozen=True)
+class GoalTable:
+    """How a text says a goal: where it is shown, computed from which pose, or its numbers."""
+
+    q: Annotated[Any, PerJoint(coordinates), "Where the goal is shown: one number a joint."] = None
+    pose: Annotated[Pose | None, PoseTable(flat=True), "Where it is shown, of a free camera."] = (
+        None
+    )
+    computed: Annotated[Pose | None, PoseTable(), "The target in camera axes, T_c_o."] = None
+    s: Annotated[Any, Row(), "The features as numbers."] = None
+
+    def made(self, c: Context) -> Goal:
+        """Return the goal; InputError if it is said in two ways."""
+        ways = [key for key in ("computed", "s", "q") if getattr(self, key) is not None]
+        ways += ["a pose"] if self.pose is not None else []
+        if len(ways) > 1:
+            raise InputError(f"{' and '.join(ways)}: give one of them only")
+        if self.s is not None:
+            return GoalFeatures(self.s)
+        if self.computed is not None:
+            return GoalPose(self.computed)
+        return TaughtGoal(start_of(self.q, self.pose, c.facts.get("scene"), "goal q"))
+
+    @classmethod
+    def of(cls, value: Goal, c: Context) -> GoalTable:
+        """Return what says a goal."""
+        if isinstance(value, GoalPose):
+            return cls(computed=value.T_c_o)
+        if isinstance(value, GoalFeatures):
+            return cls(s=value.s)
+        scene = c.facts["scene"]
+        return cls(None if value.q is None else scene.coordinates(value.q, limits=False))
+
+
+@dataclass(frozen=True)
+class GoalSpec(Spec):
+    """A goal; in Python also the q at which it is shown."""
+
+    form: ClassVar[str] = "table"
+
+    def check(self, value: Any, what: str) -> Goal:
+        return value if isinstance(value, Goal) else TaughtGoal(value)
+
+    def read(self, raw: Raw, c: Context) -> Goal:
+        made: Goal = read_table(GoalTable, raw, c).made(c)
+        return made
+
+    def write(self, value: Any, c: Context) -> dict[str, Raw]:
+        if type(value) not in (TaughtGoal, GoalPose, GoalFeatures):
+            raise NoText(f"{type(value).__name__} is Python code")
+        return write_table(GoalTable.of(value, c), c)
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        raw = self.saved(value, c.at(name))
+        if raw:
+            table[name] = raw
+
+    def words(self) -> str:
+        return "a goal: q, a pose, computed or s"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        reference: dict[str, Any] = define(GoalTable)
+        return reference
+
+    def wrong(self) -> list[Raw]:
+        return [3, "home", {"s": []}, {"s": [1.0], "computed": {}}]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        if not isinstance(old, dict) or not isinstance(new, dict):
+            return new
+        ways = {"q": ["q"], "computed": ["computed"], "s": ["s"], "pose": [*KEYS]}
+        said = [way for way, keys in ways.items() if any(key in new for key in keys)]
+        kept = {k: v for way in said for k, v in old.items() if k in ways[way]}
+        return merge_table(GoalTable, kept if said else old, new, loose)
+
+
+def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
+    """Return coordinates of the robots from a text; None where nothing is said, which is home."""
+    if q is not None and pose is not None:
+        raise InputError("q and a pose: give one of the two only")
+    if scene is None or (q is None and pose is None):
+        return None
+    if pose is None:
+        with under("q"):
+            return scene.coordinates(q, what)
+    if scene.coordinate_units != FLOATING:
+        names = ", ".join(scene.coordinate_names) or "no coordinates"
+        raise InputError(f"a pose is for a scene whose only joint floats; give q, of {names}")
+    return scene.coordinates(pose.q, what)
 
 
 @dataclass(frozen=True)

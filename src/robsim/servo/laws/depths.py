@@ -4,39 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, one_or_each, positive
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
+from robsim.declare import Choice, Length, ListOf, Number, OneOf
 from robsim.features import Observation
 from robsim.kernels import features as kernels
 from robsim.servo.instant import Instant, recall, remember
-from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.laws.depth_filter import DEPTHS, DepthFilter
 from robsim.servo.laws.inverse import product
 from robsim.servo.sight import Key
 
 Depth = Literal["true", "goal"] | float | DepthFilter
+DEPTH = Choice(DEPTHS, default="filter", short=False, plain=("true", "goal"), other=Length(above=0))
 Scale = float | tuple[float, ...]  # for all marks, or for each
 
 
-def as_depth(given: Any) -> Depth:
-    """A depth from its name, metres, or a filter."""
-    if isinstance(given, DepthFilter):
-        return given
-    if isinstance(given, str):
-        if given not in ("true", "goal"):
-            raise InputError(
-                f"depth must be 'true', 'goal', a number of metres or a DepthFilter, got {given!r}"
-            )
-        return given  # type: ignore[return-value]
-    return positive(given, "depth (metres)")
-
-
-def as_scale(given: Any) -> Scale:
-    """A factor above zero for all marks, or one for each."""
-    return one_or_each(given, "depth_scale", "mark")
+SCALE = OneOf(
+    Number(above=0), ListOf(Number(above=0), 1), words="a factor above zero, or one for each mark"
+)
 
 
 @cache  # it is asked for in every step

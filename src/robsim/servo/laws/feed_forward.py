@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array
+from robsim.declare import Choice, Declared, Time, family, register
 from robsim.servo.instant import Instant, recall, remember
 from robsim.servo.laws.inverse import product
 
+FEED_FORWARDS = family("feed-forward")
 
+
+@register("feed-forward", "known")
 @dataclass(frozen=True)
 class KnownMotion:
     """From the motions of the believed scene: de/dt = L J_p qdot_p of the prescribed joints.
 
-    >>> as_feed_forward("known")
+    >>> KnownMotion()
     KnownMotion()
     """
 
 
+@register("feed-forward", "estimated")
 @dataclass(frozen=True)
-class EstimatedMotion:
+class EstimatedMotion(Declared):
     """From what the error did and the command does not explain, smoothed over `lag` seconds.
 
     The estimate is a first-order filter of (e_k - e_(k-1))/dt - L J qdot_(k-1) (Chaumette and
@@ -33,10 +37,7 @@ class EstimatedMotion:
     0.1
     """
 
-    lag: float = 0.2
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "lag", positive(self.lag, "lag (seconds)"))
+    lag: Annotated[float, Time(above=0), "Time constant of the smoothing."] = 0.2
 
     def of(self, now: Instant, error: Array) -> Array:
         """(k, B) per second."""
@@ -58,18 +59,4 @@ class EstimatedMotion:
 FeedForward = KnownMotion | EstimatedMotion | None
 
 
-def as_feed_forward(given: Any) -> FeedForward:
-    """A feed-forward from its name, itself, or None for none."""
-    if given is None or isinstance(given, KnownMotion | EstimatedMotion):
-        return given
-    named: dict[str, FeedForward] = {
-        "none": None,
-        "known": KnownMotion(),
-        "estimated": EstimatedMotion(),
-    }
-    if not isinstance(given, str) or given not in named:
-        raise InputError(
-            "feed_forward must be 'none', 'known', 'estimated' or EstimatedMotion(lag), "
-            f"got {given!r:.80}"
-        )
-    return named[given]
+FEED_FORWARD = Choice(FEED_FORWARDS, none="none", beside_of={"lag": ("estimated", "lag")})

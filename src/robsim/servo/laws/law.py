@@ -8,14 +8,19 @@ first; the second descends the error whatever the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view, positive, shown_view
-from robsim.base.errors import InputError, suggest
+from robsim.base.arrays import Array, first_view, shown_view
+from robsim.declare import Choice, Declared, Length, family, register
 from robsim.kernels import laws as kernels
 from robsim.servo.laws.inverse import Inverse
+
+LAWS = family("law")
+UnitOfLength = Annotated[
+    float, Length(above=0), "Unit of length by which |v| is weighed against |omega|."
+]
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
@@ -89,15 +94,16 @@ class Law(Protocol):
         """Joint velocities (B, n) of the commanded joints, rad/s or m/s."""
 
 
+@register("law", "joint")
 @dataclass(frozen=True)
 class JointLaw:
     """qdot = -gain (L J)^+ e: the least-squares descent of the error in the joints.
 
-    >>> as_law("joint")
+    >>> from robsim import IBVS
+    >>> IBVS(law="joint").law
     JointLaw()
     """
 
-    name: ClassVar[str] = "joint"
     in_camera: ClassVar[bool] = False
 
     def command(self, state: ControlState) -> Array:
@@ -107,23 +113,20 @@ class JointLaw:
         return first_view(state.times_gain(qd))
 
 
+@register("law", "camera")
 @dataclass(frozen=True)
-class CameraLaw:
+class CameraLaw(Declared):
     """V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
 
     Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
-    |omega|^2. `length` (metres) is that unit; the chapter's is a centimetre.
+    |omega|^2. The chapter's is a centimetre.
 
     >>> CameraLaw(length=0.01).length
     0.01
     """
 
-    length: float = 1.0
-    name: ClassVar[str] = "camera"
+    length: UnitOfLength = 1.0
     in_camera: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "length", positive(self.length, "characteristic length"))
 
     def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
@@ -140,15 +143,4 @@ class CameraLaw:
         return first_view(state.times_gain(qd))
 
 
-LAWS: dict[str, type[Any]] = {"joint": JointLaw, "camera": CameraLaw}
-
-
-def as_law(value: Any) -> Law:
-    """A law from its name, or any object with a `command` method."""
-    if isinstance(value, str) and value in LAWS:
-        law: Law = LAWS[value]()
-        return law
-    if isinstance(value, str) or not isinstance(value, Law) or isinstance(value, type):
-        hint = suggest(value, LAWS, "laws")
-        raise InputError(f"no law {value!r}; {hint}, or an object with command(state)")
-    return value
+LAW = Choice(LAWS, default="joint", beside_of={"length": ("camera", "length")}, protocol=Law)

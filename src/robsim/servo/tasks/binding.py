@@ -28,7 +28,7 @@ def sights_of(task: ServoTask, scene: Scene) -> Found:
     """Who sees what; InputError for a name that does not exist, or if nothing moves."""
     made: dict[Key, Sight] = {}
     each = []
-    for part in task.parts:
+    for part in task.blocks:
         names = part.camera or task.camera
         several = names if isinstance(names, tuple) else (names,)
         found = [sight(scene, name, part.target or task.target) for name in several]
@@ -49,7 +49,7 @@ def regulated_by(
     q_goal, depths = configuration(task.goal, scene), Depths(task.depth, task.depth_scale)
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
-    bound = [_bound(*pair, depths) for pair in zip(task.parts, belief, strict=True)]
+    bound = [_bound(*pair, depths) for pair in zip(task.blocks, belief, strict=True)]
     which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
     given = task.goal.s if isinstance(task.goal, GoalFeatures) else None
     draft = Regulated(tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given)

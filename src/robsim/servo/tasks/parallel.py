@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.declare import Declared, ListOf, register
 from robsim.kernels.loop import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
 from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.several import Several, common, tasks_from
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.servo.tasks.several import Several, common
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 
+@register("task", "parallel")
 @dataclass(frozen=True, eq=False)
-class Parallel(Value):
+class Parallel(Declared):
     """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
 
     Give each task its `joints` where the cameras and targets would let them share some. Beside one
@@ -31,11 +34,9 @@ class Parallel(Value):
     ('head',)
     """
 
-    kind: ClassVar[str] = "parallel"
-    tasks: Any
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "tasks", tasks_from(self.tasks, 2))
+    tasks: Annotated[
+        Any, ListOf(TaskChoice(TASKS, protocol=Task), 2, 64), "The tasks, at least two."
+    ]
 
     def columns(self, scene: Scene) -> Columns:
         """All of them; InputError if two tasks command one joint."""

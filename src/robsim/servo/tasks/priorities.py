@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import ListOf, register
 from robsim.kernels.loop import Command
 from robsim.servo.controller import Assessment, Controller, Decision, Servo
 from robsim.servo.instant import Instant
+from robsim.servo.laws.inverse import SHARE
 from robsim.servo.laws.law import JointLaw
 from robsim.servo.shaping.redundancy import priorities
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
-from robsim.servo.tasks.several import common, tasks_from, union
-from robsim.servo.tasks.task import ServoTask
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.servo.tasks.several import common, union
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
+ORDERED = ListOf(
+    TaskChoice(
+        TASKS, only=("ibvs", "pbvs", "hybrid", "partitioned", "placing", "docking"), protocol=Task
+    ),
+    2,
+    64,
+)
 
+
+@register("task", "priorities")
 @dataclass(frozen=True, eq=False)
 class Priorities(Shaped):
     """Tasks in strict order: none disturbs one that comes before it (Siciliano and Slotine 1991).
@@ -34,14 +46,14 @@ class Priorities(Shaped):
     1e-06
     """
 
-    kind: ClassVar[str] = "priorities"
-    tasks: Any
-    rcond: float = 1e-6
+    tasks: Annotated[Any, ORDERED, "The tasks, the most important first."]
+    rcond: Annotated[
+        float, SHARE, "Share of the largest singular value below which one counts as zero."
+    ] = 1e-6
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        tasks = tasks_from(self.tasks, 2)
-        for task in tasks:
+        for task in self.tasks:
             if not isinstance(task, ServoTask) or type(task.law) is not JointLaw:
                 raise InputError(
                     "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
@@ -52,10 +64,6 @@ class Priorities(Shaped):
                     "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
                     "whole, not to one of its tasks"
                 )
-        object.__setattr__(self, "tasks", tasks)
-        object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
-        if self.rcond >= 1:
-            raise InputError(f"rcond must be below 1, got {self.rcond}")
 
     def columns(self, scene: Scene) -> Columns:
         """All that any of the tasks commands."""

@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Key, Sight
-from robsim.servo.tasks.task import Task
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,19 +72,6 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
         "full_rank": max(part.full_rank for part in parts),
         "rcond": min(part.rcond for part in parts),
     }
-
-
-def tasks_from(given: Any, least: int) -> tuple[Task, ...]:
-    """At least so many tasks, from a list."""
-    tasks = tuple(given) if isinstance(given, list | tuple) else ()
-    if len(tasks) < least or not all(
-        isinstance(t, Task) and not isinstance(t, type) for t in tasks
-    ):
-        raise InputError(
-            f"expected a list of at least {least} tasks such as IBVS(...) and PBVS(...), "
-            f"got {len(tasks)} things: {given!r:.80}"
-        )
-    return tasks
 
 
 def union(columns: Iterable[Columns]) -> Columns:

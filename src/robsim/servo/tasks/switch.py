@@ -4,30 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.declare import Declared, Flag, register
 from robsim.kernels.loop import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.instant import Instant
 from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.conditions import Comparison, Condition
-from robsim.servo.tasks.several import Several, common, tasks_from, union
+from robsim.servo.tasks.conditions import CONDITION, Comparison, Condition
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.servo.tasks.several import Several, common, union
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 
+@register("task", "switch")
 @dataclass(frozen=True, eq=False)
-class Switch(Value):
+class Switch(Declared):
     """The first scheme, and from when a condition holds the second: PBVS far away, IBVS near.
 
-    when    `ErrorBelow(value)`, `NearBorder(margin, size)`, or any object with
-            holds(first, second) -> (B,)
-    latch   stay with the second; otherwise it is asked anew at every instant (a switched system as
-            in Gans and Hutchinson 2007)
+    Without `latch` it is asked anew at every instant (a switched system as in Gans and Hutchinson
+    2007).
 
     A run has converged when the errors of both are small: their goals must be one. The time of a
     trajectory that one of them follows is that of the run, whenever its turn comes.
@@ -40,21 +41,10 @@ class Switch(Value):
     True
     """
 
-    kind: ClassVar[str] = "switch"
-    first: Any
-    second: Any
-    when: Any
-    latch: bool = True
-
-    def __post_init__(self) -> None:
-        tasks_from([self.first, self.second], 2)
-        if isinstance(self.when, type) or not isinstance(self.when, Condition):
-            raise InputError(
-                "when: expected ErrorBelow(value), NearBorder(margin, size) or an object with "
-                f"holds(first, second), got {self.when!r:.80}"
-            )
-        if not isinstance(self.latch, bool):
-            raise InputError(f"latch must be True or False, got {self.latch!r:.80}")
+    first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme at the start."]
+    second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme after the switch."]
+    when: Annotated[Any, CONDITION, "When it switches; or an object with holds(first, second)."]
+    latch: Annotated[bool, Flag(), "Whether it stays with the second once it has switched."] = True
 
     def columns(self, scene: Scene) -> Columns:
         """All that one of the two commands."""
