@@ -18,7 +18,7 @@ class Habit:
     """A law of a user that keeps what it commanded."""
 
     def command(self, state):
-        qd = -state.error @ np.linalg.pinv(state.reach[0]).T
+        qd = -state.error @ np.linalg.pinv(state.task_jacobian[0]).T
         state.memory["last"] = qd
         return qd
 

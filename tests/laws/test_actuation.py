@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.kernels.actuation import count, follow
-from robsim.run.drives import Drives, Held
+from robsim.run.drives import Drives, Period
 
 INF = np.inf
 
@@ -176,7 +176,7 @@ def test_a_unicycle_that_lags_is_moved_by_its_mean_velocity_and_an_arm_exactly()
         drives = Drives(rs.Actuation(lag=0.1), scene, np.arange(scene.nv))
         start, command = -np.ones((scene.nv, 1)), np.linspace(-2, 3, scene.nv)[:, None]
         errors = [
-            _error(drives, Held(scene.home[:, None], start, command), h) for h in (dt, dt / 2)
+            _error(drives, Period(scene.home[:, None], start, command), h) for h in (dt, dt / 2)
         ]
         if exact:
             assert max(errors) < 1e-13
@@ -188,7 +188,7 @@ def _error(drives, held, dt, parts=100):
     whole, _ = drives.advance(held, dt)
     q, v = held.q, held.rates
     for _ in range(parts):
-        q, v = drives.advance(Held(q, v, held.qd), dt / parts)
+        q, v = drives.advance(Period(q, v, held.qd), dt / parts)
     return np.abs(whole - q).max()
 
 

@@ -73,7 +73,7 @@ def test_it_is_explained_compared_diagnosed_and_drawn(case):
     scene, task, q0, run = case
     told = rs.explain(run, experiments=False)
     assert told.outcome == rs.Outcome.TIME_LIMIT and "falls by" in told.what
-    assert {"V", "rank_reach"} & set(rs.diagnose(run).variables)
+    assert {"V", "rank_task_jacobian"} & set(rs.diagnose(run).variables)
     tasks = {"slow": task, "fast": rs.IBVS(features=task.features, gain=2.0)}
     compared = rs.compare(scene, tasks, np.array([q0]), duration=3.0)
     assert "slow" in str(compared) and "fast" in str(compared)

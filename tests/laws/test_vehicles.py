@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim import InputError, Motion, Pose, Steering
-from robsim.run.drives import Drives, Held
+from robsim.run.drives import Drives, Period
 
 WHEELS = {
     "car": ("rear_left", "rear_right", "front_left", "front_right"),
@@ -156,7 +156,7 @@ def held(scene, car_angle=0.0):
     q[3] = car_angle
     v = np.random.default_rng(4).normal(size=(scene.nv, 1))
     v[:2, 0] = 1.0, 2.0
-    return Held(q[:, None], 0.5 * v, v)
+    return Period(q[:, None], 0.5 * v, v)
 
 
 def test_in_the_middle_of_a_period_a_car_is_on_its_arc():
@@ -174,7 +174,7 @@ def test_an_arm_lags_no_differently_beside_a_car():
     arm, car = rs.robots.rhino_xr4(), rs.robots.car()
     together, actuation = rs.Scene([car, arm]), rs.Actuation(lag=0.1, acceleration=9.0)
     whole = held(together)
-    alone = Held(*(part[-5:] for part in whole))
+    alone = Period(*(part[-5:] for part in whole))
     both = Drives(actuation, together, np.arange(7)).advance(whole, 0.04)
     own = Drives(actuation, rs.Scene(arm), np.arange(5)).advance(alone, 0.04)
     for mine, theirs in zip(own, both, strict=True):

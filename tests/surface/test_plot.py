@@ -759,7 +759,7 @@ def test_a_diagnosis_is_drawn_as_it_is(examined):
     time = examined["time"].values
     for axes, names in (
         (V, ["lyapunov"]),
-        (condition, ["condition_interaction", "condition_reach"]),
+        (condition, ["condition_interaction", "condition_task_jacobian"]),
         (stability, ["stability_motion", "contraction"]),
         (border, ["border_margin"]),
     ):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.analysis.case import Case, case_of, repeated
-from robsim.analysis.explanation.attribution import Attribution, Jury
+from robsim.analysis.explanation.attribution import Attribution, Criterion
 from robsim.analysis.explanation.ends import what_happened
 from robsim.analysis.explanation.final_pose import final_pose
 from robsim.analysis.explanation.finding import Finding
@@ -104,7 +104,7 @@ def explain(
         notable = (*final_pose(inquiry), *reasons(inquiry)) if _ended(inquiry) else ()
         return _explanation(inquiry, notable, (), remarks)
     wrong = imperfections(inquiry.again)
-    found = Jury().attributed(case, wrong) if experiments else Attribution()
+    found = Criterion().attributed(case, wrong) if experiments else Attribution()
     causes = found.causes or tuple(reasons(inquiry))
     advice = tuple(remedies(inquiry)) if experiments else ()
     return _explanation(inquiry, causes, advice, _remarks(case, found, wrong, experiments))

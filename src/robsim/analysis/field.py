@@ -16,12 +16,13 @@ from robsim.geometry.pose import Pose, homogeneous
 from robsim.kernels import tree
 from robsim.kernels.loop import Command
 from robsim.kernels.tree import CAR, FLOATING, PRISMATIC, RAIL, REVOLUTE, UNICYCLE
-from robsim.servo.controller import Controller, Servo
-from robsim.servo.instant import Instant
+from robsim.servo.controller import Controller
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.measurement import Measurement
 from robsim.servo.regulated import Regulated
+from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import relative
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
@@ -56,7 +57,7 @@ class Field:
                 "not on the state alone; leave that out"
             )
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # told where the user bound the task
+            warnings.simplefilter("ignore", RankWarning)  # given where the user bound the task
             return cls(_borderless_task(task).bind(_borderless(scene)))
 
     @property
@@ -82,7 +83,9 @@ class Field:
         """T_c_o of the first camera and target at the goal, as believed; of numbers, at home."""
         sight = self.controller.sights[0]
         if self._regulated is not None:
-            return Pose(homogeneous(self._regulated.goals[sight.key].T_c_o)[0])
+            T_c_o = self._regulated.goals[sight.key].guess_last
+            assert T_c_o is not None
+            return Pose(homogeneous(T_c_o)[0])
         return self.pose(runs_last(self.scene.home, 1))[0]
 
     @property
@@ -101,8 +104,8 @@ class Field:
 
     def pose(self, q: Array) -> Pose:
         """T_c_o (B) of the first target in the first camera."""
-        look = self.controller.sights[0].look(q)
-        return Pose(homogeneous(relative(look.T_w_c, look.T_w_o)))
+        seen = self.controller.sights[0].project(q)
+        return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o)))
 
     @property
     def _regulated(self) -> Regulated | None:
@@ -114,7 +117,7 @@ class Field:
 
     def command(self, q: Array) -> Command:
         """What the controller makes of states as if each were the first instant of a run."""
-        return self.controller.control(self._instant(q))
+        return self.controller.control(self._measurement(q))
 
     def rates(self, q: Array) -> Array:
         """F (n, B), NaN where a mark is not in front of its camera: there nothing is asked."""
@@ -126,7 +129,7 @@ class Field:
 
     def in_front(self, q: Array) -> Any:
         """Whether (B,) every camera of the task has all its marks in front."""
-        depths = [sight.look(q).depth.min(axis=0) for sight in self.controller.sights]
+        depths = [sight.project(q).depth.min(axis=0) for sight in self.controller.sights]
         return np.min(depths, axis=0) > 0
 
     def moved(self, q: Array, dq: Array) -> Array:
@@ -200,14 +203,14 @@ class Field:
             far = np.maximum(far, np.max(ways, axis=0))
         return far
 
-    def _instant(self, q: Array) -> Instant:
-        looks = {sight.key: sight.look(q) for sight in self.controller.sights}
-        pixels = {key: look.pixels for key, look in looks.items()}
-        return Instant(0, 1.0, q, looks, pixels, {})
+    def _measurement(self, q: Array) -> Measurement:
+        projections = {sight.key: sight.project(q) for sight in self.controller.sights}
+        pixels = {key: seen.pixels for key, seen in projections.items()}
+        return Measurement(0, 1.0, q, projections, pixels, {})
 
     def check_forgetful(self, q: Array) -> None:
         """InputError if a law of the user keeps something of states q for the next instant."""
-        now = self._instant(q)
+        now = self._measurement(q)
         with np.errstate(all="ignore"):
             self.controller.control(now)
         kept = list(_kept(now.memory))

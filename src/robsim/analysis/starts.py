@@ -61,7 +61,7 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
     home = runs_last(field.scene.home, 1)
     body, T_b_c = tree.find(sight.eye.name)
     first = tree.iq[body]
-    T_w_o = Pose(homogeneous(sight.look(home).T_w_o)[0])
+    T_w_o = Pose(homogeneous(sight.project(home).T_w_o)[0])
     middle = T_w_o @ sight.target.marks.mean(axis=0)
     way = (T_w_o @ field.goal_pose.inv()).position - middle
     if not way.any():

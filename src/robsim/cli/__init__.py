@@ -276,10 +276,10 @@ def _check_colors(scenario: Scenario) -> None:
 
 
 def _must_compile(scenario: Scenario) -> bool:
-    from robsim.run.loop import pays
+    from robsim.run.loop import worth_compiling
 
     steps = scenario.settings.duration / scenario.settings.dt
-    return is_cold("solve.least_squares") or (pays(1, steps) and is_cold("loop.stride"))
+    return is_cold("solve.least_squares") or (worth_compiling(1, steps) and is_cold("loop.stride"))
 
 
 @contextmanager

@@ -60,11 +60,13 @@ def register(noun: str, name: str) -> Callable[[K], K]:
 
     InputError: there is no such family, the name cannot be one, or another class has it.
     """
-    if noun not in _FAMILIES:
-        raise InputError(f"no family {noun!r:.80}; {suggest(noun, _FAMILIES, 'families')}")
     checked_name(name, noun)
 
     def named(kind: K) -> K:
+        if noun not in _FAMILIES and kind.__module__.startswith("robsim."):
+            family(noun)  # whose own module may be imported after those of its kinds
+        if noun not in _FAMILIES:
+            raise InputError(f"no family {noun!r:.80}; {suggest(noun, _FAMILIES, 'families')}")
         known = _FAMILIES[noun].kinds.get(name)
         if known is not None and known.__qualname__ != kind.__qualname__:
             raise InputError(f"there is a {noun} {name!r} already: {known.__qualname__}")

@@ -80,7 +80,7 @@ class Observation:
     def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:
         """What a camera makes of pixels (N, 2, B) at depths (N, B) in metres."""
         points = np.empty_like(pixels)
-        kernels.normalise(pixels, camera.K, camera.lens, camera.reach, points)
+        kernels.normalise(pixels, camera.K, camera.lens, camera.valid_radius, points)
         return cls(pixels, points, depth, camera.K, camera.lens)
 
     def some(self, marks: NDArray[np.int64]) -> Observation:

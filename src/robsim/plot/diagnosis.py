@@ -20,7 +20,7 @@ LOWEST = 1e-16  # of the largest V: below it there is rounding only
 DRAWN = (
     "lyapunov",
     "condition_interaction",
-    "condition_reach",
+    "condition_task_jacobian",
     "stability_motion",
     "contraction",
     "border_margin",
@@ -82,11 +82,11 @@ def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
     time = found["time"].values
     for name, label, color, line in (
         ("condition_interaction", "$\\hat{L}$", palette.BLUE, "-"),
-        ("condition_reach", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
+        ("condition_task_jacobian", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
     ):
         axes.plot(time, found[name].values, line, color=color, label=label, **_dot(time))
     axes.set_ylabel("largest / smallest σ")
-    both = [found[f"condition_{name}"].values for name in ("interaction", "reach")]
+    both = [found[f"condition_{name}"].values for name in ("interaction", "task_jacobian")]
     _logarithmic(axes, np.concatenate(both), wide=True)
     _legend(axes)
 

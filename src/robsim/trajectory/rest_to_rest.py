@@ -12,7 +12,6 @@ import numpy as np
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
-from robsim.declare import family
 from robsim.declare.joints import PerJoint, followed
 from robsim.declare.spec import Context, NoText
 from robsim.geometry.pose import common_lead
@@ -33,7 +32,6 @@ class Ends(PerJoint):
 
 
 ENDS = Ends(followed)
-TRAJECTORIES = family("trajectory")
 
 
 @dataclass(frozen=True, eq=False)

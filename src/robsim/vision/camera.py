@@ -143,7 +143,7 @@ class Camera(Value):
         """
         X, pixels, lead = self._look(points, T_w_c)
         status = np.empty((X.shape[0], X.shape[2]), dtype=np.int8)
-        kernels.visibility(X, pixels, self.border, self.reach, status)
+        kernels.visibility(X, pixels, self.border, self.valid_radius, status)
         return runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
@@ -157,7 +157,7 @@ class Camera(Value):
         first = numbers(pixels, "pixels", ("N", 2))
         last = runs_last(first, 2)
         x = np.empty_like(last)
-        kernels.normalise(last, self.K, self.lens, self.reach, x)
+        kernels.normalise(last, self.K, self.lens, self.valid_radius, x)
         return runs_first(x, first.shape[:-2])
 
     @cached_property
@@ -172,7 +172,7 @@ class Camera(Value):
         return frozen(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
-    def reach(self) -> float:
+    def valid_radius(self) -> float:
         """The normalised radius up to which the lens moves points outwards; beyond, it folds.
 
         The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.

@@ -51,11 +51,11 @@ def _camera(believed: MountedCamera, true: MountedCamera) -> Iterator[Removal]:
 
 def _lens(mine: Camera, real: Camera) -> str:
     """What of the intrinsics is wrong."""
-    told = [_intrinsics(camera) for camera in (mine, real)]
+    intrinsics = [_intrinsics(camera) for camera in (mine, real)]
     return "; ".join(
-        f"{noun} {believed}, in truth {told[1][noun]}"
-        for noun, believed in told[0].items()
-        if believed != told[1][noun]
+        f"{noun} {believed}, in truth {intrinsics[1][noun]}"
+        for noun, believed in intrinsics[0].items()
+        if believed != intrinsics[1][noun]
     )
 
 

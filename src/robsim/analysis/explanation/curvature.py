@@ -20,7 +20,7 @@ def least_curvature(inquiry: Inquiry) -> float:
     In the commanded joints at the end of the run, from differences of the gradient (L J)' e.
     """
     columns = inquiry.again.loop.controller.columns
-    n, q = columns.size, inquiry.again.moments[-1].q
+    n, q = columns.size, inquiry.again.snapshots[-1].q
     steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
     truth = true_features(inquiry.case.task, inquiry.case.scene, _moved(inquiry, q, steps))
     if truth is None or not (np.isfinite(truth.error).all() and np.isfinite(truth.rates).all()):

@@ -16,6 +16,7 @@ from robsim.declare.joints import PerJoint, coordinates
 from robsim.declare.problems import under
 from robsim.declare.spec import Context, NoText, Raw, Spec
 from robsim.declare.tables import merge_table, read_table, write_table
+from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import KEYS, PoseTable
 from robsim.kernels import camera as kernels
@@ -28,7 +29,7 @@ FLOATING = KINDS["floating"].units
 
 
 def _kept(q: Any) -> Any:
-    """A copy that nobody changes; what it is worth is checked against the scene."""
+    """A copy that nobody changes; whether it fits is checked against the scene."""
     if isinstance(q, Mapping):
         return {name: _kept(value) for name, value in q.items()}
     if isinstance(q, np.ndarray | list | tuple):
@@ -183,15 +184,6 @@ def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
     return scene.coordinates(pose.q, what)
 
 
-@dataclass(frozen=True)
-class GoalView:
-    """The marks of a sight at the goal; one run."""
-
-    pixels: Array  # (N, 2, 1)
-    depth: Array  # (N, 1)
-    T_c_o: Array  # (3, 4, 1) as the controller believes it
-
-
 def configuration(goal: Goal, scene: Scene) -> Array | None:
     """Coordinates (nq, 1) at which a goal is shown."""
     if not isinstance(goal, TaughtGoal):
@@ -205,8 +197,8 @@ def configuration(goal: Goal, scene: Scene) -> Array | None:
     return runs_last(q, 1)
 
 
-def view_of(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> GoalView:
-    """What is seen at the goal; GoalError if a mark is behind the camera or out of the image.
+def goal_observation(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> Observation:
+    """What is seen at the goal, at the true depth; GoalError if a mark is not in the image.
 
     A computed goal is the pose of the believed target of `first` in its camera; other sights
     follow from it where they move with that one. Of numbers that are given there is no image.
@@ -216,13 +208,14 @@ def view_of(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> GoalView:
     q = configuration(goal, truth.scene)
     if q is None:  # anything of the right shape
         q = runs_last(truth.scene.home, 1)
-    look, believed = truth.look(q), belief.look(q)
+    true, believed = truth.project(q), belief.project(q)
     if isinstance(goal, TaughtGoal):
-        _check_visible(truth, look.visibility[:, 0], "shown")
-    return GoalView(look.pixels, look.depth, relative(believed.T_w_c, believed.T_w_o))
+        _check_visible(truth, true.visibility[:, 0], "shown")
+    T_c_o = relative(believed.T_w_c, believed.T_w_o)
+    return belief.observation(true.pixels, true.depth, T_c_o)
 
 
-def _computed(goal: GoalPose, belief: Sight, first: Sight) -> GoalView:
+def _computed(goal: GoalPose, belief: Sight, first: Sight) -> Observation:
     if not belief.moves_with(first):
         raise GoalError(
             f"camera '{belief.eye.name}' and '{belief.target.name}' do not move as "
@@ -231,7 +224,7 @@ def _computed(goal: GoalPose, belief: Sight, first: Sight) -> GoalView:
         )
     T_c_o = goal.T_c_o
     if belief is not first:
-        here, there = (s.look(runs_last(s.scene.home, 1)) for s in (belief, first))
+        here, there = (s.project(runs_last(s.scene.home, 1)) for s in (belief, first))
         T_c_f, T_f_o = relative(here.T_w_c, there.T_w_c), relative(there.T_w_o, here.T_w_o)
         T_c_o = _pose(T_c_f) @ T_c_o @ _pose(T_f_o)
     camera = belief.eye.camera
@@ -241,7 +234,7 @@ def _computed(goal: GoalPose, belief: Sight, first: Sight) -> GoalView:
     status = camera.visibility(X[..., 0], np.eye(4))
     _check_visible(belief, status, "computed")
     depth = np.ascontiguousarray(X[:, 2])
-    return GoalView(pixels, depth, runs_last(T_c_o.matrix[None, :3], 2))
+    return belief.observation(pixels, depth, runs_last(T_c_o.matrix[None, :3], 2))
 
 
 def _pose(T: Array) -> Pose:

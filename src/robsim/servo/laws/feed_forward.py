@@ -9,8 +9,8 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.declare import Choice, Declared, Time, family, register
-from robsim.servo.instant import Instant, recall, remember
 from robsim.servo.laws.inverse import product
+from robsim.servo.measurement import Measurement, recall, remember
 
 FEED_FORWARDS = family("feed-forward")
 
@@ -39,21 +39,27 @@ class EstimatedMotion(Declared):
 
     lag: Annotated[float, Time(above=0), "Time constant of the smoothing."] = 0.2
 
-    def of(self, now: Instant, error: Array) -> Array:
+    def of(self, measurement: Measurement, error: Array) -> Array:
         """(k, B) per second."""
-        if "error" not in now.memory:
+        if "error" not in measurement.memory:
             drift = np.zeros(error.shape)
         else:
-            before, moved, drift = (recall(now.memory, n) for n in ("error", "moved", "drift"))
-            share = now.dt / (self.lag + now.dt)
-            drift = drift + share * ((error - before) / now.dt - moved - drift)
-        remember(now.memory, "error", error)
-        remember(now.memory, "drift", drift)
+            before, moved, drift = (
+                recall(measurement.memory, n) for n in ("error", "moved", "drift")
+            )
+            share = measurement.dt / (self.lag + measurement.dt)
+            drift = drift + share * ((error - before) / measurement.dt - moved - drift)
+        remember(measurement.memory, "error", error)
+        remember(measurement.memory, "drift", drift)
         return drift
 
-    def note(self, now: Instant, reach: Array, qd: Array) -> None:
+    def note(self, measurement: Measurement, task_jacobian: Array, qd: Array) -> None:
         """Remember how the command moves the features."""
-        remember(now.memory, "moved", product(reach, np.ascontiguousarray(qd[:, None]))[:, 0])
+        remember(
+            measurement.memory,
+            "moved",
+            product(task_jacobian, np.ascontiguousarray(qd[:, None]))[:, 0],
+        )
 
 
 FeedForward = KnownMotion | EstimatedMotion | None

@@ -36,7 +36,7 @@ class ControlState:
     error_last: Array  # (k, B)
     interaction_last: Array  # (k, 6, B)
     jacobian_last: Array  # (6, n, B)
-    reach_last: Array  # (k, n, B) L J: how the commanded joints move the features
+    task_jacobian_last: Array  # (k, n, B) L J: how the commanded joints move the features
     gain: Any  # per second: a number, or (B, 1) where it depends on the error
     inverse: Inverse
     s_last: Array | None = None  # (k, B)
@@ -61,9 +61,9 @@ class ControlState:
         return shown_view(self.jacobian_last)
 
     @property
-    def reach(self) -> Array:
+    def task_jacobian(self) -> Array:
         """L J (B, k, n); with several cameras that move apart, the rows of each."""
-        return shown_view(self.reach_last)
+        return shown_view(self.task_jacobian_last)
 
     @property
     def s(self) -> Array:
@@ -108,8 +108,8 @@ class JointLaw:
 
     def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
-        qd = np.empty(state.reach_last.shape[1:])
-        kernels.joint(state.reach_last, state.error_last, 1.0, *state.inverse.numbers, qd)
+        qd = np.empty(state.task_jacobian_last.shape[1:])
+        kernels.joint(state.task_jacobian_last, state.error_last, 1.0, *state.inverse.numbers, qd)
         return first_view(state.times_gain(qd))
 
 
@@ -130,7 +130,7 @@ class CameraLaw(Declared):
 
     def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
-        qd = np.empty(state.reach_last.shape[1:])
+        qd = np.empty(state.task_jacobian_last.shape[1:])
         kernels.camera(
             state.interaction_last,
             state.jacobian_last,

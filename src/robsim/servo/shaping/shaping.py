@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, numbers, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, family, register
-from robsim.servo.instant import Instant, recall, remember
 from robsim.servo.laws.inverse import RCOND, product
+from robsim.servo.measurement import Measurement, recall, remember
 from robsim.servo.shaping.limit import SpeedLimit
 from robsim.servo.shaping.redundancy import Secondary, large_projection, null_space
 from robsim.world.scene import Scene
@@ -60,17 +60,19 @@ class Shaping:
         """Whether it leaves every command as it is."""
         return self.secondary is None and self.smooth_start is None and self.limit is None
 
-    def shaped(self, now: Instant, qd: Array, reach: Array, error: Array, J: Array) -> Array:
+    def shaped(
+        self, measurement: Measurement, qd: Array, task_jacobian: Array, error: Array, J: Array
+    ) -> Array:
         """The command (n, B) from that of the law."""
         if self.secondary is not None:
-            wish = self._wish(now.q, qd.shape)
-            P = null_space(reach, RCOND)
+            wish = self._wish(measurement.q, qd.shape)
+            P = null_space(task_jacobian, RCOND)
             if self.projection:
                 low, high = self.projection.low, self.projection.high
-                P = large_projection(reach, error, low, high, P)
+                P = large_projection(task_jacobian, error, low, high, P)
             qd = qd + product(P, wish[:, None])[:, 0]
         if self.smooth_start is not None:
-            qd = self._smooth(now, qd)
+            qd = self._smooth(measurement, qd)
         return qd if self.limit is None else self.limit.scaled(qd, J)
 
     def _wish(self, q: Array, wanted: tuple[int, ...]) -> Array:
@@ -83,12 +85,14 @@ class Shaping:
             raise InputError(f"{name}.velocity: expected shape {first}, got {wish.shape}")
         return np.ascontiguousarray(wish.T)
 
-    def _smooth(self, now: Instant, qd: Array) -> Array:
+    def _smooth(self, measurement: Measurement, qd: Array) -> Array:
         """Qd - exp(-mu t) qd(0): zero at the start, continuous (Mansard and Chaumette 2007)."""
         assert self.smooth_start is not None
-        if "first" not in now.memory:
-            remember(now.memory, "first", qd)
-        late: Array = qd - np.exp(-self.smooth_start * now.time) * recall(now.memory, "first")
+        if "first" not in measurement.memory:
+            remember(measurement.memory, "first", qd)
+        late: Array = qd - np.exp(-self.smooth_start * measurement.time) * recall(
+            measurement.memory, "first"
+        )
         return late
 
     def _q(self, q: Array) -> Array:

@@ -14,10 +14,10 @@ from robsim.features import Translation
 from robsim.geometry.pose import Pose
 from robsim.kernels import se3
 from robsim.kernels.tree import UNICYCLE
-from robsim.servo.controller import Servo
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.law import ControlState
 from robsim.servo.regulated import Regulated
+from robsim.servo.servo_controller import Servo
 from robsim.servo.tasks.task import ServoTask
 
 HERE = 1e-9  # metres; nearer, the bearing of the goal is rounding: the unicycle turns on the spot

@@ -19,15 +19,15 @@ from robsim.declare.spec import Context, NoText, Raw
 from robsim.kernels.loop import Command
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.controller import Decision
-from robsim.servo.instant import Instant
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
+from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import JOINTS, Columns
 from robsim.servo.tasks.follower import Follower, check_trajectory
 from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory import Quintic, Trapezoid
 from robsim.trajectory.limits import Acceleration, Speed
-from robsim.trajectory.rest_to_rest import TRAJECTORIES
+from robsim.trajectory.timing import TRAJECTORIES
 from robsim.world.scene import Scene
 
 
@@ -223,8 +223,10 @@ class FollowJoints(Declared):
                 raise InputError("a trajectory has its own times: leave duration and limits out")
             check_trajectory(self.trajectory, "trajectory")
         elif (self.duration is None) == (not limits) or len(limits) == 1:
-            told = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
-            raise InputError(f"give either duration, or speed and acceleration; got {told or None}")
+            given = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
+            raise InputError(
+                f"give either duration, or speed and acceleration; got {given or None}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,31 +238,38 @@ class JointFollower(Follower):
     coordinates: NDArray[np.int64]  # of these axes
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """On the trajectory, and back to it."""
-        q = np.ascontiguousarray(now.q[self.coordinates])
-        r = self.trajectory(now, q)
-        here, ahead = (self._at(r, t, now) for t in (now.time, (now.step + 1) * now.dt))
-        qd = (ahead - here) / now.dt + self.rate(now.dt) * (here - q)
+        q = np.ascontiguousarray(measurement.q[self.coordinates])
+        r = self.trajectory(measurement, q)
+        here, ahead = (
+            self._at(r, t, measurement)
+            for t in (measurement.time, (measurement.step + 1) * measurement.dt)
+        )
+        qd = (ahead - here) / measurement.dt + self.rate(measurement.dt) * (here - q)
         s, qd = q[self.order], np.ascontiguousarray(qd[self.order])
-        reach = np.zeros((self.k, self.k, now.runs))
-        reach[range(self.k), range(self.k)] = 1.0
-        return Decision(Command(s, s - self.s_goal, qd, reach), self._jacobian(now), None)
+        task_jacobian = np.zeros((self.k, self.k, measurement.runs))
+        task_jacobian[range(self.k), range(self.k)] = 1.0
+        return Decision(
+            Command(s, s - self.s_goal, qd, task_jacobian), self._jacobian(measurement), None
+        )
 
     def planned(self, start: Array) -> Any:
         """From where each run started (B, n)."""
         return self.task.planned(start, self.goal)
 
-    def _at(self, trajectory: Any, seconds: float, now: Instant) -> Array:
+    def _at(self, trajectory: Any, seconds: float, measurement: Measurement) -> Array:
         """(n, B) in the order of its axes."""
         n = self.k
         there = numbers(trajectory.at(seconds), "trajectory.at", (n,))
-        return np.ascontiguousarray(np.broadcast_to(there, (now.runs, n)).T)
+        return np.ascontiguousarray(np.broadcast_to(there, (measurement.runs, n)).T)
 
-    def _jacobian(self, now: Instant) -> Array:
+    def _jacobian(self, measurement: Measurement) -> Array:
         """(6, n, B) of the tip."""
         tree = self.scene.tree
-        return np.ascontiguousarray(tree.jacobian(tree.bodies(now.q), self.frame)[:, self.columns])
+        return np.ascontiguousarray(
+            tree.jacobian(tree.bodies(measurement.q), self.frame)[:, self.columns]
+        )
 
 
 def _check_limits(scene: Scene, coordinates: NDArray[np.int64], goal: Array) -> None:

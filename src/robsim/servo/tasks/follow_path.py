@@ -17,10 +17,11 @@ from robsim.geometry.pose_table import KEYS, PoseTable
 from robsim.kernels import laws, se3
 from robsim.kernels.loop import Command
 from robsim.kernels.pose_features import theta_u_interaction
-from robsim.servo.controller import Decision, rcond_of
-from robsim.servo.instant import Instant
+from robsim.servo.controller import Decision
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import INVERSE, Inverse, JacobianTranspose, product, rank
+from robsim.servo.measurement import Measurement
+from robsim.servo.servo_controller import rcond_of
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
 from robsim.servo.tasks.follower import Follower, check_trajectory
@@ -189,12 +190,12 @@ class FollowPath(Shaped):
             return self.path
         first = homogeneous(runs_last(start, 2))
         if isinstance(self.to, Pose):
-            return Straight(first, self.to, **self._told())
+            return Straight(first, self.to, **self._limits_given())
         last = first.copy()
         last[:, :3, 3] = self.to
-        return Straight(first, last, **self._told())
+        return Straight(first, last, **self._limits_given())
 
-    def _told(self) -> dict[str, Any]:
+    def _limits_given(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in PACE}
 
     def _frame(self, scene: Scene) -> str:
@@ -230,19 +231,19 @@ class FollowPath(Shaped):
 
     def _check_plan(self) -> None:
         """Either a path, or a duration, or limits of all that is to move."""
-        told = {name: value for name, value in self._told().items() if value is not None}
+        given = {name: value for name, value in self._limits_given().items() if value is not None}
         if self.path is not None:
-            if told:
+            if given:
                 raise InputError("a path has its own times: leave duration and limits out")
             check_trajectory(self.path, "path")
             return
-        pace = Pace(**told)
-        for name in told:
+        pace = Pace(**given)
+        for name in given:
             object.__setattr__(self, name, getattr(pace, name))
         turns = self.mask == "pose"
         if pace.duration is None and (pace.speed is None or turns == (pace.turn is None)):
             also = ", turn and turn_acceleration" if turns else " alone"
-            raise InputError(f"limits: expected speed, acceleration{also}; got {', '.join(told)}")
+            raise InputError(f"limits: expected speed, acceleration{also}; got {', '.join(given)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,54 +255,57 @@ class PathFollower(Follower):
     inverse: Inverse
     shaping: Shaping
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """To where the frame should be one period later."""
         tree = self.scene.tree
-        M = tree.bodies(now.q)
+        M = tree.bodies(measurement.q)
         T = tree.frame(M, self.frame)
         every = tree.jacobian(M, self.frame)
         J = np.ascontiguousarray(every[:, self.columns])
         away = turn_between(np.broadcast_to(self.end[..., None], T.shape), T)
         s = np.concatenate([T[:, 3], away])[: self.k]
-        error, reach = s - self.s_goal, self._reach(J, away)
-        V = self._twist(now, T) - self._drift(now, every)
+        error, task_jacobian = s - self.s_goal, self._task_jacobian(J, away)
+        V = self._twist(measurement, T) - self._drift(measurement, every)
         qd = self._solved(np.ascontiguousarray(J[: self.k]), V[: self.k])
         if not self.shaping.idle:
-            qd = self.shaping.shaped(now, qd, reach, error, J)
-        return Decision(Command(s, error, qd, reach), J, None)
+            qd = self.shaping.shaped(measurement, qd, task_jacobian, error, J)
+        return Decision(Command(s, error, qd, task_jacobian), J, None)
 
     def planned(self, start: Array) -> Any:
         """From where the frame of each run started (B, 3, 4)."""
         return self.task.planned(start)
 
-    def _twist(self, now: Instant, T: Array) -> Array:
+    def _twist(self, measurement: Measurement, T: Array) -> Array:
         """(v, omega) (6, B) in world axes that carry the frame to its next place."""
-        path = self.trajectory(now, T)
-        here, ahead = (self._at(path, t, now) for t in (now.time, (now.step + 1) * now.dt))
-        left = 1.0 - self.rate(now.dt) * now.dt  # of what is missed, a period later
+        path = self.trajectory(measurement, T)
+        here, ahead = (
+            self._at(path, t, measurement)
+            for t in (measurement.time, (measurement.step + 1) * measurement.dt)
+        )
+        left = 1.0 - self.rate(measurement.dt) * measurement.dt  # of what is missed, a period later
         wanted = ahead.copy()
         if left > 0.0:
-            twist, back = np.zeros((6, now.runs)), np.empty(T.shape)
+            twist, back = np.zeros((6, measurement.runs)), np.empty(T.shape)
             twist[3:] = left * turn_between(here, T)
             se3.exp(twist, back)
             se3.compose(back, ahead, wanted)
             wanted[:, 3] = ahead[:, 3] + left * (T[:, 3] - here[:, 3])
         V = np.concatenate([wanted[:, 3] - T[:, 3], turn_between(T, wanted)])
-        return V / now.dt
+        return V / measurement.dt
 
-    def _drift(self, now: Instant, J: Array) -> Any:
+    def _drift(self, measurement: Measurement, J: Array) -> Any:
         """(v, omega) (6, B) of the frame by what moves on its own."""
         if not self.scene.motions:
             return 0.0
-        rates = self.scene.drift(now.time)[:, None, None]
-        return product(J, np.repeat(rates, now.runs, axis=2))[:, 0]
+        rates = self.scene.drift(measurement.time)[:, None, None]
+        return product(J, np.repeat(rates, measurement.runs, axis=2))[:, 0]
 
-    def _at(self, path: Any, seconds: float, now: Instant) -> Array:
+    def _at(self, path: Any, seconds: float, measurement: Measurement) -> Array:
         """(3, 4, B)."""
         T = numbers(path.at(seconds), "path.at", (4, 4))
-        return runs_last(np.broadcast_to(T[..., :3, :], (now.runs, 3, 4)), 2)
+        return runs_last(np.broadcast_to(T[..., :3, :], (measurement.runs, 3, 4)), 2)
 
-    def _reach(self, J: Array, away: Array) -> Array:
+    def _task_jacobian(self, J: Array, away: Array) -> Array:
         """(k, n, B) how the joints move s; d(theta u)/dt = L_w(-theta u) omega in fixed axes."""
         if self.k == 3:
             return np.ascontiguousarray(J[:3])

@@ -12,7 +12,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Declared, ListOf, register
 from robsim.kernels.loop import Command
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.several import Several, common
@@ -54,17 +54,17 @@ class Parallel(Declared):
         """The controller of all of them in a scene."""
         mine = self.columns(scene)
         parts = [task.bind(scene, task.columns(scene)) for task in self.tasks]
-        return Beside(**common(parts), columns=mine, parts=tuple(parts))
+        return ParallelController(**common(parts), columns=mine, parts=tuple(parts))
 
 
 @dataclass(frozen=True, eq=False)
-class Beside(Several):
+class ParallelController(Several):
     """Side by side."""
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """Each commands its own joints."""
-        each, s, error, reach = self._all(now)
-        qd = np.empty((self.columns.size, now.runs))
+        each, s, error, task_jacobian = self._all(measurement)
+        qd = np.empty((self.columns.size, measurement.runs))
         for part, one in zip(self.parts, each, strict=True):
             qd[self._own(part)] = one.command.qd
-        return Decision(Command(s, error, qd, reach), each[0].J, each)
+        return Decision(Command(s, error, qd, task_jacobian), each[0].J, each)

@@ -18,7 +18,7 @@ from robsim.servo.laws.law import ControlState, UnitOfLength
 from robsim.servo.regulated import Regulated
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Sight
-from robsim.servo.tasks.sense import collinear
+from robsim.servo.tasks.soundness import collinear
 from robsim.servo.tasks.task import ServoTask
 
 Variant = Literal["corrected", "printed", "completed"]

@@ -11,10 +11,11 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, register
 from robsim.kernels.loop import Command
-from robsim.servo.controller import Assessment, Controller, Decision, Servo
-from robsim.servo.instant import Instant
+from robsim.servo.controller import Controller, Decision
 from robsim.servo.laws.inverse import SHARE
 from robsim.servo.laws.law import JointLaw
+from robsim.servo.measurement import Measurement
+from robsim.servo.servo_controller import Basis, Servo
 from robsim.servo.shaping.redundancy import priorities
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
@@ -89,22 +90,24 @@ class Ordered(Controller):
     parts: tuple[Servo, ...]
     shaping: Shaping
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """Each within what those before it leave free."""
-        each = [part.assess(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        each = [part.assess(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
         states = [one.state for one in each]
-        levels = [(s.reach_last, -s.times_gain(s.error_last)) for s in states]
+        levels = [(s.task_jacobian_last, -s.times_gain(s.error_last)) for s in states]
         qd, _ = priorities(levels, self.rcond)
-        s, error, reach = (
+        s, error, task_jacobian = (
             np.concatenate(parts)
-            for parts in zip(*((a.measured.s, a.error, a.reach) for a in each), strict=True)
+            for parts in zip(
+                *((a.features.s, a.error, a.features.task_jacobian) for a in each), strict=True
+            )
         )
-        J = each[0].measured.J
+        J = each[0].features.J
         if not self.shaping.idle:
-            qd = self.shaping.shaped(now, qd, reach, error, J)
-        return Decision(Command(s, error, qd, reach), J, each)
+            qd = self.shaping.shaped(measurement, qd, task_jacobian, error, J)
+        return Decision(Command(s, error, qd, task_jacobian), J, each)
 
-    def note(self, now: Instant, basis: list[Assessment], qd: Array) -> None:
+    def note(self, measurement: Measurement, basis: list[Basis], qd: Array) -> None:
         """Each remembers what was commanded in the end."""
         for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
-            part.note(now.inside(str(i)), one, qd)
+            part.note(measurement.inside(str(i)), one, qd)

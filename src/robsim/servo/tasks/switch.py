@@ -13,7 +13,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Declared, Flag, register
 from robsim.kernels.loop import Command
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.tasks.conditions import CONDITION, Comparison, Condition
 from robsim.servo.tasks.family import TASKS, TaskChoice
@@ -66,26 +66,29 @@ class Switched(Several):
     when: Condition
     latch: bool
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """The command of the one whose turn it is; joints that are the other's stand still."""
-        each, s, error, reach = self._all(now)
-        second, qd = self._thrown(now, each), np.zeros((self.columns.size, now.runs))
+        each, s, error, task_jacobian = self._all(measurement)
+        second = self._thrown(measurement, each)
+        qd = np.zeros((self.columns.size, measurement.runs))
         for part, one, turn in zip(self.parts, each, (~second, second), strict=True):
             qd[self._own(part)] += np.where(turn, one.command.qd, 0.0)
-        return Decision(Command(s, error, qd, reach), each[0].J, each)
+        return Decision(Command(s, error, qd, task_jacobian), each[0].J, each)
 
-    def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
+    def _thrown(self, measurement: Measurement, each: list[Decision]) -> NDArray[np.bool_]:
         """(B,): which runs are with the second."""
-        seen = [self._comparison(now, part, d) for part, d in zip(self.parts, each, strict=True)]
-        thrown = _truths(self.when, seen, now.runs)
+        seen = [
+            self._comparison(measurement, part, d) for part, d in zip(self.parts, each, strict=True)
+        ]
+        thrown = _truths(self.when, seen, measurement.runs)
         if self.latch:
-            thrown = thrown | now.memory.get("thrown", False)
-            now.memory["thrown"] = thrown
+            thrown = thrown | measurement.memory.get("thrown", False)
+            measurement.memory["thrown"] = thrown
         return thrown
 
-    def _comparison(self, now: Instant, part: Controller, one: Decision) -> Comparison:
-        seen = (now.pixels[sight.key] for sight in part.sights)
-        pixels = np.concatenate([np.empty((0, 2, now.runs)), *seen])
+    def _comparison(self, measurement: Measurement, part: Controller, one: Decision) -> Comparison:
+        seen = (measurement.pixels[sight.key] for sight in part.sights)
+        pixels = np.concatenate([np.empty((0, 2, measurement.runs)), *seen])
         command = one.command
         return Comparison(command.s, command.error, command.qd, pixels)
 

@@ -1,4 +1,4 @@
-"""What every servo task can be told, and how it is bound to a scene."""
+"""The fields of every servo task, and how it is bound to a scene."""
 
 from __future__ import annotations
 
@@ -11,21 +11,28 @@ from robsim.base.arrays import frozen
 from robsim.declare import Number
 from robsim.declare.spec import Context
 from robsim.features import Points
-from robsim.servo.controller import Controller, Servo, pace, rank_at_goal, rcond_of
+from robsim.servo.controller import Controller
 from robsim.servo.feature_block import CAMERAS, FEATURES, TARGET, FeatureBlock, blocks_of
 from robsim.servo.goals.goal import GoalSpec
 from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.depths import DEPTH, SCALE, Depth
+from robsim.servo.laws.depths import DEPTH, SCALE, Depth, Depths
 from robsim.servo.laws.feed_forward import FEED_FORWARD
 from robsim.servo.laws.gain import GAIN, AdaptiveGain
 from robsim.servo.laws.interaction import INTERACTION
 from robsim.servo.laws.inverse import INVERSE
 from robsim.servo.laws.law import LAW
 from robsim.servo.regulated import Regulated
+from robsim.servo.servo_controller import Servo, pace, rank_at_goal, rcond_of
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.tasks.belief import Belief
-from robsim.servo.tasks.binding import regulated_by, sights_of
-from robsim.servo.tasks.sense import check_goal, check_sense, warn_of_rank, warn_of_wheels
+from robsim.servo.tasks.binding import Found, each_once, regulated_by, sights_of
+from robsim.servo.tasks.soundness import (
+    check_goal,
+    check_law,
+    check_own_law,
+    warn_of_rank,
+    warn_of_wheels,
+)
 from robsim.world.scene import Scene
 
 
@@ -103,7 +110,7 @@ class ServoTask(Shaped):
 
     def columns(self, scene: Scene) -> Columns:
         """The velocities that move a camera of the task against its target."""
-        found = [s.columns for each in sights_of(self, scene) for s in each]
+        found = [s.columns for each in self.sights(scene) for s in each]
         return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
@@ -113,10 +120,13 @@ class ServoTask(Shaped):
         """
         shared = columns is not None
         columns = self.columns(scene) if columns is None else columns
-        regulated, truths = regulated_by(self, scene, columns)
-        check_sense(self, regulated)
+        sights = self.sights(scene)
+        regulated, truths = self.regulated(sights, columns), each_once(sights)
+        if self.own_law:
+            check_own_law(type(self).__name__, self.inverse, self.feed_forward, self.interaction)
+        check_law(self.law, self.inverse, self.feed_forward, self.interaction, regulated)
         s_goal = regulated.s_goal
-        check_goal(self, regulated)
+        check_goal(self.goal, self.depth, self.interaction, regulated)
         own = regulated.tolerances
         controller = Servo(
             scene,
@@ -142,6 +152,17 @@ class ServoTask(Shaped):
             warn_of_rank(controller)
             self.warn_of_wheels(controller)
         return controller
+
+    def sights(self, scene: Scene) -> Found:
+        """The true sights of each feature block."""
+        return sights_of(self.blocks, self.camera, self.target, scene)
+
+    def regulated(self, sights: Found, columns: Columns) -> Regulated:
+        """What the task regulates with its true sights; InputError or GoalError if it cannot."""
+        depths = Depths(self.depth, self.depth_scale)
+        return regulated_by(
+            self.blocks, self.goal, depths, self.interaction, self.belief, sights, columns
+        )
 
     def warn_of_wheels(self, controller: Servo) -> None:
         """RankWarning if a unicycle alone is asked for more than it can do."""

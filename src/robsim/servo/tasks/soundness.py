@@ -1,73 +1,70 @@
-"""Whether a task makes sense in a scene: contradictions are refused, weaknesses are told."""
+"""Whether a task is sound in a scene: contradictions are errors, weaknesses are warnings."""
 
 from __future__ import annotations
 
 import sys
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
 from robsim.kernels.tree import CAR, UNICYCLE
-from robsim.servo.controller import Servo
-from robsim.servo.goals.goal import GoalFeatures
+from robsim.servo.goals.goal import Goal, GoalFeatures
 from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.laws.depths import Depth
+from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward
 from robsim.servo.laws.inverse import JacobianTranspose, PseudoInverse, rank
 from robsim.servo.regulated import Regulated
-
-if TYPE_CHECKING:
-    from robsim.servo.tasks.task import ServoTask
+from robsim.servo.servo_controller import Servo
 
 
-def check_sense(task: ServoTask, regulated: Regulated) -> None:
-    """InputError for what contradicts itself in this scene."""
-    if task.own_law:
-        _check_own_law(task)
-    in_camera = bool(getattr(task.law, "in_camera", False))
-    law = type(task.law).__name__
-    if task.feed_forward is not None and isinstance(task.inverse, JacobianTranspose):
+def check_law(
+    law: Any, inverse: Any, feed_forward: FeedForward, interaction: Any, regulated: Regulated
+) -> None:
+    """InputError for a law and its settings that contradict one another in this scene."""
+    in_camera = bool(getattr(law, "in_camera", False))
+    name = type(law).__name__
+    if feed_forward is not None and isinstance(inverse, JacobianTranspose):
         raise InputError(
             "the transpose gives a direction, not the motion that cancels what the target does: "
             "use inverse='pseudo_inverse' or 'damped' with feed_forward"
         )
     if in_camera and not regulated.as_one:
         raise InputError(
-            f"{law} commands the twist of one camera, and the cameras of this task do not move "
+            f"{name} commands the twist of one camera, and the cameras of this task do not move "
             "as one against their targets: use law='joint'"
         )
-    if isinstance(task.interaction, Broyden):
+    if isinstance(interaction, Broyden):
         if in_camera:
             raise InputError(
-                f"Broyden's rule learns how the joints move the features, and {law} asks how "
+                f"Broyden's rule learns how the joints move the features, and {name} asks how "
                 "the camera does: use law='joint'"
             )
-        _check_broyden(task, task.interaction, regulated)
-    elif isinstance(task.interaction, np.ndarray):
-        _check_constant(task.interaction, regulated)
+        _check_broyden(interaction, feed_forward, regulated)
+    elif isinstance(interaction, np.ndarray):
+        _check_constant(interaction, regulated)
 
 
-def _check_own_law(task: ServoTask) -> None:
-    """What such a law would pass over in silence."""
-    name = type(task).__name__
-    if task.feed_forward is not None:
+def check_own_law(name: str, inverse: Any, feed_forward: FeedForward, interaction: Any) -> None:
+    """InputError for settings that a task `name` with a law of its own would ignore."""
+    if feed_forward is not None:
         raise InputError(f"{name} has a law of its own, which knows no feed_forward: leave it out")
-    if not isinstance(task.inverse, PseudoInverse):
+    if not isinstance(inverse, PseudoInverse):
         raise InputError(f"{name} has a law of its own, whose inverses are truncated: leave it so")
-    if isinstance(task.interaction, Broyden):
+    if isinstance(interaction, Broyden):
         raise InputError(f"{name} has a law of its own, which has no use for Broyden's rule")
 
 
-def _check_broyden(task: ServoTask, rule: Broyden, regulated: Regulated) -> None:
+def _check_broyden(rule: Broyden, feed_forward: FeedForward, regulated: Regulated) -> None:
     k, n = regulated.k, regulated.columns.size
     if rule.start is not None and rule.start.shape != (k, n):
         raise InputError(
             f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
             f"velocities, got {rule.start.shape}"
         )
-    if isinstance(task.feed_forward, EstimatedMotion):
+    if isinstance(feed_forward, EstimatedMotion):
         raise InputError(
             "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
             "use one of them"
@@ -88,15 +85,15 @@ def _check_constant(L: Array, regulated: Regulated) -> None:
         raise InputError("interaction: a constant matrix of zeros commands nothing")
 
 
-def check_goal(task: ServoTask, regulated: Regulated) -> None:
+def check_goal(goal: Goal, depth: Depth, interaction: Any, regulated: Regulated) -> None:
     """InputError if the goal cannot be what the task wants of it."""
-    by_name = isinstance(task.interaction, str)
-    if not isinstance(task.goal, GoalFeatures):
+    by_name = isinstance(interaction, str)
+    if not isinstance(goal, GoalFeatures):
         if not np.isfinite(regulated.at_goal.L).all():
             raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
     elif any(getattr(part.feature, "uses_pose", False) for part in regulated.parts):
         raise GoalError("the goal of a pose is a pose: give GoalPose(T_c_o), not GoalFeatures(s)")
-    elif task.depth == "goal" or (by_name and task.interaction != "current"):
+    elif depth == "goal" or (by_name and interaction != "current"):
         raise InputError(
             "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
             "goal that is shown or computed"

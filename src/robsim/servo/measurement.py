@@ -1,4 +1,4 @@
-"""What a controller is told at one instant, and what it says."""
+"""What a controller receives at one instant, and what it remembers until the next."""
 
 from __future__ import annotations
 
@@ -9,18 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, first_view, last_view
-from robsim.kernels.sight import Look
+from robsim.kernels.sight import Projection
 from robsim.servo.sight import Key
 
 
 @dataclass(frozen=True, eq=False)
-class Instant:
-    """One instant of some runs: what there is, what was measured, and what is remembered."""
+class Measurement:
+    """What the sensors give a controller at one instant of some runs, and its memory.
+
+    `projections` hold the true geometry, for a controller that believes the truth; their depths
+    are those of the image.
+    """
 
     step: int
     dt: float
     q: Array  # (nq, B) as measured
-    looks: dict[Key, Look]  # of each camera at its target, as things are; depth as in the image
+    projections: dict[Key, Projection]  # of each camera and its target
     pixels: dict[Key, Array]  # (N, 2, B) as measured
     memory: dict[str, Any]  # arrays with the run first, until the next instant
     hidden: dict[Key, NDArray[np.bool_]] = field(default_factory=dict)  # (N, B), if any mark is
@@ -36,7 +40,7 @@ class Instant:
         """How many."""
         return int(self.q.shape[1])
 
-    def inside(self, name: str) -> Instant:
+    def inside(self, name: str) -> Measurement:
         """The same with a memory of its own, for one of several tasks."""
         return replace(self, memory=self.memory.setdefault(name, {}))
 

@@ -55,9 +55,9 @@ def differences(scene, task, q, decide, step):
 
 def check(scene, task, q, decide):
     """The difference shrinks with the square of the step, and is small at last."""
-    reach = decide(scene, task, q).command.reach
-    errors = [np.abs(differences(scene, task, q, decide, h) - reach).max() for h in STEPS]
-    scale = np.abs(reach).max()
+    task_jacobian = decide(scene, task, q).command.task_jacobian
+    errors = [np.abs(differences(scene, task, q, decide, h) - task_jacobian).max() for h in STEPS]
+    scale = np.abs(task_jacobian).max()
     assert scale > 1e-3
     assert errors[-1] < 1e-3 * scale
     if errors[-1] > 1e-9 * scale:
@@ -84,8 +84,8 @@ def test_reach_of_one_of_two_arms(arrange, around, decide, feature, joints):
     task, both = rs.IBVS(features=feature, joints=joints), rs.IBVS(features=feature)
     check(scene, task, q, decide)
     some, every = task.columns(scene), both.columns(scene)
-    whole = decide(scene, both, q).command.reach[:, np.searchsorted(every, some)]
-    np.testing.assert_allclose(decide(scene, task, q).command.reach, whole, atol=1e-13)
+    whole = decide(scene, both, q).command.task_jacobian[:, np.searchsorted(every, some)]
+    np.testing.assert_allclose(decide(scene, task, q).command.task_jacobian, whole, atol=1e-13)
 
 
 @quiet
@@ -107,11 +107,11 @@ def test_cameras_on_one_hand_are_moved_by_one_twist(arrange, around, decide, fir
     names = [first, "right" if first == "left" else "left"]
     task = rs.IBVS(features=[P("points", camera=name) for name in names])
     q = around(scene, 3)
-    measured = decide(scene, task, q).basis.measured
-    apart = [decide(scene, rs.IBVS(camera=name), q).command.reach for name in names]
-    np.testing.assert_allclose(measured.reach, np.concatenate(apart), atol=1e-12)
+    measured = decide(scene, task, q).basis.features
+    apart = [decide(scene, rs.IBVS(camera=name), q).command.task_jacobian for name in names]
+    np.testing.assert_allclose(measured.task_jacobian, np.concatenate(apart), atol=1e-12)
     product = np.einsum("kcb,cnb->knb", measured.L, measured.J)
-    np.testing.assert_allclose(product, measured.reach, atol=1e-12)
+    np.testing.assert_allclose(product, measured.task_jacobian, atol=1e-12)
 
 
 @pytest.mark.parametrize("joints", [None, "worker", "watcher"])
