@@ -83,7 +83,8 @@ class Loop:
 
     def _scheme(self) -> Scheme | None:
         """For the compiled loop, where that can run all that is asked for, and pays."""
-        plain = self.steady and self.prompt and not (self.drives.moves or self.witness)
+        usual = self.steady and self.prompt and self.scene.tree.compiled
+        plain = usual and not (self.drives.moves or self.witness)
         scheme = self.controller.compiled if plain else None
         return scheme if scheme and pays(len(self.q0), self.steps) else None
 

@@ -15,7 +15,7 @@ from robsim.base.errors import GoalError, InputError
 from robsim.features import Feature, Observation
 from robsim.features.numeric import interaction
 from robsim.kernels import features as kernels
-from robsim.kernels import tree
+from robsim.kernels.jacobian import Moves
 from robsim.kernels.sight import Look
 from robsim.servo.goals.goal import GoalView
 from robsim.servo.instant import Instant
@@ -323,11 +323,11 @@ class Regulated:
         }
 
     @cached_property
-    def _moves(self) -> dict[Key, tree.Moves]:
+    def _moves(self) -> dict[Key, Moves]:
         return {sight.key: sight.moves(self.columns) for sight in self.sights}
 
     @cached_property
-    def _own_moves(self) -> tuple[NDArray[np.int64], dict[Key, tree.Moves]]:
+    def _own_moves(self) -> tuple[NDArray[np.int64], dict[Key, Moves]]:
         """The velocities that nobody commands, and how they move each camera and target."""
         columns = frozen(np.flatnonzero(self.sights[0].scene.prescribed))
         return columns, {sight.key: sight.moves(columns) for sight in self.sights}

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
+from robsim.kernels import jacobian as jacobians
 from robsim.kernels import sight as kernels
-from robsim.kernels import tree
 from robsim.kernels.sight import Look
+from robsim.kernels.tree import Bodies
 from robsim.world.scene import MountedCamera, Object, Scene
 
 Key = tuple[str, str]  # camera and target
@@ -47,6 +48,7 @@ class Sight:
     def look(self, q: Array) -> Look:
         """What is where, for coordinates q (nq, B)."""
         seen = self.room(q.shape[1])
+        self.scene.tree.prepare(q, seen.bodies)
         kernels.look(self.scene.tree.joints, self.constants, q, seen)
         return seen
 
@@ -63,10 +65,10 @@ class Sight:
             np.empty((marks, runs), np.int8),
         )
 
-    def jacobian(self, look: Look, moves: tree.Moves) -> Array:
+    def jacobian(self, look: Look, moves: jacobians.Moves) -> Array:
         """(6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
         J = np.empty((6, moves.columns.size, look.T_w_c.shape[-1]))
-        tree.camera_jacobian(look.bodies, look.T_w_c, moves, J)
+        jacobians.camera_jacobian(look.bodies, look.T_w_c, moves, J)
         return J
 
     @cached_property
@@ -84,7 +86,7 @@ class Sight:
             bool((self.sign > 0).any()),
         )
 
-    def moves(self, columns: NDArray[np.int64]) -> tree.Moves:
+    def moves(self, columns: NDArray[np.int64]) -> jacobians.Moves:
         """Some velocities for the kernels; read-only, like all that they are compiled for."""
         return self.scene.tree.moves(self.sign, columns)
 
@@ -131,4 +133,4 @@ def _blind(runs: int) -> Look:
     poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
     T_w_c, T_w_o, points, depth, pixels = others
     status = np.empty((0, runs), np.int8)
-    return Look(tree.Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
+    return Look(Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
