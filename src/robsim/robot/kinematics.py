@@ -15,7 +15,7 @@ from robsim.geometry.pose import as_pose, common_lead, homogeneous, is_pose_like
 from robsim.robot.frame import Frame
 from robsim.robot.ik.closed import ClosedIK, solve_closed
 from robsim.robot.ik.numeric import Arm, Effort, IKResult, solve
-from robsim.robot.joint import FIXED, units_of
+from robsim.robot.joint import FIXED, JointKind, units_of
 from robsim.robot.limits import check_limits, ranges
 from robsim.robot.link import Link, coordinate_names, velocity_names
 from robsim.robot.tree import Tree
@@ -97,12 +97,8 @@ class Kinematics(Value):
         if self._floats and is_pose_like(q):
             q = as_pose(q).q
         values = numbers(q, what, (self.nq,))
-        start = 0
-        for link in self.links:
-            size = len(link.joint.parts.coordinates)
-            part = values[..., start : start + size]
-            values[..., start : start + size] = link.joint.model.checked(part, what, link.name)
-            start += size
+        for kind, rows, name in self._checked:
+            values[..., rows] = kind.checked(values[..., rows], what, name)
         if limits:
             names, units = self.coordinate_names, self.coordinate_units
             check_limits(values, self._ranges, names, units, what, self.name)
@@ -239,7 +235,18 @@ class Kinematics(Value):
             )
         return name or self.tip
 
-    @property
+    @cached_property
+    def _checked(self) -> list[tuple[JointKind, slice, str]]:
+        """The kinds that look at coordinates themselves, with theirs and the names of the links."""
+        found, start = [], 0
+        for link in self.links:
+            kind, rows = link.joint.model, slice(start, start + len(link.joint.parts.coordinates))
+            if type(kind).checked is not JointKind.checked:
+                found.append((kind, rows, link.name))
+            start = rows.stop
+        return found
+
+    @cached_property
     def _floats(self) -> bool:
         """Whether all that moves is one floating joint, so that a pose says everything."""
         return [link.joint.model.free for link in self.links if link.joint.moves] == [True]

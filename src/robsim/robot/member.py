@@ -44,24 +44,40 @@ class OwnMotion(NamedTuple):
 
     def put(self, q: Array, out: Bodies) -> None:
         """Write its motion at coordinates q[n, b] where its pose will be, and its ratios."""
-        kind, some = self.member.kind, self._rows(q, self.member.q)
-        runs, nv = len(some), self.member.v.stop - self.member.v.start
-        T = _returned(kind, "motion", kind.motion(some), (runs, 4, 4))
+        some, nv = _rows(q, self.member.q), self.member.v.stop - self.member.v.start
+        T = _called(self.member.kind, "motion", (4, 4), some)
         out.poses[self.member.body] = T[:, :3].transpose(1, 2, 0)
-        twists = _returned(kind, "twists", kind.twists(some), (runs, nv, 6))
-        out.ratio[self.first : self.first + 6 * nv] = twists.reshape(runs, 6 * nv).T
+        twists = _called(self.member.kind, "twists", (nv, 6), some)
+        out.ratio[self.first : self.first + 6 * nv] = twists.reshape(len(some), 6 * nv).T
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move its rows of q[n, b] by velocities v[m, b] held for dt, in place."""
-        kind, rows = self.member.kind, self.member.q
-        some, rates = self._rows(q, rows), self._rows(v, self.member.v)
-        moved = kind.integrate(some, rates, dt)
-        q[rows] = _returned(kind, "integrate", moved, some.shape).T
+        some, rates = _rows(q, self.member.q), _rows(v, self.member.v)
+        kind = self.member.kind
+        q[self.member.q] = _called(kind, "integrate", some.shape[1:], some, rates, dt).T
 
-    @staticmethod
-    def _rows(values: Array, rows: slice) -> Array:
-        """A copy with the run first."""
-        return np.ascontiguousarray(values[rows].T)
+
+def _rows(values: Array, rows: slice) -> Array:
+    """A copy with the run first."""
+    return np.ascontiguousarray(values[rows].T)
+
+
+def _called(kind: JointKind, method: str, shape: tuple[int, ...], q: Array, *others: Any) -> Array:
+    """What a method returns for each run, NaN for one that is over or has gone wrong.
+
+    InputError if it is of another shape.
+    """
+    fine = np.isfinite(q).all(axis=1)
+    for other in others[:-1]:
+        fine &= np.isfinite(other).all(axis=1)
+    if fine.all():
+        return _returned(kind, method, getattr(kind, method)(q, *others), (len(q), *shape))
+    out = np.full((len(q), *shape), np.nan)
+    if fine.any():
+        some = (array[fine] for array in (q, *others[:-1]))
+        given = getattr(kind, method)(*some, *others[-1:])
+        out[fine] = _returned(kind, method, given, (int(fine.sum()), *shape))
+    return out
 
 
 def _returned(kind: JointKind, method: str, given: Any, shape: tuple[int, ...]) -> Array:
