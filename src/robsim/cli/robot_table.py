@@ -11,7 +11,6 @@ import numpy as np
 
 from robsim.base import units
 from robsim.files import robots
-from robsim.robot.joint import Ackermann, Chord, Coupling, Mimic
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 
@@ -84,22 +83,12 @@ def _limits(robot: Robot, link: Link) -> str:
 def _home(robot: Robot, link: Link) -> str:
     mine, follows = _mine(robot, link), link.joint.follows
     if follows is not None and not mine:
-        return _followed(follows)
+        return follows.told
     values = [" ".join(_shown(robot.home[i], robot.coordinate_units[i])) for i in mine]
     names = [robot.coordinate_names[i].removeprefix(f"{link.name}.") for i in mine]
     if len(mine) == 1:
         return values[0].strip()
     return ", ".join(f"{n} {v}".strip() for n, v in zip(names, values, strict=True))
-
-
-def _followed(follows: Coupling) -> str:
-    """What a joint without a coordinate of its own does."""
-    if isinstance(follows, Chord):
-        return f"{follows.gives} of the chord of {follows.length:g} m from {follows.of}"
-    if isinstance(follows, Mimic):
-        offset = f" {follows.offset:+g}" if follows.offset else ""
-        return f"{follows.ratio:g} {follows.of}{offset}"
-    return f"{follows.of}, by Ackermann" if isinstance(follows, Ackermann) else ""
 
 
 def _mine(robot: Robot, link: Link) -> list[int]:

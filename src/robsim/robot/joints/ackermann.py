@@ -34,6 +34,11 @@ class Ackermann(Coupling):
         """An angle."""
         return "an angle"
 
+    @property
+    def told(self) -> str:
+        """The steering angle that it follows."""
+        return f"{self.of}, by Ackermann"
+
     def fits(self, source: Source) -> bool:
         """Return whether that is a steering angle."""
         return source.steers

@@ -68,6 +68,11 @@ class Chord(Coupling):
         """The number of what it gives."""
         return GIVEN.index(self.gives)
 
+    @property
+    def told(self) -> str:
+        """What it gives, of which chord."""
+        return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
+
     def fits(self, source: Source) -> bool:
         """Return whether that is a rail that follows nothing."""
         return source.kind.needs == "curve" and source.follows is None

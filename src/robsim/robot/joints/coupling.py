@@ -47,6 +47,11 @@ class Coupling:
         """Which of several things the kernel is asked for."""
         return 0
 
+    @property
+    def told(self) -> str:
+        """What the coordinate is, in few words."""
+        return ""
+
     def fits(self, source: Source) -> bool:
         """Return whether it can follow that."""
         return False

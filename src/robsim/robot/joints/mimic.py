@@ -31,6 +31,12 @@ class Mimic(Coupling):
             given = numbers(getattr(self, name), f"mimic {name}", ())
             object.__setattr__(self, name, float(given))
 
+    @property
+    def told(self) -> str:
+        """Ratio, name and offset."""
+        offset = f" {self.offset:+g}" if self.offset else ""
+        return f"{self.ratio:g} {self.of}{offset}"
+
     def fits(self, source: Source) -> bool:
         """Return whether that is one coordinate of its own speed, or a steering angle."""
         rolls = source.follows is not None and not source.follows.tied
