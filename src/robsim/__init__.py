@@ -62,9 +62,11 @@ from robsim.robot.ik.result import IKResult as IKResult
 from robsim.robot.joint import Ackermann as Ackermann
 from robsim.robot.joint import Chord as Chord
 from robsim.robot.joint import Joint as Joint
+from robsim.robot.joint import JointKind as JointKind
 from robsim.robot.joint import Mimic as Mimic
 from robsim.robot.joint import Rolling as Rolling
 from robsim.robot.joint import Steering as Steering
+from robsim.robot.joint import register_joint as register_joint
 from robsim.robot.link import Link as Link
 from robsim.robot.robot import Robot as Robot
 from robsim.run.mission import Mission as Mission

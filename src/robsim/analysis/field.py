@@ -10,12 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, length, runs_last, some_runs
+from robsim.base.arrays import Array, runs_last, some_runs
 from robsim.base.errors import InputError, RankWarning
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.kernels import tree
 from robsim.kernels.loop import Command
-from robsim.kernels.tree import CAR, FLOATING, PRISMATIC, RAIL, REVOLUTE, UNICYCLE
 from robsim.servo.controller import Controller
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depth_filter import DepthFilter
@@ -76,7 +74,7 @@ class Field:
         """How many coordinates no command changes at once: the way sideways of each unicycle."""
         tree = self.scene.tree
         bodies = np.unique(tree.owners[self.controller.columns])
-        return int(np.isin(tree.kind[bodies], (UNICYCLE, CAR)).sum())
+        return sum(tree.models[body].wheeled for body in bodies)
 
     @cached_property
     def goal_pose(self) -> Pose:
@@ -137,28 +135,22 @@ class Field:
         out = q.copy()
         velocities = np.zeros((self.scene.nv, q.shape[1]))
         velocities[self.controller.columns] = dq
-        tree.integrate(self.scene.tree.joints, velocities, 1.0, out)
+        self.scene.tree.flow(out, velocities, 1.0)
         return out
 
     def within_limits(self, q: Array) -> Array:
         """The states, their joints turned fully about as often as brings them into their limits."""
-        tree, limits, out = self.scene.tree, self.scene.limits, q.copy()
-        for i in tree.iq[(tree.kind == REVOLUTE) & (tree.iq >= 0)]:
-            low, high = limits[i]
-            if np.isfinite(low) and np.isfinite(high):
-                out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
+        limits, out = self.scene.limits, q.copy()
+        for _, kind, rows, *_ in self.scene.tree.members:
+            out[rows] = kind.wrap(q[rows].T, limits[rows]).T
         return out
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
         """States (nq, B) on the way from a to b (nq, B): coordinates in proportion, (B,) 0 to 1."""
-        tree, b = self.scene.tree, b.copy()
-        turns = [slice(i + 3, i + 7) for i in tree.iq[tree.kind == FLOATING]]
-        for turn in turns:  # q and -q are one rotation
-            b[turn] *= np.where((a[turn] * b[turn]).sum(axis=0) < 0, -1.0, 1.0)
-        q = (1.0 - share) * a + share * b
-        for turn in turns:
-            q[turn] /= length(q[turn])
-        return np.asarray(q)
+        out = np.empty(a.shape)
+        for _, kind, rows, *_ in self.scene.tree.members:
+            out[rows] = kind.between(a[rows].T, b[rows].T, share).T
+        return out
 
     def differences(self, q: Array) -> tuple[Array, Array]:
         """F (n, n, B) after a STEP along (second index) each commanded velocity, and against it."""
@@ -185,22 +177,10 @@ class Field:
         A turn is compared modulo 2 pi, a floating joint by its way and its angle; how far the
         wheels of vehicles have turned does not count.
         """
-        tree = self.scene.tree
-        rolled = tree.joints.wheels.rows[:, 0]
         far = np.zeros((a.shape[1], b.shape[1]))
-        for kind, i in zip(tree.kind[1:], tree.iq[1:], strict=True):
-            if i < 0 or i in rolled:
-                continue  # it follows others
-            if kind == FLOATING:
-                place, turn = slice(i, i + 3), slice(i + 3, i + 7)
-                ways = [_norm(a[place], b[place]), _angle(a[turn], b[turn])]
-            elif kind == REVOLUTE:
-                ways = [_turn(a[i], b[i])]
-            elif kind in (PRISMATIC, RAIL):
-                ways = [_norm(a[i : i + 1], b[i : i + 1])]
-            else:
-                ways = [_norm(a[i : i + 2], b[i : i + 2]), _turn(a[i + 2], b[i + 2])]
-            far = np.maximum(far, np.max(ways, axis=0))
+        for _, kind, rows, _, rolls in self.scene.tree.members:
+            if not rolls:
+                far = np.maximum(far, kind.distance(a[rows].T[:, None], b[rows].T))
         return far
 
     def _measurement(self, q: Array) -> Measurement:
@@ -274,24 +254,3 @@ def _kept(memory: dict[str, Any]) -> Iterator[str]:
             yield from _kept(value)
         else:
             yield name
-
-
-def _norm(a: Array, b: Array) -> Array:
-    """|a - b| (A, B) of points (m, A) and (m, B)."""
-    return length(a[:, :, None] - b[:, None])
-
-
-def _turn(a: Array, b: Array) -> Array:
-    """The smaller turn (A, B) from angles (A,) to (B,)."""
-    turn = a[:, None] - b
-    return np.abs(turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
-
-
-def _angle(a: Array, b: Array) -> Array:
-    """The angle (A, B) between rotations, as unit quaternions (4, A) and (4, B).
-
-    |a -+ b| = 2 sin(angle/4), for the sign that brings the two together.
-    """
-    chord = np.minimum(_norm(a, b), _norm(a, -b))
-    angle: Array = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
-    return angle

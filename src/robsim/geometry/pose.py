@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import FrameError, InputError
-from robsim.kernels import se3, tree
+from robsim.kernels import joints, se3
 
 ROTATION_TOLERANCE = 1e-6
 
@@ -99,7 +99,7 @@ class Pose:
         columns = runs_last(q, 1)
         T = np.zeros((3, 4, columns.shape[-1]))
         T[[0, 1, 2], [0, 1, 2]] = 1.0
-        tree.fly(columns, T)
+        joints.fly(columns, T)
         return _make(homogeneous(T, lead), None)
 
     @property

@@ -1,21 +1,15 @@
-"""Inverse kinematics: damped least squares from several starts, many runs side by side.
-
-The step is (J'J + w I)^-1 J'e with w in proportion to the squared error: S. K. Chan and
-P. D. Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988;
-T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE
-T-RO 27(5), 2011.
+"""Inverse kinematics: searches from several starts, many runs side by side.
 
 The runs of a batch pass through a few lanes in lockstep; where one is done, the next takes its
 lane. What happens in a lane depends on its own run alone, so its bits do too.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.kernels import tree
-from robsim.kernels.ik_step import idle_model, propose
+from robsim.kernels import jacobian, tree
+from robsim.kernels.ik_step import Lanes, confine, propose, room
 from robsim.kernels.jit import kernel, part
 
 SOLVED, UNREACHABLE, LIMITS, ITERATIONS = 1, 2, 3, 4
@@ -41,23 +35,6 @@ class Found(NamedTuple):
     reason: Any
     iterations: Any
     restarts: Any
-
-
-class Lanes(NamedTuple):
-    """The searches that go on."""
-
-    run: Any  # of the batch, or -1
-    search: Any  # its number, 0 from q0
-    iteration: Any  # of this search
-    turn: Any  # what it does next
-    begun: Any  # distance from the goal to where this search began
-    best: Any  # least e'e of the run
-    mark: Any  # e'e of this search some iterations ago
-    boost: Any  # of the damping
-    hoped: Any  # by how much e'e was to fall
-    error: Any
-    goal: Any  # (3, 4, lanes)
-    q: Any
 
 
 @part
@@ -174,20 +151,6 @@ def _restart(target, bounds, lanes, b, starts, found):
             lanes.q[i, b] = starts.q[i, chosen]
 
 
-@kernel
-def _confine(bounds, q):
-    """Coordinates back into their limits: by whole turns where that helps, else to the limit."""
-    for i in bounds.row:
-        if i >= 0:
-            low, high = bounds.low[i], bounds.high[i]
-            for b in range(q.shape[1]):
-                if not low <= q[i, b] <= high:
-                    x = q[i, b]
-                    if bounds.turns[i]:
-                        x -= 2.0 * math.pi * math.ceil((x - high) / (2.0 * math.pi))
-                    q[i, b] = x if low <= x <= high else min(max(q[i, b], low), high)
-
-
 @part
 def _lanes(nq, B):
     """Idle ones."""
@@ -198,40 +161,56 @@ def _lanes(nq, B):
 
 
 @kernel
+def begin(joints, target, goals, starts, found):
+    """The first runs in their lanes, room for a model, and velocities (nv, lanes) at rest."""
+    runs = goals.shape[2]
+    B = min(LANES, runs)
+    lanes = _lanes(starts.q0.shape[0], B)
+    for run in range(runs):
+        found.iterations[run], found.restarts[run] = 0, 0
+    for b in range(B):
+        _enter(lanes, b, b, goals, starts.q0)
+    return lanes, room(joints, target.moves.columns.size, B), np.zeros((target.rest.size, B))
+
+
+@kernel
+def decide(target, bounds, goals, starts, tolerance, iterations, lanes, model, found, queue):
+    """What each lane does with its step: takes it, begins anew, goes back, or takes another run.
+
+    `queue` holds the number of the next run, and how many lanes go on.
+    """
+    runs, restarts = goals.shape[2], starts.q.shape[1]
+    _search(lanes, model, tolerance, restarts, iterations)
+    _book(lanes, model, tolerance, restarts, found)
+    _descend(lanes, model, restarts)
+    for b in range(lanes.run.size):
+        if lanes.turn[b] == DONE and queue[0] < runs:
+            _enter(lanes, b, queue[0], goals, starts.q0)
+            queue[0] += 1
+        elif lanes.turn[b] == DONE:
+            lanes.run[b] = -1
+            queue[1] -= 1
+        elif lanes.turn[b] == OVER:
+            _restart(target, bounds, lanes, b, starts, found)
+        elif lanes.turn[b] == BACK:
+            _put(found.q, lanes.run[b], lanes.q, b)
+        if lanes.turn[b] != STEP:
+            for j in range(model.step.shape[0]):
+                model.step[j, b] = 0.0
+
+
+@kernel
 def solve(joints, target, bounds, goals, starts, tolerance, iterations, found):
     """Bring a link to goals[3, 4, run]: solved where the error comes below the tolerance.
 
     The first search begins at q0, each further one at the start whose pose is nearest the goal;
     each has so many iterations.
     """
-    runs, columns = goals.shape[2], target.moves.columns
-    B, restarts = min(LANES, runs), starts.q.shape[1]
-    lanes, model = _lanes(starts.q0.shape[0], B), idle_model(joints, columns.size, B)
-    v = np.zeros((target.rest.size, B))
-    for run in range(runs):
-        found.iterations[run], found.restarts[run] = 0, 0
-    for b in range(B):
-        _enter(lanes, b, b, goals, starts.q0)
-    following, going = B, B
-    while going > 0:
-        propose(joints, target, bounds, lanes.q, lanes.goal, lanes.boost, lanes.error, model)
-        _search(lanes, model, tolerance, restarts, iterations)
-        _book(lanes, model, tolerance, restarts, found)
-        _descend(lanes, model, restarts)
-        for b in range(B):
-            if lanes.turn[b] == DONE and following < runs:
-                _enter(lanes, b, following, goals, starts.q0)
-                following += 1
-            elif lanes.turn[b] == DONE:
-                lanes.run[b] = -1
-                going -= 1
-            elif lanes.turn[b] == OVER:
-                _restart(target, bounds, lanes, b, starts, found)
-            elif lanes.turn[b] == BACK:
-                _put(found.q, lanes.run[b], lanes.q, b)
-            if lanes.turn[b] != STEP:
-                for j in range(columns.size):
-                    model.step[j, b] = 0.0
-        tree.spread(columns, model.step, target.rest, v)
+    lanes, model, v = begin(joints, target, goals, starts, found)
+    queue = np.full(2, lanes.run.size)
+    while queue[1] > 0:
+        propose(joints, target, bounds, lanes, model)
+        decide(target, bounds, goals, starts, tolerance, iterations, lanes, model, found, queue)
+        jacobian.spread(target.moves.columns, model.step, target.rest, v)
         tree.integrate(joints, v, 1.0, lanes.q)
-        _confine(bounds, lanes.q)
+        confine(bounds, lanes.q)

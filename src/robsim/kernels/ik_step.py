@@ -1,11 +1,17 @@
-"""One step of inverse kinematics: the error of a pose, its linear model, and the damped step."""
+"""One step of inverse kinematics for several lanes side by side: damped least squares.
+
+The step is (J'J + w I)^-1 J'e with w in proportion to the squared error: S. K. Chan and
+P. D. Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988;
+T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE
+T-RO 27(5), 2011.
+"""
 
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.kernels import se3, tree
+from robsim.kernels import jacobian, se3, tree
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.normal import damped_step, transposed_product
 
@@ -20,7 +26,7 @@ class Target(NamedTuple):
 
     body: int
     offset: Any  # (3, 4) of the link in its body
-    moves: Any  # `tree.Moves` of the velocities that carry the link
+    moves: Any  # `jacobian.Moves` of the velocities that carry the link
     rest: Any  # (nv,) zeros
     weight: Any  # (6,) of the rows (v, omega), in the axes of the base
     pointing: bool  # of the rotation only where the z axis points
@@ -33,6 +39,23 @@ class Bounds(NamedTuple):
     low: Any  # (nq,), infinite where there is none
     high: Any
     turns: Any  # (nq,) whether a whole turn changes nothing
+
+
+class Lanes(NamedTuple):
+    """The searches that go on."""
+
+    run: Any  # of the batch, or -1
+    search: Any  # its number, 0 from q0
+    iteration: Any  # of this search
+    turn: Any  # what it does next
+    begun: Any  # distance from the goal to where this search began
+    best: Any  # least e'e of the run
+    mark: Any  # e'e of this search some iterations ago
+    boost: Any  # of the damping
+    hoped: Any  # by how much e'e was to fall
+    error: Any
+    goal: Any  # (3, 4, lanes)
+    q: Any
 
 
 class Model(NamedTuple):
@@ -127,7 +150,7 @@ def _residual(target, goal, model, error):
 def _jacobian(target, model):
     """J of e, but for its sign and the slow change of w."""
     J = model.J
-    tree.jacobian(model.bodies, model.T[:, 3], target.moves, J)
+    jacobian.jacobian(model.bodies, model.T[:, 3], target.moves, J)
     if target.pointing:
         _ignore_roll(model.T, J)
     for r in range(6):
@@ -175,25 +198,39 @@ def _judge(model):
 
 
 @kernel
-def propose(joints, target, bounds, q, goal, boost, error, model):
-    """The model and the step of every lane, idle ones included; error[b] is without weights."""
-    tree.bodies(joints, q, model.bodies)
+def propose(joints, target, bounds, lanes, model):
+    """The model and the step of every lane, idle ones included."""
+    tree.bodies(joints, lanes.q, model.bodies)
     tree.frame(model.bodies.poses, target.body, target.offset, model.T)
-    _residual(target, goal, model, error)
+    _residual(target, lanes.goal, model, lanes.error)
     _jacobian(target, model)
-    _hold(bounds, q, model)
-    for b in range(boost.size):
-        model.damping[b] = DAMPING * boost[b] * min(model.square[b], FAR) + FLOOR
+    _hold(bounds, lanes.q, model)
+    for b in range(lanes.run.size):
+        model.damping[b] = DAMPING * lanes.boost[b] * min(model.square[b], FAR) + FLOOR
     damped_step(model.J, model.e, model.downhill, model.damping, model.step)
     _judge(model)
 
 
 @part
-def idle_model(joints, n, B):
-    """Room for the model of so many lanes."""
+def room(joints, n, B):
+    """A Model that is not filled yet."""
     poses = np.empty((joints.rows.shape[0], 3, 4, B))
     bodies = tree.Bodies(poses, np.empty((joints.ratios, B)))
     e, J, real = np.empty((6, B)), np.empty((6, n, B)), np.empty((3, B))
     held, still = np.empty(B, np.int64), np.empty(B, np.bool_)
     T, downhill, step = np.empty((3, 4, B)), np.empty((n, B)), np.empty((n, B))
     return Model(bodies, T, e, real[0], J, downhill, real[1], step, held, real[2], still)
+
+
+@kernel
+def confine(bounds, q):
+    """Coordinates back into their limits: by whole turns where that helps, else to the limit."""
+    for i in bounds.row:
+        if i >= 0:
+            low, high = bounds.low[i], bounds.high[i]
+            for b in range(q.shape[1]):
+                if not low <= q[i, b] <= high:
+                    x = q[i, b]
+                    if bounds.turns[i]:
+                        x -= 2.0 * math.pi * math.ceil((x - high) / (2.0 * math.pi))
+                    q[i, b] = x if low <= x <= high else min(max(q[i, b], low), high)

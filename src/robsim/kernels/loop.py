@@ -8,7 +8,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.kernels import camera, endings, features, laws, random, record, sight, solve, tree
+from robsim.kernels import (
+    camera,
+    endings,
+    features,
+    jacobian,
+    laws,
+    random,
+    record,
+    sight,
+    solve,
+    tree,
+)
 from robsim.kernels.jit import kernel, part
 
 JOINT, CAMERA = 0, 1  # laws
@@ -78,7 +89,7 @@ def control(scheme, eye, moves, projection, pixels, x, Z, L, J, command):
     else:
         features.flat(x, command.s)
     features.choose_interaction(scheme.interaction, scheme.L_goal, L)
-    tree.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
+    jacobian.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
     solve.product(L, J, command.task_jacobian)
     features.difference(command.s, scheme.s_goal, command.error)
     if scheme.law == JOINT:
@@ -134,7 +145,7 @@ def settle(
     has no rows where they are those commanded. T is the pose whose way is measured; hold[b] says
     which runs go on though they have converged or stalled.
     """
-    tree.spread(columns, command.qd, drift, qd)
+    jacobian.spread(columns, command.qd, drift, qd)
     if step == 0:
         endings.begin(command.error, projection.depth, T, tolerance, hold, watch)
     ended = endings.judge(

@@ -11,7 +11,6 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
-from robsim.robot.joint import SINGLE
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
 from robsim.world.scene import MountedCamera, Scene
@@ -86,8 +85,7 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in drawn[link.name]:
             yield _shape(label, own if plain else shape.color, shape, T)
-        arm = link.joint.kind == "fixed" or link.joint.kind in SINGLE  # it does not fly or drive
-        if not shapes and link.parent and arm:
+        if not shapes and link.parent and not link.joint.model.roams:
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
 

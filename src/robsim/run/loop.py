@@ -86,7 +86,8 @@ class Loop:
 
     def _scheme(self) -> Scheme | None:
         """For the compiled loop, where that can run all that is asked for, and saves time."""
-        plain = self.steady and self.prompt and not (self.drives.moves or self.on_step)
+        usual = self.steady and self.prompt and self.scene.tree.compiled
+        plain = usual and not (self.drives.moves or self.on_step)
         scheme = self.controller.compiled if plain else None
         return scheme if scheme and worth_compiling(len(self.q0), self.steps) else None
 

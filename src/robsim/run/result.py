@@ -15,7 +15,7 @@ from robsim import describe
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import homogeneous
-from robsim.kernels import tree
+from robsim.kernels.jacobian import camera_jacobian
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
 from robsim.run.outcome import Outcome
@@ -172,7 +172,7 @@ def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array,
         bodies = joints.bodies(np.ascontiguousarray(rows[part].T))
         T = joints.frame(bodies, frame)
         J = np.empty((6, joints.nv, T.shape[-1]))
-        tree.camera_jacobian(bodies, T, moves, J)
+        camera_jacobian(bodies, T, moves, J)
         poses[part] = homogeneous(T)
         poses[part][np.isnan(T[0, 0])] = np.nan
         twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T

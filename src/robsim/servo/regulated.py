@@ -14,7 +14,7 @@ from robsim.base.arrays import Array, frozen, positive, runs_last
 from robsim.base.errors import GoalError
 from robsim.features import Observation
 from robsim.kernels import features as kernels
-from robsim.kernels import tree
+from robsim.kernels.jacobian import Moves
 from robsim.kernels.sight import Projection
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.feature_state import FeatureState
@@ -238,11 +238,11 @@ class Regulated:
         }
 
     @cached_property
-    def _moves(self) -> dict[Key, tree.Moves]:
+    def _moves(self) -> dict[Key, Moves]:
         return {sight.key: sight.moves(self.columns) for sight in self.sights}
 
     @cached_property
-    def _own_moves(self) -> tuple[NDArray[np.int64], dict[Key, tree.Moves]]:
+    def _own_moves(self) -> tuple[NDArray[np.int64], dict[Key, Moves]]:
         """The velocities that nobody commands, and how they move each camera and target."""
         columns = frozen(np.flatnonzero(self.sights[0].scene.prescribed))
         return columns, {sight.key: sight.moves(columns) for sight in self.sights}

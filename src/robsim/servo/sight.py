@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.features import Observation
+from robsim.kernels import jacobian as jacobians
 from robsim.kernels import sight as kernels
-from robsim.kernels import tree
 from robsim.kernels.sight import Projection
+from robsim.kernels.tree import Bodies
 from robsim.world.scene import MountedCamera, Object, Scene
 
 Key = tuple[str, str]  # camera and target
@@ -49,6 +50,7 @@ class Sight:
     def project(self, q: Array) -> Projection:
         """The camera, its target and the marks in the image, for coordinates q (nq, B)."""
         projection = self.room(q.shape[1])
+        self.scene.tree.prepare(q, projection.bodies)
         kernels.project(self.scene.tree.joints, self.constants, q, projection)
         return projection
 
@@ -65,10 +67,10 @@ class Sight:
             np.empty((marks, runs), np.int8),
         )
 
-    def jacobian(self, projection: Projection, moves: tree.Moves) -> Array:
+    def jacobian(self, projection: Projection, moves: jacobians.Moves) -> Array:
         """(6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
         J = np.empty((6, moves.columns.size, projection.T_w_c.shape[-1]))
-        tree.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
+        jacobians.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
         return J
 
     @cached_property
@@ -92,7 +94,7 @@ class Sight:
         seen.model, seen.guess_last = self.target.marks, T_c_o
         return seen
 
-    def moves(self, columns: NDArray[np.int64]) -> tree.Moves:
+    def moves(self, columns: NDArray[np.int64]) -> jacobians.Moves:
         """Some velocities for the kernels; read-only, like all that they are compiled for."""
         return self.scene.tree.moves(self.sign, columns)
 
@@ -139,7 +141,7 @@ def _blind(runs: int) -> Projection:
     poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
     T_w_c, T_w_o, points, depth, pixels = others
     status = np.empty((0, runs), np.int8)
-    return Projection(tree.Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
+    return Projection(Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
 
 
 def adjoint(T_a_b: Array) -> Array:

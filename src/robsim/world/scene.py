@@ -15,7 +15,7 @@ from robsim.base.errors import FrameError, InputError, suggest
 from robsim.base.names import checked_name
 from robsim.base.values import Value
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
-from robsim.robot.assembly import Frame
+from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Joint
 from robsim.robot.link import checked_shapes
 from robsim.robot.robot import Robot

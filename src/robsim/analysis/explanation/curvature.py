@@ -9,7 +9,6 @@ import numpy as np
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.truth import true_features
 from robsim.base.arrays import Array
-from robsim.kernels import tree
 
 STEP = 1e-5  # rad or m; central differences
 
@@ -37,5 +36,5 @@ def _moved(inquiry: Inquiry, q: Array, steps: Array) -> Array:
     out = np.repeat(q, steps.shape[1], axis=1)
     velocities = np.zeros((scene.nv, steps.shape[1]))
     velocities[controller.columns] = steps
-    tree.integrate(scene.tree.joints, velocities, 1.0, out)
+    scene.tree.flow(out, velocities, 1.0)
     return out

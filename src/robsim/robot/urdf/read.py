@@ -224,7 +224,7 @@ def _check_mimics(hinges: Iterable[Hinge], findings: Findings) -> None:
         name: str = start
         while name in follows and name not in done and name not in path:
             path.append(name)
-            name = follows[name].of  # type: ignore[union-attr]
+            name = follows[name].of
             _check_source(joints[path[-1]], name, joints, findings)
         if name in path:
             findings.error(joints[name].element, "mimics itself in the end; follow another joint")

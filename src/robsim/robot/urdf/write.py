@@ -45,8 +45,8 @@ def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ())
     wrong = []
     for link in links:
         joint = link.joint
-        if joint.kind not in KINDS.values():
-            wrong.append(f"'{link.name}' moves as a {joint.kind}")
+        if joint.model.name not in KINDS.values():
+            wrong.append(f"'{link.name}' moves as a {joint.model.name}")
         elif joint.follows is not None and not isinstance(joint.follows, Mimic):
             kind = type(joint.follows).__name__
             wrong.append(f"'{link.name}' follows by {kind}, not Mimic")
@@ -193,7 +193,7 @@ def _hinge(
     axis: Array | None = None,
 ) -> None:
     free = joint.kind == "revolute" and joint.limits is None
-    with text.inside("joint", name=name, type="continuous" if free else joint.kind):
+    with text.inside("joint", name=name, type="continuous" if free else joint.model.name):
         _origin(text, origin)
         text.put("parent", link=parent)
         text.put("child", link=child)

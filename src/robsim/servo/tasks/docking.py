@@ -13,7 +13,6 @@ from robsim.declare import Number, register
 from robsim.features import Translation
 from robsim.geometry.pose import Pose
 from robsim.kernels import se3
-from robsim.kernels.tree import UNICYCLE
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.law import ControlState
 from robsim.servo.regulated import Regulated
@@ -57,7 +56,9 @@ class Docking(ServoTask):
         eye, scene = regulated.sights[0].eye, regulated.sights[0].scene
         body, T_b_c = scene.tree.find(eye.name)
         moved = scene.tree.owners[regulated.columns]
-        if scene.tree.kind[body] != UNICYCLE or (moved != body).any() or moved.size != 2:
+        kind = scene.tree.models[body]
+        drives = kind.wheeled and kind.needs != "steering"
+        if not drives or (moved != body).any() or moved.size != 2:
             raise InputError(
                 f"docking is for a camera that rides on a unicycle; '{eye.name}' does not, or "
                 "other joints move as well"

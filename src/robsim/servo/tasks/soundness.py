@@ -10,7 +10,6 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
-from robsim.kernels.tree import CAR, UNICYCLE
 from robsim.servo.goals.goal import Goal, GoalFeatures
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depth
@@ -125,9 +124,10 @@ def warn_of_rank(controller: Servo) -> None:
 
 def warn_of_wheels(controller: Servo) -> None:
     """RankWarning if a unicycle or a car alone is asked for more than two numbers."""
-    kinds, columns = controller.scene.tree.kinds[controller.columns], controller.columns
-    if np.isin(kinds, (UNICYCLE, CAR)).all() and controller.k > columns.size:
-        steers = (kinds == CAR).any()
+    columns = controller.columns
+    kinds = controller.scene.tree.kinds(columns)
+    if all(kind.wheeled for kind in kinds) and controller.k > columns.size:
+        steers = any(kind.needs == "steering" for kind in kinds)
         warnings.warn(
             f"a {'car' if steers else 'unicycle'} cannot move sideways, and no smooth law drives "
             f"it to a pose (Brockett 1983): use {'' if steers else 'Docking, or '}no more features "
