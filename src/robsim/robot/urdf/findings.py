@@ -11,7 +11,6 @@ from robsim.robot.urdf.elements import Element
 MOST = 50  # errors after which a file is not read further
 MOST_ODDITIES = 1000
 SHOWN = 10  # kinds of oddities that one warning lists
-LINES = 20  # line numbers that it lists of each kind
 LONGEST = 600  # characters of a line
 _GIVEN = re.compile(r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?")  # what differs between two of a kind
 
@@ -50,7 +49,7 @@ class Findings:
             raise FileError("\n".join(self.errors)) from None
 
     def tell(self) -> None:
-        """One FileWarning if there were oddities: the first of each kind, one a line."""
+        """One FileWarning if there were oddities: of each kind the first, and the lines of others."""
         if self.oddities:
             kinds = list(self.oddities.values())
             more = sum(map(len, kinds[SHOWN:]))
@@ -68,5 +67,6 @@ def _told(found: list[tuple[int, str]]) -> str:
     (_, first), *others = found
     if not others:
         return first
-    lines = ", ".join(map(str, sorted({line for line, _ in others})[:LINES]))
-    return f"{first} ({len(others)} more of the kind, in lines {lines})"
+    lines = [str(line) for line in sorted({line for line, _ in others})]
+    where = f"line{'s' if len(lines) > 1 else ''} {', '.join(lines)}"
+    return f"{first} ({len(others)} more of the kind, in {where})"

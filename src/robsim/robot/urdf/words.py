@@ -76,7 +76,7 @@ def check_words(element: Element, findings: Findings) -> None:
     word = WORDS[element.tag]
     for name in element.attributes:
         if name in word.spare:
-            findings.odd(element, f"attribute '{name}' is that of a symmetric tensor, left out")
+            findings.odd(element, f"attribute '{name}' says again what the tensor says; left out")
         elif name not in word.attributes and not _prefixed(name):
             _unknown(element, f"attribute '{name:.60}'", name, word.attributes, findings)
     seen: set[str] = set()
@@ -135,7 +135,8 @@ def named(element: Element, findings: Findings) -> str | None:
         return None
     name = safe(given, element.tag)
     if name != given:
-        findings.odd(element, f"its name is read as '{name}', which is safe in paths and figures")
+        fits = "short enough" if len(given) > LONGEST_NAME else "safe"
+        findings.odd(element, f"its name is read as '{name}', which is {fits} in paths and figures")
     return name
 
 
