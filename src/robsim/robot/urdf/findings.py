@@ -49,7 +49,7 @@ class Findings:
             raise FileError("\n".join(self.errors)) from None
 
     def tell(self) -> None:
-        """One FileWarning if there were oddities: of each kind the first, and the lines of others."""
+        """One FileWarning if there were oddities: the first of each kind, the lines of others."""
         if self.oddities:
             kinds = list(self.oddities.values())
             more = sum(map(len, kinds[SHOWN:]))

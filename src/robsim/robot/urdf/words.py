@@ -149,7 +149,7 @@ def safe(name: str, kind: str) -> str:
     >>> safe("tool0/cam", "link"), safe("2r", "robot"), safe("world", "link")
     ('tool0_cam', 'robot_2r', 'world_link')
     >>> safe("left_" * 14, "link")
-    'left_left_left_left_left_left_left_left_left_left_left_'
+    'left_left_left_left_left_left_left_left_left_left_left__40b9b432'
     """
     if kind == "link" and name == "world":  # the frame that robots stand on
         return "world_link"
