@@ -282,9 +282,9 @@ class Robot(Value):
 
         Links and coordinates of the tool come after its own, at home as the tool is, and its tip
         is that of the tool; a name that both have gets that of the tool in front, as in
-        "gripper_base". The base link of the tool
-        no longer is one, but a link that does not move. `bare` takes the shapes of the link `on`
-        away, for a tool that stands for what was drawn there.
+        "gripper_base". The base link of the tool no longer is one, but a link that does not move.
+        `bare` takes the shapes of the link `on` away, for a tool that stands for what was drawn
+        there.
 
         >>> import robsim as rs
         >>> at = Pose.at(z=-0.1083)  # the tool frame of this arm lies between the finger tips
