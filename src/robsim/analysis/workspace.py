@@ -63,7 +63,7 @@ def workspace(
 
     count    configurations
     seed     of the drawing
-    link     whose origin is followed; the last by default
+    link     whose origin is followed; the tip by default
     axes, length   of the manipulability, as in `manipulability`
 
     InputError: another joint has no limits.

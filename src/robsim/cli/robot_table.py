@@ -105,7 +105,7 @@ def _shown(value: float, unit: str) -> tuple[str, str]:
 
 
 def _tip(robot: Robot) -> list[str]:
-    """Where the last link is at home, in the base."""
+    """Where the tip is at home, in the base."""
     T = robot.fk(robot.home)
     axes = ", ".join(f"{name} along {_vector(T[:3, i])}" for i, name in enumerate("xyz"))
     return [f"{robot.tip} at home: {_vector(T[:3, 3])} m in the base", f"its axes: {axes}"]

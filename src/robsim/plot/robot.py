@@ -24,7 +24,7 @@ def robot(robot: Robot, q: Any = None) -> Figure:
     """A robot in 3-D at q (nq,), home by default: its links, in metres, in the axes of its base.
 
     What has neither shapes nor links to draw lines between, as a camera that flies, is shown by the
-    axes of its last link.
+    axes of its tip.
 
     >>> from robsim.files import robots
     >>> figure = robot(robots.panda(), q=robots.panda().home)
@@ -39,7 +39,7 @@ def robot(robot: Robot, q: Any = None) -> Figure:
 
 
 def _axes(scene: Scene, picture: Picture, robot: Robot, q: Any) -> Picture:
-    """The same picture with the axes of the last link."""
+    """The same picture with the axes of the tip."""
     T = displayed(scene, f"{robot.name}.{robot.tip}", scene.home if q is None else q)
     ends = T[:3, 3] + AXES * T[:3, :3].T
     wires = [

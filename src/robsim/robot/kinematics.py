@@ -27,6 +27,7 @@ class Kinematics(Value):
     name: str
     links: tuple[Link, ...]
     home: Any
+    tip: str
 
     @cached_property
     def tree(self) -> Tree:
@@ -83,11 +84,6 @@ class Kinematics(Value):
     def velocity_units(self) -> tuple[str, ...]:
         """ "rad/s" or "m/s" of each velocity."""
         return tuple(unit for link in self.links for unit in link.joint.parts.rates)
-
-    @property
-    def tip(self) -> str:
-        """The last link."""
-        return self.links[-1].name
 
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
         """Checked coordinates (..., nq), a copy; a Pose is taken where one joint floats.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import frozen
-from robsim.base.errors import InputError
+from robsim.base.errors import FileWarning, InputError, suggest
 from robsim.base.names import checked_name
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.primitives import Primitive
@@ -25,6 +26,10 @@ from robsim.robot.tool import mounted
 @dataclass(frozen=True, eq=False)
 class Robot(Kinematics):
     """A tree of links. The first link is the base; it stands at `base` on the frame `on`.
+
+    `tip` is the link that is meant where none is named: the last one where nothing is said. `home`
+    is (nq,) or a mapping from the names of coordinates to values; what is not said is zero, or
+    what the limits allow next to it.
 
     Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
     (metres) joints, seven for floating ones (position, unit quaternion x y z w), three for planar
@@ -40,6 +45,7 @@ class Robot(Kinematics):
     home: Any = None
     base: Pose = field(default=IDENTITY, kw_only=True)
     on: str = field(default="world", kw_only=True)
+    tip: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
         checked_name(self.name, "robot")
@@ -60,9 +66,9 @@ class Robot(Kinematics):
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
+        object.__setattr__(self, "tip", self._link(self.tip or self.links[-1].name))
         check_ranges(self._ranges, self.coordinate_names, self.name)
-        home = np.clip(self.rest, *self.limits.T) if self.home is None else self.home
-        home = self.coordinates(home, f"{self.name}.home")
+        home = self.coordinates(self._given_home(), f"{self.name}.home")
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
         object.__setattr__(self, "home", frozen(home))
@@ -98,21 +104,40 @@ class Robot(Kinematics):
         return cls(name, parts, home)
 
     @classmethod
-    def from_urdf(cls, path: str | os.PathLike[str]) -> Robot:
-        """From a URDF file, strictly: nothing that the file names is opened.
+    def from_urdf(
+        cls, path: str | os.PathLike[str], tip: str | None = None, home: Any = None
+    ) -> Robot:
+        """Read a robot from a URDF file; nothing that the file names is opened.
+
+        path   of the file
+        tip    the link that is meant where none is named. None takes, of the links that joints
+               move and nothing hangs from, one called tcp, tool0, tool, ee, flange or the like,
+               else the one behind the most joints; a FileWarning names all that would do as well
+        home   (nq,) or {coordinate: value}, rad and m. None is zero, or what the limits allow
+               next to it
 
         Coordinates are called after the joints, in their order; a link has the name that it has
         there. Shapes are what is to be seen of a link, or what it collides by where nothing is;
-        opacities and textures are left out. Home is zero, or what the limits allow next to it.
-        FileError: all that is wrong, each with its line; a FileWarning tells what is left out or
-        read in another way.
+        opacities and textures are left out. What says how the robot moves is read strictly:
+        FileError tells all that is wrong, each with its line. Shapes and inertias that cannot be
+        used are left out, and long names shortened; one FileWarning tells where. FrameError: no
+        link is called `tip`. InputError: `home` does not fit the coordinates or their limits.
+
+        >>> Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="planar").to_urdf("planar.urdf")
+        >>> Robot.from_urdf("planar.urdf", home={"link2": 0.5}).home
+        array([0. , 0.5])
         """
         from robsim.robot import urdf  # only where it is used, for a quick start
 
-        return urdf.read(path, cls)
+        robot, found = urdf.read(path, lambda name, links, end: cls(name, links, tip=end))
+        if tip is None and found.others:
+            warnings.warn(f"{path}: {found.told}", FileWarning, stacklevel=2)
+        if tip is None and home is None:
+            return robot
+        return replace(robot, tip=found.name if tip is None else tip, home=home)
 
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
-        """Write a URDF file; read back, it has the same links, poses, limits and inertias.
+        """Write a URDF file; read back, it has the same links, tip, poses, limits and inertias.
 
         Where the base stands, home, and the `n` of circles are not written. A link beside the axis
         of its joint (as with DH rows) takes a second one, "elbow.axis", which is gone again when
@@ -122,7 +147,7 @@ class Robot(Kinematics):
         """
         from robsim.robot import urdf  # only where it is used, for a quick start
 
-        urdf.write(self.name, self.links, path)
+        urdf.write(self.name, self.links, self.tip, path)
 
     def to_mjcf(self, path: str | os.PathLike[str]) -> None:
         """Write a MuJoCo model: bodies, joints, geoms, inertias, and equalities for what mimics.
@@ -154,10 +179,11 @@ class Robot(Kinematics):
     ) -> Robot:
         """A copy that carries a tool at `pose` on its link `on` (the tip by default).
 
-        Links and coordinates of the tool come after its own, at home as the tool is; a name that
-        both have gets that of the tool in front, as in "gripper_base". The base link of the tool
-        no longer is one, but a link that does not move. `bare` takes the shapes of the link `on`
-        away, for a tool that stands for what was drawn there.
+        Links and coordinates of the tool come after its own, at home as the tool is, and its tip
+        is that of the tool; a name that both have gets that of the tool in front, as in
+        "gripper_base". The base link of the tool no longer is one, but a link that does not move.
+        `bare` takes the shapes of the link `on` away, for a tool that stands for what was drawn
+        there.
 
         >>> import robsim as rs
         >>> at = Pose.at(z=-0.1083)  # the tool frame of this arm lies between the finger tips
@@ -176,4 +202,18 @@ class Robot(Kinematics):
             raise InputError(f"bare must be True or False, got {bare!r:.80}")
         at = one_pose(pose, f"pose of the tool '{tool.name}'") @ tool.base
         links = mounted(self.links, tool.links, tool.name, self._link(on), at, bool(bare))
-        return replace(self, links=links, home=np.concatenate([self.home, tool.home]))
+        number = [link.name for link in tool.links].index(tool.tip)
+        tip = links[len(self.links) + number].name
+        return replace(self, links=links, tip=tip, home=np.concatenate([self.home, tool.home]))
+
+    def _given_home(self) -> Any:
+        """Home as it was given, or next to zero where it was not."""
+        if self.home is not None and not isinstance(self.home, Mapping):
+            return self.home
+        given, names = dict(self.home or {}), self.coordinate_names
+        for name in given:
+            if name not in names:
+                hint = suggest(name, names, "coordinates")
+                raise InputError(f"{self.name}.home: no coordinate {name!r:.80}; {hint}")
+        nearest = np.clip(self.rest, *self.limits.T).tolist()
+        return [given.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
