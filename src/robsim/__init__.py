@@ -57,8 +57,8 @@ from robsim.geometry.primitives import CameraBody as CameraBody
 from robsim.geometry.primitives import Mesh as Mesh
 from robsim.geometry.primitives import Wheel as Wheel
 from robsim.robot.ik.closed import ClosedIK as ClosedIK
-from robsim.robot.ik.result import IKReason as IKReason
-from robsim.robot.ik.result import IKResult as IKResult
+from robsim.robot.ik.numeric import IKReason as IKReason
+from robsim.robot.ik.numeric import IKResult as IKResult
 from robsim.robot.joint import Ackermann as Ackermann
 from robsim.robot.joint import Chord as Chord
 from robsim.robot.joint import Joint as Joint

@@ -28,8 +28,7 @@ from robsim.geometry.primitives import Primitive
 from robsim.robot.assembly import Frame
 from robsim.robot.dh import dh_constants
 from robsim.robot.ik.closed import ClosedIK, solve_closed
-from robsim.robot.ik.numeric import Arm, Effort, solve
-from robsim.robot.ik.result import IKResult
+from robsim.robot.ik.numeric import Arm, Effort, IKResult, solve
 from robsim.robot.joint import FIXED, LIMIT_SLACK, Joint, Mimic, units_of
 from robsim.robot.link import Link, coordinate_names, velocity_names
 from robsim.robot.tool import mounted

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,12 +15,11 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last, whole
 from robsim.base.errors import InputError, suggest
 from robsim.base.threads import processors
+from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels import ik as kernels
 from robsim.kernels import random
-from robsim.kernels.ik_step import Bounds, Target
 from robsim.kernels.tree import CAR, REVOLUTE, UNICYCLE
-from robsim.robot.ik.result import IKReason, IKResult
 from robsim.robot.tree import Tree
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
@@ -27,6 +28,65 @@ FARTHEST = 1e9  # metres or radians: more could overflow, and stands for no limi
 LIGHTEST = 1e-3  # of weights, against the heaviest: rows of less are not brought to a tolerance
 CHUNK = 16384  # runs that one thread takes at a time
 FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins where there is no limit
+
+
+class IKReason(IntEnum):
+    """Why the search for coordinates ended; `message` says what it means.
+
+    >>> IKReason.SOLVED.message
+    'solved: the link is at the pose, within the limits'
+    """
+
+    SOLVED = kernels.SOLVED
+    UNREACHABLE = kernels.UNREACHABLE
+    LIMITS = kernels.LIMITS
+    ITERATIONS = kernels.ITERATIONS
+
+    @property
+    def message(self) -> str:
+        """One sentence for the user."""
+        return f"{self.name.lower()}: {_MESSAGES[self]}"
+
+
+_MESSAGES = {
+    IKReason.SOLVED: "the link is at the pose, within the limits",
+    IKReason.UNREACHABLE: (
+        "no small motion lessens the least error that was found, and without limits it was not "
+        "reached either; the pose is out of reach, or try more restarts"
+    ),
+    IKReason.LIMITS: (
+        "limits of joints stand in the way of the pose: without them it was reached, or they hold "
+        "the least error that was found; try more restarts"
+    ),
+    IKReason.ITERATIONS: "the error was still falling at the end; try more iterations or restarts",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class IKResult(Value):
+    """What `Robot.ik` found, row by row; for a single pose without the leading axes.
+
+    q           (..., nq) with the least error that was found, within the limits
+    success     (...,) whether that is a solution: `error` is below the tolerance
+    error       (...,) the larger of the metres and the radians that count, by forward kinematics
+                of q: |p_goal - p| and the angle from R to R_goal (or from z axis to z axis)
+    iterations  (...,) how often the link was placed, over all searches within the limits
+    restarts    (...,) how many searches began elsewhere than at q0
+    reason      (...,) codes of `IKReason`; for a single pose one of these
+
+    >>> from robsim import Robot
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], limits=[[-1, 1]])
+    >>> found = arm.ik(arm.fk([[0.5], [1.5]]))
+    >>> found.q.round(9)[:, 0], [IKReason(code).name for code in found.reason]
+    (array([0.5, 1. ]), ['SOLVED', 'LIMITS'])
+    """
+
+    q: Array
+    success: Any
+    error: Any
+    iterations: Any
+    restarts: Any
+    reason: Any
 
 
 class Arm(NamedTuple):
@@ -77,11 +137,13 @@ def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
     target = _target(arm, mask)
     found = _searched(arm, target, goals, first, effort)
     if np.isfinite(arm.limits).any():
-        _blame_limits(arm, target, goals, found, effort)
+        _tell_limits(arm, target, goals, found, effort)
     return _result(found, lead)
 
 
-def _searched(arm: Arm, target: Target, goals: Array, q0: Array, effort: Effort) -> kernels.Found:
+def _searched(
+    arm: Arm, target: kernels.Target, goals: Array, q0: Array, effort: Effort
+) -> kernels.Found:
     """What is found for goals[3, 4, run] from q0[nq, run]."""
     bounds = _bounds(arm)
     starts = _starts(arm, bounds, effort)
@@ -93,10 +155,10 @@ def _searched(arm: Arm, target: Target, goals: Array, q0: Array, effort: Effort)
     return _in_chunks(job, goals.shape[-1], effort.threads)
 
 
-def _blame_limits(
-    arm: Arm, target: Target, goals: Array, found: kernels.Found, effort: Effort
+def _tell_limits(
+    arm: Arm, target: kernels.Target, goals: Array, found: kernels.Found, effort: Effort
 ) -> None:
-    """Set the reason of failed runs to LIMITS where a search without limits succeeds."""
+    """Where nothing was found: whether it is there without limits says if these are the reason."""
     lost = np.flatnonzero(np.isin(found.reason, (kernels.UNREACHABLE, kernels.LIMITS)))
     if lost.size:
         free = arm._replace(limits=np.full_like(arm.limits, np.inf) * [-1.0, 1.0])
@@ -105,7 +167,7 @@ def _blame_limits(
         found.reason[lost[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
 
 
-def _target(arm: Arm, mask: Any) -> Target:
+def _target(arm: Arm, mask: Any) -> kernels.Target:
     """The link and what counts of its pose; InputError if no joint can bring it anywhere."""
     columns = np.flatnonzero(arm.tree.carries(arm.link))
     if columns.size == 0:
@@ -120,7 +182,7 @@ def _target(arm: Arm, mask: Any) -> Target:
     moves = arm.tree.moves(arm.tree.carried(arm.link), frozen(columns))
     weight, place = _weights(mask), frozen(np.ascontiguousarray(offset[:3]))
     rest = frozen(np.zeros(arm.tree.nv))
-    return Target(body, place, moves, rest, weight, _is(mask, "pointing"))
+    return kernels.Target(body, place, moves, rest, weight, _is(mask, "pointing"))
 
 
 def _is(mask: Any, name: str) -> bool:
@@ -147,7 +209,7 @@ def _weights(mask: Any) -> Array:
     return frozen(weight)
 
 
-def _bounds(arm: Arm) -> Bounds:
+def _bounds(arm: Arm) -> kernels.Bounds:
     """Limits; a joint that may turn for ever is kept within half a turn of zero."""
     columns = np.flatnonzero(arm.tree.carries(arm.link))
     row = arm.tree.alone(columns)
@@ -157,10 +219,10 @@ def _bounds(arm: Arm) -> Bounds:
     endless = turns & np.isinf(arm.limits).all(axis=1)
     low, high = arm.limits.T.copy()
     low[endless], high[endless] = -math.pi, math.pi
-    return Bounds(row, frozen(low), frozen(high), frozen(turns))
+    return kernels.Bounds(row, frozen(low), frozen(high), frozen(turns))
 
 
-def _starts(arm: Arm, bounds: Bounds, effort: Effort) -> tuple[Array, Array]:
+def _starts(arm: Arm, bounds: kernels.Bounds, effort: Effort) -> tuple[Array, Array]:
     """Where further searches may begin, q (nq, k), and the link's poses there.
 
     Uniform within the limits, by the seed and the number of the start alone, the same for every
@@ -181,8 +243,8 @@ def _starts(arm: Arm, bounds: Bounds, effort: Effort) -> tuple[Array, Array]:
 
 def _search(
     tree: Tree,
-    target: Target,
-    bounds: Bounds,
+    target: kernels.Target,
+    bounds: kernels.Bounds,
     goals: Array,
     q0: Array,
     starts: tuple[Array, Array],
