@@ -6,7 +6,8 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.geometry.pose import IDENTITY, Pose, axis_rotation
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.rotation import axis_rotation
 
 
 def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
