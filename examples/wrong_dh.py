@@ -22,7 +22,7 @@ def servo(scale, starts):
     dh = {link: {key: scale * by for key, by in row.items()} for link, row in ERRORS.items()}
     turn = 0, 10 * scale * deg, 20 * scale * deg
     hand_eye = rs.Pose.at(3 * scale * cm, 0, -3 * scale * cm, rpy=turn)
-    belief = rs.believe(scenario.scene, dh=dh, hand_eye=hand_eye)
+    belief = scenario.scene.believe(dh=dh, hand_eye=hand_eye)
     task = replace(scenario.task, belief=belief)
     return rs.simulate(scenario.scene, task, starts, duration=60)
 

@@ -117,10 +117,9 @@ from robsim.vision import triangulate as triangulate
 from robsim.vision.camera import Camera as Camera
 from robsim.vision.camera import Visibility as Visibility
 from robsim.world.actuation import Actuation as Actuation
-from robsim.world.belief import believe as believe
 from robsim.world.motion import Motion as Motion
-from robsim.world.scene import MountedCamera as MountedCamera
-from robsim.world.scene import Object as Object
+from robsim.world.mounted_camera import MountedCamera as MountedCamera
+from robsim.world.object import Object as Object
 from robsim.world.scene import Scene as Scene
 from robsim.world.sensing import Occlusion as Occlusion
 from robsim.world.sensing import Sensing as Sensing

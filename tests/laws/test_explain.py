@@ -224,7 +224,7 @@ def damped():
 
 def wrong_links():
     scenario = rs.load_scenario(examples.path("eye_to_hand"))
-    task = replace(scenario.task, belief=rs.believe(scenario.scene, dh={"forearm": {"alpha": 1.5}}))
+    task = replace(scenario.task, belief=scenario.scene.believe(dh={"forearm": {"alpha": 1.5}}))
     return rs.simulate(scenario.scene, task, scenario.q0)
 
 
@@ -428,7 +428,7 @@ def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
     words = "of 'eye' are believed wrongly: distortion none, in truth (-0.3, 0.1, 0, 0). With"
     assert words in told.causes[1].sentence
     assert "the camera stands 10.1 mm away from" in told.causes[0].sentence  # not turned
-    aside = rs.believe(flying(), center=(20, 0))
+    aside = flying().believe(center=(20, 0))
     told = rs.explain(fly(rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
     assert "wrongly: centre (340, 240) px, in truth (320, 240) px. With" in told.causes[1].sentence
     assert "40 mm away" in told.causes[0].sentence  # 20 px / 500 px of 1 m
@@ -446,7 +446,7 @@ def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
 
 
 def test_what_a_tolerance_leaves_does_not_hide_the_cause():
-    larger, goal = rs.believe(flying(), size=1.2), rs.GoalPose(rs.Pose.at(0, 0, 1))
+    larger, goal = flying().believe(size=1.2), rs.GoalPose(rs.Pose.at(0, 0, 1))
     task, sensing = rs.PBVS(goal, belief=larger, tolerance=1e-2), rs.Sensing(noise=0.05)
     told = rs.explain(fly(task, sensing=sensing, duration=20))
     assert [cause.about for cause in told.causes] == ["final pose", "target model"]

@@ -103,14 +103,14 @@ def test_secondary_motions_limits_and_chosen_joints(case):
 
 def test_it_is_believed_wrongly_where_that_makes_sense():
     scene, _ = with_gripper()
-    wrong = rs.believe(scene, dh={"finger_left": {"a": 0.01}, "wrist": {"theta": 0.01}})
+    wrong = scene.believe(dh={"finger_left": {"a": 0.01}, "wrist": {"theta": 0.01}})
     home = wrong.home
     shift = wrong.pose("rhino_xr4.finger_left", home).position
     right = scene.pose("rhino_xr4.finger_left", home).position
     assert 0.01 < np.linalg.norm(shift - right) < 0.03
     car, _ = vehicle("car")
     with pytest.raises(InputError, match="'rear_left': its axis must lie across its vehicle"):
-        rs.believe(car, dh={"body": {"theta": 0.01}})
+        car.believe(dh={"body": {"theta": 0.01}})
 
 
 def test_how_far_wheels_have_turned_does_not_set_states_apart():

@@ -13,7 +13,6 @@ import robsim as rs
 from robsim.base.errors import InputError
 from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoments
 from robsim.kernels import moments as kernels
-from robsim.kernels.plane import fit_plane
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
@@ -220,14 +219,14 @@ def test_the_plane_of_coplanar_marks_is_found(seed):
     x = rng.uniform(-0.3, 0.3, (5, 2))
     found = np.empty((3, 1))
     depth = 1 / (A * x[:, 0] + B * x[:, 1] + C)
-    fit_plane(x[..., None].copy(), depth[:, None].copy(), found)
+    kernels.plane(x[..., None].copy(), depth[:, None].copy(), found)
     spread = np.linalg.cond(x - x.mean(0)) ** 2
     np.testing.assert_allclose(found[:, 0], [A, B, C], atol=1e-14 * spread)
 
 
 def test_a_constant_depth_is_a_plane_parallel_to_the_image():
     found = np.empty((3, 1))
-    fit_plane(CROOKED[..., None].copy(), np.full((6, 1), 0.7), found)
+    kernels.plane(CROOKED[..., None].copy(), np.full((6, 1), 0.7), found)
     np.testing.assert_allclose(found[:, 0], [0, 0, 1 / 0.7], rtol=0, atol=1e-15)
 
 

@@ -45,7 +45,7 @@ def test_what_is_off_changes_no_bit(task):
     assert same_run.identical(plain)
 
 
-@pytest.mark.parametrize("believed", [SCENE, rs.believe(SCENE)])
+@pytest.mark.parametrize("believed", [SCENE, SCENE.believe()])
 def test_a_belief_that_is_the_truth_changes_no_bit(believed):
     same(
         rs.simulate(SCENE, rs.IBVS(GOAL, belief=believed), Q0, duration=2.0),

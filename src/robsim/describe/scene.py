@@ -20,7 +20,9 @@ from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
 from robsim.world.motion import Motion
-from robsim.world.scene import MountedCamera, Object, Scene
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+from robsim.world.scene import Scene
 
 SHAPES: dict[str, type[Primitive]] = {
     "block": Block,

@@ -12,7 +12,6 @@ from robsim.base.arrays import Array, first_view
 from robsim.declare import Word, check_fields, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import moments as kernels
-from robsim.kernels.plane import fit_plane
 
 KINDS = ("points", "region")
 F = TypeVar("F")
@@ -30,7 +29,7 @@ def _moments(seen: Observation, of_marks: bool) -> tuple[Array, Array]:
 def region_plane(seen: Observation) -> Array:
     """(A, B, C) (3, B) of the plane 1/Z = A x + B y + C through the marks."""
     ABC = np.empty((3, seen.points_last.shape[2]))
-    fit_plane(seen.points_last, seen.depth_last, ABC)
+    kernels.plane(seen.points_last, seen.depth_last, ABC)
     return ABC
 
 

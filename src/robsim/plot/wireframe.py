@@ -13,7 +13,8 @@ from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
-from robsim.world.scene import MountedCamera, Scene
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.scene import Scene
 
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 

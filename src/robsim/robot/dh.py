@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.geometry.pose import IDENTITY, Pose, axis_rotation
+from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
+from robsim.geometry.rotation import axis_rotation
 from robsim.robot.joint import KINDS, Joint
 from robsim.robot.link import Link
 

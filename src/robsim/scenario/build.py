@@ -23,7 +23,9 @@ from robsim.scenario.problems import Problems, under
 from robsim.scenario.quantity import coordinate
 from robsim.vision.camera import Camera
 from robsim.world.motion import Motion
-from robsim.world.scene import MountedCamera, Object, Scene
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+from robsim.world.scene import Scene
 
 MOST_LINKS_IN_ALL = 1024
 POSE_KEYS = set(schema.PoseKeys.model_fields)

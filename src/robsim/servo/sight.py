@@ -16,7 +16,9 @@ from robsim.kernels import jacobian as jacobians
 from robsim.kernels import sight as kernels
 from robsim.kernels.sight import Projection
 from robsim.kernels.tree import Bodies
-from robsim.world.scene import MountedCamera, Object, Scene
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+from robsim.world.scene import Scene
 
 Key = tuple[str, str]  # camera and target
 MARKS = ("points", "depth", "pixels", "visibility")  # what a projection holds of each mark

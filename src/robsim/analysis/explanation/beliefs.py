@@ -15,7 +15,9 @@ from robsim.analysis.leaves import changed, leaves
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
-from robsim.world.scene import MountedCamera, Object, Scene
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+from robsim.world.scene import Scene
 
 FeatureBlock = Robot | Object | MountedCamera
 
