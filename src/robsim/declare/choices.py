@@ -98,6 +98,17 @@ class Choice(Spec):
     def keys(self, name: str) -> tuple[str, ...]:
         return (name, *self.beside_of)
 
+    def of_key(self, name: str, key: str) -> Spec:
+        if key == name:
+            return self.other or self
+        spec: Spec = self._field(*self.beside_of[key]).spec
+        return spec
+
+    def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
+        name = raw.get("kind", self.default) if isinstance(raw, Mapping) else self.default
+        own = self.family.kinds.get(str(name))
+        return [own] if own is not None else self.inside()
+
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         beside = [key for key in self.beside_of if key in table]
         raw = table.get(name, self.default if beside else MISSING)

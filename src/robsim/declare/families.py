@@ -55,22 +55,24 @@ def families() -> dict[str, Family]:
     return dict(_FAMILIES)
 
 
-def register(noun: str, name: str) -> Callable[[K], K]:
+def register(noun: str, name: str | None = None) -> Callable[[K], K]:
     """Return a decorator that gives a class its name in a family, such as ("feature", "points").
+
+    Without a name the class has that of its attribute `name`.
 
     InputError: there is no such family, the name cannot be one, or another class has it.
     """
-    checked_name(name, noun)
 
     def named(kind: K) -> K:
+        own = checked_name(getattr(kind, "name", None) if name is None else name, noun)
         if noun not in _FAMILIES and kind.__module__.startswith("robsim."):
             family(noun)  # whose own module may be imported after those of its kinds
         if noun not in _FAMILIES:
             raise InputError(f"no family {noun!r:.80}; {suggest(noun, _FAMILIES, 'families')}")
-        known = _FAMILIES[noun].kinds.get(name)
+        known = _FAMILIES[noun].kinds.get(own)
         if known is not None and known.__qualname__ != kind.__qualname__:
-            raise InputError(f"there is a {noun} {name!r} already: {known.__qualname__}")
-        _FAMILIES[noun].kinds[name] = kind
+            raise InputError(f"there is a {noun} {own!r} already: {known.__qualname__}")
+        _FAMILIES[noun].kinds[own] = kind
         return kind
 
     return named

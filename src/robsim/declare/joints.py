@@ -76,6 +76,7 @@ class PerJoint(Spec):
     """
 
     axes: AxesOf
+    united: ClassVar[bool] = True
     noun: str = "coordinates"
     dimensions: tuple[units.Dimension, ...] = ("angle", "length")
     later: bool = False
@@ -198,6 +199,53 @@ class OneOrEach(PerJoint):
         if c.problems.seen > before:
             raise Broken
         return made
+
+
+@dataclass(frozen=True)
+class OfJoint(Spec):
+    """A number in the unit of the joint whose table is around it; `per` is "" or "/s"."""
+
+    united: ClassVar[bool] = True
+    per: str = ""
+    above: float | None = None
+
+    def check(self, value: Any, what: str) -> float:
+        number = numbers(value, what, ())
+        if number.ndim or (self.above is not None and not number > self.above):
+            raise InputError(f"{what} must be {self.words()}, got {value!r:.80}")
+        return float(number)
+
+    def read(self, raw: Raw, c: Context) -> float:
+        if isinstance(raw, bool) or not isinstance(raw, str | int | float):
+            raise UnitError(f"{shown(raw)}: expected {self.words()}")
+        number = coordinate(raw, f"{unit_of(c)}{self.per}")
+        if self.above is not None and not number > self.above:
+            raise expected(f"greater than {self.above:g}", raw)
+        return number
+
+    def write(self, value: Any, c: Context) -> str:
+        return written(value, f"{unit_of(c)}{self.per}")
+
+    def words(self) -> str:
+        positive = "positive number" if self.above == 0 else "number"
+        return f"a {positive} in the unit of the joint{self.per}"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": "string"}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [True, "fast", "3 kg"]
+
+
+def unit_of(c: Context) -> str:
+    """Return the unit of the only coordinate of the joint; InputError if it has not one."""
+    kind = c.facts["joint"]
+    if kind is None:
+        raise Broken
+    if len(kind.units) != 1:
+        raise InputError(f"a {kind.name} joint has none; joints of one coordinate have one")
+    unit: str = kind.units[0]
+    return unit
 
 
 def check_later(later: Sequence[tuple[PerJoint, Any, Context]], axes: Axes) -> None:

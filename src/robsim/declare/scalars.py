@@ -134,6 +134,8 @@ def bare(raw: Raw) -> float:
 class Quantity(Number):
     """A number with a unit, such as "5 cm"; inside it is in SI."""
 
+    united: ClassVar[bool] = True
+
     dimension: units.Dimension = "length"
 
     def check(self, value: Any, what: str) -> float:
@@ -188,6 +190,8 @@ def Time(**bounds: Any) -> Quantity:
 @dataclass(frozen=True)
 class Vector(Spec):
     """Several quantities of one dimension in one text, such as "1, 2, 3 mm"; an array inside."""
+
+    united: ClassVar[bool] = True
 
     dimension: units.Dimension = "length"
     count: int = 3

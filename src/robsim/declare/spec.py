@@ -80,6 +80,7 @@ class Spec:
 
     form: ClassVar[str] = "plain"  # or "list", or "table": by which `OneOf` tells them apart
     forms: ClassVar[tuple[str, ...]] = ()  # where it is several
+    united: ClassVar[bool] = False  # whether a text says it with a unit, and Python without
 
     def check(self, value: Any, what: str) -> Any:
         """Return the value as the object keeps it; InputError that names `what`."""
@@ -113,11 +114,19 @@ class Spec:
         """Return the declared classes whose tables may stand here."""
         return ()
 
+    def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
+        """Return the classes that such a raw value may be of."""
+        return self.inside()
+
     # a field among the keys of its table
 
     def keys(self, name: str) -> tuple[str, ...]:
         """Return the keys of the table that say this field."""
         return (name,)
+
+    def of_key(self, name: str, key: str) -> Spec:
+        """Return what one of its keys may hold."""
+        return self
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         """Return the value of the field from its table; MISSING if it is not there, or wrong."""

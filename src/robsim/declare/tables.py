@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+
 from robsim.base.errors import InputError, suggest
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.problems import Broken, shown, under
@@ -27,11 +29,13 @@ def keys_of(kind: type[Any]) -> tuple[str, ...]:
     return tuple(key for each in fields_of(form_of(kind)) for key in each.spec.keys(each.name))
 
 
-def read_table(kind: type[Any], raw: Raw, c: Context, *extra: str) -> Any:
+def read_table(
+    kind: type[Any], raw: Raw, c: Context, *extra: str, form: type[Any] | None = None
+) -> Any:
     """Return the object that a table says; Broken or InputError with all that is wrong."""
     if not isinstance(raw, Mapping):
         raise expected("a table", raw)
-    form, before = form_of(kind), c.problems.seen
+    form, before = form or form_of(kind), c.problems.seen
     _report_unknown(form, raw, c, extra)
     given: dict[str, Any] = {}
     inner = c.knowing(own=given, also=())
@@ -41,6 +45,8 @@ def read_table(kind: type[Any], raw: Raw, c: Context, *extra: str) -> Any:
         value = pick(each, raw, inner)
         if value is not MISSING:
             given[each.name] = value
+    if check := getattr(form, "text_check", None):
+        check(raw, inner)
     if c.problems.seen > before:
         raise Broken
     made = form(**given)
@@ -56,9 +62,9 @@ def pick(each: Field, raw: Mapping[str, Raw], c: Context) -> Any:
     return value
 
 
-def write_table(value: Any, c: Context) -> dict[str, Raw]:
+def write_table(value: Any, c: Context, form: type[Any] | None = None) -> dict[str, Raw]:
     """Return the table that says an object, exactly; NoText if a text cannot."""
-    form = form_of(type(value))
+    form = form or form_of(type(value))
     source = value if form is type(value) else form.of(value, c)
     own = {each.name: getattr(source, each.name) for each in fields_of(form)}
     inner = c.knowing(own=own, owner=value)
@@ -108,9 +114,10 @@ def _check_plain(source: Any, own: dict[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Table(Spec):
-    """A table of one class."""
+    """A table of one class; `says` is the class that declares how it looks, if that is another."""
 
     kind: type[Any]
+    says: type[Any] | None = None
     form: ClassVar[str] = "table"
 
     def check(self, value: Any, what: str) -> Any:
@@ -119,28 +126,28 @@ class Table(Spec):
         return value
 
     def read(self, raw: Raw, c: Context) -> Any:
-        return read_table(self.kind, raw, c)
+        return read_table(self.kind, raw, c, form=self.says)
 
     def write(self, value: Any, c: Context) -> Raw:
         if type(value) is not self.kind:
             raise NoText(f"{type(value).__name__} is Python code")
-        return write_table(value, c)
+        return write_table(value, c, self.says)
 
     def words(self) -> str:
         return f"a {self.kind.__name__}"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        reference: dict[str, Any] = define(self.kind)
+        reference: dict[str, Any] = define(self.says or self.kind)
         return reference
 
     def wrong(self) -> Sequence[Raw]:
         return [3, "x", [1]]
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        return merge_table(self.kind, old, new, loose)
+        return merge_table(self.says or self.kind, old, new, loose)
 
     def inside(self) -> Sequence[type[Any]]:
-        return (self.kind,)
+        return (self.says or self.kind,)
 
 
 @dataclass(frozen=True)
@@ -154,7 +161,7 @@ class ListOf(Spec):
     form: ClassVar[str] = "list"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
-        listed = isinstance(value, Sequence) and not isinstance(value, str)
+        listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
         if self.alone and not listed:
             value, listed = [value], True
         if not listed or not self.least <= len(value) <= self.most:

@@ -73,6 +73,9 @@ class PoseTable(Spec):
     def keys(self, name: str) -> tuple[str, ...]:
         return tuple(KEYS) if self.flat else (name,)
 
+    def of_key(self, name: str, key: str) -> Spec:
+        return KEYS[key] if self.flat else self
+
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         if not self.flat:
             return super().pick(table, name, c)

@@ -19,7 +19,7 @@ from robsim.robot.joints.chord import Chord
 from robsim.robot.joints.coupling import Coupling
 from robsim.robot.joints.kind import JointKind, Parts, check_kind
 from robsim.robot.joints.mimic import Mimic
-from robsim.robot.joints.registry import KINDS, SINGLE, kind_of, register_joint
+from robsim.robot.joints.registry import KINDS, SINGLE, kind_of
 from robsim.robot.joints.rolling import Rolling
 
 __all__ = [
@@ -36,7 +36,6 @@ __all__ = [
     "Mimic",
     "Rolling",
     "Steering",
-    "register_joint",
     "units_of",
 ]
 

@@ -11,7 +11,6 @@ import numba
 import numpy as np
 import xarray as xr
 
-from robsim import describe
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import homogeneous
@@ -213,8 +212,8 @@ def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
         "record": loop.record,
     }
     try:
-        text = describe.scenario(scene, task, settings, loop.q0[0] if loop.single else None)
-    except (describe.NoDescription, InputError) as reason:
+        text = text_of(scene, task, loop.q0[0] if loop.single else None, settings)
+    except InputError as reason:
         text, settings["no_scenario"] = "", str(reason)
     return {
         "title": "RobSim run",

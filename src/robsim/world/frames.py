@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from robsim.base.errors import FrameError, suggest
+from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose
-from robsim.robot.assembly import Frame
+from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Joint
 from robsim.robot.robot import Robot
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
+
+MOST_LINKS = 1024  # of all robots of a scene
 
 
 def frames_of(
@@ -49,3 +52,21 @@ def check_hanging(frames: Sequence[Frame], thing: Object, to: Any) -> None:
 
 def _fixed(pose: Pose) -> Joint:
     return replace(FIXED, place=pose)
+
+
+def check_frames(raw: Mapping[str, Any], parts: Mapping[str, Any], c: Context) -> None:
+    """Report what stands on a frame that does not exist, at its key in the text."""
+    if any(kind in raw and kind not in parts for kind in ("robots", "objects", "cameras")):
+        return  # some of them are wrong already
+    robots = parts.get("robots", ())
+    frames = ["world", *(f"{robot.name}.{link.name}" for robot in robots for link in robot.links)]
+    if len(frames) > MOST_LINKS:
+        c.at("robots").report(f"more than {MOST_LINKS} links in all")
+        return
+    others = [*parts.get("objects", ()), *parts.get("cameras", ())]
+    frames += [part.name for part in others]
+    for kind in ("robots", "objects", "cameras"):
+        for part in parts.get(kind, ()):
+            if part.on not in frames:
+                hint = suggest(part.on, frames, "frames")
+                c.at(kind, part.name, "on").report(f"no frame {part.on!r}; {hint}")

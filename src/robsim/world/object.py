@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -11,8 +11,32 @@ from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.names import checked_name
 from robsim.base.values import Value
+from robsim.declare import ListOf, Name, Vector
+from robsim.declare.scalars import Reference
+from robsim.declare.spec import Context, Raw, Spec
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose_table import PoseTable
 from robsim.robot.link import checked_shapes
+from robsim.robot.link_table import SHAPE_LIST
+
+MOST_MARKS = 10_000
+POSITION = Vector("length")
+
+
+@dataclass(frozen=True)
+class MarkList(ListOf):
+    """Points in the axes of the object; an array (N, 3) inside."""
+
+    item: Spec = POSITION
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        table[name] = self.write(value, c.at(name))  # also where there are none
+
+    def words(self) -> str:
+        return 'a list of points, as in ["0, 0, 1 cm"]'
+
+
+MARKS = MarkList()
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +51,13 @@ class Object(Value):
     (8, 3)
     """
 
-    name: str
-    shapes: Any = ()
-    marks: Any = None
-    pose: Pose = IDENTITY
-    on: str = "world"
+    name: Annotated[str, Name(), "Its name."]
+    shapes: Annotated[Any, SHAPE_LIST, "What is to be seen of it."] = ()
+    marks: Annotated[Any, MARKS, "(N, 3) points to look at; None: the vertices of its shapes."] = (
+        None
+    )
+    pose: Annotated[Pose, PoseTable(flat=True), "Where it stands."] = IDENTITY
+    on: Annotated[str, Reference, "The frame on which it stands."] = "world"
 
     def __post_init__(self) -> None:
         checked_name(self.name, "object")

@@ -5,24 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
 from robsim.base.errors import InputError
+from robsim.declare import ListOf, Table
+from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
+from robsim.geometry.pose_table import PoseTable
 from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
+from robsim.robot.robot_table import ROBOT
 from robsim.robot.tree import Tree
 from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
-from robsim.world.frames import check_hanging, frames_of
+from robsim.world.frames import check_frames, check_hanging, frames_of
 from robsim.world.motion import Motion
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
+
+MOST = 64  # things of one kind
 
 
 @dataclass(frozen=True)
@@ -41,11 +47,34 @@ class Scene:
     array([[320., 240.]])
     """
 
-    robots: tuple[Robot, ...] = ()
-    objects: tuple[Object, ...] = ()
-    cameras: tuple[MountedCamera, ...] = ()
-    motions: tuple[Motion, ...] = ()
-    display: Pose = field(default=IDENTITY, kw_only=True)
+    robots: Annotated[tuple[Robot, ...], ListOf(ROBOT, most=MOST), "What moves on joints."] = ()
+    objects: Annotated[
+        tuple[Object, ...], ListOf(Table(Object), most=MOST), "What is looked at, and stands about."
+    ] = ()
+    cameras: Annotated[
+        tuple[MountedCamera, ...], ListOf(Table(MountedCamera), most=MOST), "What looks."
+    ] = ()
+    motions: Annotated[
+        tuple[Motion, ...], ListOf(Table(Motion), most=MOST), "Robots that move on their own."
+    ] = ()
+    display: Annotated[Pose, PoseTable(), "The world in the frame of the figures."] = field(
+        default=IDENTITY, kw_only=True
+    )
+
+    @classmethod
+    def text_facts(cls, raw: Mapping[str, Any], c: Context) -> Context:
+        """Let motions see the robots that stand before them."""
+        return c.knowing(parts=c.facts["own"])
+
+    @classmethod
+    def written_facts(cls, value: Scene, c: Context) -> Context:
+        """Likewise of a scene that is written."""
+        return c.knowing(parts=c.facts["own"])
+
+    @classmethod
+    def text_check(cls, raw: Mapping[str, Any], c: Context) -> None:
+        """Report frames that do not exist, each at its key."""
+        check_frames(raw, c.facts["own"], c)
 
     def __post_init__(self) -> None:
         for kind, part in KINDS.items():

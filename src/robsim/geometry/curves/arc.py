@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.geometry.curves.curve import Curve
+from robsim.declare import Angle, check_fields, register
+from robsim.geometry.curves.curve import Curve, Radius
 
 
+@register("curve", "arc")
 @dataclass(frozen=True)
 class Arc(Curve):
     """A part of a circle of `radius` metres, by `angle` radians: left if positive, right if not.
@@ -21,14 +24,12 @@ class Arc(Curve):
     3.141592654
     """
 
-    radius: float
-    angle: float
+    radius: Radius
+    angle: Annotated[float, Angle(), "How far it turns: to the left if positive."]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive(self.radius, "radius of an arc"))
-        angle = float(numbers(self.angle, "angle of an arc (radians)", ()))
-        object.__setattr__(self, "angle", angle)
-        if angle == 0.0:
+        check_fields(self)
+        if self.angle == 0.0:
             raise InputError("angle of an arc (radians) must not be 0; a Line goes straight")
         self.check()
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.geometry.curves.curve import Curve
+from robsim.declare import Vector, check_fields, register
+from robsim.geometry.curves.curve import Curve, Extent
 
 
+@register("curve", "catenary")
 @dataclass(frozen=True)
 class Catenary(Curve):
     """A cable that hangs from `start` to `end`, (x, y) with y up, `length` metres long.
@@ -26,18 +28,13 @@ class Catenary(Curve):
     array([ 5.   , -0.872,  0.   ])
     """
 
-    start: Any
-    end: Any
-    length: float
+    start: Annotated[Any, Vector("length", 2), "(x, y) where it begins, y up."]
+    end: Annotated[Any, Vector("length", 2), "(x, y) where it ends."]
+    length: Extent
 
     def __post_init__(self) -> None:
-        for name in ("start", "end"):
-            given = numbers(getattr(self, name), f"{name} of a catenary", (2,))
-            if given.ndim != 1:
-                raise InputError(f"{name} of a catenary: expected (x, y), got {given.shape}")
-            object.__setattr__(self, name, (float(given[0]), float(given[1])))
-        length = positive(self.length, "length of a catenary")
-        object.__setattr__(self, "length", length)
+        check_fields(self)
+        length = self.length
         apart = math.dist(self.start, self.end)
         if self.end[0] <= self.start[0]:
             raise InputError(

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
+from robsim.declare import Length, family
 from robsim.geometry.pose import Pose
 from robsim.kernels import curve as kernels
 
 HUGE = 1e150  # its square is a number
+CURVES = family("curve")
+Extent = Annotated[float, Length(above=0), "Its length."]
+Radius = Annotated[float, Length(above=0), "Its radius."]
 
 
 class Curve:

@@ -7,10 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, positive
-from robsim.geometry.curves.curve import Curve
+from robsim.base.arrays import Array, frozen
+from robsim.declare import check_fields, register
+from robsim.geometry.curves.curve import Curve, Extent
 
 
+@register("curve", "line")
 @dataclass(frozen=True)
 class Line(Curve):
     """Straight along x; `length` in metres.
@@ -19,10 +21,10 @@ class Line(Curve):
     array([2., 0., 0.])
     """
 
-    length: float
+    length: Extent
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "length", positive(self.length, "length of a line"))
+        check_fields(self)
 
     @cached_property
     def pieces(self) -> Array:

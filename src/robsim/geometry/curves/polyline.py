@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
+from robsim.declare import Length, ListOf, Vector, check_fields, register
 from robsim.geometry.curves.curve import Curve
 
-MOST_POINTS = 1000
 
-
+@register("curve", "polyline")
 @dataclass(frozen=True)
 class Polyline(Curve):
     """Straight from point to point (x, y), each corner an arc of `radius` metres.
@@ -24,19 +24,13 @@ class Polyline(Curve):
     1.914159265
     """
 
-    points: Any  # (N, 2), kept as a tuple of pairs
-    radius: float
+    points: Annotated[
+        Any, ListOf(Vector("length", 2), 2, 1000), "(N, 2) points, kept as a tuple of pairs."
+    ]
+    radius: Annotated[float, Length(above=0), "Radius of the corners."]
 
     def __post_init__(self) -> None:
-        given = numbers(self.points, "points of a polyline", ("N", 2))
-        if given.ndim != 2 or not 2 <= len(given) <= MOST_POINTS:
-            raise InputError(
-                f"points of a polyline: expected (N, 2) with N from 2 to {MOST_POINTS}, "
-                f"got {given.shape}"
-            )
-        points = tuple((float(x), float(y)) for x, y in given)
-        object.__setattr__(self, "points", points)
-        object.__setattr__(self, "radius", positive(self.radius, "radius of the corners"))
+        check_fields(self)
         self.check()
 
     @property

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
-from robsim.geometry.primitives.circle import check_points, circle
-from robsim.geometry.primitives.primitive import Face, Primitive
+from robsim.declare import register
+from robsim.geometry.primitives.circle import circle
+from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius
 
 
+@register("shape", "ball")
 @dataclass(frozen=True)
 class Ball(Primitive):
     """A sphere around its origin, drawn as three circles of `n` points, about x, y and z.
@@ -22,13 +24,9 @@ class Ball(Primitive):
     48
     """
 
-    radius: float
-    n: int = 32
-    color: str = "k"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_points(self.n, "Ball")
+    radius: Radius
+    n: Corners = 32
+    color: Colour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
-from robsim.geometry.primitives.primitive import Face, Primitive, principal_moments
+from robsim.declare import register
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
 from robsim.geometry.primitives.tube import RING, SIDES
 
 
+@register("shape", "block")
 @dataclass(frozen=True)
 class Block(Primitive):
     """A box: x along its length, y along its width, z along its height, origin at its centre.
@@ -24,10 +26,10 @@ class Block(Primitive):
     (array([0.15, 0.1 , 0.05]), 12, 6)
     """
 
-    length: float
-    width: float
-    height: float
-    color: str = "k"
+    length: Size
+    width: Size
+    height: Size
+    color: Colour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:

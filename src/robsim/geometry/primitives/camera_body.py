@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
-from robsim.geometry.primitives.primitive import Face, Primitive, principal_moments
+from robsim.declare import register
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
 from robsim.geometry.primitives.tube import RING, SIDES
 
 
+@register("shape", "camera")
 @dataclass(frozen=True)
 class CameraBody(Primitive):
     """A box whose front flares into a larger opening, the eye of the camera.
@@ -26,10 +28,10 @@ class CameraBody(Primitive):
     (12, 20, 9)
     """
 
-    length: float
-    width: float
-    height: float
-    color: str = "k"
+    length: Size
+    width: Size
+    height: Size
+    color: Colour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:

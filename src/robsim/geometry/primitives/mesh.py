@@ -4,14 +4,44 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import PurePosixPath
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.geometry.primitives.primitive import Face, Primitive
+from robsim.declare import ListOf, Number, Text, register
+from robsim.declare.spec import Spec
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive
+
+SCALE = Number()
 
 
+@dataclass(frozen=True)
+class MeshName(Text):
+    """The name of a mesh, which stays within its package."""
+
+    def check(self, value: Any, what: str) -> str:
+        _check_mesh_name(value)
+        return str(value)
+
+
+@dataclass(frozen=True)
+class Scale(ListOf):
+    """Three numbers other than 0."""
+
+    item: Spec = SCALE
+    least: int = 3
+    most: int = 3
+
+    def check(self, value: Any, what: str) -> tuple[float, ...]:
+        scale = numbers(value, what, (3,))
+        if scale.shape != (3,) or not scale.all():
+            raise InputError(f"{what} must be three numbers other than 0, got {value}")
+        return tuple(scale.tolist())
+
+
+@register("shape", "mesh")
 @dataclass(frozen=True)
 class Mesh(Primitive):
     """A mesh by the name of its file alone: it is never opened here, and so is not drawn.
@@ -24,19 +54,14 @@ class Mesh(Primitive):
     (0, 3)
     """
 
-    filename: str
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    color: str = "k"
+    filename: Annotated[str, MeshName(most=1000), "The name of its file."]
+    scale: Annotated[tuple[float, float, float], Scale(), "Along x, y and z."] = (1.0, 1.0, 1.0)
+    color: Colour = "k"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.mass is not None or self.density is not None:
             raise InputError("a mesh is not opened, so its inertia is not known: give the link's")
-        _check_mesh_name(self.filename)
-        scale = numbers(self.scale, "Mesh scale", (3,))
-        if scale.shape != (3,) or not scale.all():
-            raise InputError(f"Mesh scale must be three numbers other than 0, got {self.scale}")
-        object.__setattr__(self, "scale", tuple(scale.tolist()))
 
     @property
     def edges(self) -> Array:

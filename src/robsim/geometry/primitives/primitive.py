@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, frozen, positive
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
+from robsim.declare import Length, Quantity, Whole, check_fields, family
+from robsim.declare.scalars import Color
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose_table import PoseTable
 
 Face = tuple[int, ...]
+SHAPES = family("shape")
+Size = Annotated[float, Length(above=0), "Its size along one axis."]
+Radius = Annotated[float, Length(above=0), "Its radius."]
+Corners = Annotated[int, Whole(3, 4097), "How many points draw its circle."]
+Colour = Annotated[str, Color, "Its colour, as Matplotlib names it."]
 
 
 @dataclass(frozen=True)
@@ -25,20 +33,18 @@ class Primitive:
     and the same all through.
     """
 
-    pose: Pose = field(default=IDENTITY, kw_only=True)
-    mass: float | None = field(default=None, kw_only=True)
-    density: float | None = field(default=None, kw_only=True)
+    pose: Annotated[Pose, PoseTable(flat=True), "Where it stands."] = field(
+        default=IDENTITY, kw_only=True
+    )
+    mass: Annotated[
+        float | None, Quantity(above=0, dimension="mass"), "What it weighs; None: nothing."
+    ] = field(default=None, kw_only=True)
+    density: Annotated[
+        float | None, Quantity(above=0, dimension="density"), "What it is made of, instead."
+    ] = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pose", one_pose(self.pose, f"{type(self).__name__} pose"))
-        for size in fields(self):
-            if size.type == "float":
-                value = positive(getattr(self, size.name), f"{type(self).__name__} {size.name}")
-                object.__setattr__(self, size.name, value)
-        for part in ("mass", "density"):
-            if getattr(self, part) is not None:
-                value = positive(getattr(self, part), f"{type(self).__name__} {part}")
-                object.__setattr__(self, part, value)
+        check_fields(self)
         if self.mass is not None and self.density is not None:
             raise InputError(f"{type(self).__name__}: give its mass or its density, not both")
 

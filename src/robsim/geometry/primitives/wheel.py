@@ -8,10 +8,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
-from robsim.geometry.primitives.circle import check_points, circle
-from robsim.geometry.primitives.primitive import Face, Primitive, principal_moments
+from robsim.declare import register
+from robsim.geometry.primitives.circle import circle
+from robsim.geometry.primitives.primitive import (
+    Colour,
+    Corners,
+    Face,
+    Primitive,
+    Radius,
+    Size,
+    principal_moments,
+)
 
 
+@register("shape", "wheel")
 @dataclass(frozen=True)
 class Wheel(Primitive):
     """Two circles of `n` points, `width` apart; z is the axis of rotation, x points to angle 0.
@@ -24,14 +34,10 @@ class Wheel(Primitive):
     32
     """
 
-    radius: float
-    width: float
-    n: int = 32
-    color: str = "k"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_points(self.n, "Wheel")
+    radius: Radius
+    width: Size
+    n: Corners = 32
+    color: Colour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:

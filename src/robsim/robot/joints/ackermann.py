@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from robsim.declare import check_fields, register
 from robsim.kernels import ties as kernels
-from robsim.robot.joints.coupling import Coupling, Source, Stand, checked_of
+from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 
+@register("coupling", "ackermann")
 @dataclass(frozen=True)
 class Ackermann(Coupling):
     """The angle at which a wheel of a car is turned, by the steering angle in the middle.
@@ -24,10 +26,10 @@ class Ackermann(Coupling):
     limited: ClassVar[bool] = False
     on_a_car: ClassVar[bool] = True
     wanted: ClassVar[str] = "the steering angle of a car"
-    of: str
+    of: Of
 
     def __post_init__(self) -> None:
-        checked_of(self.of)
+        check_fields(self)
 
     @property
     def yields(self) -> Literal["an angle", "a length"]:

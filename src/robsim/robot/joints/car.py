@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, numbers, positive
+from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
+from robsim.declare import Angle, Length, Quantity, check_fields
 from robsim.geometry.pose import common_lead
 from robsim.kernels import joints as kernels
 from robsim.robot.joints.planar import InPlane
@@ -49,13 +50,12 @@ class Steering:
     0.6
     """
 
-    wheelbase: float
-    limit: float = 0.6
-    rate: float = 1.0
+    wheelbase: Annotated[float, Length(above=0), "From axle to axle."]
+    limit: Annotated[float, Angle(above=0), "The largest angle."] = 0.6
+    rate: Annotated[float, Quantity(above=0, dimension="turn rate"), "How fast it changes."] = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("wheelbase", "limit", "rate"):
-            object.__setattr__(self, name, positive(getattr(self, name), f"steering {name}"))
+        check_fields(self)
         if self.limit >= np.pi / 2:
             raise InputError(f"steering limit must be below a right angle, got {self.limit:g} rad")
 

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from robsim.base.arrays import numbers, positive
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError
+from robsim.declare import Length, Word, check_fields, register
 from robsim.geometry.curves import Curve
 from robsim.kernels import ties as kernels
-from robsim.robot.joints.coupling import Coupling, Source, Stand, checked_of
+from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
 
 
+@register("coupling", "chord")
 @dataclass(frozen=True)
 class Chord(Coupling):
     """A coordinate of a body that hangs from a rail by two wheels, `length` apart.
@@ -39,24 +40,24 @@ class Chord(Coupling):
     limited: ClassVar[bool] = False
     on_a_curve: ClassVar[bool] = True
     wanted: ClassVar[str] = "a rail of its own speed"
-    of: str
-    length: float
-    radius: float = 0.0
-    at: float | None = None
-    gives: Literal["angle", "arc", "height", "tilt"] = "arc"
+    of: Of
+    length: Annotated[float, Length(above=0), "Between the centres of the two wheels."]
+    radius: Annotated[float, Length(), "Of the wheels, to the left of the way."] = 0.0
+    at: Annotated[
+        float | None, Length(above=0), "Where on the chord the third wheel is; None: at its end."
+    ] = None
+    gives: Annotated[
+        Literal["angle", "arc", "height", "tilt"], Word(GIVEN), "What the coordinate is."
+    ] = "arc"
 
     def __post_init__(self) -> None:
-        checked_of(self.of)
-        put = object.__setattr__
-        put(self, "length", positive(self.length, "chord length"))
-        put(self, "radius", float(numbers(self.radius, "chord radius", ())))
-        at = self.length if self.at is None else positive(self.at, "chord at")
-        put(self, "at", at)
-        if at > self.length:
-            raise InputError(f"chord at must not exceed its length {self.length:g}, got {at:g}")
-        if self.gives not in GIVEN:
-            hint = suggest(self.gives, GIVEN, "what a chord gives")
-            raise InputError(f"a chord gives no {self.gives!r}; {hint}")
+        check_fields(self)
+        if self.at is None:
+            object.__setattr__(self, "at", self.length)
+        elif self.at > self.length:
+            raise InputError(
+                f"chord at must not exceed its length {self.length:g}, got {self.at:g}"
+            )
 
     @property
     def yields(self) -> Literal["an angle", "a length"]:

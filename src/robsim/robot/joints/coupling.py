@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
-from robsim.base.errors import InputError
+from robsim.declare import Text, family
 from robsim.robot.joints.kind import JointKind
 
+COUPLINGS = family("coupling")
+Of = Annotated[str, Text(129, least=1), "The name of the coordinate that it follows."]
 UPRIGHT = 1e-9  # how far the axis of a wheel may point from where it should
 
 
@@ -59,9 +61,3 @@ class Coupling:
     def constants(self, stand: Stand | None) -> tuple[float, float, float]:
         """Return the numbers of its kernel."""
         return 0.0, 0.0, 0.0
-
-
-def checked_of(name: object) -> None:
-    """InputError unless it can be the name of a coordinate."""
-    if not isinstance(name, str) or not name:
-        raise InputError(f"of: expected the name of a coordinate, got {name!r:.80}")

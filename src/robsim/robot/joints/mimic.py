@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import numbers
+from robsim.declare import Number, check_fields, register
+from robsim.declare.joints import OfJoint
 from robsim.kernels import ties as kernels
-from robsim.robot.joints.coupling import Coupling, Source, Stand, checked_of
+from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 
+@register("coupling", "mimic")
 @dataclass(frozen=True)
 class Mimic(Coupling):
     """A coordinate that follows another: ratio * q_of + offset; `of` is the name of that one.
@@ -21,15 +23,12 @@ class Mimic(Coupling):
     """
 
     code: ClassVar[int] = kernels.MIMIC
-    of: str
-    ratio: float = 1.0
-    offset: float = 0.0
+    of: Of
+    ratio: Annotated[float, Number(), "Of its change to that of the other."] = 1.0
+    offset: Annotated[float, OfJoint(), "Its value where the other is zero."] = 0.0
 
     def __post_init__(self) -> None:
-        checked_of(self.of)
-        for name in ("ratio", "offset"):
-            given = numbers(getattr(self, name), f"mimic {name}", ())
-            object.__setattr__(self, name, float(given))
+        check_fields(self)
 
     @property
     def told(self) -> str:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
-
 from robsim.base.errors import InputError, suggest
-from robsim.base.names import checked_name
+from robsim.declare import family, register
 from robsim.robot.joints.car import Car
 from robsim.robot.joints.fixed import Fixed
 from robsim.robot.joints.floating import Floating
@@ -16,33 +14,11 @@ from robsim.robot.joints.rail import Rail
 from robsim.robot.joints.revolute import Revolute
 from robsim.robot.joints.unicycle import Unicycle
 
-K = TypeVar("K", bound=type[JointKind])
-
-
-class Kinds(dict[Any, type[JointKind]]):
-    """Classes of joint kinds by name; InputError for a name that is not there."""
-
-    def __missing__(self, name: object) -> type[JointKind]:
-        raise InputError(f"no joint kind {name!r}; {suggest(name, self, 'kinds')}")
-
-
-_BUILT_IN = Fixed, Revolute, Prismatic, Floating, Planar, Unicycle, Car, Rail
-KINDS = Kinds({kind.name: kind for kind in _BUILT_IN})
-SINGLE = tuple(kind.name for kind in _BUILT_IN if kind().single)  # of one coordinate
-
-
-def register_joint(kind: K) -> K:
-    """Let a kind of joint of your own be found by its name, as in scenario files; a decorator.
-
-    Registered again, as in a notebook, a name means the latest class. InputError: the name is
-    that of a kind of RobSim, or none.
-    """
-    if not isinstance(kind, type) or not issubclass(kind, JointKind):
-        raise InputError(f"register_joint: expected a class of JointKind, got {kind!r:.80}")
-    if checked_name(kind.name, "joint kind") in (each.name for each in _BUILT_IN):
-        raise InputError(f"joint kind '{kind.name}' is one of RobSim; choose another name")
-    KINDS[kind.name] = kind
-    return kind
+JOINTS = family("joint kind")
+for _kind in (Fixed, Revolute, Prismatic, Floating, Planar, Unicycle, Car, Rail):
+    register("joint kind")(_kind)
+KINDS = JOINTS.kinds
+SINGLE = tuple(name for name, kind in KINDS.items() if kind().single)  # of one coordinate
 
 
 def kind_of(given: object) -> JointKind:
@@ -52,7 +28,7 @@ def kind_of(given: object) -> JointKind:
     if not isinstance(given, str):
         made = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
         raise InputError(f"no joint kind {given!r}{made or '; ' + suggest(given, KINDS, 'kinds')}")
-    kind = KINDS[given]
+    kind = JOINTS.find(given)
     try:
         return kind()
     except TypeError:  # it has parameters without defaults

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from robsim.base.arrays import positive
+from robsim.declare import Length, check_fields, register
 from robsim.robot.joints.coupling import Coupling
 
 
+@register("coupling", "rolling")
 @dataclass(frozen=True)
 class Rolling(Coupling):
     """The angle of a wheel that rolls without slipping under its vehicle: radius in metres.
@@ -20,10 +21,10 @@ class Rolling(Coupling):
     """
 
     tied: ClassVar[bool] = False  # it remembers how far it has rolled
-    radius: float
+    radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive(self.radius, "rolling radius"))
+        check_fields(self)
 
     @property
     def yields(self) -> Literal["an angle", "a length"]:
