@@ -168,6 +168,10 @@ def check_kind(kind: JointKind) -> None:
     who, counts = type(kind).__name__, [len(kind.coordinates), len(kind.velocities)]
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(f"{who}.name: expected a word such as 'helical', got {kind.name!r:.80}")
+    if kind.code != kernels.OWN:
+        raise InputError(
+            f"{who} derives from a kind that is compiled; derive from JointKind itself"
+        )
     for method in ("motion", "twists"):
         if getattr(type(kind), method) is getattr(JointKind, method):
             raise InputError(f"{who}.{method} is missing")
