@@ -132,7 +132,7 @@ class Joint:
         return replace(self, follows=replace(self.follows, of=name))  # type: ignore[type-var]
 
     def _check_kind(self) -> None:
-        if self.model.code != kernels.OWN:
+        if self.model.code != kernels.OWN and KINDS.get(self.model.name) is type(self.model):
             object.__setattr__(self, "kind", self.model.name)  # those of RobSim go by their names
         else:
             check_kind(self.model)

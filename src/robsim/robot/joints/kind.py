@@ -165,28 +165,34 @@ def turned(angle: Array) -> Array:
 
 def check_kind(kind: JointKind) -> None:
     """InputError unless a kind of the user's own says all that it must, and fits together."""
-    who, counts = type(kind).__name__, [len(kind.coordinates), len(kind.velocities)]
+    who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(f"{who}.name: expected a word such as 'helical', got {kind.name!r:.80}")
+    if kind.code != kernels.OWN:
+        raise InputError(f"{who} derives from a kind that is compiled; derive from JointKind")
     for method in ("motion", "twists"):
         if getattr(type(kind), method) is getattr(JointKind, method):
             raise InputError(f"{who}.{method} is missing")
-    if not 0 < counts[1] <= 6 or counts != [len(kind.units), len(kind.rates)]:
-        raise InputError(
-            f"{who}: expected coordinates and their units, velocities (one to six) and their "
-            f"rates, got {kind.coordinates}, {kind.units}, {kind.velocities}, {kind.rates}"
-        )
-    if kind.straight and counts[0] != counts[1]:
-        raise InputError(
-            f"{who}: {counts[0]} coordinates and {counts[1]} velocities need an integrate(q, v, dt)"
-        )
+    _check_counts(kind, who)
     for unit in kind.units:
         if unit not in UNITS:
             raise InputError(f"{who}.units: expected {', '.join(UNITS)}, got {unit!r:.80}")
+    starts = (".",) if len(kind.coordinates) > 1 else (".", "")
     for ending in (*kind.coordinates, *kind.velocities):
-        several = len(kind.coordinates) > 1
-        if not isinstance(ending, str) or ending[:1] not in ((".",) if several else (".", "")):
+        if not isinstance(ending, str) or ending[:1] not in starts:
             raise InputError(
                 f"{who}: names of several coordinates follow that of the joint after a dot, as in "
                 f"'.roll', got {ending!r:.80}"
             )
+
+
+def _check_counts(kind: JointKind, who: str) -> None:
+    """InputError unless there are as many units as coordinates, and rates as velocities."""
+    nq, nv = len(kind.coordinates), len(kind.velocities)
+    if not nq or not 0 < nv <= 6 or (nq, nv) != (len(kind.units), len(kind.rates)):
+        raise InputError(
+            f"{who}: expected coordinates and their units, velocities (one to six) and their "
+            f"rates, got {kind.coordinates}, {kind.units}, {kind.velocities}, {kind.rates}"
+        )
+    if kind.straight and nq != nv:
+        raise InputError(f"{who}: {nq} coordinates and {nv} velocities need an integrate(q, v, dt)")
