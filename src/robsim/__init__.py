@@ -66,9 +66,10 @@ from robsim.robot.joint import JointKind as JointKind
 from robsim.robot.joint import Mimic as Mimic
 from robsim.robot.joint import Rolling as Rolling
 from robsim.robot.joint import Steering as Steering
-from robsim.robot.joint import register_joint as register_joint
 from robsim.robot.link import Link as Link
 from robsim.robot.robot import Robot as Robot
+from robsim.run.experiment import Experiment as Experiment
+from robsim.run.experiment import load_scenario as load_scenario
 from robsim.run.mission import Mission as Mission
 from robsim.run.mission import MissionRun as MissionRun
 from robsim.run.mission import Phase as Phase
@@ -134,9 +135,7 @@ if TYPE_CHECKING:
     from robsim.analysis.explain import explain as explain
     from robsim.files.netcdf import open_run as open_run
     from robsim.files.netcdf import save_run as save_run
-    from robsim.scenario import Scenario as Scenario
-    from robsim.scenario import load_scenario as load_scenario
-    from robsim.scenario import replay as replay
+    from robsim.run.replay import replay as replay
 
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
@@ -149,9 +148,7 @@ _LAZY = {
     "explain": "robsim.analysis.explain",
     "open_run": "robsim.files.netcdf",
     "save_run": "robsim.files.netcdf",
-    "Scenario": "robsim.scenario",
-    "load_scenario": "robsim.scenario",
-    "replay": "robsim.scenario",
+    "replay": "robsim.run.replay",
 }
 
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, RankWarning
+from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop, OnStep
 from robsim.run.outcome import Outcome
+from robsim.run.replay import check_run, settings_of, whole_duration
 from robsim.run.result import dataset
 from robsim.run.simulate import loop_of
 from robsim.run.snapshot import Snapshot
-from robsim.scenario.repeat import check_run, scenario_of, settings_of, whole_duration
 from robsim.servo.controller import Decision
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
@@ -26,7 +27,6 @@ from robsim.world.sensing import Sensing
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scenario import Scenario
 
 ENDS = ("q_end", "outcome", "end_time")
 LONGEST = 50_000  # instants that are kept with all that was computed in them, some 10 kB each
@@ -110,9 +110,9 @@ def case_of(
     if scene is None or task is None:
         if sensing is not None or actuation is not None:
             raise InputError("give sensing and actuation together with scene and task")
-        scenario = _own_scenario(one)
-        scene, task = scenario.scene, scenario.task
-        sensing, actuation = scenario.settings.sensing, scenario.settings.actuation
+        experiment = _own_experiment(one)
+        scene, task = experiment.scene, experiment.task
+        sensing, actuation = experiment.sensing, experiment.actuation
     made = {"sensing": sensing or Sensing(), "actuation": actuation or Actuation()}
     for name, value in made.items():
         if one.attrs.get(name, repr(value)) != repr(value):
@@ -153,9 +153,9 @@ def repeated(case: Case, run: xr.Dataset) -> Repeated:
     return Repeated(case, loop, snapshots, decisions, again, outcome)
 
 
-def _own_scenario(one: xr.Dataset) -> Scenario:
+def _own_experiment(one: xr.Dataset) -> Experiment:
     try:
-        return scenario_of(one)
+        return Experiment.of(one)
     except FileError:
         raise
     except InputError as reason:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.analysis.compare import Comparison, Scheme
-    from robsim.scenario import Scenario
+    from robsim.run.experiment import Experiment
 
 BAD_INPUT, STOPPED = 2, 130  # exit status; 130 is the shell's number for Ctrl-C
 FIGURES = ("image.png", "scene.png", "velocity.png")
@@ -162,13 +162,13 @@ def _fail(message: str) -> None:
     sys.exit(BAD_INPUT)
 
 
-def _load(file: Path, changes: tuple[str, ...]) -> Scenario:
-    from robsim.scenario import load_scenario
+def _load(file: Path, changes: tuple[str, ...]) -> Experiment:
+    from robsim.run.experiment import load_scenario
 
     return load_scenario(file, set=list(changes))
 
 
-def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
+def _simulate(scenario: Experiment, folder: Path, figures: bool) -> None:
     """Run, write, draw and say how it went. What was simulated before Ctrl-C is kept."""
     if figures:
         _check_colors(scenario)
@@ -185,12 +185,12 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
             _draw(result, scenario, folder)
 
 
-def _compare(scenarios: dict[str, Scenario], folder: Path, figures: bool) -> None:
+def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
     """Run all, write, draw and print the table. What was simulated before Ctrl-C is kept."""
     from robsim.analysis.compare import Scheme, compared
 
     schemes = [
-        Scheme(name, one.scene, one.task, one.q0, one.settings.keywords)
+        Scheme(name, one.scene, one.task, one.start, one.keywords)
         for name, one in scenarios.items()
     ]
     if any(_must_compile(scenario) for scenario in scenarios.values()):
@@ -259,7 +259,7 @@ def _draw_comparison(found: Comparison, folder: Path) -> None:
         plot.comparison(found).savefig(path, dpi=200)
 
 
-def _check_colors(scenario: Scenario) -> None:
+def _check_colors(scenario: Experiment) -> None:
     """Only Matplotlib knows which colours there are; ask before the simulation, not after it."""
     from robsim.plot.palette import color
 
@@ -275,10 +275,10 @@ def _check_colors(scenario: Scenario) -> None:
                 raise FileError(f"{scenario.source}: {owner}: {error}") from None
 
 
-def _must_compile(scenario: Scenario) -> bool:
+def _must_compile(scenario: Experiment) -> bool:
     from robsim.run.loop import worth_compiling
 
-    steps = scenario.settings.duration / scenario.settings.dt
+    steps = scenario.duration / scenario.dt
     return is_cold("solve.least_squares") or (worth_compiling(1, steps) and is_cold("loop.stride"))
 
 
@@ -311,7 +311,7 @@ def _warnings_as_lines() -> Iterator[None]:
                 click.echo(f"warning: {warning.message}", err=True)
 
 
-def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
+def _save(result: xr.Dataset, scenario: Experiment, folder: Path) -> bool:
     """Write run and scenario whole; tells whether Ctrl-C came meanwhile."""
     from robsim.files.netcdf import save_run
 
@@ -324,7 +324,7 @@ def _save(result: xr.Dataset, scenario: Scenario, folder: Path) -> bool:
     return bool(stops)
 
 
-def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
+def _draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
     """The figures, an image for each camera; of a batch, images alone; of a summary, none."""
     from robsim import plot
 
@@ -343,7 +343,7 @@ def _draw(result: xr.Dataset, scenario: Scenario, folder: Path) -> None:
             figure.savefig(path, dpi=200)
 
 
-def _moving_frame(result: xr.Dataset, scenario: Scenario) -> str | None:
+def _moving_frame(result: xr.Dataset, scenario: Experiment) -> str | None:
     """Whose velocity is shown: None for the camera; where that stands, what carries the target."""
     if not result.sizes["mark"]:
         return None

@@ -19,7 +19,7 @@ _force = click.option("--force", is_flag=True, help="Write over an existing file
 @_force
 def examples_(name: str | None, output: Path | None, force: bool) -> None:
     """List the example scenarios, or copy one out."""
-    from robsim.scenario import load_scenario
+    from robsim.run.experiment import load_scenario
 
     if name is None:
         for each in examples.names():

@@ -18,6 +18,7 @@ from robsim.kernels.jacobian import camera_jacobian
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
 from robsim.run.outcome import Outcome
+from robsim.run.text import text_of
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
 from robsim.servo.controller import Controller
 from robsim.servo.laws.inverse import product

@@ -131,7 +131,9 @@ def loop_of(
     )
 
 
-def check(scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any]) -> None:
+def check(
+    scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any], must_see: bool = False
+) -> None:
     """InputError for what `simulate` refuses with these keywords, as far as no record is made."""
     later = {"record", "threads", "chunk", "progress"}
     now = {key: value for key, value in settings.items() if key not in later}

@@ -8,13 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
+
 from robsim.base.errors import InputError
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
 from robsim.declare.joints import PerJoint, coordinates
 from robsim.declare.problems import Broken, Problems, shown
-from robsim.declare.spec import MISSING, Context, Raw, Spec, expected
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
 from robsim.files.library import expanded
+from robsim.files.toml import write
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.run.record import LONGEST

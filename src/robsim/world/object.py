@@ -29,6 +29,9 @@ class MarkList(ListOf):
 
     item: Spec = POSITION
 
+    def read(self, raw: Raw, c: Context) -> Any:
+        return np.array(super().read(raw, c)).reshape(-1, 3)
+
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         table[name] = self.write(value, c.at(name))  # also where there are none
 

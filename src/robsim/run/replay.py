@@ -8,8 +8,8 @@ import numpy as np
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError
+from robsim.run.experiment import Experiment
 from robsim.run.simulate import simulate
-from robsim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,9 +31,9 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     True
     """
     check_run(run)
-    scenario = scenario_of(run)
-    told = {**scenario.settings.keywords, **settings_of(run)}
-    again = simulate(scenario.scene, scenario.task, _wanted(run, "q0"), **told)
+    experiment = Experiment.of(run)
+    settings = {**experiment.keywords, **settings_of(run)}
+    again = simulate(experiment.scene, experiment.task, _wanted(run, "q0"), **settings)
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
     return again
 
@@ -42,15 +42,6 @@ def check_run(run: object) -> None:
     """InputError if this is no run."""
     if not isinstance(getattr(run, "attrs", None), dict) or not hasattr(run, "data_vars"):
         raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
-
-
-def scenario_of(run: xr.Dataset) -> Scenario:
-    """What the text of a run says; InputError if it has none."""
-    text = run.attrs.get("scenario", "")
-    if not text:
-        reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
-        raise InputError(f"this run cannot be repeated from its own text: {reason}")
-    return Scenario.from_text(text, "scenario of the run")
 
 
 def settings_of(run: xr.Dataset) -> dict[str, Any]:
