@@ -26,7 +26,7 @@ tasks = {
     "large projection": scenario.task,
     "not projected": rs.IBVS(goal, law=Unprojected(away, scenario.scene.limits)),
 }
-found = rs.compare(scenario.scene, tasks, scenario.q0, dt=0.02, duration=20)
+found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.02, duration=20)
 print(found)
 
 plt.rcParams["font.size"] = 9

@@ -29,6 +29,6 @@ for axes, (name, changes) in zip(panels, SCHEMES.items(), strict=True):
     axes.set(xlim=(-40, 680), ylim=(520, -40))
 panels[0].set_ylabel("row (px)")
 panels[0].legend(frameon=False, loc="lower center", ncols=2, fontsize=8, handletextpad=0)
-start, goal = scenario.q0[:3], np.array([0, 0, -1])
+start, goal = scenario.start[:3], np.array([0, 0, -1])
 print(f"the straight way is {np.linalg.norm(start - goal):.3f} m long")
 figure.savefig("pbvs_loses_target.png", dpi=150)

@@ -30,7 +30,7 @@ def servo(scale, starts):
 plt.rcParams["font.size"] = 9
 figure, (left, right) = plt.subplots(1, 2, figsize=(7, 3.2), layout="constrained")
 for i, scale in enumerate((0, 1, 2)):
-    run = servo(scale, scenario.q0)
+    run = servo(scale, scenario.start)
     for mark in range(4):
         label = str(scale) if mark == 0 else None
         look = {"linestyle": palette.LINES[i], "color": palette.CYCLE[i], "label": label}

@@ -167,7 +167,7 @@ def test_run_obeys_set_and_output(robsim):
     assert done.status == 0 and done.out.startswith("A lift\n") and "results      out" in done.out
     assert files("out") == ["image.png", "run.nc", "scenario.toml", "scene.png", "velocity.png"]
     scenario = rs.load_scenario("out/scenario.toml")
-    assert scenario.task.gain == 3 and scenario.settings.dt == 0.02
+    assert scenario.task.gain == 3 and scenario.dt == 0.02
     same(rs.open_run("out/run.nc"), scenario.run())
     assert Path("lift.toml").read_text(encoding="utf-8") == SCENARIO
 

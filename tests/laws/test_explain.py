@@ -150,7 +150,7 @@ def wrong_base():
     scenario = rs.load_scenario(examples.path("eye_to_hand"))
     arm = replace(scenario.scene.robots[0], base=rs.Pose.at(0, 0, 0, rotvec=(0, 0, 2.2)))
     task = replace(scenario.task, belief=scenario.scene.replacing(arm))
-    return rs.simulate(scenario.scene, task, scenario.q0, duration=20)
+    return rs.simulate(scenario.scene, task, scenario.start, duration=20)
 
 
 def wild_marks():
@@ -225,7 +225,7 @@ def damped():
 def wrong_links():
     scenario = rs.load_scenario(examples.path("eye_to_hand"))
     task = replace(scenario.task, belief=scenario.scene.believe(dh={"forearm": {"alpha": 1.5}}))
-    return rs.simulate(scenario.scene, task, scenario.q0)
+    return rs.simulate(scenario.scene, task, scenario.start)
 
 
 # what made it, how it ends, what the first cause is about, and words of its sentence
@@ -327,7 +327,7 @@ def test_of_two_together_the_one_that_ended_the_run_is_named_first():
 def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
     task = replace(rs.load_scenario(examples.path("joint_limits")).task, secondary=None)
     scenario = rs.load_scenario(examples.path("joint_limits"))
-    told = rs.explain(rs.simulate(scenario.scene, task, scenario.q0, **scenario.settings.keywords))
+    told = rs.explain(rs.simulate(scenario.scene, task, scenario.start, **scenario.keywords))
     assert [cause.about for cause in told.causes] == ["joint limit"]
     assert "and nothing else: without limits the same run converges" in str(told)
 

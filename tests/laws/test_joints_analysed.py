@@ -138,7 +138,7 @@ def test_a_car_that_is_only_to_turn_stands_and_is_told_so():
     scenario = rs.load_scenario(rs.examples.path("car"))
     one = [rs.FeatureBlock("points", marks=[0], components=[0])]
     task = rs.IBVS(features=one, joints="body.omega")
-    run = rs.simulate(scenario.scene, task, scenario.q0, duration=1.0)
+    run = rs.simulate(scenario.scene, task, scenario.start, duration=1.0)
     assert (run.qd_actual == 0).all() and (run.q == run.q[0]).all()
     told = rs.explain(run, experiments=False)
     assert told.causes[0].about == "standing car" and "only a car that drives" in str(told)

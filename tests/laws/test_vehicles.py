@@ -25,7 +25,7 @@ def driven(request):
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.CONVERGED
     q = run.q.dropna("time").values
     done = run.qd_actual.values[1 : len(q)] if "qd_actual" in run else run.qd.values[: len(q) - 1]
-    return scenario.scene.robot(), q, done, scenario.settings.dt
+    return scenario.scene.robot(), q, done, scenario.dt
 
 
 def test_its_path_is_a_chain_of_arcs(driven):
@@ -79,7 +79,7 @@ def test_a_wheel_in_a_figure_has_turned(driven):
 def test_a_car_steers_within_its_rate_and_limit_at_every_step():
     scenario = rs.load_scenario(rs.examples.path("car"), ["task.tasks.0.gain=0.5"])
     run, car = scenario.run(), scenario.scene.robot()
-    steering, dt = car.links[1].joint.steering, scenario.settings.dt
+    steering, dt = car.links[1].joint.steering, scenario.dt
     angle = run.q.values[:, 3]
     steps = np.abs(np.diff(angle))
     assert steps.max() == pytest.approx(steering.rate * dt, abs=1e-15)  # from the left to the right

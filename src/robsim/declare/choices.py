@@ -57,7 +57,7 @@ class Choice(Spec):
         if isinstance(value, str):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
-            if value in self._known(value):
+            if value in self._known(value) or value in self.family.kinds:
                 return self.family.find(value)()
         elif not isinstance(value, type):
             own = self.protocol is not None and isinstance(value, self.protocol)
@@ -77,6 +77,8 @@ class Choice(Spec):
         if not isinstance(raw, Mapping):
             return self._read_other(raw, c)
         kind = raw.get("kind", self.default)
+        if kind is None and self.plain:
+            raise expected(self.words(), raw)
         if kind is None:
             c.at("kind").report(f"{LACKING}; kinds: {', '.join(map(repr, self.names))}")
             raise Broken
@@ -88,8 +90,10 @@ class Choice(Spec):
         return read_table(self.family.find(kind), raw, c, "kind")
 
     def write(self, value: Any, c: Context) -> Raw:
-        if value is None and self.none:
-            return self.none
+        if isinstance(value, str) and value in self.plain:
+            return value
+        if self.other is not None and self.family.name_of(value) is None:
+            return self._written_other(value, c)
         name, table = self._written(value, c)
         if self.short and not table:
             return name
@@ -185,6 +189,14 @@ class Choice(Spec):
                 if over[name] != kind:
                     table.pop(key, None)
 
+    def _written_other(self, value: Any, c: Context) -> Raw:
+        assert self.other is not None
+        try:
+            self.other.check(value, "value")
+        except InputError:
+            raise NoText(f"{type(value).__name__} is Python code") from None
+        return self.other.write(value, c)
+
     def _known(self, name: str) -> list[str]:
         if name not in self.family.kinds:
             with suppress(InputError):
@@ -239,7 +251,7 @@ class Choice(Spec):
         try:
             return kind(**given)
         except InputError as error:
-            c.at(*[key for key in key_of.values() if key in table][:1]).report(str(error))
+            c.at(*[key for key in key_of.values() if key in table][:1]).blame(error)
             return MISSING
 
     @staticmethod

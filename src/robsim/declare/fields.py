@@ -56,7 +56,7 @@ def check_fields(value: Any) -> None:
     noun = noun_of(type(value))
     for each in fields_of(type(value)):
         given = getattr(value, each.name)
-        if given is not None or each.default is not None:
+        if given is not None or each.default is not None or each.spec.takes_none:
             checked = each.spec.check(given, f"{noun} {each.name}")
             object.__setattr__(value, each.name, checked)
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 from robsim.base import units
 from robsim.base.arrays import frozen, numbers, one_or_each
 from robsim.base.errors import InputError, UnitError
-from robsim.declare.problems import Broken, shown
+from robsim.declare.problems import Broken, shown, under
 from robsim.declare.scalars import DIMENSIONS, EXAMPLES, SI, coordinate, either, written
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
@@ -104,7 +104,7 @@ class PerJoint(Spec):
             names = ", ".join(axes.names) or "none"
             raise InputError(f"{len(raw)} {self.noun}, expected {len(axes.units)}: {names}")
         items = zip(raw, axes.units, strict=True)
-        return self._each(c, [lambda t=t, u=u: coordinate(t, u) for t, u in items], raw)
+        return self._each([lambda t=t, u=u: coordinate(t, u) for t, u in items], raw)
 
     def write(self, value: Any, c: Context) -> list[str]:
         axes = self.axes(c)
@@ -137,19 +137,15 @@ class PerJoint(Spec):
         if not self.later:
             raise Broken  # for the scene, or the robot, is wrong already
         c.facts["later"].append((self, raw, c))
-        return self._each(c, [lambda t=t: either(t, *self.dimensions) for t in raw], raw)
+        return self._each([lambda t=t: either(t, *self.dimensions) for t in raw], raw)
 
-    def _each(self, c: Context, reads: Sequence[Callable[[], float]], raw: Any) -> list[float]:
-        made, before = [], c.problems.seen
+    def _each(self, reads: Sequence[Callable[[], float]], raw: Any) -> list[float]:
+        made = []
         for i, read in enumerate(reads):
-            try:
+            with under(i):
                 made.append(read())
                 if self.above is not None and not made[-1] > self.above:
                     raise expected(f"greater than {self.above:g}", raw[i])
-            except InputError as error:
-                c.at(i).report(str(error))
-        if c.problems.seen > before:
-            raise Broken
         return made
 
 
@@ -165,7 +161,11 @@ class OneOrEach(PerJoint):
 
     def read(self, raw: Raw, c: Context) -> Any:
         if isinstance(raw, list):
-            return tuple(self._positive(super().read(raw, c), raw, c))
+            values = super().read(raw, c)
+            for i, value in enumerate(values):
+                with under(i):
+                    self._checked(value, raw[i])
+            return tuple(values)
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
             raise UnitError(f"{shown(raw)}: expected {self.words()}")
         axes = self.axes(c)
@@ -175,9 +175,7 @@ class OneOrEach(PerJoint):
         else:
             dimensions = [DIMENSIONS[kind] for kind in kinds] or self.dimensions
             value = either(raw, *dimensions)
-        if value < 0 or (value == 0 and not self.zero):
-            raise expected("greater than 0" if not self.zero else "not below 0", raw)
-        return value
+        return self._checked(value, raw)
 
     def write(self, value: Any, c: Context) -> Any:
         if isinstance(value, tuple):
@@ -191,14 +189,10 @@ class OneOrEach(PerJoint):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 
-    def _positive(self, made: list[float], raw: list[Raw], c: Context) -> list[float]:
-        before = c.problems.seen
-        for i, value in enumerate(made):
-            if value < 0 or (value == 0 and not self.zero):
-                c.at(i).report(f"must be greater than 0, got {shown(raw[i])}")
-        if c.problems.seen > before:
-            raise Broken
-        return made
+    def _checked(self, value: float, raw: Raw) -> float:
+        if value < 0 or (value == 0 and not self.zero):
+            raise expected("not below 0" if self.zero else "greater than 0", raw)
+        return value
 
 
 @dataclass(frozen=True)
@@ -255,7 +249,7 @@ def check_later(later: Sequence[tuple[PerJoint, Any, Context]], axes: Axes) -> N
         try:
             spec.read_for(own, raw, c)
         except InputError as error:
-            c.report(str(error))
+            c.blame(error)
         except Broken:
             continue
 
@@ -267,7 +261,7 @@ def named_numbers(raw: Mapping[str, Raw], axes: Axes, c: Context) -> dict[str, f
         try:
             made[name] = coordinate(text, unit)
         except InputError as error:
-            c.at(name).report(str(error))
+            c.at(name).blame(error)
     if c.problems.seen > before:
         raise Broken
     return made

@@ -24,7 +24,14 @@ def as_raw(kind: type[Any], tables: Any, path: str, value: Any) -> Raw:
         return value
     plain = isinstance(value, bool | int | float | list | dict)
     spec = _spec_at(kind, tables, path.split(".")) if plain else None
-    return Live(value) if not plain or (spec is not None and spec.united) else value
+    bare = spec is not None and spec.united and _is_numeric(value)
+    return Live(value) if not plain or bare else value
+
+
+def _is_numeric(value: Any) -> bool:
+    if isinstance(value, list):
+        return all(map(_is_numeric, value))
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _spec_at(kind: type[Any], tables: Any, keys: list[str]) -> Any:

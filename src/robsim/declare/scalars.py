@@ -70,6 +70,8 @@ class Number(Spec):
         return number
 
     def write(self, value: Any, c: Context) -> float:
+        if not math.isfinite(value):
+            raise NoText(f"{value!r} is not a finite number")
         return float(value)
 
     def words(self) -> str:
@@ -120,7 +122,7 @@ class Number(Spec):
 def bare(raw: Raw) -> float:
     """Return a number without a unit."""
     if isinstance(raw, bool) or not isinstance(raw, int | float):
-        raise expected("a number", raw)
+        raise expected("a valid number", raw)
     try:
         number = float(raw)
     except OverflowError:
@@ -224,39 +226,39 @@ class Vector(Spec):
 
 @dataclass(frozen=True)
 class Whole(Spec):
-    """A whole number from `least` on, below `below`."""
+    """A whole number from `least` to `most`."""
 
     least: int = 0
-    below: int = 2**63
+    most: int = 2**63 - 1
 
     def check(self, value: Any, what: str) -> int:
         number = numbers(value, what, ())
         whole = not isinstance(value, bool) and not number.ndim and number == np.round(number)
-        if not whole or not self.least <= int(value) < self.below:
+        if not whole or not self.least <= int(value) <= self.most:
             raise InputError(f"{what} must be {self.words()}, got {value!r:.80}")
         return int(value)
 
     def read(self, raw: Raw, c: Context) -> int:
         if isinstance(raw, bool) or not isinstance(raw, int):
-            raise expected("an integer", raw)
+            raise expected("a valid integer", raw)
         if raw < self.least:
             raise expected(f"greater than or equal to {self.least}", raw)
-        if raw >= self.below:
-            raise expected(f"less than {self.below}", raw)
+        if raw > self.most:
+            raise expected(f"less than or equal to {self.most}", raw)
         return raw
 
     def write(self, value: Any, c: Context) -> int:
         return int(value)
 
     def words(self) -> str:
-        below = f", below {self.below}" if self.below < 2**63 else ""
-        return f"a whole number from {self.least} on{below}"
+        most = f"to {self.most}" if self.most < 2**63 - 1 else "on"
+        return f"a whole number from {self.least} {most}"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "integer", "minimum": self.least}
 
     def wrong(self) -> Sequence[Raw]:
-        return ["one", 1.5, True, self.least - 1, self.below]
+        return ["one", 1.5, True, self.least - 1, self.most + 1]
 
 
 @dataclass(frozen=True)
@@ -270,7 +272,7 @@ class Flag(Spec):
 
     def read(self, raw: Raw, c: Context) -> bool:
         if not isinstance(raw, bool):
-            raise expected("a boolean, true or false", raw)
+            raise expected("a valid boolean", raw)
         return raw
 
     def write(self, value: Any, c: Context) -> bool:
@@ -301,7 +303,7 @@ class Text(Spec):
 
     def read(self, raw: Raw, c: Context) -> str:
         if not isinstance(raw, str):
-            raise expected("a string", raw)
+            raise expected("a valid string", raw)
         if not self.least <= len(raw) <= self.most:
             raise expected(f"a string of {self.least} to {self.most} characters", raw)
         if self.pattern and not re.fullmatch(self.pattern, raw):
@@ -331,7 +333,7 @@ class Name(Text):
 
     def read(self, raw: Raw, c: Context) -> str:
         if not isinstance(raw, str):
-            raise expected("a string", raw)
+            raise expected("a valid string", raw)
         return checked_name(raw, "name")
 
     def words(self) -> str:
@@ -342,7 +344,24 @@ class Name(Text):
 
 
 Reference = Text(most=129)  # robot.link
-Color = Text(pattern=r"[A-Za-z0-9#][A-Za-z0-9 #:._-]{0,63}")
+
+
+@dataclass(frozen=True)
+class ColorSpec(Text):
+    """A colour, as Matplotlib names it; in Python in any way that Matplotlib takes."""
+
+    pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]{0,63}"
+
+    def check(self, value: Any, what: str) -> Any:
+        return value  # which only Matplotlib knows
+
+    def write(self, value: Any, c: Context) -> str:
+        if not isinstance(value, str):
+            raise NoText(f"the color {value!r:.40} is not a text")
+        return value
+
+
+Color = ColorSpec()
 
 
 @dataclass(frozen=True)

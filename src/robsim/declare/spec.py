@@ -56,6 +56,11 @@ class Context:
         """Add a problem of the value here."""
         self.problems.add(joined(*self.path), text)
 
+    def blame(self, error: InputError) -> None:
+        """Add an error about the value here, or about what it says is inside."""
+        place, text = (error.path, error.text) if isinstance(error, Misplaced) else ("", str(error))
+        self.problems.add(joined(*self.path, place), text)
+
     def tried(self, spec: Spec, raw: Raw) -> Any:
         """Return the value that `raw` says, or MISSING with its problem reported."""
         if isinstance(raw, Live):
@@ -67,8 +72,7 @@ class Context:
         except FileError:
             raise
         except InputError as error:
-            place, text = (error.path, error.text) if isinstance(error, Misplaced) else ("", "")
-            self.problems.add(joined(*self.path, place), text or str(error))
+            self.blame(error)
             return MISSING
 
 
@@ -80,6 +84,7 @@ class Spec:
 
     form: ClassVar[str] = "plain"  # or "list", or "table": by which `OneOf` tells them apart
     forms: ClassVar[tuple[str, ...]] = ()  # where it is several
+    takes_none: ClassVar[bool] = False  # whether None is checked as well, where it is the default
     united: ClassVar[bool] = False  # whether a text says it with a unit, and Python without
 
     def check(self, value: Any, what: str) -> Any:

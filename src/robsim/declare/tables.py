@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robsim.base.errors import InputError, suggest
+from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.problems import Broken, shown, under
 from robsim.declare.scalars import Text
@@ -87,7 +88,8 @@ def merge_table(kind: type[Any], old: Raw, new: Raw, loose: bool) -> Raw:
         each.spec.beside(merged, each.name, new)
     for key, raw in new.items():
         if key in owners and key in merged:
-            merged[key] = owners[key].spec.merge(merged[key], raw, loose)
+            with under(key):
+                merged[key] = owners[key].spec.merge(merged[key], raw, loose)
         else:
             merged[key] = raw
     return merged
@@ -107,9 +109,11 @@ def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: 
 
 def _check_plain(source: Any, own: dict[str, Any]) -> None:
     """NoText if an object holds what its declared fields do not say."""
-    hidden = [f for f in dataclasses.fields(source) if f.init and f.name not in own]
-    if hidden and type(source)(**own) != source:
-        raise NoText(f"{type(source).__name__} has a {hidden[0].name} of its own")
+    for each in dataclasses.fields(source):
+        if each.init and each.name not in own:
+            plain, value = each.default, getattr(source, each.name)
+            if type(plain) is not type(value) or hashable(plain) != hashable(value):
+                raise NoText(f"{type(source).__name__} has a {each.name} of its own")
 
 
 @dataclass(frozen=True)
@@ -171,7 +175,9 @@ class ListOf(Spec):
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
         if not isinstance(raw, list):
             tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
-            raise expected(f"a list of tables, [[{c.path[-1]}]]," if tables else "a list", raw)
+            raise expected(
+                f"a list of tables, [[{c.path[-1]}]]," if tables else "a valid list", raw
+            )
         self._check_count(raw)
         before = c.problems.seen
         made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
@@ -183,7 +189,7 @@ class ListOf(Spec):
         return [self.item.saved(each, c.at(i)) for i, each in enumerate(value)]
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        if value:
+        if value is not None and len(value):
             table[name] = self.write(value, c.at(name))
 
     def words(self) -> str:

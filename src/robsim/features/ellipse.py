@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.declare import register
+from robsim.declare import Declared, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.features.moments import region_plane
 from robsim.kernels import conics as kernels
@@ -17,7 +17,7 @@ from robsim.kernels.moments import ORDER_3, region_rates
 
 @register("feature", "ellipse")
 @dataclass(frozen=True)
-class Ellipse:
+class Ellipse(Declared):
     """The image of a circle or ellipse on which the marks lie, s = (xg, yg, n20, n11, n02).
 
     (xg, yg) is the centre of the ellipse in the image (not the image of the circle's centre) and

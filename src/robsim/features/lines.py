@@ -8,8 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
-from robsim.base.values import Value
-from robsim.declare import register
+from robsim.declare import Declared, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.features.groups import points_in_groups
 from robsim.kernels import features as points
@@ -19,7 +18,7 @@ from robsim.kernels import point_features
 
 @register("feature", "lines")
 @dataclass(frozen=True, eq=False)
-class Lines(Value):
+class Lines(Declared):
     """Lines through marks 0 and 1, 2 and 3 ..., s = (rho, theta, ...), two each.
 
     x cos theta + y sin theta = rho in the image at unit depth, theta in radians. The line runs
@@ -69,7 +68,7 @@ class Lines(Value):
 
 @register("feature", "vanishing_point")
 @dataclass(frozen=True)
-class VanishingPoint:
+class VanishingPoint(Declared):
     """Where the lines through marks 0, 1 and 2, 3 meet in the image, s = (x, y), normalised.
 
     The lines must be parallel in space. Then s is the image of their point at infinity, and L is

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Self, TypeVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.declare import Word, check_fields, register
+from robsim.declare import Declared, Word, check_fields, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import moments as kernels
 
@@ -131,7 +131,7 @@ class PointMoments(_Basic):
 
 @register("feature", "decoupled_moments")
 @dataclass(frozen=True)
-class DecoupledMoments:
+class DecoupledMoments(Declared):
     """Six moments, each for one motion of the camera: s = (xn, yn, an, Px, Py, alpha).
 
     an = Z* sqrt(a*/a), xn = an xg, yn = an yg in metres: for a goal parallel to the image their L

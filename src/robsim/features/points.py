@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.declare import register
+from robsim.declare import Declared, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import features as kernels
 
 
 @register("feature", "points")
 @dataclass(frozen=True)
-class Points:
+class Points(Declared):
     """Normalised image points, s = (x1, y1, x2, y2, ...), undistorted.
 
     L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
@@ -44,7 +44,7 @@ class Points:
 
 @register("feature", "pixels")
 @dataclass(frozen=True)
-class PixelPoints:
+class PixelPoints(Declared):
     """Undistorted pixels, s = (column1, row1, column2, row2, ...).
 
     L is that of the normalised points times the focal lengths (and skew) of K.

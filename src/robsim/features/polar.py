@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
-from robsim.base.values import Value
-from robsim.declare import register
+from robsim.declare import Declared, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import features as points
 from robsim.kernels import point_features as kernels
@@ -16,7 +15,7 @@ from robsim.kernels import point_features as kernels
 
 @register("feature", "polar")
 @dataclass(frozen=True, eq=False)
-class Polar(Value):
+class Polar(Declared):
     """Polar image points about the principal point, s = (rho1, theta1, rho2, theta2, ...).
 
     rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of

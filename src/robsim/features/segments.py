@@ -8,8 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
-from robsim.base.values import Value
-from robsim.declare import register
+from robsim.declare import Declared, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.features.groups import points_in_groups
 from robsim.kernels import features as points
@@ -19,7 +18,7 @@ from robsim.kernels import point_features
 
 @register("feature", "segments")
 @dataclass(frozen=True, eq=False)
-class Segments(Value):
+class Segments(Declared):
     """Segments between marks 0 and 1, 2 and 3 ..., s = (xc, yc, length, angle, ...), four each.
 
     (xc, yc) is the middle in the image at unit depth, the angle that of the way from the first

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.declare import register
+from robsim.declare import Declared, register
 from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import point_features as kernels
 
 
 @register("feature", "spherical")
 @dataclass(frozen=True)
-class Spherical:
+class Spherical(Declared):
     """Unit vectors from the camera to the marks, in camera axes, s = (s1, s2, ...), three each.
 
     L = [-(I - s s')/|P|, [s]x] with the distance |P| = Z sqrt(1 + x^2 + y^2) (Hamel and Mahony

@@ -45,9 +45,9 @@ def _expanded(table: Any, folder: Path) -> Any:
     rest = {key: part for key, part in table.items() if key not in ("model", "urdf")}
     if "model" in table:
         with under("model"):
-            return merge_table(RobotTable, _library_tables(table["model"]), rest, True)
+            return merge_table(RobotTable, _library_tables(table["model"]), rest, False)
     with under("urdf"):
-        return merge_table(RobotTable, _urdf_tables(table, folder), rest, True)
+        return merge_table(RobotTable, _urdf_tables(table, folder), rest, False)
 
 
 def _library_tables(name: Any) -> Tables:

@@ -187,7 +187,7 @@ class Experiment(Value):
         FileError: there is no such name, with the nearest; or the value is not valid there.
         """
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
-        tables = _changed(self.tables, changes, self.source)
+        tables = _changed(self.tables, changes, self.source, python=True)
         return self._of_tables(tables, self.source, None)
 
     def check(self) -> None:
@@ -202,30 +202,37 @@ class Experiment(Value):
         self,
         progress: Progress | None = None,
         *,
+        run: int = 0,
         threads: int | None = None,
         chunk: int = 256,
         **changes: Any,
     ) -> xr.Dataset:
         """Simulate, and return what happened; `changes` are those of `with_`, for this run.
 
-        The run keeps the text of the experiment, so that `replay` can repeat it.
+        `run`, `threads`, `chunk` and `progress` are as in `simulate`. The run keeps the text of the
+        experiment, so that `replay` can repeat it.
         """
         if changes:
-            return self.with_(**changes).run(progress, threads=threads, chunk=chunk)
-        how: dict[str, Any] = {"threads": threads, "chunk": chunk, "progress": progress}
+            return self.with_(**changes).run(progress, run=run, threads=threads, chunk=chunk)
+        how: dict[str, Any] = {
+            "run": run,
+            "threads": threads,
+            "chunk": chunk,
+            "progress": progress,
+        }
         try:
             with self._named():
-                run = simulate(self.scene, self.task, self.start, **self.keywords, **how)
+                made = simulate(self.scene, self.task, self.start, **self.keywords, **how)
         except Interrupted as stop:
             self._sign(stop.run)
             raise
-        return self._sign(run)
+        return self._sign(made)
 
     def _sign(self, run: xr.Dataset) -> xr.Dataset:
         """Let the run say what it was made of, in the words of this experiment's own text."""
-        own = self.__dict__.get("text")
-        if own is not None and "urdf" not in own and run.attrs["scenario"]:
-            run.attrs["scenario"] = own
+        own = self.__dict__.get("tables")
+        if own is not None and run.attrs["scenario"] and not _names_files(own):
+            run.attrs["scenario"] = self.text
         return run
 
     @contextmanager
@@ -251,18 +258,27 @@ def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Experiment
     return Experiment.from_text(read_text(path), str(path), set)
 
 
-def _changed(tables: Tables, changes: Changes, source: str) -> Tables:
-    """Return tables with every change made. FileError: no such name, or not a change."""
+def _changed(tables: Tables, changes: Changes, source: str, python: bool = False) -> Tables:
+    """Return tables with every change made, whose values are those of a text or of `python`.
+
+    FileError: no such name, or not a change.
+    """
     problems = Problems(source)
     with problems.at():
         for path, value in pairs(changes):
-            over = nested(path, as_raw(ExperimentTable, tables, path, value))
+            raw = as_raw(ExperimentTable, tables, path, value) if python else value
+            over = nested(path, raw)
             if next(iter(over)) not in _TOP:
                 names = dotted_names(ExperimentTable, tables)
                 raise InputError(f"{path}: there is no such name; {nearest(path, names)}")
             tables = merge_table(ExperimentTable, tables, over, False)
     problems.stop()
     return tables
+
+
+def _names_files(tables: Tables) -> bool:
+    robots = tables.get("robots", ())
+    return any(isinstance(robot, dict) and "urdf" in robot for robot in robots)
 
 
 def _has_objects(tables: Any) -> bool:

@@ -69,7 +69,7 @@ class RunTable:
 
     dt: Annotated[float | None, Time(above=0), "Control period."] = None
     duration: Annotated[float | None, Time(above=0), "How long it takes at most."] = None
-    seed: Annotated[int | None, Whole(0, 2**64), "Of all that is random."] = None
+    seed: Annotated[int | None, Whole(0, 2**64 - 1), "Of all that is random."] = None
     hold: Annotated[bool | None, Flag(), "Whether it goes on after convergence."] = None
     record: Annotated[Any, RecordSpec(), "What is kept."] = None
 
@@ -202,7 +202,7 @@ def _belief(truth: Mapping[str, Raw], raw: Raw, c: Context, folder: Path) -> Sce
     rest = {key: part for key, part in raw.items() if key != "complete"}
     complete = raw.get("complete", False)
     if not isinstance(complete, bool):
-        c.at("complete").report(str(expected("a boolean, true or false", complete)))
+        c.at("complete").report(str(expected("a valid boolean", complete)))
     if complete is not True:
         true = {key: truth[key] for key in SCENE if key in truth}
         rest = merge_table(Scene, true, rest, False)
@@ -212,14 +212,9 @@ def _belief(truth: Mapping[str, Raw], raw: Raw, c: Context, folder: Path) -> Sce
 
 
 def _tried(believed: Any, raw: Raw, c: Context) -> Any:
-    try:
+    with c.problems.at(*c.path):
         return believed(raw, c)
-    except Broken:
-        return None
-    except InputError as error:
-        with c.problems.at(*c.path):
-            raise error
-        return None
+    return None
 
 
 def _common_belief(task: Any) -> Scene | None:

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, ListOf, Number, OneOf, Text, Whole, fields_of
 from robsim.declare.problems import Broken, shown
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.features import FEATURES as KINDS
 from robsim.features import Feature
 
@@ -55,7 +55,7 @@ class Cameras(OneOf):
         return "the name of a camera, or two of a stereo pair"
 
 
-INDEX = Whole(0, 10_000)
+INDEX = Whole(0, 9_999)
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,10 @@ class Indices(ListOf):
         return tuple(int(n) for n in numbers)
 
     def read(self, raw: Raw, c: Context) -> tuple[int, ...]:
-        return self.check(super().read(raw, c), "list")
+        numbers = super().read(raw, c)
+        if len(set(numbers)) < len(numbers):
+            raise expected(self.words(), raw)
+        return numbers
 
     def words(self) -> str:
         return "different whole numbers from 0 on"

@@ -26,7 +26,7 @@ from robsim.kernels import camera as kernels
 
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
 
-PIXELS = Whole(1, 1_000_001)
+PIXELS = Whole(1, 1_000_000)
 
 
 class Visibility(IntEnum):

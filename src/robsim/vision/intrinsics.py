@@ -66,7 +66,7 @@ class Intrinsics(Spec):
         try:
             return _matrix(said, c.facts["own"].get("size"))
         except InputError as error:
-            c.report(str(error))
+            c.blame(error)
             return MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:

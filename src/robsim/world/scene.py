@@ -24,7 +24,7 @@ from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
 from robsim.world.frames import check_frames, check_hanging, frames_of
 from robsim.world.motion import Motion
 from robsim.world.mounted_camera import MountedCamera
-from robsim.world.object import Object
+from robsim.world.object import MOST_MARKS, Object
 from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
 
@@ -75,6 +75,10 @@ class Scene:
     def text_check(cls, raw: Mapping[str, Any], c: Context) -> None:
         """Report frames that do not exist, each at its key."""
         check_frames(raw, c.facts["own"], c)
+        for thing in c.facts["own"].get("objects", ()):
+            if len(thing.marks) > MOST_MARKS:
+                text = f"{len(thing.marks)} marks; at most {MOST_MARKS}: name them (marks)"
+                c.at("objects", thing.name).report(text)
 
     def __post_init__(self) -> None:
         for kind, part in KINDS.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Annotated, Any
 
@@ -57,6 +57,8 @@ class Mesh(Primitive):
     filename: Annotated[str, MeshName(most=1000), "The name of its file."]
     scale: Annotated[tuple[float, float, float], Scale(), "Along x, y and z."] = (1.0, 1.0, 1.0)
     color: Colour = "k"
+    mass: None = field(default=None, kw_only=True)
+    density: None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -21,7 +21,7 @@ Face = tuple[int, ...]
 SHAPES = family("shape")
 Size = Annotated[float, Length(above=0), "Its size along one axis."]
 Radius = Annotated[float, Length(above=0), "Its radius."]
-Corners = Annotated[int, Whole(3, 4097), "How many points draw its circle."]
+Corners = Annotated[int, Whole(3, 4096), "How many points draw its circle."]
 Colour = Annotated[str, Color, "Its colour, as Matplotlib names it."]
 
 

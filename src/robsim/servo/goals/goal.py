@@ -105,11 +105,7 @@ class GoalTable:
     s: Annotated[Any, Row(), "The features as numbers."] = None
 
     def made(self, c: Context) -> Goal:
-        """Return the goal; InputError if it is said in two ways."""
-        ways = [key for key in ("computed", "s", "q") if getattr(self, key) is not None]
-        ways += ["a pose"] if self.pose is not None else []
-        if len(ways) > 1:
-            raise InputError(f"{' and '.join(ways)}: give one of them only")
+        """Return the goal."""
         if self.s is not None:
             return GoalFeatures(self.s)
         if self.computed is not None:
@@ -131,12 +127,18 @@ class GoalTable:
 class GoalSpec(Spec):
     """A goal; in Python also the q at which it is shown."""
 
+    takes_none: ClassVar[bool] = True  # which is home
     form: ClassVar[str] = "table"
 
     def check(self, value: Any, what: str) -> Goal:
         return value if isinstance(value, Goal) else TaughtGoal(value)
 
     def read(self, raw: Raw, c: Context) -> Goal:
+        said = raw if isinstance(raw, Mapping) else {}
+        ways = [key for key in ("computed", "s", "q") if key in said]
+        ways += ["a pose"] if said.keys() & KEYS.keys() else []
+        if len(ways) > 1:
+            raise InputError(f"{' and '.join(ways)}: give one of them only")
         made: Goal = read_table(GoalTable, raw, c).made(c)
         return made
 

@@ -33,7 +33,7 @@ class TaskChoice(Choice):
             try:
                 check_later(later, commanded_by(made, c.facts["scene"]))
             except InputError as error:
-                later[0][2].report(str(error))
+                later[0][2].blame(error)
             if c.problems.seen > before:
                 raise Broken
         return made

@@ -15,7 +15,7 @@ from robsim.declare import Choice, Declared, Number, Time, register
 from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
 from robsim.declare.problems import Broken
 from robsim.declare.scalars import written
-from robsim.declare.spec import Context, NoText, Raw
+from robsim.declare.spec import Context, NoText, Raw, expected
 from robsim.kernels.loop import Command
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.controller import Decision
@@ -43,6 +43,8 @@ class JointGoal(PerJoint):
     def read(self, raw: Raw, c: Context) -> Any:
         if not isinstance(raw, Mapping):
             return super().read(raw, c)
+        if not raw:
+            raise expected("at least 1 joint", raw)
         if (axes := self.axes(c)) is None:
             raise Broken
         return named_numbers(raw, axes, c)
@@ -123,7 +125,7 @@ class FollowJoints(Declared):
             else:
                 axes = axes_named(scene, tuple(names) if isinstance(names, list | tuple) else None)
         except InputError as error:
-            c.report(str(error))
+            c.blame(error)
             return c
         return c.knowing(followed=_axes(scene, axes))
 

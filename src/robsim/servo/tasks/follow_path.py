@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -86,6 +86,7 @@ class Way(Spec):
 
 
 WAY = Way()
+OF_PATHS = replace(INVERSE, only=("pseudo_inverse", "damped"))
 PACE = tuple(each.name for each in fields_of(Pace))
 
 
@@ -127,7 +128,7 @@ class FollowPath(Shaped):
     acceleration: Acceleration = None
     turn: Turn = None
     turn_acceleration: TurnAcceleration = None
-    inverse: Annotated[Any, INVERSE, "What stands for the inverse of J."] = "pseudo_inverse"
+    inverse: Annotated[Any, OF_PATHS, "What stands for the inverse of J."] = "pseudo_inverse"
     gain: Annotated[
         float | None,
         PER_SECOND,

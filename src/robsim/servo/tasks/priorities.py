@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 
@@ -65,6 +66,15 @@ class Priorities(Shaped):
                     "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
                     "whole, not to one of its tasks"
                 )
+
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return tuple(self.tasks)
+
+    def with_inner(self, tasks: Sequence[Any]) -> Self:
+        """Return the same with other tasks in their places."""
+        return replace(self, tasks=tuple(tasks))
 
     def columns(self, scene: Scene) -> Columns:
         """All that any of the tasks commands."""

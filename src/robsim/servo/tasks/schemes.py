@@ -65,7 +65,7 @@ class Hybrid(ServoTask):
 
     features: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY
-    mark: Annotated[int, Whole(0, 10_000), "The mark that goes straight in the image."] = 0
+    mark: Annotated[int, Whole(0, 9_999), "The mark that goes straight in the image."] = 0
 
     def __post_init__(self) -> None:
         one = [FeatureBlock(name, marks=(self.mark,)) for name in ("points", "log_depth")]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,16 @@ class Switch(Declared):
     second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme after the switch."]
     when: Annotated[Any, CONDITION, "When it switches; or an object with holds(first, second)."]
     latch: Annotated[bool, Flag(), "Whether it stays with the second once it has switched."] = True
+
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return self.first, self.second
+
+    def with_inner(self, tasks: Sequence[Any]) -> Self:
+        """Return the same with other tasks in their places."""
+        first, second = tasks
+        return replace(self, first=first, second=second)
 
     def columns(self, scene: Scene) -> Columns:
         """All that one of the two commands."""
