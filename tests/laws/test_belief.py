@@ -153,9 +153,7 @@ def test_wrong_links_give_the_command_of_the_wrong_jacobian():
     """qdot = -gain (L J)^+ e with J of the believed arm at the same joints, in plain NumPy."""
     puma = rs.load_scenario(rs.examples.path("wrong_calibration"))
     scene, q = puma.scene, puma.q0
-    believed = scene.believe(
-        dh={"forearm": {"a": 0.01, "alpha": 0.02}, "wrist_roll": {"d": 0.02}}
-    )
+    believed = scene.believe(dh={"forearm": {"a": 0.01, "alpha": 0.02}, "wrist_roll": {"d": 0.02}})
     goal = scene.home + 0.05
     run = rs.simulate(
         scene, rs.IBVS(goal, belief=believed, depth=0.5), q, dt=0.04, duration=0.04, hold=True

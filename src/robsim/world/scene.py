@@ -150,7 +150,7 @@ class Scene:
         >>> scene.replacing(moved).pose("cup").position
         array([1., 0., 0.])
         """
-        changed: dict[str, list[Any]] = {kind: list(getattr(self, kind)) for kind in KINDS}
+        changed: dict[str, Any] = {kind: list(getattr(self, kind)) for kind in KINDS}
         for part in parts:
             put_in_place(changed, part)
         return replace(self, **changed)
