@@ -16,7 +16,7 @@ from robsim.servo.tasks.docking import Docking
 from robsim.servo.tasks.placing import Placing
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
-pytestmark = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 RING = np.array([0.1, 0.7, 1.3, 2.4, 3.0, 3.3, 4.6, 5.5])  # angles of marks on a circle
 MARKS = 0.15 * np.stack([np.cos(RING), np.sin(RING), 0 * RING], axis=1)
 LENS = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))

@@ -340,7 +340,7 @@ def both(camera):
     return rs.Scene([head, arm], [square], [rs.MountedCamera("eye", camera, mount)])
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 @pytest.mark.parametrize("first", [0, 1])
 def test_an_arm_follows_while_a_head_servos(camera, first):
     scene = both(camera)
@@ -361,7 +361,7 @@ def test_an_arm_follows_while_a_head_servos(camera, first):
     assert float(run.end_time) == pytest.approx(max(3.0, float(alone.end_time)))
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_from_a_trajectory_on_to_servoing(puma_scene, puma_goal):
     """A switch: first near the goal by a trajectory, then by the image."""
     near = rs.FollowJoints(puma_goal, duration=1.0)

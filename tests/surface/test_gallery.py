@@ -24,7 +24,7 @@ def commands(item):
         yield name.removesuffix(".toml"), [value for option, value in pairs if option == "--set"]
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")  # of a unicycle, on purpose
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")  # of a unicycle, on purpose
 @pytest.mark.parametrize("name", ITEMS)
 def test_it_is_whole(name):
     item = ITEMS[name]
