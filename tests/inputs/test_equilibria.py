@@ -60,7 +60,7 @@ def test_settings_of_no_use(free_scene, given, says):
     [
         (rs.IBVS(goal=GOAL, interaction=rs.Broyden()), r"interaction=Broyden\(...\)"),
         (rs.IBVS(goal=GOAL, depth=rs.DepthFilter(0.5)), r"depth=DepthFilter\(...\)"),
-        (rs.IBVS(goal=GOAL, feed_forward="estimated"), r"feed_forward=Estimated\(...\)"),
+        (rs.IBVS(goal=GOAL, feed_forward="estimated"), r"feed_forward=EstimatedMotion\(...\)"),
         (rs.IBVS(goal=GOAL, smooth_start=4.0), "smooth_start=4"),
         (
             rs.Switch(rs.PBVS(goal=GOAL), rs.IBVS(goal=GOAL), rs.ErrorBelow(0.1)),

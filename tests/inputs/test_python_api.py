@@ -499,7 +499,7 @@ def test_more_than_the_memory_allows_is_refused_with_the_estimate_before_anythin
     told = []
     starts = np.tile(START.q, (1000, 1))
     words = (
-        r"1000 runs with 250001 recorded moments need about 1\d\d\.\d GB, more than 4 GB: record "
+        r"1000 runs with 250001 recorded instants need about 1\d\d\.\d GB, more than 4 GB: record "
         r"every n-th step \(record=n\) or the end only \(record='summary'\)"
     )
     with pytest.raises(rs.InputError, match=words):

@@ -20,7 +20,7 @@ from robsim.vision.pose_minima import all_minima, in_camera
 LINE = 1e-9  # of their size: marks that leave a line by less are on it
 SMALLEST = 1e-50  # metres
 ROUNDING = 1e-9  # pixels: a smaller rms error is rounding
-ODDS = 100.0  # to one: what is less likely wrong is told apart
+ODDS = 100.0  # to one: the best minimum is sure where the next is as unlikely as this
 DEEP = 1 / 3  # of the depth: a larger standard deviation leaves it open
 
 

@@ -39,6 +39,7 @@ class Scene:
     world in the frame of the figures.
     Coordinates q of the scene are those of its robots, one after the other.
 
+    >>> from robsim import Camera
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
     >>> lens = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> eye = MountedCamera("eye", lens, on="arm.link1")
@@ -183,7 +184,7 @@ class Scene:
         >>> scene.replacing(moved).pose("cup").position
         array([1., 0., 0.])
         """
-        changed: dict[str, list[Any]] = {kind: list(getattr(self, kind)) for kind in KINDS}
+        changed: dict[str, Any] = {kind: list(getattr(self, kind)) for kind in KINDS}
         for part in parts:
             put_in_place(changed, part)
         return replace(self, **changed)
@@ -224,6 +225,7 @@ class Scene:
 
         InputError: what there is not, or what is no pose or number.
 
+        >>> from robsim import Camera
         >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
         >>> Scene(cameras=eye).believe(focal=1.5).camera().camera.K[0]
         array([1200.,    0.,  320.])
@@ -287,6 +289,7 @@ class Scene:
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
         """What a camera sees of points: an object's marks (by name) or world points (N, 3).
 
+        >>> from robsim import Camera
         >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
         >>> Scene(cameras=eye).view(points=[[0, 0, 2]]).depth
         array([2.])

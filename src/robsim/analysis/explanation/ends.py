@@ -34,7 +34,7 @@ def _local_minimum(inquiry: Inquiry) -> str:
 
 def _singular(inquiry: Inquiry) -> str:
     controller = inquiry.again.loop.controller
-    rank = int(inquiry.value("rank_reach"))
+    rank = int(inquiry.value("rank_task_jacobian"))
     return (
         f"{when(inquiry.end)} the robot stands still in a singularity: L J has rank {rank}, and "
         f"{controller.full_rank} at the goal; the largest error is "

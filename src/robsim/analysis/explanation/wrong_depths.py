@@ -18,7 +18,7 @@ from robsim.servo import DepthFilter
 
 
 def wrong_depths(again: Repeated) -> Iterator[Removal]:
-    """Those that are scaled, and those that are not the true ones of the moment."""
+    """Those that are scaled, and those that are not the true ones of the instant."""
     scales = {leaf.depth_scale for leaf in leaves(again.case.task)} - {1.0}
     if scales:
         sentence, evidence = _scaled(again, np.ravel(next(iter(scales))))

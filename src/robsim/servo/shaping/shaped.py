@@ -1,4 +1,4 @@
-"""What every task can be told about its command: which joints, and what is done after the law."""
+"""The options of every task about its command: which joints, and what is done after the law."""
 
 from __future__ import annotations
 

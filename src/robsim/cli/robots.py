@@ -1,4 +1,4 @@
-"""The commands `examples` and `robots`: what the libraries hold, and one of it."""
+"""The command `robots`: the robots that come with RobSim."""
 
 from __future__ import annotations
 
@@ -7,35 +7,16 @@ from pathlib import Path
 import click
 
 from robsim.base.errors import FileError
-from robsim.cli.files import free_file, write, writing
-from robsim.files import examples, robots
-
-_force = click.option("--force", is_flag=True, help="Write over an existing file.")
-
-
-@click.command("examples")
-@click.argument("name", required=False)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to copy it.")
-@_force
-def examples_(name: str | None, output: Path | None, force: bool) -> None:
-    """List the example scenarios, or copy one out."""
-    from robsim.run.experiment import load_scenario
-
-    if name is None:
-        for each in examples.names():
-            click.echo(f"{each:20} {load_scenario(examples.path(each)).title}")
-        click.echo("copy one out: robsim examples NAME")
-        return
-    source, target = examples.path(name), free_file(output, f"{name}.toml", force)
-    write(target, source.read_text(encoding="utf-8"))
-    click.echo(f"wrote {target}; run it with: robsim run {target}")
+from robsim.cli.files import free_file, writing
+from robsim.cli.options import force
+from robsim.files import robots
 
 
 @click.command("robots")
 @click.argument("name", required=False)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to draw it.")
-@_force
-def robots_(name: str | None, output: Path | None, force: bool) -> None:
+@force
+def command(name: str | None, output: Path | None, force: bool) -> None:
     """List the robots of the library, or print the table of one and draw it."""
     from robsim.cli.robot_table import robot_table
 
