@@ -64,6 +64,16 @@ def _checked_coordinates(run: xr.Dataset, scene: Scene) -> None:
         raise InputError(f"the run is not one of this scene: it moves {found}, not {names}")
 
 
+def limits(run: xr.Dataset, scene: Scene) -> Array:
+    """Return (nq, 2): lowest and highest of each coordinate of a run, infinite where there is none.
+
+    InputError: no scene, or another one than that of the run.
+    """
+    checked_scene(scene)
+    _checked_coordinates(run, scene)
+    return scene.limits
+
+
 def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
     """(moments, 6): v and omega of the origin of a frame, in world axes, of a single run."""
     checked_scene(scene)
