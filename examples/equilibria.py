@@ -24,7 +24,7 @@ def around(goal, middle):
 
 
 plt.rcParams["font.size"] = 9
-fig, axes = plt.subplots(1, 2, figsize=(7, 3.7), dpi=150, layout="constrained")
+fig, axes = plt.subplots(1, 2, figsize=(7, 3.7), dpi=240, layout="constrained")
 cases = {"local_minimum": "four points in a plane", "tilted_square": "a square seen from the side"}
 for ax, (name, title) in zip(axes, cases.items(), strict=True):
     scenario = rs.load_scenario(rs.examples.path(name))

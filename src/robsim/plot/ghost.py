@@ -57,7 +57,7 @@ def _of_run(run: xr.Dataset | None) -> Pose | None:
 
 def _movers(scene: Scene) -> list[str]:
     """Cameras, and objects, that a robot carries; without any the tip of the first robot."""
-    things = [part.name for part in (*scene.cameras, *scene.objects)]
+    things = [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
     carried = [name for name in things if scene.tree.carried(name).any()]
     tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
     return carried or tips or things[:1]

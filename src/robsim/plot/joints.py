@@ -77,7 +77,7 @@ def draw(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:
     for way, (unit, _) in zip(ways, units, strict=True):
         spans[unit] = max(spans[unit], ROOM * float(np.ptp(way)))
     for i, (axes, way, (unit, scale)) in enumerate(zip(panels, ways, units, strict=True)):
-        dot = {"marker": "."} if len(time) == 1 else {}
+        dot: dict[str, Any] = {"marker": "."} if len(time) == 1 else {}
         axes.plot(time, way, color=palette.nth(i % 7), linewidth=1.8, label=names[i], **dot)
         middle = float(way.min() + way.max()) / 2
         axes.set(
@@ -99,7 +99,7 @@ def _draw_limits(axes: Axes, limits: Array, unit: str) -> None:
     low, high = axes.get_ylim()
     for beyond, limit in ((low, limits[0]), (high, limits[1])):
         if low <= limit <= high:
-            axes.axhspan(beyond, limit, color=palette.LIGHT_GREY, linewidth=0, zorder=0)
+            axes.axhspan(*sorted((beyond, limit)), color=palette.LIGHT_GREY, linewidth=0, zorder=0)
             axes.axhline(limit, color=palette.VERMILLION, linestyle="--", linewidth=1)
     axes.set_ylim(low, high)
     text = " to ".join(f"{limit:.4g}" for limit in limits)

@@ -81,7 +81,8 @@ def moments(
         across = WIDEST / len(states)
         if axes is not None:
             panels = checked_panels(axes, len(views) * len(states), size)
-            figure, grid = whole(panels[0]), np.reshape(panels, (len(views), len(states)))
+            figure, grid = whole(panels[0]), np.array(panels, dtype=object)
+            grid = grid.reshape(len(views), len(states))
         else:
             figure = new_figure(WIDEST, len(views) * across * height / width + TEXT, size)
             grid = figure.subplots(len(views), len(states), squeeze=False)

@@ -39,21 +39,18 @@ CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 GOAL = "#d6007a"  # where things are to be; nothing else has it
 MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # where the others are taken
 TINTS = (0.0, 0.5, -0.4)  # share of white of the first seven colours, of the next; below 0 black
-OUTCOMES = {  # blue where it worked, warm where not; apart in lightness too
-    Outcome.CONVERGED: BLUE,
-    Outcome.TIME_LIMIT: "#f5d3b3",
-    Outcome.OUT_OF_IMAGE: ORANGE,
-    Outcome.BEHIND_CAMERA: "#f0e442",
-    Outcome.LOCAL_MINIMUM: VERMILLION,
-    Outcome.JOINT_LIMIT: PURPLE,
-    Outcome.SINGULAR: "#882255",
-    Outcome.DIVERGED: "#5c1a00",
-    Outcome.NOT_FINITE: BLACK,
-    Outcome.RUNNING: LIGHT_GREY,
+OUTCOMES = {  # colour and hatch; blue where it worked, warm where not, apart in lightness too
+    Outcome.CONVERGED: (BLUE, ""),
+    Outcome.TIME_LIMIT: ("#f5d3b3", ""),
+    Outcome.OUT_OF_IMAGE: (ORANGE, "///"),
+    Outcome.BEHIND_CAMERA: ("#f0e442", "..."),
+    Outcome.LOCAL_MINIMUM: (VERMILLION, "\\\\\\"),
+    Outcome.JOINT_LIMIT: (PURPLE, "---"),
+    Outcome.SINGULAR: ("#882255", "xxx"),
+    Outcome.DIVERGED: ("#5c1a00", ""),
+    Outcome.NOT_FINITE: (BLACK, ""),
+    Outcome.RUNNING: (LIGHT_GREY, "|||"),
 }
-HATCHES = dict(
-    zip(OUTCOMES, ("", "", "///", "...", "\\\\\\", "", "xxx", "", "", "--"), strict=True)
-)
 ASTERISK = (6, 2, 0)  # a marker of six strokes
 LINES = ("-", "--", "-.", ":")
 COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # of a vector: x, y, z
@@ -86,6 +83,16 @@ def nth(i: int) -> str:
     """
     turn, place = divmod(i, len(CYCLE))
     return tinted(CYCLE[place], TINTS[turn % len(TINTS)])
+
+
+def link(i: int) -> str:
+    """Return the colour of the i-th link of a robot without colours: the base, 0, alone is black.
+
+    >>> link(0), link(1) == nth(0), link(7) == nth(7)
+    ('#000000', True, True)
+    """
+    black = CYCLE.index(BLACK)
+    return BLACK if i == 0 else nth(i - 1 if i <= black else i)
 
 
 def tinted(color: str, share: float) -> str:

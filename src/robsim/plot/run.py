@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
@@ -11,6 +11,8 @@ from robsim.plot.canvas import new_figure, style
 from robsim.plot.image import draw as draw_image
 from robsim.plot.picture import picture_of
 from robsim.plot.scene import draw as draw_scene
+from robsim.plot.scene import width_of
+from robsim.plot.space import checked_view
 from robsim.plot.velocity import draw as draw_velocity
 
 if TYPE_CHECKING:
@@ -18,14 +20,25 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
+HEIGHT = 4.4  # inches, of the upper row
+
 
 def run(
-    run: xr.Dataset, scene: Scene, camera: str | None = None, frame: str | None = None
+    run: xr.Dataset,
+    scene: Scene,
+    camera: str | None = None,
+    frame: str | None = None,
+    *,
+    goal: Any = None,
+    view: Any = None,
+    size: Any = None,
+    title: str | None = None,
 ) -> Figure:
-    """The run of a scene on one slide: `scene`, `image` and `velocity` together.
+    """Draw the run of a scene on one slide: `scene`, `image` and `velocity` together.
 
-    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`. Without
-    a camera there is no image.
+    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`; `goal`
+    and `view` are as in `scene`, and `size` is (width, height) in inches. Without a camera there is
+    no image.
 
     >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.run import simulate
@@ -38,17 +51,21 @@ def run(
     """
     one = history.single(run)
     with style():
-        figure = new_figure(12.8, 7.2)
-        rows = figure.add_gridspec(2, 1, height_ratios=(2, 1))
+        figure = new_figure(12.8, 7.2, size)
+        rows = figure.add_gridspec(2, 1, height_ratios=(1.9, 1))
         drawn = bool(one.sizes["mark"]) or camera is not None
-        widths = (1.1, 1) if drawn else (1,)
+        picture = picture_of(scene, None, one, goal)
+        share = width_of(picture, HEIGHT, view) / float(figure.get_figwidth())
+        share = min(max(share, 0.35), 0.6)
+        widths = (share, 1 - share) if drawn else (1.0,)
         above = rows[0].subgridspec(1, len(widths), width_ratios=widths)
         below = rows[1].subgridspec(1, 3)
-        draw_scene(figure, above[0], picture_of(scene, None, one))
+        place = figure.add_subfigure(above[0])
+        draw_scene(place, picture, view=checked_view(view))
         if drawn:
             image = figure.add_subplot(above[1])
-            draw_image(image, one, camera)
-            image.set_title("")
+            draw_image(image, one, camera, scene, title="")
         draw_velocity([figure.add_subplot(below[i]) for i in range(3)], one, scene, frame)
-        figure.suptitle(f"{history.ending(one)}; path {float(one['path_length']):.3g} m")
+        told = f"{history.ending(one)}; path {float(one['path_length']):.3g} m"
+        figure.suptitle(told if title is None else title)
     return figure

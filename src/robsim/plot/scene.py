@@ -87,10 +87,7 @@ def drawn(
             _legend(axes, picture, below | {"ncols": 3})
             axes.set_title(title or "")
             return whole(axes)
-        left, below, right, above = space.LABELS
-        wide = (HEIGHT - below - above) * space.shape_of(low, high, seen) + left + right
-        width = float(np.clip(wide, NARROWEST, WIDEST)) + legend_width(picture)
-        figure = new_figure(width, HEIGHT, size)
+        figure = new_figure(width_of(picture, HEIGHT, seen, (low, high)), HEIGHT, size)
         figure.set_layout_engine("none")  # the drawing is placed by hand
         draw(figure, picture, (low, high), seen)
         if title:
@@ -101,16 +98,25 @@ def drawn(
 def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: Any = None) -> None:
     """Draw the picture so that it fills a figure or a part of one, with its legend on the right."""
     low, high = space.box(picture.points) if box is None else box
-    inches = figure.bbox.size / figure.get_figure(root=True).dpi  # type: ignore[union-attr]
+    page = [float(side) / figure.dpi for side in (figure.bbox.width, figure.bbox.height)]
     axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
     _draw(axes, picture, (low, high), space.VIEW if view is None else view)
-    space.fill(axes, low, high, float(inches[0]) - legend_width(picture), float(inches[1]))
+    space.fill(axes, low, high, page[0] - legend_width(picture), page[1])
     left, bottom, width, height = axes.get_position(original=True).bounds
-    share = 1 - legend_width(picture) / float(inches[0])
+    share = 1 - legend_width(picture) / page[0]
     axes.set_position((left * share, bottom, width * share, height))
     right = (share, 0.5)
     place = {"loc": "center left", "bbox_to_anchor": right, "bbox_transform": figure.transSubfigure}
     _legend(axes, picture, place)
+
+
+def width_of(picture: Picture, height: float, view: Any = None, box: Any = None) -> float:
+    """Inches that the picture takes with its legend where it is to be as high as this."""
+    low, high = space.box(picture.points) if box is None else box
+    left, below, right, above = space.LABELS
+    shape = space.shape_of(low, high, space.checked_view(view))
+    wide = (height - below - above) * shape + left + right
+    return float(np.clip(wide, NARROWEST, WIDEST)) + legend_width(picture)
 
 
 def legend_width(picture: Picture) -> float:
@@ -122,7 +128,7 @@ def legend_width(picture: Picture) -> float:
 
 def _draw(axes: Any, picture: Picture, box: Any, view: tuple[float, float]) -> None:
     axes.computed_zorder = False
-    space.frame(axes, *box, view)
+    space.frame(axes, box[0], box[1], view)
     if view[0] > 0:
         solids.draw_shadows(axes, picture.solid, float(box[0][2]))
     for wire in picture.before:
@@ -174,7 +180,7 @@ def _named(wires: list[Wire]) -> dict[str, list[str]]:
 
 def _handles(picture: Picture) -> list[tuple[str, Any]]:
     """An entry for each colour: what several things share is one."""
-    thick = {"linewidth": 5, "solid_capstyle": "butt"}
+    thick: dict[str, Any] = {"linewidth": 5, "solid_capstyle": "butt"}
     handles: list[tuple[str, Any]] = [
         (_joined(names), Line2D([], [], color=palette.tinted(color, 0.15), **thick))
         for color, names in _named(picture.solid).items()

@@ -93,7 +93,7 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
     plain = several or all(shape.color == "k" for shape in shapes)
     whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
     for i, link in enumerate(robot.links):
-        own = palette.nth(scene.robots.index(robot) if several else i - 1)
+        own = palette.nth(scene.robots.index(robot)) if several else palette.link(i)
         label = robot.name if whole else link.name
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in drawn[link.name]:

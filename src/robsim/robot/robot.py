@@ -25,6 +25,7 @@ from robsim.geometry.pose import (
     one_pose,
 )
 from robsim.geometry.primitives import Primitive
+from robsim.robot import overview
 from robsim.robot.assembly import Frame
 from robsim.robot.dh import dh_constants
 from robsim.robot.ik.closed import ClosedIK, solve_closed
@@ -83,6 +84,14 @@ class Robot(Value):
     def __str__(self) -> str:
         coordinates = ", ".join(self.coordinate_names) or "none"
         return f"{self.name}: {len(self.links)} links to '{self.tip}', coordinates: {coordinates}"
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        return overview.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table of the coordinates for notebooks."""
+        return overview.table(self)
 
     @classmethod
     def from_dh(

@@ -21,6 +21,7 @@ from robsim.robot.link import checked_shapes
 from robsim.robot.robot import Robot
 from robsim.robot.tree import Tree
 from robsim.vision.camera import Camera
+from robsim.world import overview
 from robsim.world.motion import Motion
 
 T = TypeVar("T", Robot, "Object", "MountedCamera", Motion)
@@ -126,6 +127,14 @@ class Scene:
         movers = [motion.robot for motion in self.motions]
         if len(set(movers)) < len(movers):
             raise InputError(f"two motions for one robot: {', '.join(movers)}")
+
+    def __repr__(self) -> str:
+        """Return a few lines, one for each thing."""
+        return overview.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table of all things for notebooks."""
+        return overview.table(self)
 
     @cached_property
     def tree(self) -> Tree:
