@@ -95,7 +95,6 @@ def draw_start(scene):
     """Figure 15: the initial configuration, and what the left camera sees of it."""
     q0 = holding(START)
     figure = rs.plot.scene(scene, q0)
-    figure.set_figheight(3.4)
     figure.savefig("placing_start.png", dpi=240)
     figure, axes = plt.subplots(figsize=(5, 4), layout="constrained")
     for name, cube, color in (("cube", START, "tab:green"), ("goal", GOAL, "tab:cyan")):

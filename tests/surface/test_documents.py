@@ -41,7 +41,7 @@ def scenarios(document):
         yield tomli_w.dumps(tables)
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 @pytest.mark.parametrize("text", list(scenarios(ROOT / "docs" / "scenario.md")))
 def test_its_scenarios_run_and_are_repeated(text):
     run = rs.Scenario.from_text(text).run()

@@ -11,7 +11,7 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, is_pose_like, one_pose
 from robsim.plot import wireframe
 from robsim.plot.wireframe import Wire
-from robsim.servo import GoalPose, Task, TaughtGoal
+from robsim.servo import GoalFeatures, GoalPose, Task, TaughtGoal
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -32,11 +32,13 @@ def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: flo
     InputError: anything else.
     """
     goal = _of_run(run) if goal is None else goal
-    goal = getattr(goal, "goal", None) if isinstance(goal, Task) else goal
+    if isinstance(goal, Task):
+        goal = getattr(goal, "goal", None)
+        goal = goal if isinstance(goal, TaughtGoal | GoalPose) else None
+    if goal is None or isinstance(goal, GoalFeatures):
+        return []
     if isinstance(goal, TaughtGoal):
         goal = scene.home if goal.q is None else goal.q
-    elif goal is None or type(goal).__name__ == "GoalFeatures":
-        return []
     if isinstance(goal, GoalPose):
         placed = _relative(scene, goal, q)
     elif is_pose_like(goal) and np.shape(goal) != (scene.nq,):

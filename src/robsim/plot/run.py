@@ -10,9 +10,8 @@ from robsim.plot import history
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.image import draw as draw_image
 from robsim.plot.picture import picture_of
+from robsim.plot.scene import arrange, width_of
 from robsim.plot.scene import draw as draw_scene
-from robsim.plot.scene import width_of
-from robsim.plot.space import checked_view
 from robsim.plot.velocity import draw as draw_velocity
 
 if TYPE_CHECKING:
@@ -52,20 +51,19 @@ def run(
     one = history.single(run)
     with style():
         figure = new_figure(12.8, 7.2, size)
-        rows = figure.add_gridspec(2, 1, height_ratios=(1.9, 1))
+        rows: Any = figure.subfigures(2, 1, height_ratios=(1.9, 1))
+        above, below = rows
         drawn = bool(one.sizes["mark"]) or camera is not None
         picture = picture_of(scene, None, one, goal)
         share = width_of(picture, HEIGHT, view) / float(figure.get_figwidth())
         share = min(max(share, 0.35), 0.6)
-        widths = (share, 1 - share) if drawn else (1.0,)
-        above = rows[0].subgridspec(1, len(widths), width_ratios=widths)
-        below = rows[1].subgridspec(1, 3)
-        place = figure.add_subfigure(above[0])
-        draw_scene(place, picture, view=checked_view(view))
+        places = above.subfigures(1, 2, width_ratios=(share, 1 - share)) if drawn else [above]
+        solid = draw_scene(places[0], picture, view=view)
         if drawn:
-            image = figure.add_subplot(above[1])
-            draw_image(image, one, camera, scene, title="")
-        draw_velocity([figure.add_subplot(below[i]) for i in range(3)], one, scene, frame)
+            draw_image(places[1].add_subplot(), one, camera, scene, title="")
+        draw_velocity(below.subplots(1, 3), one, scene, frame)
         told = f"{history.ending(one)}; path {float(one['path_length']):.3g} m"
         figure.suptitle(told if title is None else title)
+        figure.draw_without_rendering()  # now every part has its size
+        arrange(places[0], solid, picture)
     return figure

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from robsim.world.scene import Scene
 
 HEIGHT, NARROWEST, WIDEST = 4.8, 3.6, 8.4  # inches: of the figure, and the width of its drawing
+TITLE = 0.35  # inches, of a title
 ROWS = 18  # of a legend at the most
 BEFORE_BEHIND, ON_TOP = 3, 9
 _BEFORE: dict[str, Any] = {"color": palette.GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8}
@@ -89,22 +90,35 @@ def drawn(
             return whole(axes)
         figure = new_figure(width_of(picture, HEIGHT, seen, (low, high)), HEIGHT, size)
         figure.set_layout_engine("none")  # the drawing is placed by hand
-        draw(figure, picture, (low, high), seen)
+        axes = draw(figure, picture, (low, high), seen)
+        arrange(figure, axes, picture, (low, high), TITLE if title else 0.0)
         if title:
             figure.suptitle(title)
     return figure
 
 
-def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: Any = None) -> None:
-    """Draw the picture so that it fills a figure or a part of one, with its legend on the right."""
+def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: Any = None) -> Any:
+    """Draw the picture into a figure or a part of one, and return its axes; see `arrange`."""
     low, high = space.box(picture.points) if box is None else box
-    page = [float(side) / figure.dpi for side in (figure.bbox.width, figure.bbox.height)]
     axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
-    _draw(axes, picture, (low, high), space.VIEW if view is None else view)
-    space.fill(axes, low, high, page[0] - legend_width(picture), page[1])
-    left, bottom, width, height = axes.get_position(original=True).bounds
-    share = 1 - legend_width(picture) / page[0]
-    axes.set_position((left * share, bottom, width * share, height))
+    _draw(axes, picture, (low, high), space.checked_view(view))
+    return axes
+
+
+def arrange(
+    figure: Figure | SubFigure, axes: Any, picture: Picture, box: Any = None, top: float = 0.0
+) -> None:
+    """Make what was drawn fill the figure, or the part of it, but for `top` inches.
+
+    The legend is on the right. The figure has its size by then.
+    """
+    low, high = space.box(picture.points) if box is None else box
+    width, height = (float(side) / figure.dpi for side in (figure.bbox.width, figure.bbox.height))
+    aside = legend_width(picture)
+    space.fill(axes, low, high, width - aside, height, top)
+    left, bottom, wide, tall = axes.get_position(original=True).bounds
+    share = 1 - aside / width
+    axes.set_position((left * share, bottom, wide * share, tall))
     right = (share, 0.5)
     place = {"loc": "center left", "bbox_to_anchor": right, "bbox_transform": figure.transSubfigure}
     _legend(axes, picture, place)

@@ -16,9 +16,9 @@ from robsim.plot import palette
 VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
 FLATTEST = 0.4  # the shortest side of the drawn box, as a share of its longest
 FILLED = 0.72  # share of the user's axes that the box takes; the rest is for its labels
-LABELS = (0.3, 0.5, 0.68, 0.1)  # inches left, below, right and above of the box, for its labels
+LABELS = (0.3, 0.52, 0.68, 0.1)  # inches left, below, right and above of the box, for its labels
 GROUND = "#f4f4f1"
-TICK, LABEL = (10.0, 10.0, 18.0), (25.0, 25.0, 42.0)  # points from the edges of x, y, z
+TICK, LABEL = (10.0, 10.0, 18.0), (27.0, 27.0, 42.0)  # points from the edges of x, y, z
 
 
 class InnerTicks(MultipleLocator):
@@ -26,7 +26,7 @@ class InnerTicks(MultipleLocator):
 
     def tick_values(self, vmin: float, vmax: float) -> list[float]:
         """Return those in the inner part of the axis."""
-        edge = 0.06 * (vmax - vmin)
+        edge = 0.09 * (vmax - vmin)
         return [t for t in super().tick_values(vmin, vmax) if vmin + edge <= t <= vmax - edge]
 
 
@@ -99,8 +99,8 @@ def fill_axes(axes: Any, low: Array, high: Array) -> None:
     _zoom(axes, low, high, FILLED / float(extent.max()), float(inches.min()))
 
 
-def fill(axes: Any, low: Array, high: Array, width: float, height: float) -> None:
-    """Make the box fill a page of width and height, in inches, but for its labels.
+def fill(axes: Any, low: Array, high: Array, width: float, height: float, top: float = 0.0) -> None:
+    """Make the box fill a page of width and height, in inches, but for its labels and the `top`.
 
     The axes are a square in which the box is not in the middle: the square is put where the box
     comes to be in the middle of the page.
@@ -108,7 +108,7 @@ def fill(axes: Any, low: Array, high: Array, width: float, height: float) -> Non
     left, below, right, above = LABELS
     seen = _drawn(axes, low, high)
     extent, middle = np.ptp(seen, axis=0), (seen.min(axis=0) + seen.max(axis=0)) / 2
-    free = np.array([width - left - right, height - below - above])
+    free = np.array([width - left - right, height - below - above - top])
     side = min(width, height)
     zoom = float((np.maximum(free, 0.3 * side) / (side * extent)).min())
     centre = np.array([left, below]) + free / 2 - zoom * (middle - 0.5) * side
