@@ -16,6 +16,7 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.plot import history, palette
 from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
+from robsim.plot.hull import outline
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,7 +63,7 @@ def image(
     InputError: no camera of that name, and which there are.
 
     >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
-    >>> from robsim.run import simulate
+    >>> from robsim.run.simulate import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
@@ -123,28 +124,6 @@ def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> N
         rim = outline(mine[np.isfinite(mine).all(axis=1)])
         if len(rim) > 1:
             axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE))
-
-
-def outline(points: Array) -> Array:
-    """Return the corners of the convex hull of points (N, 2), in order (Andrew 1979).
-
-    >>> outline(np.array([[0.0, 0], [2, 0], [1, 0.5], [2, 2], [0, 2]])).tolist()
-    [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]
-    """
-    ordered = np.unique(points, axis=0)
-    if len(ordered) < 3:
-        return ordered
-    return np.array(_half_hull(ordered) + _half_hull(ordered[::-1]))
-
-
-def _half_hull(ordered: Array) -> list[Array]:
-    """Corners from the first point to the last but one, those that turn left."""
-    hull: list[Array] = []
-    for point in ordered:
-        while len(hull) > 1 and np.linalg.det([hull[-1] - hull[-2], point - hull[-1]]) <= 0:
-            hull.pop()
-        hull.append(point)
-    return hull[:-1]
 
 
 def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:

@@ -43,7 +43,7 @@ def joints(
     >>> one = load_scenario(examples.path("eye_in_hand"))
     >>> figure = joints(one.run(duration=0.4), one.scene)
     >>> figure.axes[0].get_ylabel()
-    'shoulder_pan (deg)'
+    'link1 (deg)'
     """
     one = history.single(run)
     limits = None if scene is None else history.limits(one, scene)
@@ -77,19 +77,20 @@ def draw(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:
     for way, (unit, _) in zip(ways, units, strict=True):
         spans[unit] = max(spans[unit], ROOM * float(np.ptp(way)))
     for i, (axes, way, (unit, scale)) in enumerate(zip(panels, ways, units, strict=True)):
-        dot: dict[str, Any] = {"marker": "."} if len(time) == 1 else {}
-        axes.plot(time, way, color=palette.nth(i % 7), linewidth=1.8, label=names[i], **dot)
+        _draw_way(axes, time, way, palette.nth(i % 7), names[i])
         middle = float(way.min() + way.max()) / 2
-        axes.set(
-            xlabel="time (s)",
-            ylabel=f"{names[i]} ({unit})",
-            xlim=(0, time[-1] if time[-1] > 0 else 1),
-            ylim=(middle - spans[unit] / 2, middle + spans[unit] / 2),
-        )
+        half = spans[unit] / 2
+        axes.set(ylabel=f"{names[i]} ({unit})", ylim=(middle - half, middle + half))
         if limits is not None:
             _draw_limits(axes, scale * limits[i], unit)
-        axes.grid(True)
-        axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_way(axes: Axes, time: Array, way: Array, color: str, name: str) -> None:
+    dot: dict[str, Any] = {"marker": "."} if len(time) == 1 else {}
+    axes.plot(time, way, color=color, linewidth=1.8, label=name, **dot)
+    axes.set(xlabel="time (s)", xlim=(0, time[-1] if time[-1] > 0 else 1))
+    axes.grid(True)
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 def _draw_limits(axes: Axes, limits: Array, unit: str) -> None:

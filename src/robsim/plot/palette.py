@@ -79,7 +79,7 @@ def nth(i: int) -> str:
     After seven colours come seven lighter ones, then seven darker ones.
 
     >>> nth(0), nth(7), nth(21)
-    ('#0072b2', '#80b8d8', '#0072b2')
+    ('#0072b2', '#80b9d8', '#0072b2')
     """
     turn, place = divmod(i, len(CYCLE))
     return tinted(CYCLE[place], TINTS[turn % len(TINTS)])
@@ -101,7 +101,7 @@ def tinted(color: str, share: float) -> str:
     Black itself becomes grey where it is to be darkened.
 
     >>> tinted("#0072b2", 0.5), tinted("#0072b2", -1), tinted(BLACK, -0.4)
-    ('#80b8d8', '#000000', '#666666')
+    ('#80b9d8', '#000000', '#666666')
     """
     rgb = np.array(to_rgb(color))
     if share < 0 and not rgb.any():

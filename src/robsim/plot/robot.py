@@ -39,8 +39,8 @@ def robot(
 
     >>> from robsim.files import robots
     >>> figure = robot(robots.panda(), q=robots.panda().home)
-    >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][-1]
-    'flange'
+    >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][0]
+    'base, link7'
     """
     if not isinstance(robot, Robot):
         raise InputError(f"expected a Robot, got {robot!r:.80}")

@@ -40,7 +40,8 @@ def _rows(scene: Scene) -> list[tuple[str, str, str, str]]:
         for robot in scene.robots
     ]
     for thing in scene.objects:
-        marks = f"{len(thing.marks)} marks" if len(thing.marks) else "no marks"
+        count = len(thing.marks)
+        marks = "one mark" if count == 1 else f"{count or 'no'} marks"
         rows.append(("object", thing.name, thing.on, marks))
     for eye in scene.cameras:
         size = eye.camera.size
