@@ -145,5 +145,5 @@ for variant in ("corrected", "completed"):
     report(top, variant, place(top, variant))
 
 draw_start(scene)
-rs.plot.run(runs["corrected"], scene, "left", TOOL).savefig("placing.png", dpi=150)  # figure 16
+rs.plot.run(runs["corrected"], scene, "left", TOOL).savefig("placing.png", dpi=130)  # figure 16
 draw_paths(scene, runs)

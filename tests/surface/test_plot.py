@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 from mpl_toolkits.mplot3d import proj3d
@@ -313,6 +313,28 @@ def test_a_legend_has_each_colour_once():
     assert names == ["base, link2, link4", "link1", "link3", "left", "right", "marks"]
     handles = axes.get_legend().legend_handles[:5]
     assert len({to_hex(handle.get_color()) for handle in handles}) == 5
+
+
+def test_what_has_several_colours_is_named_by_one_that_is_its_own():
+    """Also where it has more of another: the legend explains as many colours as it can."""
+    head = [rs.Block(0.1, 0.1, 0.1, "m"), rs.Block(0.5, 0.5, 0.5, "k")]
+    arm = rs.Robot.from_dh([[0, 1, 0, 0]], shapes=[[rs.Block(1, 1, 1)], head], links=["head"])
+    colors = colors_of(plot.scene(rs.Scene(arm)).axes[0])
+    own = {"base": palette.BLACK, "head": palette.PURPLE}
+    assert colors == {name: palette.tinted(color, 0.15) for name, color in own.items()}
+
+
+def test_outcomes_have_colours_of_their_own_blue_where_it_worked_warm_where_not():
+    assert set(palette.OUTCOMES) == set(rs.Outcome)
+    assert len(set(palette.OUTCOMES.values())) == len(rs.Outcome)
+    for outcome, (color, _) in palette.OUTCOMES.items():
+        red, _, blue = to_rgb(color)
+        assert blue > red if outcome == rs.Outcome.CONVERGED else red >= blue, outcome
+
+
+def test_the_same_figure_has_the_same_bytes(scene, run):
+    drawn = [plot.run(run, scene, goal=scene.home)._repr_png_() for _ in range(2)]
+    assert drawn[0] == drawn[1]
 
 
 def test_the_colours_of_links_differ_up_to_twenty_one():

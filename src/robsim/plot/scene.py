@@ -180,15 +180,21 @@ def _legend(axes: Any, picture: Picture, place: dict[str, Any]) -> None:
 
 
 def _named(wires: list[Wire]) -> dict[str, list[str]]:
-    """{colour: names}, each name once: under the colour of which there is most."""
+    """{colour: names}, each name once.
+
+    What has several colours stands under that of which there is most, but not under the only one
+    of another thing if there is a choice.
+    """
     amounts: dict[str, dict[str, float]] = {}
     for wire in wires:
         of = amounts.setdefault(wire.label, {})
         long = float(np.linalg.norm(np.diff(wire.segments, axis=1), axis=2).sum())
         of[wire.color] = of.get(wire.color, 0.0) + long
+    only = {color for of in amounts.values() if len(of) == 1 for color in of}
     named: dict[str, list[str]] = {}
     for name, of in amounts.items():
-        named.setdefault(max(of, key=lambda color: of[color]), []).append(name)
+        chosen = max(of, key=lambda color: (color not in only, of[color]))
+        named.setdefault(chosen, []).append(name)
     return named
 
 
