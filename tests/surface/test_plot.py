@@ -266,7 +266,7 @@ def test_the_path_of_a_carried_object_is_drawn_where_the_camera_stands_still():
 def test_the_legend_names_links_objects_and_cameras_once(scene, run):
     names = ["base", "shoulder", "upper", "fore", "wrist", "tool", "cube", "eye"]
     assert legend(plot.scene(scene).axes[0]) == [*names, "marks"]
-    of_run = legend(plot.scene(scene, run=run).axes[0])
+    of_run = legend(plot.scene(scene, run=run.drop_vars("goal_pose", errors="ignore")).axes[0])
     assert of_run == [*names, "start", "marks", "path of eye"]
 
 
@@ -404,10 +404,11 @@ def test_the_goal_is_the_outline_of_the_camera_where_the_task_wants_it(scene, ru
 
 def test_a_run_that_tells_its_goal_is_drawn_with_it(scene, run):
     T = scene.pose("eye", scene.home).matrix
-    told = run.assign(camera_pose_goal=(("row", "column"), T))
+    told = run.assign(goal_pose=(("row", "column"), T, {"frame": "eye"}))
     drawn = ghost(plot.scene(scene, run=told), "eye")
     np.testing.assert_allclose(drawn[0, 0], (DISPLAY.matrix @ T)[:3, 3], atol=1e-12)
-    assert "goal" not in legend(plot.scene(scene, run=run).axes[0])
+    unknown = told.assign(goal_pose=told["goal_pose"] * np.nan)
+    assert "goal" not in legend(plot.scene(scene, run=unknown).axes[0])
 
 
 def test_where_the_camera_stands_still_the_goal_is_that_of_its_target():

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AXES = 0.6  # length of the axes of a frame, as a share of the depth of a camera
-KEPT = ("camera_pose_goal", "frame_pose_goal")  # variables of a run, where it has them
 
 
 def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: float) -> list[Wire]:
@@ -31,30 +30,32 @@ def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: flo
 
     InputError: anything else.
     """
-    goal = _of_run(run) if goal is None else goal
+    placed = _of_run(run) if goal is None else _placed(scene, goal, q)
+    return [wire for name, T in placed.items() for wire in _wires(scene, name, T, depth)]
+
+
+def _placed(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
+    """Whose pose in the world a goal tells."""
     if isinstance(goal, Task):
         goal = getattr(goal, "goal", None)
         goal = goal if isinstance(goal, TaughtGoal | GoalPose) else None
     if goal is None or isinstance(goal, GoalFeatures):
-        return []
+        return {}
     if isinstance(goal, TaughtGoal):
         goal = scene.home if goal.q is None else goal.q
     if isinstance(goal, GoalPose):
-        placed = _relative(scene, goal, q)
-    elif is_pose_like(goal) and np.shape(goal) != (scene.nq,):
-        placed = {_mover(scene): one_pose(goal, "goal")}
-    else:
-        placed = _at(scene, goal)
-    return [wire for name, T in placed.items() for wire in _wires(scene, name, T, depth)]
+        return _relative(scene, goal, q)
+    if is_pose_like(goal) and np.shape(goal) != (scene.nq,):
+        return {_mover(scene): one_pose(goal, "goal")}
+    return _at(scene, goal)
 
 
-def _of_run(run: xr.Dataset | None) -> Pose | None:
-    """The goal pose that a run tells, if it does."""
-    known = [name for name in KEPT if run is not None and name in run]
-    if run is None or not known:
-        return None
-    T = run[known[0]].values
-    return Pose(T) if T.shape == (4, 4) and np.isfinite(T).all() else None
+def _of_run(run: xr.Dataset | None) -> dict[str, Pose]:
+    """The goal pose that a run tells, and of which frame, if it does."""
+    if run is None or "goal_pose" not in run:
+        return {}
+    T = run["goal_pose"].values
+    return {str(run["goal_pose"].attrs["frame"]): Pose(T)} if np.isfinite(T).all() else {}
 
 
 def _movers(scene: Scene) -> list[str]:
