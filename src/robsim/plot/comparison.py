@@ -59,7 +59,7 @@ def comparison(comparison: Comparison, *, size: Any = None, title: str | None = 
 
 
 def look(i: int) -> dict[str, Any]:
-    """Colour, line and marker (at its end) of the i-th scheme."""
+    """Return colour, line and marker (at its end) of the i-th scheme."""
     line, marker = palette.LINES[i % len(palette.LINES)], _MARKERS[i % len(_MARKERS)]
     color = {"color": palette.nth(i), "linewidth": 1.8}
     return {**color, "linestyle": line, "marker": marker, "markevery": [-1], "markersize": 6}
@@ -135,7 +135,7 @@ def _draw_errors(axes: Axes, found: Comparison) -> None:
 
 
 def normalised(found: Comparison) -> dict[str, tuple[float, Array]]:
-    """{measure: (its largest value, shares of it (schemes,))} of those where less is better."""
+    """Return {measure: (its largest value, shares of it (schemes,))} where less is better."""
     shares = {}
     for key in (*SHOWN, *EFFORTS):
         values = found.data[key].values

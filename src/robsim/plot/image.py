@@ -196,7 +196,7 @@ def _draw_numbers(axes: Axes, track: Array, numbers: Array) -> None:
 
 
 def frame(axes: Axes, seen: Array, size: Any, centre: Any) -> None:
-    """Rows grow downwards, pixels are square, and the border of the image is in view."""
+    """Let rows grow downwards, pixels be square, and the border of the image be in view."""
     points = seen[np.isfinite(seen).all(axis=1)]
     if centre is not None:
         axes.plot(*centre, color=palette.BLACK, linestyle="none", **_MARKERS["image centre"])

@@ -57,7 +57,7 @@ COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # of a 
 
 
 def color(name: str) -> str:
-    """The colour in which a primitive's `color` is drawn: "#rrggbb".
+    """Return the colour in which a primitive's `color` is drawn: "#rrggbb".
 
     InputError: not a colour of Matplotlib.
 

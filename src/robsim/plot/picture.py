@@ -25,7 +25,7 @@ STILL = 1e-6  # metres
 
 @dataclass(frozen=True)
 class Picture:
-    """Solids as they are, those that were elsewhere before, marks, and paths."""
+    """What is drawn: solids as they are, those that were elsewhere before, marks, and paths."""
 
     solid: list[Wire]
     before: list[Wire]
@@ -36,7 +36,7 @@ class Picture:
 
     @property
     def points(self) -> Array:
-        """(N, 3) all that must be in view; the origin if there is nothing."""
+        """Return (N, 3) all that must be in view; the origin if there is nothing."""
         wires = [wire.points for wire in (*self.solid, *self.before, *self.goal)]
         points = np.concatenate([self.marks, *self.paths.values(), *wires])
         return points if len(points) else np.zeros((1, 3))

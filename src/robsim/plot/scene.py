@@ -125,7 +125,7 @@ def arrange(
 
 
 def width_of(picture: Picture, height: float, view: Any = None, box: Any = None) -> float:
-    """Inches that the picture takes with its legend where it is to be as high as this."""
+    """Return the inches that picture and legend take where they are to be as high as this."""
     low, high = space.box(picture.points) if box is None else box
     left, below, right, above = space.LABELS
     shape = space.shape_of(low, high, space.checked_view(view))
@@ -134,7 +134,7 @@ def width_of(picture: Picture, height: float, view: Any = None, box: Any = None)
 
 
 def legend_width(picture: Picture) -> float:
-    """Inches that the legend takes."""
+    """Return the inches that the legend takes."""
     names = [name for name, _ in _handles(picture)]
     columns = -(-len(names) // ROWS)
     return columns * (0.6 + 0.07 * max(map(len, names))) if names else 0.0

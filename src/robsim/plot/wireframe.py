@@ -36,7 +36,7 @@ class Wire:
 
     @property
     def points(self) -> Array:
-        """(2 E, 3)."""
+        """Return the ends of all edges (2 E, 3)."""
         return self.segments.reshape(-1, 3)
 
 
@@ -58,13 +58,13 @@ def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
 
 
 def marks(scene: Scene, q: Array) -> Array:
-    """(M, 3) marks of all objects at q (nq,)."""
+    """Return the marks (M, 3) of all objects at q (nq,)."""
     placed = [_moved(thing.marks, displayed(scene, thing.name, q)) for thing in scene.objects]
     return np.concatenate([np.empty((0, 3)), *placed])
 
 
 def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
-    """The colour of each of `marks`: that of its number, as in the image.
+    """Return the colour of each of `marks`: that of its number, as in the image.
 
     `first` is the number of the first mark of an object, 0 where it is left out.
     """
@@ -76,7 +76,7 @@ def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
 
 
 def displayed(scene: Scene, frame: str, q: Array) -> Array:
-    """(..., 4, 4) pose of a frame in that of the figures: gT0 times its pose in the world."""
+    """Return the pose (..., 4, 4) of a frame in that of the figures: gT0 times its own."""
     T: Array = scene.display.matrix @ scene.pose(frame, q).matrix
     return T
 
