@@ -84,7 +84,7 @@ def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
 
 
 def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
-    """Return the run with the marks of one camera, by default the first, and of its image.
+    """Return the run with the marks and image attributes of one camera, by default the first.
 
     The coordinate mark_number counts the marks of all targets, and is the same for all cameras.
     InputError: no camera of that name.
