@@ -37,4 +37,4 @@ right.set(xlabel="time (s)", ylabel="||e||", xlim=(0, 30), ylim=(3e-6, 2))
 for axes in (left, right):
     axes.grid(True, color=palette.LIGHT_GREY, linewidth=0.5)
     axes.spines[["top", "right"]].set_visible(False)
-figure.savefig("adaptive_gain.png", dpi=150)
+figure.savefig("adaptive_gain.png", dpi=240)

@@ -50,4 +50,4 @@ right.legend(*left.get_legend_handles_labels(), frameon=False, loc="upper right"
 for axes in (left, right):
     axes.grid(True, color=palette.LIGHT_GREY, linewidth=0.5)
     axes.spines[["top", "right"]].set_visible(False)
-figure.savefig("joint_limits.png", dpi=150)
+figure.savefig("joint_limits.png", dpi=240)

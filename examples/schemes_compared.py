@@ -15,4 +15,4 @@ tasks = {
 }
 found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.02, duration=20)
 print(found)
-rs.plot.comparison(found).savefig("schemes_compared.png", dpi=150)
+rs.plot.comparison(found).savefig("schemes_compared.png", dpi=130)

@@ -59,4 +59,4 @@ for lost, color, line in zip((0, 0.3, 0.6), palette.CYCLE, palette.LINES, strict
 right.set(xlabel="time (s)", ylabel="root mean square of the error", ylim=(1e-3, 5))
 right.set_title("gain times dt = 0.1; grey: predicted", fontsize=9)
 right.legend(frameon=False, loc="upper right")
-figure.savefig("slow_camera.png", dpi=150)
+figure.savefig("slow_camera.png", dpi=240)

@@ -40,4 +40,4 @@ right.set(xlabel="time (s)", ylabel="||e||", xlim=(0, 12))
 for axes in (left, right):
     axes.grid(True, color=palette.LIGHT_GREY, linewidth=0.5)
     axes.spines[["top", "right"]].set_visible(False)
-figure.savefig("smooth_start.png", dpi=150)
+figure.savefig("smooth_start.png", dpi=240)

@@ -9,7 +9,7 @@ COLOURS = {"current": VERMILLION, "desired": BLUE, "mean": GREEN}
 
 plt.rcParams["font.size"] = 9
 fig, (side, error) = plt.subplots(
-    1, 2, figsize=(7, 3.2), dpi=150, layout="constrained", width_ratios=(1.2, 1)
+    1, 2, figsize=(7, 3.2), dpi=240, layout="constrained", width_ratios=(1.2, 1)
 )
 for (interaction, colour), line in zip(COLOURS.items(), LINES, strict=False):
     scenario = rs.load_scenario(

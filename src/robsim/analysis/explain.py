@@ -19,6 +19,7 @@ from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
 from robsim.base.errors import InputError
+from robsim.base.html import table
 from robsim.run.outcome import Outcome
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
@@ -61,8 +62,16 @@ class Explanation:
         lines += [f"Try: {advice.sentence}" for advice in self.advice]
         return "\n".join(lines)
 
+    def _repr_html_(self) -> str:
+        """Return what `print` shows as a table for notebooks."""
+        why = "Note" if self.outcome in _WELL else "Why"
+        rows = [(why, cause.sentence) for cause in self.causes]
+        rows += [("Note", remark) for remark in self.remarks]
+        rows += [("Try", advice.sentence) for advice in self.advice]
+        return table(self.what, rows)
+
     def __repr__(self) -> str:
-        """In short."""
+        """Return one line."""
         return (
             f"Explanation({self.outcome.name} after {self.when:g} s: {len(self.causes)} causes, "
             f"{len(self.advice)} pieces of advice)"

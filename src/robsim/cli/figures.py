@@ -21,11 +21,13 @@ def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
         return  # of a summary there is nothing to draw
     cameras = list(dict.fromkeys(result.mark_camera.values.tolist()))
     names = [f"image_{camera}" if i else "image" for i, camera in enumerate(cameras)]
-    figures = {name: plot.image(result, each) for name, each in zip(names, cameras, strict=True)}
+    scene, task = scenario.scene, scenario.task
+    pairs = zip(names, cameras, strict=True)
+    figures = {name: plot.image(result, each, scene) for name, each in pairs}
     if "run" not in result.dims:
         figures |= {
-            "scene": plot.scene(scenario.scene, run=result),
-            "velocity": plot.velocity(result, scenario.scene, _moving_frame(result, scenario)),
+            "scene": plot.scene(scene, run=result, goal=task),
+            "velocity": plot.velocity(result, scene, _moving_frame(result, scenario)),
         }
     for name, figure in figures.items():
         with writing(folder / f"{name}.png") as path:

@@ -16,6 +16,7 @@ from robsim.base.errors import FileWarning, InputError, suggest
 from robsim.base.names import checked_name
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.primitives import Primitive
+from robsim.robot import overview
 from robsim.robot.dh import dh_links
 from robsim.robot.kinematics import Kinematics
 from robsim.robot.limits import check_ranges
@@ -76,6 +77,14 @@ class Robot(Kinematics):
     def __str__(self) -> str:
         coordinates = ", ".join(self.coordinate_names) or "none"
         return f"{self.name}: {len(self.links)} links to '{self.tip}', coordinates: {coordinates}"
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        return overview.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table of the coordinates for notebooks."""
+        return overview.table(self)
 
     @classmethod
     def from_dh(

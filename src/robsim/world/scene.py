@@ -20,6 +20,7 @@ from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
 from robsim.robot.robot_table import ROBOT
 from robsim.robot.tree import Tree
+from robsim.world import overview
 from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
 from robsim.world.frames import check_frames, check_hanging, frames_of
 from robsim.world.motion import Motion
@@ -99,6 +100,14 @@ class Scene:
         movers = [motion.robot for motion in self.motions]
         if len(set(movers)) < len(movers):
             raise InputError(f"two motions for one robot: {', '.join(movers)}")
+
+    def __repr__(self) -> str:
+        """Return a few lines, one for each thing."""
+        return overview.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table of all things for notebooks."""
+        return overview.table(self)
 
     @cached_property
     def tree(self) -> Tree:
