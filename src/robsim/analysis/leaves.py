@@ -27,7 +27,8 @@ def changed(task: Task, change: Change) -> Task:
     """Return the task with every servo task in it changed."""
     if isinstance(task, ServoTask):
         return change(task)
-    if not hasattr(task, "inner"):
+    outer: Any = task
+    if not hasattr(outer, "inner"):
         return task
-    made: Task = task.with_inner([changed(part, change) for part in task.inner])
+    made: Task = outer.with_inner([changed(part, change) for part in outer.inner])
     return made

@@ -175,10 +175,11 @@ class Choice(Spec):
             return new
         names = old.get("kind", self.default), new.get("kind", old.get("kind", self.default))
         kinds = [self.family.kinds.get(str(name)) for name in names]
-        if None in kinds:
+        before, after = kinds
+        if before is None or after is None:
             return {**old, **new}
-        kept = old if kinds[0] is kinds[1] else self._common(*kinds, old)
-        return merge_table(kinds[1], kept, new, loose)  # type: ignore[arg-type]
+        kept = old if before is after else self._common(before, after, old)
+        return merge_table(after, kept, new, loose)
 
     def inside(self) -> Sequence[type[Any]]:
         return [self.family.kinds[name] for name in self.names]

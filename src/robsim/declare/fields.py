@@ -8,7 +8,6 @@ from __future__ import annotations
 import dataclasses
 import re
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, get_type_hints
 
 from robsim.base.values import Value
@@ -30,9 +29,17 @@ class Field:
         return self.default is MISSING
 
 
-@cache
 def fields_of(kind: type[Any]) -> tuple[Field, ...]:
     """Return the declared fields of a dataclass, in the order of its arguments."""
+    if kind not in _FOUND:
+        _FOUND[kind] = _found(kind)
+    return _FOUND[kind]
+
+
+_FOUND: dict[type[Any], tuple[Field, ...]] = {}
+
+
+def _found(kind: type[Any]) -> tuple[Field, ...]:
     hints = get_type_hints(kind, include_extras=True)
     found = []
     for each in dataclasses.fields(kind):
@@ -61,7 +68,6 @@ def check_fields(value: Any) -> None:
             object.__setattr__(value, each.name, checked)
 
 
-@cache
 def noun_of(kind: type[Any]) -> str:
     """Return what messages call a thing of this class: 'adaptive gain' for `AdaptiveGain`."""
     own = kind.__dict__.get("noun")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 from robsim.base import units
@@ -104,7 +105,7 @@ class PerJoint(Spec):
             names = ", ".join(axes.names) or "none"
             raise InputError(f"{len(raw)} {self.noun}, expected {len(axes.units)}: {names}")
         items = zip(raw, axes.units, strict=True)
-        return self._each([lambda t=t, u=u: coordinate(t, u) for t, u in items], raw)
+        return self._each([partial(coordinate, text, unit) for text, unit in items], raw)
 
     def write(self, value: Any, c: Context) -> list[str]:
         axes = self.axes(c)
@@ -137,7 +138,7 @@ class PerJoint(Spec):
         if not self.later:
             raise Broken  # for the scene, or the robot, is wrong already
         c.facts["later"].append((self, raw, c))
-        return self._each([lambda t=t: either(t, *self.dimensions) for t in raw], raw)
+        return self._each([partial(either, text, *self.dimensions) for text in raw], raw)
 
     def _each(self, reads: Sequence[Callable[[], float]], raw: Any) -> list[float]:
         made = []

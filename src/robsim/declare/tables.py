@@ -82,7 +82,7 @@ def merge_table(kind: type[Any], old: Raw, new: Raw, loose: bool) -> Raw:
     """Return the table in which `new` changes `old`, and nothing stays that makes no sense."""
     if not isinstance(old, Mapping) or not isinstance(new, Mapping):
         return new
-    merged, owners = dict(old), {}
+    merged, owners = dict(old), dict[str, Field]()
     for each in fields_of(form_of(kind)):
         owners |= dict.fromkeys(each.spec.keys(each.name), each)
         each.spec.beside(merged, each.name, new)

@@ -14,7 +14,8 @@ from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, common_lead, homogeneous, is_pose_like
 from robsim.robot.frame import Frame
 from robsim.robot.ik.closed import ClosedIK, solve_closed
-from robsim.robot.ik.numeric import Arm, Effort, IKResult, solve
+from robsim.robot.ik.numeric import Arm, Effort, solve
+from robsim.robot.ik.result import IKResult
 from robsim.robot.joint import FIXED, JointKind, units_of
 from robsim.robot.limits import check_limits, ranges
 from robsim.robot.link import Link, coordinate_names, velocity_names

@@ -157,7 +157,8 @@ class Servo(Controller):
     @property
     def compiled(self) -> Scheme | None:
         """The scheme, if all its parts are built in and belief is truth."""
-        kinds, laws = {Points: False, PixelPoints: True}, {JointLaw: JOINT, CameraLaw: CAMERA}
+        kinds: dict[type[Any], bool] = {Points: False, PixelPoints: True}
+        laws: dict[type[Any], int] = {JointLaw: JOINT, CameraLaw: CAMERA}
         law, part = laws.get(type(self.law)), self.regulated.parts[0]
         whole = part.marks is None and part.components is None and part.weight == 1.0
         if not (

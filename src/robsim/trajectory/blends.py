@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
-from robsim.declare import ListOf, check_fields, register
+from robsim.declare import ListOf, register
 from robsim.declare.joints import OneOrEach, followed
-from robsim.trajectory.limits import Acceleration, Coordinates, Each, Limits, Speed, each
+from robsim.declare.spec import Context
+from robsim.trajectory.limits import Acceleration, Coordinates, Each, Limits, Speed, each, per_axis
 from robsim.trajectory.timing import checked_times
 
 ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # of making segments longer where something does not fit
@@ -27,25 +28,42 @@ class Plan(NamedTuple):
     middle: Array  # (m,) time of each blend's middle
 
 
-@dataclass(frozen=True)
-class Points(ListOf):
-    """At least two points, each of one number for each axis; an array (m, n) inside."""
-
-    def check(self, value: Any, what: str) -> Array:
-        given = numbers(value, what, ("m", "n"))
-        if given.ndim != 2 or len(given) < 2 or not given.shape[1]:
-            raise InputError(f"{what}: expected shape (m, n) with m > 1, got {given.shape}")
-        return frozen(given)
-
-
-POINTS = Points(Coordinates, 2)
+POINTS = ListOf(Coordinates, 2)
 CORNERS = OneOrEach(followed, "limits")
 
 
+@dataclass(frozen=True)
+class BlendsTable:
+    """How a text says a way through points."""
+
+    points: Annotated[Any, POINTS, "The points, at least two, of one number for each axis."]
+    speed: Speed
+    acceleration: Acceleration
+    corner: Annotated[
+        Each | None, CORNERS, "How far the way may pass by a point in between; None: any."
+    ] = None
+
+    def made(self, c: Context) -> Blends:
+        """Return the way."""
+        limits = {"speed": self.speed, "acceleration": self.acceleration}
+        return Blends(np.array(self.points), **limits, corner=self.corner)
+
+    @classmethod
+    def of(cls, value: Blends, c: Context) -> BlendsTable:
+        """Return what says a way."""
+        limits = value.limits
+        return cls(value.points, limits.speed, limits.acceleration, value.corner)
+
+
 @register("trajectory", "blends")
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Blends(Value):
     """Straight segments between points, joined by parabolas: it stops at the ends only.
+
+    points                (m, n) of n axes, in rad or m, m >= 2
+    speed, acceleration   limits in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
+    corner                how far the way may pass by a point in between, in rad or m: one number
+                          for all axes, or (n,); None for whatever the limits give
 
     On a segment the velocity w is constant; at each point it changes at constant acceleration for
     a time tau, half of it before and half after the point, so that the way passes by the point
@@ -62,27 +80,23 @@ class Blends(Value):
     array([0.5, 0.5])
     """
 
-    points: Annotated[Any, POINTS, "(m, n) points of n axes, m >= 2."]
-    _: KW_ONLY
-    speed: Speed
-    acceleration: Acceleration
-    corner: Annotated[
-        Each | None,
-        CORNERS,
-        "How far the way may pass by a point in between; None: whatever the limits give.",
-    ] = None
+    points: Any
+    limits: Limits
+    corner: Each | None
+    text_form: ClassVar[type[Any]] = BlendsTable
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        same = np.flatnonzero((self.points[1:] == self.points[:-1]).all(axis=1))
+    def __init__(self, points: Any, *, speed: Any, acceleration: Any, corner: Any = None):
+        given = numbers(points, "points", ("m", "n"))
+        if given.ndim != 2 or len(given) < 2 or not given.shape[1]:
+            raise InputError(f"points: expected shape (m, n) with m > 1, got {given.shape}")
+        same = np.flatnonzero((given[1:] == given[:-1]).all(axis=1))
         if same.size:
             raise InputError(f"points: number {same[0]} and {same[0] + 1} are the same")
+        put = object.__setattr__
+        put(self, "points", frozen(given))
+        put(self, "limits", Limits(speed, acceleration))
+        put(self, "corner", None if corner is None else per_axis(corner, "corner"))
         _ = self._plan  # the number of limits is checked now, not later
-
-    @cached_property
-    def limits(self) -> Limits:
-        """The limits of all axes."""
-        return Limits(self.speed, self.acceleration)
 
     @property
     def duration(self) -> float:

@@ -2,23 +2,45 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import check_fields, register
+from robsim.declare import register
+from robsim.declare.spec import Context
 from robsim.trajectory.limits import Acceleration, Limits, Speed
-from robsim.trajectory.rest_to_rest import RestToRest
+from robsim.trajectory.rest_to_rest import ENDS, RestToRest
 from robsim.trajectory.timing import Timing
 
 
+@dataclass(frozen=True)
+class TrapezoidTable:
+    """How a text says a motion under limits."""
+
+    start: Annotated[Any, ENDS, "Where the axes start."]
+    end: Annotated[Any, ENDS, "Where they stop."]
+    speed: Speed
+    acceleration: Acceleration
+
+    def made(self, c: Context) -> Trapezoid:
+        """Return the motion."""
+        return Trapezoid(self.start, self.end, speed=self.speed, acceleration=self.acceleration)
+
+    @classmethod
+    def of(cls, value: Trapezoid, c: Context) -> TrapezoidTable:
+        """Return what says a motion."""
+        return cls(value.start, value.end, value.limits.speed, value.limits.acceleration)
+
+
 @register("trajectory", "trapezoid")
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Trapezoid(RestToRest):
     """The shortest motion from rest to rest in which no axis exceeds its limits.
+
+    speed, acceleration   in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
 
     Each axis speeds up, goes on at constant speed, and slows down; where its way is short, it never
     reaches its limit of speed (Siciliano et al. 2009, section 4.2.1). The slowest axis sets the
@@ -29,19 +51,15 @@ class Trapezoid(RestToRest):
     (2.5, array([0.25 , 0.008]), array([1.   , 0.064]))
     """
 
-    _: KW_ONLY
-    speed: Speed
-    acceleration: Acceleration
+    limits: Limits
+    text_form: ClassVar[type[Any]] = TrapezoidTable
 
-    def __post_init__(self) -> None:
+    def __init__(self, start: Any, end: Any, *, speed: Any, acceleration: Any):
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "end", end)
+        object.__setattr__(self, "limits", Limits(speed, acceleration))
         super().__post_init__()
-        check_fields(self)
         self.limits.of(self.start.shape[-1])
-
-    @cached_property
-    def limits(self) -> Limits:
-        """The limits of all axes."""
-        return Limits(self.speed, self.acceleration)
 
     @property
     def duration(self) -> Any:

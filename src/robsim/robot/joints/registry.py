@@ -28,7 +28,7 @@ def kind_of(given: object) -> JointKind:
     if not isinstance(given, str):
         made = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
         raise InputError(f"no joint kind {given!r}{made or '; ' + suggest(given, KINDS, 'kinds')}")
-    kind = JOINTS.find(given)
+    kind: type[JointKind] = JOINTS.find(given)
     try:
         return kind()
     except TypeError:  # it has parameters without defaults
