@@ -18,6 +18,7 @@ from robsim.geometry.pose import homogeneous
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
+from robsim.run import ends
 from robsim.run.outcome import Outcome
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
 from robsim.servo.controller import Controller
@@ -43,6 +44,7 @@ UNITS = {
     "path_length": "m",
     "pixel_error": "px",
     "outcome": "1",
+    **ends.UNITS,
 }
 DESCRIPTIONS = {
     "q": "coordinates of the robots",
@@ -66,6 +68,7 @@ DESCRIPTIONS = {
     "pixel_error": "largest distance of a mark from its goal in the image, at the end",
     "q0": "start",
     "q_end": "end",
+    **ends.DESCRIPTIONS,
 }
 
 
@@ -82,7 +85,7 @@ def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
             "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
             "pixels_goal": (["mark", "axis"], goal),
             "s_goal": (["feature"], s_goal),
-            **_ends(loop, goal),
+            **ends.variables(loop, goal),
         }
     attributes = _attributes(controller, scene)
     absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
@@ -139,27 +142,6 @@ def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
         "error_norm": (tall, np.sqrt(square)),
         "lyapunov": (tall, 0.5 * square),
     }
-
-
-def _ends(loop: Loop, goal: Array) -> dict[str, Any]:
-    recorder = loop.recorder
-    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal.shape)
-    return {
-        "outcome": (["run"], recorder.outcome),
-        "end_time": (["run"], recorder.end_step * loop.dt),
-        "path_length": (["run"], recorder.path_length),
-        "pixel_error": (["run"], _farthest(pixels_end - goal)),
-        "q0": (["run", "coordinate"], loop.q0),
-        "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
-        "pixels_end": (["run", "mark", "axis"], pixels_end),
-    }
-
-
-def _farthest(away: Array) -> Array:
-    """(runs,) largest length of away (runs, marks, 2); NaN without marks."""
-    if not away.shape[1]:
-        return np.full(len(away), np.nan)
-    return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
 
 
 def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
@@ -289,6 +271,7 @@ def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any
     }
     for name in ("frame_pose", "frame_velocity"):
         named[name]["frame"] = controller.frame
+    named["goal_pose"] |= ends.goal_attributes(controller)
     if not controller.sights:
         named["path_length"] |= {"long_name": "way of the frame that is moved"}
     named["outcome"] |= {
