@@ -126,8 +126,8 @@ from robsim.world.sensing import Sensing as Sensing
 if TYPE_CHECKING:
     from robsim import plot as plot
     from robsim.analysis.clearance import clearance as clearance
-    from robsim.analysis.compare import Comparison as Comparison
     from robsim.analysis.compare import compare as compare
+    from robsim.analysis.comparison import Comparison as Comparison
     from robsim.analysis.diagnosis import diagnose as diagnose
     from robsim.analysis.explain import Explanation as Explanation
     from robsim.analysis.explain import explain as explain
@@ -141,7 +141,7 @@ if TYPE_CHECKING:
 _LAZY = {
     "plot": "robsim.plot",
     "clearance": "robsim.analysis.clearance",
-    "Comparison": "robsim.analysis.compare",
+    "Comparison": "robsim.analysis.comparison",
     "compare": "robsim.analysis.compare",
     "diagnose": "robsim.analysis.diagnosis",
     "Explanation": "robsim.analysis.explain",

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import inspect
-import io
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,17 +11,20 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from robsim.analysis.measures import MEASURES, distance, first_pair, retreat
-from robsim.base.arrays import Array, not_negative
+from robsim.analysis.comparison import Comparison
+from robsim.analysis.measures import MEASURES
+from robsim.analysis.recorded import Recorded, blocks
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, RankWarning, suggest
 from robsim.run.outcome import Outcome
-from robsim.run.result import BLOCK
 from robsim.run.simulate import Progress, check, check_progress, simulate
-from robsim.servo import GoalPose, Task, TaughtGoal
+from robsim.servo import Task
 from robsim.world.scene import Scene
 
 _OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no settings
+NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # at time 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,87 +79,6 @@ class Scheme:
             return what()
         except InputError as error:
             raise type(error)(f"scheme '{self.name}': {error}") from None
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """The runs of several schemes, and their measures; as text, a table.
-
-    `runs` and `scenes` are by the name of the scheme. `data` has a variable for each measure (see
-    `robsim.analysis.measures`), with dims (scheme,) or of batches (scheme, run), and the outcome;
-    NaN where a measure is undefined. `notes` say what besides the task differs.
-    """
-
-    runs: Mapping[str, xr.Dataset]
-    data: xr.Dataset
-    scenes: Mapping[str, Scene]
-    notes: tuple[str, ...] = ()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the schemes, in the order given."""
-        return tuple(self.runs)
-
-    @property
-    def batch(self) -> bool:
-        """Whether every scheme ran from several starts."""
-        return "run" in self.data.dims
-
-    def converged(self) -> xr.DataArray:
-        """The share of the runs of each scheme that converged, 0 to 1."""
-        arrived = (self.data["outcome"] == Outcome.CONVERGED).astype(float)
-        return arrived.mean("run") if self.batch else arrived
-
-    def quantile(self, share: float = 0.5) -> xr.Dataset:
-        """Of a batch, for each scheme the quantile of each measure over the runs that converged.
-
-        0.5 is the median. Of single runs: their measures. InputError: a share beyond 0 and 1.
-        """
-        share = not_negative(share, "share of a quantile")
-        if share > 1:
-            raise InputError(f"share of a quantile: expected 0 to 1, got {share:g}")
-        if not self.batch:
-            return self.data.drop_vars("outcome")
-        arrived = self.data["outcome"] == Outcome.CONVERGED
-        found = {name: _quantile(self.data[name].where(arrived), share) for name in MEASURES}
-        return xr.Dataset(found, attrs=self.data.attrs)
-
-    def csv(self) -> str:
-        """The table as comma-separated values, with all measures, in full precision."""
-        text = io.StringIO()
-        rows = csv.writer(text, lineterminator="\n")
-        units = [f"{name} ({each.unit})" for name, each in MEASURES.items()]
-        rows.writerow(["scheme", "converged (1)" if self.batch else "outcome", *units])
-        numbers = self.quantile()
-        for i, name in enumerate(self.names):
-            values = [float(numbers[key][i]) for key in MEASURES]
-            told = ["" if np.isnan(value) else repr(value) for value in values]
-            rows.writerow([name, self._ending(i), *told])
-        return text.getvalue()
-
-    def __str__(self) -> str:
-        """The table; what is undefined for every scheme is left out."""
-        numbers = self.quantile()
-        shown = {key: each for key, each in MEASURES.items() if each.short}
-        shown = {key: each for key, each in shown.items() if np.isfinite(numbers[key]).any()}
-        columns = [["scheme", "", *self.names]]
-        endings = [self._ending(i) for i in range(len(self.names))]
-        columns.append(["converged" if self.batch else "outcome", "", *endings])
-        for key, each in shown.items():
-            unit = "" if each.unit == "1" else each.unit
-            columns.append([each.short, unit, *map(_text, numbers[key].values)])
-        count = self.data.sizes.get("run")
-        median = (f"medians of the runs that converged, of {count}",) if count else ()
-        return "\n".join([*_aligned(columns), *median, *self.notes])
-
-    def __repr__(self) -> str:
-        """Also where a notebook shows it."""
-        return str(self)
-
-    def _ending(self, i: int) -> str:
-        if self.batch:
-            return f"{float(self.converged()[i]):.4g}"
-        return Outcome(int(self.data["outcome"][i])).words
 
 
 def compare(
@@ -251,7 +171,11 @@ def _measured(schemes: Sequence[Scheme], runs: dict[str, xr.Dataset]) -> Compari
         for key in MEASURES
     }
     endings = np.stack([runs[scheme.name]["outcome"].values for scheme in done])
-    ending = {"outcome": (dims, endings, first["outcome"].attrs)}
+    began = np.stack([_began(runs[scheme.name]) for scheme in done])
+    ending = {
+        "outcome": (dims, endings, first["outcome"].attrs),
+        "began": (dims, began, {"units": "1", "long_name": "whether the start could begin"}),
+    }
     coordinates = {"scheme": [scheme.name for scheme in done]}
     coordinates |= {dim: first[dim].values for dim in dims[1:]}
     attributes = {"title": "RobSim comparison", "robsim": first.attrs["robsim"]}
@@ -265,32 +189,19 @@ def _measured(schemes: Sequence[Scheme], runs: dict[str, xr.Dataset]) -> Compari
 
 def _measures(scheme: Scheme, run: xr.Dataset) -> dict[str, Array]:
     """(B,) of each measure."""
-    of: dict[str, Any] = {key: each.of for key, each in MEASURES.items()}
-    of["retreat"] = partial(retreat, goal=_goal_distance(scheme, run))
     with np.errstate(all="ignore"):  # a run that went wrong is data
-        parts = [{k: f(part, scheme.scene) for k, f in of.items()} for part in _blocks(run)]
-    return {key: np.concatenate([part[key] for part in parts]) for key in of}
+        parts = [_of(Recorded(part, scheme.scene)) for part in blocks(run)]
+    return {key: np.concatenate([part[key] for part in parts]) for key in MEASURES}
 
 
-def _blocks(run: xr.Dataset) -> list[xr.Dataset]:
-    """Some runs at a time, since each moment has poses and Jacobians."""
-    if "run" not in run.dims:
-        return [run]
-    size = max(1, BLOCK // run.sizes["time"])
-    return [run.isel(run=slice(i, i + size)) for i in range(0, run.sizes["run"], size)]
+def _of(some: Recorded) -> dict[str, Array]:
+    return {key: each.of(some) for key, each in MEASURES.items()}
 
 
-def _goal_distance(scheme: Scheme, run: xr.Dataset) -> float:
-    """Metres from the camera to the middle of the marks at the goal; NaN if that is not told."""
-    goal, scene = getattr(scheme.task, "goal", None), scheme.scene
-    if isinstance(goal, TaughtGoal):
-        camera, target = first_pair(run)
-        q = scene.coordinates(scene.home if goal.q is None else goal.q, "goal q")
-        return float(distance(scene, camera, target, q[None, None])[0, 0])
-    if isinstance(goal, GoalPose):
-        _, target = first_pair(run)
-        return float(np.linalg.norm(goal.T_c_o @ scene.object(target).marks.mean(axis=0)))
-    return np.nan
+def _began(run: xr.Dataset) -> NDArray[np.bool_]:
+    """() or (B,): whether a start was in sight and within limits, so that a scheme had its turn."""
+    at_once = run["end_time"].values == 0.0
+    return np.asarray(~(at_once & np.isin(run["outcome"].values, NO_START)))
 
 
 def _attributes(key: str) -> dict[str, str]:
@@ -310,29 +221,3 @@ def _differences(schemes: Sequence[Scheme]) -> Iterable[str]:
     for what, names in differ.items():
         if names:
             yield f"note: {what} than {first.name}: {', '.join(names)}"
-
-
-def _quantile(values: xr.DataArray, share: float) -> xr.DataArray:
-    """Along the runs; NaN counts nothing, and is all there is where there is nothing else."""
-    rows = [row[np.isfinite(row)] for row in values.values]
-    found = [float(np.quantile(row, share)) if row.size else np.nan for row in rows]
-    return xr.DataArray(found, {"scheme": values["scheme"]}, attrs=values.attrs)
-
-
-def _text(value: float) -> str:
-    """Three digits; "-" where there is nothing, or what is nothing but rounding."""
-    if np.isnan(value):
-        return "-"
-    if abs(value) < 1e-9:
-        return "0"
-    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
-
-
-def _aligned(columns: list[list[str]]) -> list[str]:
-    """Lines of text from columns of it; the first two to the left, numbers to the right."""
-    widths = [max(map(len, column)) for column in columns]
-    padded = [
-        [text.ljust(width) if i < 2 else text.rjust(width) for text in column]
-        for i, (column, width) in enumerate(zip(columns, widths, strict=True))
-    ]
-    return ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]

@@ -23,7 +23,8 @@ from robsim.run.outcome import Outcome
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.analysis.compare import Comparison, Scheme
+    from robsim.analysis.compare import Scheme
+    from robsim.analysis.comparison import Comparison
     from robsim.scenario import Scenario
 
 BAD_INPUT, STOPPED = 2, 130  # exit status; 130 is the shell's number for Ctrl-C

@@ -1,0 +1,206 @@
+"""The recorded moments of runs, one after another, with what their measures share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, length, runs_last
+from robsim.geometry.pose import homogeneous
+from robsim.run.outcome import Outcome
+from robsim.run.result import BLOCK
+from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A run or a batch in its scene. M moments are those before each run's end, run by run.
+
+    What ends early costs little: nothing is computed of the NaN that follow an end. Poses and
+    velocities come from the record as far as it has them.
+    """
+
+    run: xr.Dataset
+    scene: Scene
+
+    @property
+    def runs(self) -> int:
+        """How many."""
+        return int(self.run.sizes.get("run", 1))
+
+    def each(self, name: str) -> Any:
+        """A variable with the run first; a single run is a batch of one."""
+        variable = self.run[name]
+        return variable.values if "run" in variable.dims else variable.values[None]
+
+    def moments(self, name: str) -> Array:
+        """(M, ...) of a variable with the dimension time."""
+        values: Array = self.each(name)[self.live]
+        return values
+
+    @cached_property
+    def live(self) -> NDArray[np.bool_]:
+        """(B, moments): until the end of each run."""
+        alive: NDArray[np.bool_] = np.isfinite(self.each("q")).all(axis=-1)
+        return alive
+
+    @cached_property
+    def owner(self) -> NDArray[np.int64]:
+        """(M,) the run of each moment."""
+        return np.nonzero(self.live)[0]
+
+    @cached_property
+    def going(self) -> NDArray[np.bool_]:
+        """(M - 1,): whether the next moment is of the same run."""
+        same: NDArray[np.bool_] = self.owner[1:] == self.owner[:-1]
+        return same
+
+    @cached_property
+    def held(self) -> Array:
+        """(M - 1,) seconds until the next moment of the same run; 0 where there is none."""
+        time = self.run["time"].values[np.nonzero(self.live)[1]]
+        return np.where(self.going, np.diff(time), 0.0)
+
+    @cached_property
+    def converged(self) -> NDArray[np.bool_]:
+        """(B,)."""
+        arrived: NDArray[np.bool_] = self.each("outcome") == Outcome.CONVERGED
+        return arrived
+
+    @cached_property
+    def _starts(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        """Which runs have moments, and the first moment of each of these."""
+        counts = self.live.sum(axis=1)
+        there = counts > 0
+        return there, (np.cumsum(counts) - counts)[there]
+
+    # Reductions go run by run, so that a run has the same bits alone and in any batch.
+
+    def first(self, values: Array) -> Array:
+        """(B,) of (M,): at the first moment of each run; NaN without any."""
+        there, starts = self._starts
+        found = np.full(self.runs, np.nan)
+        found[there] = values[starts]
+        return found
+
+    def worst(self, values: Array) -> Array:
+        """(B,) largest of (M,), in which NaN and -inf count nothing; NaN if there is no more."""
+        there, starts = self._starts
+        found = np.full(self.runs, np.nan)
+        if starts.size:
+            shown = np.where(np.isnan(values), -np.inf, values)
+            found[there] = np.maximum.reduceat(shown, starts)
+        found[found == -np.inf] = np.nan
+        return found
+
+    def total(self, values: Array) -> Array:
+        """(B,) sums of (M - 1,), a number for each moment until the next; NaN counts nothing."""
+        there, starts = self._starts
+        found = np.zeros(self.runs)
+        if starts.size:
+            shown = np.append(np.where(self.going, np.nan_to_num(values), 0.0), 0.0)
+            found[there] = np.add.reduceat(shown, starts)
+        return found
+
+    # Poses and velocities of the frame that moves.
+
+    @property
+    def pair(self) -> tuple[str, str]:
+        """Names of the first camera and of the target that it sees."""
+        return str(self.run["mark_camera"].values[0]), str(self.run["mark_target"].values[0])
+
+    @cached_property
+    def mover(self) -> str:
+        """The camera; or the target, where the camera stands still; else what is moved."""
+        if "frame_pose" in self.run:
+            return str(self.run["frame_pose"].attrs["frame"])
+        camera, target = self.pair
+        carried = self.scene.tree.carries(camera) - self.scene.tree.carries(target)
+        return camera if (carried > 0).any() else target
+
+    @cached_property
+    def _kept(self) -> str | None:
+        """How the variables of the mover are called; None where it is not what is recorded."""
+        if "frame_pose" in self.run:
+            return "frame"
+        return "camera" if self.mover == self.pair[0] else None
+
+    @cached_property
+    def way(self) -> Array:
+        """(M, 4, 4) poses of the mover in the world."""
+        if self._kept:
+            return self.moments(f"{self._kept}_pose")
+        return self.poses(self.mover, self.moments("q"))
+
+    @cached_property
+    def velocities(self) -> Array:
+        """(M, nv) of the joints: as commanded, where they follow at once."""
+        return self.moments("qd_actual" if "qd_actual" in self.run else "qd")
+
+    @cached_property
+    def twists(self) -> Array:
+        """(6, M) of the mover; in its own axes or the world's, which have the same lengths."""
+        if self._kept:
+            return np.moveaxis(self.moments(f"{self._kept}_velocity"), -1, 0)
+        tree, q = self.scene.tree, runs_last(self.moments("q"), 1)
+        J, twist = tree.jacobian(tree.bodies(q), self.mover), np.zeros((6, q.shape[1]))
+        for j in range(self.scene.nv):
+            twist += J[:, j] * self.velocities[:, j]
+        return twist
+
+    @cached_property
+    def away(self) -> Array:
+        """(M,) metres from the camera to the middle of the marks."""
+        if not self.run.sizes["mark"]:
+            return np.full(len(self.owner), np.nan)
+        q, (camera, _) = self.moments("q"), self.pair
+        eye = self.way if camera == self.mover else self.poses(camera, q)
+        return self.distance(eye[:, :3, 3], q)
+
+    def distance(self, eye: Array, q: Array) -> Array:
+        """(n,) metres from places (n, 3) to the middle of the target's marks at q (n, nq)."""
+        return length(np.moveaxis(self._middle(self.poses(self.pair[1], q)) - eye, -1, 0))
+
+    def _middle(self, T: Array) -> Array:
+        """(n, 3) middle of the marks of a target that stands at T (n, 4, 4)."""
+        place = T[..., :3, 3]
+        for j, along in enumerate(self.scene.object(self.pair[1]).marks.mean(axis=0)):
+            place = place + along * T[..., :3, j]
+        return place
+
+    @cached_property
+    def goal_distance(self) -> Array:
+        """(B,) metres from the camera to the middle of the marks at the goal; NaN if not known."""
+        if not self.run.sizes["mark"]:
+            return np.full(self.runs, np.nan)
+        goal, q = self.each("goal_pose"), self.each("q_end")
+        if self.run["goal_pose"].attrs["frame"] == self.pair[0]:
+            return self.distance(goal[:, :3, 3], q)
+        eye = self.poses(self.pair[0], q)[:, :3, 3]
+        return length(np.moveaxis(self._middle(goal) - eye, -1, 0))
+
+    def poses(self, frame: str, q: Array) -> Array:
+        """(n, 4, 4) of a frame in the world at q (n, nq); of one that nothing moves, once."""
+        tree = self.scene.tree
+        if not tree.carries(frame).any():
+            still = homogeneous(tree.frame(tree.bodies(runs_last(self.scene.home, 1)), frame))
+            return np.broadcast_to(still, (len(q), 4, 4))
+        return homogeneous(tree.frame(tree.bodies(runs_last(q, 1)), frame))
+
+
+def blocks(run: xr.Dataset) -> Iterator[xr.Dataset]:
+    """Some runs at a time, as many as have some ten thousand moments."""
+    if "run" not in run.dims:
+        yield run
+        return
+    size = max(1, BLOCK // run.sizes["time"])
+    for i in range(0, run.sizes["run"], size):
+        yield run.isel(run=slice(i, i + size))
