@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -18,6 +19,7 @@ from robsim.analysis.measures import MEASURES
 from robsim.analysis.recorded import Recorded, blocks
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, RankWarning, suggest
+from robsim.base.threads import processors
 from robsim.run.outcome import Outcome
 from robsim.run.simulate import Progress, check, check_progress, simulate
 from robsim.servo import Task
@@ -188,14 +190,15 @@ def _measured(schemes: Sequence[Scheme], runs: dict[str, xr.Dataset]) -> Compari
 
 
 def _measures(scheme: Scheme, run: xr.Dataset) -> dict[str, Array]:
-    """(B,) of each measure."""
-    with np.errstate(all="ignore"):  # a run that went wrong is data
-        parts = [_of(Recorded(part, scheme.scene)) for part in blocks(run)]
+    """(B,) of each measure; threads take some runs at a time."""
+    with ThreadPoolExecutor(processors()) as pool:
+        parts = list(pool.map(_of, (Recorded(part, scheme.scene) for part in blocks(run))))
     return {key: np.concatenate([part[key] for part in parts]) for key in MEASURES}
 
 
 def _of(some: Recorded) -> dict[str, Array]:
-    return {key: each.of(some) for key, each in MEASURES.items()}
+    with np.errstate(all="ignore"):  # a run that went wrong is data
+        return {key: each.of(some) for key, each in MEASURES.items()}
 
 
 def _began(run: xr.Dataset) -> NDArray[np.bool_]:

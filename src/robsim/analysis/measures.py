@@ -53,21 +53,20 @@ def angle_to_goal(of: Recorded) -> Array:
 
 def image_excursion(of: Recorded) -> Array:
     """The largest distance of a mark from its goal on the way, over the largest at the start."""
-    away = _largest(_length(of.moments("pixels") - of.run["pixels_goal"].values))
+    away = _largest(_lengths(of.pixels - of.run["pixels_goal"].values[..., None]))
     start, worst = of.first(away), of.worst(away)
     return np.where(start > 0, worst / np.where(start > 0, start, 1.0), np.nan)
 
 
 def image_detour(of: Recorded) -> Array:
     """Pixels: the largest distance of a mark from the straight line from its start to its goal."""
-    way, goal = of.moments("pixels"), of.run["pixels_goal"].values
-    start = of.each("pixels")[:, 0]
-    chord = goal - start
+    start = np.moveaxis(of.each("pixels")[:, 0], 0, -1)
+    chord = of.run["pixels_goal"].values[..., None] - start
     square = _dot(chord, chord)
-    chord, square = chord[of.owner], np.where(square > 0, square, 1.0)[of.owner]
-    off = way - start[of.owner]
-    off = off - np.clip(_dot(off, chord) / square, 0.0, 1.0)[..., None] * chord
-    return of.worst(_largest(_length(off)))
+    chord, square = chord[..., of.owner], np.where(square > 0, square, 1.0)[..., of.owner]
+    off = of.pixels - start[..., of.owner]
+    off -= np.clip(_dot(off, chord) / square, 0.0, 1.0)[:, None] * chord
+    return of.worst(_largest(_lengths(off)))
 
 
 def path_length(of: Recorded) -> Array:
@@ -77,8 +76,8 @@ def path_length(of: Recorded) -> Array:
 
 def path_ratio(of: Recorded) -> Array:
     """Path length over the straight distance from start to end; NaN for a turn on the spot."""
-    start, end = (of.poses(of.mover, of.each(q))[..., :3, 3] for q in ("q0", "q_end"))
-    straight = _length(end - start)
+    start, end = (of.poses(of.mover, of.at_once(q))[:, 3] for q in ("q0", "q_end"))
+    straight = length(end - start)
     far = straight > SPOT * np.nan_to_num(of.first(of.away))
     return np.where(far, path_length(of) / np.where(far, straight, 1.0), np.nan)
 
@@ -91,8 +90,8 @@ def retreat(of: Recorded) -> Array:
     """
     if not of.run.sizes["mark"]:
         return np.full(of.runs, np.nan)
-    q = of.each("q_end")
-    end = of.distance(of.poses(of.pair[0], q)[..., :3, 3], q)
+    q = of.at_once("q_end")
+    end = of.distance(of.poses(of.pair[0], q)[:, 3], q)
     goal = np.where(of.converged, end, np.nan)
     goal = np.where(np.isfinite(of.goal_distance), of.goal_distance, goal)
     return np.maximum(of.worst(of.away) - np.fmax(of.first(of.away), goal), 0.0)
@@ -100,7 +99,7 @@ def retreat(of: Recorded) -> Array:
 
 def rotation(of: Recorded) -> Array:
     """Radians through which the camera turned, forth and back."""
-    R = np.moveaxis(of.way[:, :3, :3].reshape(-1, 9), -1, 0)
+    R = of.way[:, :3].reshape(9, -1)
     return of.total(angle(R[:, 1:] - R[:, :-1]))
 
 
@@ -116,12 +115,12 @@ def peak_turn_rate(of: Recorded) -> Array:
 
 def effort_linear(of: Recorded) -> Array:
     """Integral of the squared velocities in m/s that are commanded, m^2/s; NaN without any."""
-    return _integral(of, "m/s", of.moments("qd")[:-1] ** 2)
+    return _integral(of, "m/s", of.qd[:, :-1] ** 2)
 
 
 def effort_angular(of: Recorded) -> Array:
     """Integral of the squared velocities in rad/s that are commanded, rad^2/s."""
-    return _integral(of, "rad/s", of.moments("qd")[:-1] ** 2)
+    return _integral(of, "rad/s", of.qd[:, :-1] ** 2)
 
 
 def travel_linear(of: Recorded) -> Array:
@@ -136,23 +135,23 @@ def travel_angular(of: Recorded) -> Array:
 
 def border_margin(of: Recorded) -> Array:
     """Pixels: the smallest distance of a mark from the border of its image, negative outside."""
-    way, names = of.moments("pixels"), of.run["mark_camera"].values.tolist()
+    names = of.run["mark_camera"].values.tolist()
     borders = np.array([of.scene.camera(name).camera.border for name in names])
-    borders = borders.reshape(-1, 2, 2)  # (N, axis, 2)
     if not np.isfinite(borders).any():
         return np.full(of.runs, np.nan)
-    inside = np.minimum(way - borders[..., 0], borders[..., 1] - way)
-    least = -of.worst(_largest(-inside.reshape(len(way), -1)))
+    low, high = borders[..., 0, None], borders[..., 1, None]  # (N, 2, 1)
+    inside = np.minimum(of.pixels - low, high - of.pixels)
+    least = -of.worst(_largest(-inside.reshape(-1, inside.shape[-1])))
     return np.where(np.isfinite(least), least, np.nan)
 
 
 def limit_margin(of: Recorded) -> Array:
     """The smallest distance of a joint from its limits, as a share of its range; NaN without."""
-    low, high = of.scene.limits.T
-    limited = np.isfinite(low) & np.isfinite(high)
+    low, high = of.scene.limits.T[..., None]
+    limited = (np.isfinite(low) & np.isfinite(high))[:, 0]
     if not limited.any():
         return np.full(of.runs, np.nan)
-    q, low, high = of.moments("q")[..., limited], low[limited], high[limited]
+    q, low, high = of.q[limited], low[limited], high[limited]
     return -of.worst(_largest(-np.minimum(q - low, high - q) / (high - low)))
 
 
@@ -197,51 +196,46 @@ def moving_path(run: xr.Dataset, scene: Scene) -> Array:
     """Return (B, moments, 3) where the moving frame was, in the world; NaN after a run's end."""
     of = Recorded(run, scene)
     way = np.full((*of.live.shape, 3), np.nan)
-    way[of.live] = of.way[:, :3, 3]
+    way[of.live] = of.way[:, 3].T
     return way
 
 
 def pixels_away(run: xr.Dataset) -> Array:
     """Return (B, moments, marks) distances of the marks from their goals, in pixels."""
-    pixels = run["pixels"].values
-    return _length(
-        (pixels if "run" in run["pixels"].dims else pixels[None]) - run["pixels_goal"].values
-    )
+    away = np.moveaxis(run["pixels"].values - run["pixels_goal"].values, -1, 0)
+    return length(away) if "run" in run["pixels"].dims else length(away)[None]
 
 
 def _speeds(of: Recorded) -> Array:
-    """(M - 1, nv) of the joints until the next moment; of those that lag the mean of both."""
+    """(nv, M - 1) of the joints until the next moment; of those that lag the mean of both."""
     speeds = np.abs(of.velocities)
-    return 0.5 * (speeds[:-1] + speeds[1:]) if "qd_actual" in of.run else speeds[:-1]
+    return 0.5 * (speeds[:, :-1] + speeds[:, 1:]) if "qd_actual" in of.run else speeds[:, :-1]
 
 
 def _integral(of: Recorded, unit: str, values: Array) -> Array:
-    """Of what there is for each velocity (M - 1, nv), over those commanded that have a unit.
+    """Of what there is for each velocity (nv, M - 1), over those commanded that have a unit.
 
     Each value is held until the next moment of its run, as commands are.
     """
     chosen = (np.array(of.scene.velocity_units) == unit) & ~of.scene.prescribed
     if not chosen.any():
         return np.full(of.runs, np.nan)
-    total = np.zeros(len(values))
+    total = np.zeros(values.shape[1])
     for j in np.flatnonzero(chosen):
-        total += values[:, j]
+        total += values[j]
     return of.total(total * of.held)
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Inner products along the last axis."""
-    out = a[..., 0] * b[..., 0]
-    for i in range(1, a.shape[-1]):
-        out = out + a[..., i] * b[..., i]
-    return np.asarray(out)
+    """Inner products (N, M) of (N, 2, M)."""
+    return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1])
 
 
-def _length(v: Array) -> Array:
-    """Lengths along the last axis."""
-    return length(np.moveaxis(v, -1, 0))
+def _lengths(v: Array) -> Array:
+    """Lengths (N, M) of (N, 2, M)."""
+    return length(np.moveaxis(v, 1, 0))
 
 
 def _largest(values: Array) -> Array:
-    """(M,) of (M, n)."""
-    return np.asarray(values.max(axis=-1, initial=-np.inf))
+    """(M,) of (n, M)."""
+    return np.asarray(values.max(axis=0, initial=-np.inf))

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, length, runs_last
-from robsim.geometry.pose import homogeneous
 from robsim.run.outcome import Outcome
 from robsim.run.result import BLOCK
 from robsim.world.scene import Scene
@@ -22,10 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A run or a batch in its scene. M moments are those before each run's end, run by run.
+    """A run or a batch in its scene. M moments are those until each run's end, run by run.
 
-    What ends early costs little: nothing is computed of the NaN that follow an end. Poses and
-    velocities come from the record as far as it has them.
+    Their arrays have the moment last. What ends early costs little: nothing is computed of the NaN
+    that follow an end. Poses and velocities come from the record as far as it has them.
     """
 
     run: xr.Dataset
@@ -42,9 +41,27 @@ class Recorded:
         return variable.values if "run" in variable.dims else variable.values[None]
 
     def moments(self, name: str) -> Array:
-        """(M, ...) of a variable with the dimension time."""
-        values: Array = self.each(name)[self.live]
-        return values
+        """(..., M) of a variable with the dimension time."""
+        return np.ascontiguousarray(np.moveaxis(self.each(name)[self.live], 0, -1))
+
+    @cached_property
+    def q(self) -> Array:
+        """(nq, M)."""
+        return self.moments("q")
+
+    @cached_property
+    def qd(self) -> Array:
+        """(nv, M) as commanded."""
+        return self.moments("qd")
+
+    @cached_property
+    def pixels(self) -> Array:
+        """(N, 2, M) of the marks."""
+        return self.moments("pixels")
+
+    def at_once(self, name: str) -> Array:
+        """(..., B) of a variable that has one value for each run."""
+        return np.ascontiguousarray(np.moveaxis(self.each(name), 0, -1))
 
     @cached_property
     def live(self) -> NDArray[np.bool_]:
@@ -135,25 +152,25 @@ class Recorded:
 
     @cached_property
     def way(self) -> Array:
-        """(M, 4, 4) poses of the mover in the world."""
+        """(3, 4, M) poses of the mover in the world."""
         if self._kept:
-            return self.moments(f"{self._kept}_pose")
-        return self.poses(self.mover, self.moments("q"))
+            return self.moments(f"{self._kept}_pose")[:3]
+        return self.poses(self.mover, self.q)
 
     @cached_property
     def velocities(self) -> Array:
-        """(M, nv) of the joints: as commanded, where they follow at once."""
-        return self.moments("qd_actual" if "qd_actual" in self.run else "qd")
+        """(nv, M) of the joints: as commanded, where they follow at once."""
+        return self.moments("qd_actual") if "qd_actual" in self.run else self.qd
 
     @cached_property
     def twists(self) -> Array:
         """(6, M) of the mover; in its own axes or the world's, which have the same lengths."""
         if self._kept:
-            return np.moveaxis(self.moments(f"{self._kept}_velocity"), -1, 0)
-        tree, q = self.scene.tree, runs_last(self.moments("q"), 1)
-        J, twist = tree.jacobian(tree.bodies(q), self.mover), np.zeros((6, q.shape[1]))
+            return self.moments(f"{self._kept}_velocity")
+        tree, twist = self.scene.tree, np.zeros((6, self.q.shape[1]))
+        J = tree.jacobian(tree.bodies(self.q), self.mover)
         for j in range(self.scene.nv):
-            twist += J[:, j] * self.velocities[:, j]
+            twist += J[:, j] * self.velocities[j]
         return twist
 
     @cached_property
@@ -161,39 +178,36 @@ class Recorded:
         """(M,) metres from the camera to the middle of the marks."""
         if not self.run.sizes["mark"]:
             return np.full(len(self.owner), np.nan)
-        q, (camera, _) = self.moments("q"), self.pair
-        eye = self.way if camera == self.mover else self.poses(camera, q)
-        return self.distance(eye[:, :3, 3], q)
+        camera, _ = self.pair
+        eye = self.way if camera == self.mover else self.poses(camera, self.q)
+        return self.distance(eye[:, 3], self.q)
 
     def distance(self, eye: Array, q: Array) -> Array:
-        """(n,) metres from places (n, 3) to the middle of the target's marks at q (n, nq)."""
-        return length(np.moveaxis(self._middle(self.poses(self.pair[1], q)) - eye, -1, 0))
+        """(n,) metres from places (3, n) to the middle of the target's marks at q (nq, n)."""
+        return length(self._middle(self.poses(self.pair[1], q)) - eye)
 
     def _middle(self, T: Array) -> Array:
-        """(n, 3) middle of the marks of a target that stands at T (n, 4, 4)."""
-        place = T[..., :3, 3]
+        """(3, n) middle of the marks of a target that stands at T (3, 4, n)."""
+        place = T[:3, 3]
         for j, along in enumerate(self.scene.object(self.pair[1]).marks.mean(axis=0)):
-            place = place + along * T[..., :3, j]
+            place = place + along * T[:3, j]
         return place
 
     @cached_property
     def goal_distance(self) -> Array:
         """(B,) metres from the camera to the middle of the marks at the goal; NaN if not known."""
-        if not self.run.sizes["mark"]:
-            return np.full(self.runs, np.nan)
-        goal, q = self.each("goal_pose"), self.each("q_end")
+        goal, q = self.at_once("goal_pose"), self.at_once("q_end")
         if self.run["goal_pose"].attrs["frame"] == self.pair[0]:
-            return self.distance(goal[:, :3, 3], q)
-        eye = self.poses(self.pair[0], q)[:, :3, 3]
-        return length(np.moveaxis(self._middle(goal) - eye, -1, 0))
+            return self.distance(goal[:3, 3], q)
+        return length(self._middle(goal) - self.poses(self.pair[0], q)[:, 3])
 
     def poses(self, frame: str, q: Array) -> Array:
-        """(n, 4, 4) of a frame in the world at q (n, nq); of one that nothing moves, once."""
+        """(3, 4, n) of a frame in the world at q (nq, n); of one that nothing moves, once."""
         tree = self.scene.tree
-        if not tree.carries(frame).any():
-            still = homogeneous(tree.frame(tree.bodies(runs_last(self.scene.home, 1)), frame))
-            return np.broadcast_to(still, (len(q), 4, 4))
-        return homogeneous(tree.frame(tree.bodies(runs_last(q, 1)), frame))
+        if tree.carries(frame).any():
+            return tree.frame(tree.bodies(q), frame)
+        still = tree.frame(tree.bodies(runs_last(self.scene.home, 1)), frame)
+        return np.broadcast_to(still, (3, 4, q.shape[1]))
 
 
 def blocks(run: xr.Dataset) -> Iterator[xr.Dataset]:

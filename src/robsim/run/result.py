@@ -145,19 +145,24 @@ def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
 
 
 def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
-    """Poses (runs, moments, 4, 4) and twists (runs, moments, 6) of a frame, in its own axes."""
+    """Poses (runs, moments, 4, 4) and twists (runs, moments, 6) of a frame, in its own axes.
+
+    Of moments after the end of a run, in which q is NaN, nothing is computed.
+    """
     joints, shape = scene.tree, q.shape[:2]
-    poses, twists = np.empty((q[..., 0].size, 4, 4)), np.empty((q[..., 0].size, 6))
+    poses, twists = np.full((q[..., 0].size, 4, 4), np.nan), np.full((q[..., 0].size, 6), np.nan)
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
     moves = joints.moves(joints.carried(frame))
-    for part in _blocks(len(poses)):
-        bodies = joints.bodies(np.ascontiguousarray(rows[part].T))
+    still = not joints.carried(frame).any()  # then it is where it was
+    live = np.flatnonzero(still | ~np.isnan(rows).any(axis=1))
+    for part in _blocks(len(live)):
+        some = live[part]
+        bodies = joints.bodies(np.ascontiguousarray(rows[some].T))
         T = joints.frame(bodies, frame)
         J = np.empty((6, joints.nv, T.shape[-1]))
         tree.camera_jacobian(bodies, T, moves, J)
-        poses[part] = homogeneous(T)
-        poses[part][np.isnan(T[0, 0])] = np.nan
-        twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T
+        poses[some] = homogeneous(T)
+        twists[some] = product(J, np.ascontiguousarray(rates[some].T)[:, None])[:, 0].T
     return poses.reshape(*shape, 4, 4), twists.reshape(*shape, 6)
 
 
