@@ -133,6 +133,7 @@ if TYPE_CHECKING:
     from robsim.analysis.explain import explain as explain
     from robsim.files.netcdf import open_run as open_run
     from robsim.files.netcdf import save_run as save_run
+    from robsim.files.table import table as table
     from robsim.scenario import Scenario as Scenario
     from robsim.scenario import load_scenario as load_scenario
     from robsim.scenario import replay as replay
@@ -148,6 +149,7 @@ _LAZY = {
     "explain": "robsim.analysis.explain",
     "open_run": "robsim.files.netcdf",
     "save_run": "robsim.files.netcdf",
+    "table": "robsim.files.table",
     "Scenario": "robsim.scenario",
     "load_scenario": "robsim.scenario",
     "replay": "robsim.scenario",

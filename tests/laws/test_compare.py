@@ -266,16 +266,63 @@ def test_of_a_batch_the_table_has_shares_and_medians(batch):
     *_, found = batch
     arrived = found.data.outcome.values == rs.Outcome.CONVERGED
     assert 0 < arrived.sum() < arrived.size  # some do not
-    np.testing.assert_array_equal(found.converged(), arrived.mean(axis=1))
+    began = found.data.began.values
+    np.testing.assert_array_equal(found.converged(), arrived.sum(axis=1) / began.sum(axis=1))
+    np.testing.assert_array_equal(found.began(), began.sum(axis=1))
     times = found.data.time.values
     assert (np.isfinite(times) == arrived).all()
     for share in (0.05, 0.5, 0.95):
         expected = [np.quantile(t[a], share) for t, a in zip(times, arrived, strict=True)]
         np.testing.assert_array_equal(found.quantile(share).time, expected)
     lines = str(found).splitlines()
-    assert lines[-1] == "medians of the runs that converged, of 7"
+    assert lines[-2] == (
+        "converged: share of the starts that began; the rest: medians of the runs that converged, "
+        "of 7"
+    )
+    assert lines[-1] == "note: 1 of 7 starts could not begin, and count nothing: 1 out of image"
     assert f"{np.median(times[0][arrived[0]]):.3g}" in lines[2].split()
-    assert f"{arrived[0].mean():.4g}" == lines[2].split()[1]
+    assert lines[2].split()[1:3] == [f"{arrived[0].sum() / 6:.4g}", "6"]
+
+
+def test_starts_that_cannot_begin_are_no_failures(free_scene):
+    """Two see nothing, one stands behind, one is at the goal, one loses a mark on its way."""
+    aside, behind = GOAL @ rs.Pose.at(3, 0, 0), GOAL @ rs.Pose.at(0, 0, 2)
+    near, turned = GOAL @ rs.Pose.at(0.05, 0, 0), GOAL @ rs.Pose.at(rotvec=(0, 0, 3.1))
+    starts = np.stack([pose.q for pose in (aside, aside, behind, GOAL, near, turned)])
+    scene, tasks = free_scene(SQUARE, **SEEN), {"a": rs.IBVS(GOAL), "b": rs.PBVS(GOAL)}
+    found = rs.compare(scene, tasks, starts, duration=15)
+    ends = found.data.outcome.values[0]
+    lost = rs.Outcome.OUT_OF_IMAGE, rs.Outcome.BEHIND_CAMERA
+    assert [rs.Outcome(end) in lost for end in ends[:3]] == [True] * 3
+    np.testing.assert_array_equal(found.data.began, [[False] * 3 + [True] * 3] * 2)
+    np.testing.assert_array_equal(found.began(), [3, 3])
+    assert (found.data.outcome.values[:, 3:5] == rs.Outcome.CONVERGED).all()
+    arrived = found.data.outcome.values[:, 3:] == rs.Outcome.CONVERGED
+    np.testing.assert_array_equal(found.converged(), arrived.mean(axis=1))
+    note = "note: 3 of 6 starts could not begin, and count nothing: 2 out of image, 1 behind camera"
+    assert str(found).splitlines()[-1] == note
+    assert found.csv().splitlines()[0].startswith("scheme,converged (1),began (1),time (s)")
+    assert found.csv().splitlines()[1].split(",")[2] == "3"
+
+
+def test_where_no_start_can_begin_there_is_no_share(free_scene):
+    aside = np.stack([(GOAL @ rs.Pose.at(3, 0, 0)).q] * 2)
+    found = rs.compare(free_scene(SQUARE, **SEEN), {"a": rs.IBVS(GOAL)}, aside, duration=1)
+    assert np.isnan(found.converged()).all() and str(found).splitlines()[2].split() == [
+        "a",
+        "-",
+        "0",
+    ]
+
+
+def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
+    starts = np.stack([(GOAL @ rs.Pose.at(x, 0, 0)).q for x in (0.0, 0.8)])
+    small, large = free_scene(SQUARE, **SEEN), free_scene(0.3 * SQUARE)
+    schemes = [Scheme(n, s, rs.IBVS(GOAL), starts) for n, s in (("a", small), ("b", large))]
+    found = compared(schemes)
+    assert found.began().values.tolist() == [1, 2]
+    why = "note: under a 1 of 2 starts could not begin, and count nothing: 1 out of image"
+    assert why in str(found).splitlines() and "under b" not in str(found)
 
 
 def test_noise_is_that_of_the_same_seed_and_run_for_all(batch):

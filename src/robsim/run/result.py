@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
-import xarray as xr
 
 from robsim import describe
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels import tree
 from robsim.kernels.jit import KERNEL_HASH
@@ -72,7 +72,7 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
+def dataset(loop: Loop, scene: Scene, task: Task) -> Run:
     """The record of a finished (or stopped) simulation as a Dataset."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
@@ -92,7 +92,7 @@ def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
         del coordinates["time"]
-    return xr.Dataset(
+    return Run(
         {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
         {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
         _provenance(loop, scene, task),
