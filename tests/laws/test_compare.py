@@ -6,8 +6,9 @@ import xarray as xr
 
 import robsim as rs
 from robsim.analysis import measures
-from robsim.analysis.compare import Scheme, compared
+from robsim.analysis.compare import compared
 from robsim.analysis.recorded import Recorded
+from robsim.analysis.scheme import Scheme
 
 SQUARE = 0.25 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 GOAL = rs.Pose.at(0, 0, -1)
@@ -284,6 +285,43 @@ def test_of_a_batch_the_table_has_shares_and_medians(batch):
     assert lines[2].split()[1:3] == [f"{arrived[0].sum() / 6:.4g}", "6"]
 
 
+def test_a_summary_has_the_measures_of_all_instants_and_keeps_the_ends(batch, monkeypatch):
+    """In parts of two runs, and with the noise of the numbers that the runs have."""
+    scene, tasks, starts, _ = batch
+    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 200)  # of 76 moments: two runs
+    told = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "run": 5}
+    shares = []
+    found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **told)
+    xr.testing.assert_identical(found.data, rs.compare(scene, tasks, starts, **told).data)
+    assert shares == sorted(shares) and shares[-1] <= 1
+    for name, task in tasks.items():
+        expected = rs.simulate(scene, task, starts, record="summary", **told)
+        assert found.runs[name].identical(expected)
+    alone = rs.compare(scene, tasks, starts[0], record="summary", **told)
+    expected = rs.simulate(scene, tasks["pose"], starts[0], record="summary", **told)
+    assert alone.runs["pose"].identical(expected)
+    assert float(alone.data.rotation[0]) == float(found.data.rotation[0, 0])
+
+
+def test_ctrl_c_keeps_the_ends_that_were_reached(batch, monkeypatch):
+    scene, tasks, starts, _ = batch
+    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 200)
+    shares = []
+
+    def stop(share):
+        shares.append(share)
+        if share > 0.75:
+            raise KeyboardInterrupt
+
+    with pytest.raises(rs.Interrupted) as stopped:
+        rs.compare(scene, tasks, starts, record="summary", progress=stop, duration=3)
+    found = stopped.value.run
+    assert found.names == ("image", "pose") and found.data.sizes["run"] == 7
+    assert (found.data.outcome[0] != rs.Outcome.RUNNING).all()
+    left = found.data.outcome.values[1] == rs.Outcome.RUNNING
+    assert 0 < left.sum() < 7 and np.isnan(found.data.rotation.values[1, -1])
+
+
 def test_starts_that_cannot_begin_are_no_failures(free_scene):
     """Two see nothing, one stands behind, one is at the goal, one loses a mark on its way."""
     aside, behind = GOAL @ rs.Pose.at(3, 0, 0), GOAL @ rs.Pose.at(0, 0, 2)
@@ -406,7 +444,6 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
     for message, more in {
         "no setting 'gain'; .*settings: actuation, chunk, dt, duration": {"gain": 3},
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
-        "record='summary': a comparison measures the way": {"record": "summary"},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
         "progress: expected a function of the share done, got 3": {"progress": 3},
         "0.05 s, must be a multiple": {"sensing": rs.Sensing(period=0.05)},

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,71 +12,15 @@ from numpy.typing import NDArray
 
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
-from robsim.analysis.recorded import Recorded, blocks
-from robsim.base.arrays import Array
-from robsim.base.errors import InputError, Interrupted, RankWarning, suggest
-from robsim.base.threads import processors
+from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
+from robsim.base.errors import InputError, Interrupted, suggest
 from robsim.run.outcome import Outcome
-from robsim.run.simulate import Progress, check, check_progress, simulate
+from robsim.run.simulate import Progress, check_progress, simulate
 from robsim.servo import Task
 from robsim.world.scene import Scene
 
 _OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no settings
 NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # at time 0
-
-
-@dataclass(frozen=True, eq=False)
-class Scheme:
-    """One of those that are compared: a task in a scene, from a start, with keywords of simulate.
-
-    >>> from robsim import load_scenario
-    >>> from robsim.files import examples
-    >>> one = load_scenario(examples.path("visp_tutorial"))
-    >>> Scheme("mine", one.scene, one.task, one.q0, {"duration": 1.0}).name
-    'mine'
-    """
-
-    name: str
-    scene: Scene
-    task: Task
-    q0: Any = None
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"a scheme is called by a text, got {self.name!r:.80}")
-        if not isinstance(self.scene, Scene):
-            raise InputError(f"scene: expected a Scene, got {self.scene!r:.80}")
-        if isinstance(self.task, type) or not isinstance(self.task, Task):
-            raise InputError(
-                f"scheme '{self.name}': expected a task such as IBVS(...), got {self.task!r:.80}"
-            )
-
-    def check(self) -> None:
-        """Bind the task and try start and settings, as a run would; errors name the scheme."""
-        self._named(self._try)
-
-    def run(self, progress: Progress | None = None) -> xr.Dataset:
-        """Simulate it."""
-        told = {**self.settings, "progress": progress}
-        run: xr.Dataset = self._named(partial(simulate, self.scene, self.task, self.q0, **told))
-        return run
-
-    @property
-    def start(self) -> Array:
-        """(nq,) or (B, nq)."""
-        return self.scene.coordinates(self.scene.home if self.q0 is None else self.q0, "q0")
-
-    def _try(self) -> None:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # it comes with the run
-            check(self.scene, self.task, self.q0, self.settings)
-
-    def _named(self, what: Any) -> Any:
-        try:
-            return what()
-        except InputError as error:
-            raise type(error)(f"scheme '{self.name}': {error}") from None
 
 
 def compare(
@@ -94,7 +34,9 @@ def compare(
     """Run several tasks, {name: task}, in one scene from the same start, and measure them alike.
 
     q0          start (nq,), or a batch of them (B, nq), or {robot: q}; None is home
-    settings    keywords of `simulate`, the same for all, and so are seed and run numbers
+    settings    keywords of `simulate`, the same for all, and so are seed and run numbers; with
+                record="summary" all instants are measured and the ends alone are kept, for many
+                thousands of starts
 
     The measures are those of Gans, Hutchinson and Corke 2003 in spirit: see
     `robsim.analysis.measures`. Of a batch the table has the share that converged and medians.
@@ -125,14 +67,16 @@ def compared(schemes: Sequence[Scheme], progress: Progress | None = None) -> Com
     check_progress(progress)
     _check(schemes)
     runs: dict[str, xr.Dataset] = {}
+    found: dict[str, Measures] = {}
     for i, scheme in enumerate(schemes):
+        told, name = share_of(progress, i / len(schemes), 1 / len(schemes)), scheme.name
         try:
-            runs[scheme.name] = scheme.run(_part(progress, i, len(schemes)))
+            runs[name], found[name] = run_and_measure(scheme, told)
         except Interrupted as stop:
-            runs[scheme.name] = stop.run
+            runs[name], found[name] = stop.run
             message = "stopped by the user; what was simulated so far is in .run"
-            raise Interrupted(message, _measured(schemes, runs)) from None
-    return _measured(schemes, runs)
+            raise Interrupted(message, _comparison(schemes, runs, found)) from None
+    return _comparison(schemes, runs, found)
 
 
 def _check(schemes: Sequence[Scheme]) -> None:
@@ -145,29 +89,21 @@ def _check(schemes: Sequence[Scheme]) -> None:
         for key in scheme.settings:
             if key not in known:
                 raise InputError(f"no setting {key!r}; {suggest(key, known, 'settings')}")
-        if scheme.settings.get("record") == "summary":
-            raise InputError("record='summary': a comparison measures the way, not the end alone")
         scheme.check()
     batches = {scheme.start.shape[:-1] for scheme in schemes}
     if len(batches) > 1:
         raise InputError(f"q0: every scheme needs as many starts as the others, got {batches}")
 
 
-def _part(progress: Progress | None, i: int, count: int) -> Progress | None:
-    """The progress of one scheme as a share of all."""
-    if progress is None:
-        return None
-    told = progress
-    return lambda share: told((i + share) / count)
-
-
-def _measured(schemes: Sequence[Scheme], runs: dict[str, xr.Dataset]) -> Comparison:
+def _comparison(
+    schemes: Sequence[Scheme], runs: dict[str, xr.Dataset], found: dict[str, Measures]
+) -> Comparison:
     """The comparison of those that were run."""
     done = [scheme for scheme in schemes if scheme.name in runs]
     first = runs[done[0].name]
     dims = ("scheme", *(("run",) if "run" in first.dims else ()))
     shape = (len(done), *(first.sizes[dim] for dim in dims[1:]))
-    values = [_measures(scheme, runs[scheme.name]) for scheme in done]
+    values = [found[scheme.name] for scheme in done]
     data = {
         key: (dims, np.stack([each[key] for each in values]).reshape(shape), _attributes(key))
         for key in MEASURES
@@ -187,18 +123,6 @@ def _measured(schemes: Sequence[Scheme], runs: dict[str, xr.Dataset]) -> Compari
         {scheme.name: scheme.scene for scheme in done},
         tuple(_differences(done)),
     )
-
-
-def _measures(scheme: Scheme, run: xr.Dataset) -> dict[str, Array]:
-    """(B,) of each measure; threads take some runs at a time."""
-    with ThreadPoolExecutor(processors()) as pool:
-        parts = list(pool.map(_of, (Recorded(part, scheme.scene) for part in blocks(run))))
-    return {key: np.concatenate([part[key] for part in parts]) for key in MEASURES}
-
-
-def _of(some: Recorded) -> dict[str, Array]:
-    with np.errstate(all="ignore"):  # a run that went wrong is data
-        return {key: each.of(some) for key, each in MEASURES.items()}
 
 
 def _began(run: xr.Dataset) -> NDArray[np.bool_]:

@@ -215,6 +215,11 @@ def blocks(run: xr.Dataset) -> Iterator[xr.Dataset]:
     if "run" not in run.dims:
         yield run
         return
-    size = max(1, BLOCK // run.sizes["time"])
+    size = runs_in_a_block(run.sizes["time"])
     for i in range(0, run.sizes["run"], size):
         yield run.isel(run=slice(i, i + size))
+
+
+def runs_in_a_block(moments: int) -> int:
+    """How many runs of so many moments are measured at a time."""
+    return max(1, BLOCK // moments)

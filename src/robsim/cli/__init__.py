@@ -23,8 +23,8 @@ from robsim.run.outcome import Outcome
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.analysis.compare import Scheme
     from robsim.analysis.comparison import Comparison
+    from robsim.analysis.scheme import Scheme
     from robsim.scenario import Scenario
 
 BAD_INPUT, STOPPED = 2, 130  # exit status; 130 is the shell's number for Ctrl-C
@@ -188,7 +188,8 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
 
 def _compare(scenarios: dict[str, Scenario], folder: Path, figures: bool) -> None:
     """Run all, write, draw and print the table. What was simulated before Ctrl-C is kept."""
-    from robsim.analysis.compare import Scheme, compared
+    from robsim.analysis.compare import compared
+    from robsim.analysis.scheme import Scheme
 
     schemes = [
         Scheme(name, one.scene, one.task, one.q0, one.settings.keywords)
