@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,9 +15,9 @@ from robsim.base.errors import FileError, InputError, Interrupted, RankWarning, 
 from robsim.base.interrupt import undisturbed
 from robsim.cli import library
 from robsim.cli.files import exists, folder_for, free_folder, write, writing
+from robsim.cli.report import report
 from robsim.files import examples
 from robsim.kernels.jit import is_cold
-from robsim.run.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -178,7 +177,7 @@ def _simulate(scenario: Scenario, folder: Path, figures: bool) -> None:
         click.echo(COMPILING)
     result = _finished(scenario.run, lambda run: _save(run, scenario, folder), folder)
     stopped = _save(result, scenario, folder)
-    _report(result, folder)
+    report(result, folder)
     if stopped:
         sys.exit(STOPPED)
     if figures:
@@ -352,40 +351,3 @@ def _moving_frame(result: xr.Dataset, scenario: Scenario) -> str | None:
     scene, target = scenario.scene, str(result.mark_target.values[0])
     stands = not scene.tree.carries(str(result.mark_camera.values[0])).any()
     return scene.object(target).on if stands else None
-
-
-def _report(result: xr.Dataset, folder: Path) -> None:
-    from robsim.run.ends import elsewhere
-
-    if "run" in result.dims:
-        counts = [(o, int((result.outcome == o).sum())) for o in Outcome]
-        for outcome, count in counts:
-            if count:
-                click.echo(f"{count:7} {outcome.name}")
-        if astray := int(elsewhere(result).sum()):
-            click.echo(f"{astray:7} converged more than 1 cm or 1 degree from the pose of the goal")
-    else:
-        click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
-        if int(result.outcome) != Outcome.CONVERGED and result.sizes["mark"]:
-            click.echo(f"why          robsim explain {folder}")
-        click.echo(f"time         {float(result.end_time):.2f} s")
-        away = float(result.pixel_error)
-        if not math.isnan(away):  # a goal given as numbers has no image
-            click.echo(f"final error  {away:.3g} px")
-        _report_pose(result, folder)
-        click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
-    click.echo(f"results      {folder}")
-
-
-def _report_pose(result: xr.Dataset, folder: Path) -> None:
-    """How far from its goal it ended in space, and a warning where the features do not say so."""
-    from robsim.analysis.explanation.wording import away
-    from robsim.run.ends import elsewhere
-
-    metres, radians = float(result.distance_to_goal), float(result.angle_to_goal)
-    if math.isnan(metres):  # of a goal that is no pose
-        return
-    who = result.goal_pose.attrs["frame"]
-    click.echo(f"final pose   {who} {away(metres, radians)} from its goal")
-    if elsewhere(result):
-        click.echo(f"note         it converged at another pose: robsim explain {folder}")
