@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from robsim.robot.ik import numeric as ik
 
 import robsim as rs
-from robsim.robot.ik import numeric as ik
 
 FIELDS = ["q", "success", "error", "iterations", "restarts", "reason"]
 

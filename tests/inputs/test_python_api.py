@@ -222,12 +222,7 @@ TASK = {
         (["joint"], "no law ['joint']", "laws: joint, camera"),
     ],
     "inverse": [
-        (
-            "dampd",
-            "no inverse 'dampd'",
-            "did you mean 'damped'?",
-            "inverses: pseudo_inverse, damped",
-        ),
+        ("dampd", "no inverse 'dampd'", "did you mean 'damped'?", "inverses: pseudo_inverse, damped"),
         (rs.DampedInverse, "no inverse <class", "inverses: pseudo_inverse, damped"),
         (["damped"], "no inverse ['damped']", "inverses: pseudo_inverse, damped"),
         ({}, "no inverse {}", "inverses: pseudo_inverse, damped"),

@@ -63,8 +63,8 @@ def image_detour(of: Recorded) -> Array:
     start = np.moveaxis(of.each("pixels")[:, 0], 0, -1)
     chord = of.run["pixels_goal"].values[..., None] - start
     square = _dot(chord, chord)
-    chord, square = chord[..., of.owner], np.where(square > 0, square, 1.0)[..., of.owner]
-    off = of.pixels - start[..., of.owner]
+    chord, square = of.spread(chord), of.spread(np.where(square > 0, square, 1.0))
+    off = of.pixels - of.spread(start)
     off -= np.clip(_dot(off, chord) / square, 0.0, 1.0)[:, None] * chord
     return of.worst(_largest(_lengths(off)))
 

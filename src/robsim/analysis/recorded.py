@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -42,7 +43,9 @@ class Recorded:
 
     def moments(self, name: str) -> Array:
         """(..., M) of a variable with the dimension time."""
-        return np.ascontiguousarray(np.moveaxis(self.each(name)[self.live], 0, -1))
+        values = self.each(name)
+        rows = values.reshape(self.live.size, math.prod(values.shape[2:])).take(self._rows, axis=0)
+        return np.ascontiguousarray(rows.T).reshape(*values.shape[2:], len(rows))
 
     @cached_property
     def q(self) -> Array:
@@ -66,13 +69,21 @@ class Recorded:
     @cached_property
     def live(self) -> NDArray[np.bool_]:
         """(B, moments): until the end of each run."""
-        alive: NDArray[np.bool_] = np.isfinite(self.each("q")).all(axis=-1)
-        return alive
+        q = self.each("q")
+        alive = np.isfinite(q[..., 0])
+        for i in range(1, q.shape[-1]):  # faster than all() along a short axis
+            alive &= np.isfinite(q[..., i])
+        return np.asarray(alive)
+
+    @cached_property
+    def _rows(self) -> NDArray[np.int64]:
+        """(M,) numbers of the moments among all (B * moments) that there is room for."""
+        return np.flatnonzero(self.live)
 
     @cached_property
     def owner(self) -> NDArray[np.int64]:
         """(M,) the run of each moment."""
-        return np.nonzero(self.live)[0]
+        return np.repeat(np.arange(self.runs), self._counts)
 
     @cached_property
     def going(self) -> NDArray[np.bool_]:
@@ -83,7 +94,7 @@ class Recorded:
     @cached_property
     def held(self) -> Array:
         """(M - 1,) seconds until the next moment of the same run; 0 where there is none."""
-        time = self.run["time"].values[np.nonzero(self.live)[1]]
+        time = self.run["time"].values[self._rows % self.live.shape[1]]
         return np.where(self.going, np.diff(time), 0.0)
 
     @cached_property
@@ -95,9 +106,17 @@ class Recorded:
     @cached_property
     def _starts(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
         """Which runs have moments, and the first moment of each of these."""
-        counts = self.live.sum(axis=1)
-        there = counts > 0
-        return there, (np.cumsum(counts) - counts)[there]
+        there = self._counts > 0
+        return there, (np.cumsum(self._counts) - self._counts)[there]
+
+    @cached_property
+    def _counts(self) -> NDArray[np.int64]:
+        """(B,) how many moments each run has."""
+        return np.asarray(self.live.sum(axis=1))
+
+    def spread(self, values: Array) -> Array:
+        """(..., M) of (..., B): the number of its run for each moment."""
+        return np.repeat(values, self._counts, axis=-1)
 
     # Reductions go run by run, so that a run has the same bits alone and in any batch.
 
