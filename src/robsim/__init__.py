@@ -128,20 +128,21 @@ from robsim.world.sensing import Sensing as Sensing
 if TYPE_CHECKING:
     from robsim import plot as plot
     from robsim.analysis.clearance import clearance as clearance
-    from robsim.analysis.compare import Comparison as Comparison
     from robsim.analysis.compare import compare as compare
+    from robsim.analysis.comparison import Comparison as Comparison
     from robsim.analysis.diagnosis import diagnose as diagnose
     from robsim.analysis.explain import Explanation as Explanation
     from robsim.analysis.explain import explain as explain
     from robsim.files.netcdf import open_run as open_run
     from robsim.files.netcdf import save_run as save_run
+    from robsim.files.table import table as table
     from robsim.run.replay import replay as replay
 
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
     "plot": "robsim.plot",
     "clearance": "robsim.analysis.clearance",
-    "Comparison": "robsim.analysis.compare",
+    "Comparison": "robsim.analysis.comparison",
     "compare": "robsim.analysis.compare",
     "diagnose": "robsim.analysis.diagnosis",
     "Explanation": "robsim.analysis.explain",
@@ -149,6 +150,7 @@ _LAZY = {
     "open_run": "robsim.files.netcdf",
     "save_run": "robsim.files.netcdf",
     "replay": "robsim.run.replay",
+    "table": "robsim.files.table",
 }
 
 

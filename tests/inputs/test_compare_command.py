@@ -99,7 +99,6 @@ def test_bad_input_is_told_and_leaves_nothing(robsim):
         (["turn.toml", "--vary", "task.gain=1,-1"], "turn.toml", "task.gain", "-1"),
         (["turn.toml", "--vary", "task.gian=1,2"], "'gian'", "did you mean 'gain'?"),
         (["turn.toml", "--set", behind, "--vary", "task.gain=1,2"], "scheme '1'", "behind camera"),
-        (["turn.toml", "--set", "run.record=summary"], "record='summary'"),
         (["turn.toml", "-o", "turn.toml"], "cannot write turn.toml"),
     ):
         status, out, err = robsim("compare", *arguments)
@@ -153,7 +152,7 @@ def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
             raise rs.Interrupted("stopped", run)
         return run
 
-    monkeypatch.setattr("robsim.analysis.compare.simulate", stopped)
+    monkeypatch.setattr("robsim.analysis.scheme.simulate", stopped)
     status, out, err = robsim("compare", "turn.toml", "--vary", "task.gain=1,2,3", "-o", "out")
     assert status == 130 and "stopped; what was simulated so far is in out" in err and out == ""
     assert files("out") == ["1.nc", "2.nc", "comparison.csv", "comparison.nc"]

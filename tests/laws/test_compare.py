@@ -6,7 +6,9 @@ import xarray as xr
 
 import robsim as rs
 from robsim.analysis import measures
-from robsim.analysis.compare import Scheme, compared
+from robsim.analysis.compare import compared
+from robsim.analysis.recorded import Recorded
+from robsim.analysis.scheme import Scheme
 
 SQUARE = 0.25 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 GOAL = rs.Pose.at(0, 0, -1)
@@ -191,9 +193,9 @@ def test_the_margin_to_the_border_is_the_smallest_by_hand(recorded):
         shown = pixels.copy()
         shown[last:] = np.nan
         made = replaced(run, pixels=shown)
-        assert measures.border_margin(made, scene).tolist() == [expected]
+        assert measures.border_margin(Recorded(made, scene)).tolist() == [expected]
     pixels[3, 1] = -3.0, 240.0
-    assert measures.border_margin(replaced(run, pixels=pixels), scene).tolist() == [-2.5]
+    assert measures.border_margin(Recorded(replaced(run, pixels=pixels), scene)).tolist() == [-2.5]
 
 
 def test_excursion_and_detour_by_hand(recorded):
@@ -205,14 +207,14 @@ def test_excursion_and_detour_by_hand(recorded):
     pixels[2, 0] = 90.0, 100.0  # 10 px beyond its end
     pixels[1, 1] = 248.0, 164.0  # mark 1 stands at its goal, and is 80 px from it for a while
     made = replaced(run, pixels=pixels, pixels_goal=goal)
-    assert measures.image_excursion(made, scene).tolist() == [2.0]
-    assert measures.image_detour(made, scene).tolist() == [80.0]
+    assert measures.image_excursion(Recorded(made, scene)).tolist() == [2.0]
+    assert measures.image_detour(Recorded(made, scene)).tolist() == [80.0]
     pixels[1, 1] = goal[1]
     made = replaced(run, pixels=pixels, pixels_goal=goal)
-    assert measures.image_detour(made, scene).tolist() == [30.0]
+    assert measures.image_detour(Recorded(made, scene)).tolist() == [30.0]
     pixels[1, 0] = 130.0, 100.0
     made = replaced(run, pixels=pixels, pixels_goal=goal)
-    assert measures.image_detour(made, scene).tolist() == [10.0]
+    assert measures.image_detour(Recorded(made, scene)).tolist() == [10.0]
 
 
 def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
@@ -221,10 +223,10 @@ def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
     q = np.tile(0.5 * (low + high), (4, 1))
     q[2, 3] = low[3] + 0.07 * (high - low)[3]
     q[3, 1] = high[1] - 0.2 * (high - low)[1]
-    found = measures.limit_margin(replaced(run, q=q), scene)
+    found = measures.limit_margin(Recorded(replaced(run, q=q), scene))
     np.testing.assert_allclose(found, [0.07], rtol=1e-12)
     q[3] = np.nan
-    np.testing.assert_allclose(measures.limit_margin(replaced(run, q=q), scene), [0.07])
+    np.testing.assert_allclose(measures.limit_margin(Recorded(replaced(run, q=q), scene)), [0.07])
 
 
 def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_scene):
@@ -256,7 +258,7 @@ def test_a_row_of_a_batch_has_the_bits_of_the_run_alone(batch):
 
 def test_a_batch_is_measured_in_blocks_of_any_size(batch, monkeypatch):
     scene, tasks, starts, found = batch
-    monkeypatch.setattr("robsim.analysis.compare.BLOCK", 1000)  # of 376 moments: two runs
+    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 1000)  # of 376 moments: two runs
     again = rs.compare(scene, tasks, starts, duration=15)
     xr.testing.assert_identical(again.data, found.data)
 
@@ -265,16 +267,100 @@ def test_of_a_batch_the_table_has_shares_and_medians(batch):
     *_, found = batch
     arrived = found.data.outcome.values == rs.Outcome.CONVERGED
     assert 0 < arrived.sum() < arrived.size  # some do not
-    np.testing.assert_array_equal(found.converged(), arrived.mean(axis=1))
+    began = found.data.began.values
+    np.testing.assert_array_equal(found.converged(), arrived.sum(axis=1) / began.sum(axis=1))
+    np.testing.assert_array_equal(found.began(), began.sum(axis=1))
     times = found.data.time.values
     assert (np.isfinite(times) == arrived).all()
     for share in (0.05, 0.5, 0.95):
         expected = [np.quantile(t[a], share) for t, a in zip(times, arrived, strict=True)]
         np.testing.assert_array_equal(found.quantile(share).time, expected)
     lines = str(found).splitlines()
-    assert lines[-1] == "medians of the runs that converged, of 7"
+    assert lines[-2] == (
+        "converged: share of the starts that began; the rest: medians of the runs that converged, "
+        "of 7"
+    )
+    assert lines[-1] == "note: 1 of 7 starts could not begin, and count nothing: 1 out of image"
     assert f"{np.median(times[0][arrived[0]]):.3g}" in lines[2].split()
-    assert f"{arrived[0].mean():.4g}" == lines[2].split()[1]
+    assert lines[2].split()[1:3] == [f"{arrived[0].sum() / 6:.4g}", "6"]
+
+
+def test_a_summary_has_the_measures_of_all_instants_and_keeps_the_ends(batch, monkeypatch):
+    """In parts of two runs, and with the noise of the numbers that the runs have."""
+    scene, tasks, starts, _ = batch
+    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 200)  # of 76 moments: two runs
+    told = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "run": 5}
+    shares = []
+    found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **told)
+    xr.testing.assert_identical(found.data, rs.compare(scene, tasks, starts, **told).data)
+    assert shares == sorted(shares) and shares[-1] <= 1
+    for name, task in tasks.items():
+        expected = rs.simulate(scene, task, starts, record="summary", **told)
+        assert found.runs[name].identical(expected)
+    alone = rs.compare(scene, tasks, starts[0], record="summary", **told)
+    expected = rs.simulate(scene, tasks["pose"], starts[0], record="summary", **told)
+    assert alone.runs["pose"].identical(expected)
+    assert float(alone.data.rotation[0]) == float(found.data.rotation[0, 0])
+
+
+def test_ctrl_c_keeps_the_ends_that_were_reached(batch, monkeypatch):
+    scene, tasks, starts, _ = batch
+    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 200)
+    shares = []
+
+    def stop(share):
+        shares.append(share)
+        if share > 0.75:
+            raise KeyboardInterrupt
+
+    with pytest.raises(rs.Interrupted) as stopped:
+        rs.compare(scene, tasks, starts, record="summary", progress=stop, duration=3)
+    found = stopped.value.run
+    assert found.names == ("image", "pose") and found.data.sizes["run"] == 7
+    assert (found.data.outcome[0] != rs.Outcome.RUNNING).all()
+    left = found.data.outcome.values[1] == rs.Outcome.RUNNING
+    assert 0 < left.sum() < 7 and np.isnan(found.data.rotation.values[1, -1])
+
+
+def test_starts_that_cannot_begin_are_no_failures(free_scene):
+    """Two see nothing, one stands behind, one is at the goal, one loses a mark on its way."""
+    aside, behind = GOAL @ rs.Pose.at(3, 0, 0), GOAL @ rs.Pose.at(0, 0, 2)
+    near, turned = GOAL @ rs.Pose.at(0.05, 0, 0), GOAL @ rs.Pose.at(rotvec=(0, 0, 3.1))
+    starts = np.stack([pose.q for pose in (aside, aside, behind, GOAL, near, turned)])
+    scene, tasks = free_scene(SQUARE, **SEEN), {"a": rs.IBVS(GOAL), "b": rs.PBVS(GOAL)}
+    found = rs.compare(scene, tasks, starts, duration=15)
+    ends = found.data.outcome.values[0]
+    lost = rs.Outcome.OUT_OF_IMAGE, rs.Outcome.BEHIND_CAMERA
+    assert [rs.Outcome(end) in lost for end in ends[:3]] == [True] * 3
+    np.testing.assert_array_equal(found.data.began, [[False] * 3 + [True] * 3] * 2)
+    np.testing.assert_array_equal(found.began(), [3, 3])
+    assert (found.data.outcome.values[:, 3:5] == rs.Outcome.CONVERGED).all()
+    arrived = found.data.outcome.values[:, 3:] == rs.Outcome.CONVERGED
+    np.testing.assert_array_equal(found.converged(), arrived.mean(axis=1))
+    note = "note: 3 of 6 starts could not begin, and count nothing: 2 out of image, 1 behind camera"
+    assert str(found).splitlines()[-1] == note
+    assert found.csv().splitlines()[0].startswith("scheme,converged (1),began (1),time (s)")
+    assert found.csv().splitlines()[1].split(",")[2] == "3"
+
+
+def test_where_no_start_can_begin_there_is_no_share(free_scene):
+    aside = np.stack([(GOAL @ rs.Pose.at(3, 0, 0)).q] * 2)
+    found = rs.compare(free_scene(SQUARE, **SEEN), {"a": rs.IBVS(GOAL)}, aside, duration=1)
+    assert np.isnan(found.converged()).all() and str(found).splitlines()[2].split() == [
+        "a",
+        "-",
+        "0",
+    ]
+
+
+def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
+    starts = np.stack([(GOAL @ rs.Pose.at(x, 0, 0)).q for x in (0.0, 0.8)])
+    small, large = free_scene(SQUARE, **SEEN), free_scene(0.3 * SQUARE)
+    schemes = [Scheme(n, s, rs.IBVS(GOAL), starts) for n, s in (("a", small), ("b", large))]
+    found = compared(schemes)
+    assert found.began().values.tolist() == [1, 2]
+    why = "note: under a 1 of 2 starts could not begin, and count nothing: 1 out of image"
+    assert why in str(found).splitlines() and "under b" not in str(found)
 
 
 def test_noise_is_that_of_the_same_seed_and_run_for_all(batch):
@@ -358,7 +444,6 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
     for message, more in {
         "no setting 'gain'; .*settings: actuation, chunk, dt, duration": {"gain": 3},
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
-        "record='summary': a comparison measures the way": {"record": "summary"},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
         "progress: expected a function of the share done, got 3": {"progress": 3},
         "0.05 s, must be a multiple": {"sensing": rs.Sensing(period=0.05)},

@@ -325,3 +325,72 @@ def test_the_order_of_marks_is_that_of_the_border_for_regions_only():
 def test_an_unknown_kind_is_refused():
     with pytest.raises(InputError, match=r"'regio'; did you mean 'region'\? kinds: points, region"):
         DecoupledMoments("regio")
+
+
+# the head of a target
+
+
+KITE = np.array([[3, 0], [0, 1], [-1, 0], [0, -1]]) / 10
+RECTANGLE = np.array([[2, 1], [-2, 1], [-2, -1], [2, -1]]) / 10
+TOLD = pytest.mark.parametrize(
+    ("kind", "shape"),
+    [("points", KITE), ("region", KITE), ("points", PENTAGON), ("region", L_SHAPE)],
+    ids=["kite", "kite region", "pentagon", "L region"],
+)
+
+
+def turned(turn, shape, tilt=0.0):
+    return seen_from(rs.Pose.at(0, 0, 1, rpy=(tilt, tilt, turn)), shape)
+
+
+@TOLD
+@pytest.mark.parametrize("goal_turn", [0.0, 1.5, -1.5, 3.0])
+def test_a_skewed_target_tells_turns_of_up_to_a_half(kind, shape, goal_turn):
+    goal = turned(goal_turn, shape)
+    feature = DecoupledMoments(kind).towards(goal)
+    for turn in (-3.0, -2.0, -1.6, -0.3, 0.0, 1.5, 1.6, 2.6, 3.0):
+        e = (feature.measure(turned(goal_turn + turn, shape)) - feature.measure(goal))[0]
+        assert abs(e[5] - turn) < 1e-13
+        assert np.abs(e[3:5]).max() < 1e-12  # the tilt features do not know of it
+
+
+@TOLD
+def test_the_angle_has_no_jump_at_a_quarter_turn(kind, shape):
+    """Of a tilted view too: it changes by as much as the image turns, but at half a turn."""
+    goal = turned(0.0, shape)
+    feature = DecoupledMoments(kind).towards(goal)
+    turns = np.linspace(-2.9, 2.9, 200)
+    angles = [feature.measure(turned(turn, shape, tilt=0.2))[0, 5] for turn in turns]
+    assert np.abs(np.diff(angles) - np.diff(turns)).max() < 0.02
+
+
+@KINDS
+def test_a_target_without_a_head_is_turned_by_a_quarter_at_most(kind):
+    """As it was: also where a tilt makes third moments that a rectangle does not have."""
+    for shape, tilt in ((RECTANGLE, 0.0), (RECTANGLE, 0.3)):
+        goal = turned(0.0, shape, tilt)
+        feature = DecoupledMoments(kind).towards(goal)
+        assert feature.head_goal == (0.0, 0.0)
+        half = feature.measure(turned(math.pi + 0.2, shape, tilt))[0, 5]
+        assert abs(half - feature.measure(goal)[0, 5]) < math.pi / 2
+
+
+@TOLD
+def test_within_a_quarter_turn_the_angle_has_the_bits_of_the_axis_alone(kind, shape):
+    goal = turned(0.4, shape)
+    feature = DecoupledMoments(kind).towards(goal)
+    axis = (RegionMoments() if kind == "region" else PointMoments()).towards(goal)
+    for turn in (-1.1, -0.5, 0.0, 0.6, 1.9):
+        here = turned(turn, shape, tilt=0.1)
+        assert feature.measure(here)[0, 5] == axis.measure(here)[0, 3]
+
+
+@TOLD
+def test_a_turn_of_150_degrees_ends_upright(kind, shape, free_scene):
+    """In simulation, from a turned and displaced start; before it ended upside down."""
+    goal = rs.Pose.at(0, 0, -1)
+    task = rs.IBVS(goal, features=DecoupledMoments(kind), tolerance=1e-6)
+    start = goal @ rs.Pose.at(0.1, -0.05, -0.2, rotvec=(0, 0, np.radians(150)))
+    run = rs.simulate(free_scene(flat(shape)), task, start, duration=25)
+    assert int(run.outcome) == rs.Outcome.CONVERGED
+    np.testing.assert_allclose(run.camera_pose[int(run.end_time / 0.04)], goal.matrix, atol=1e-4)

@@ -1163,5 +1163,5 @@ def test_a_diagnosis_of_one_moment_and_of_nothing_known_is_drawn(scene, still):
 def test_what_is_no_diagnosis_is_refused(given, run):
     with pytest.raises(rs.InputError, match="expected a diagnosis as diagnose returns it, got"):
         plot.diagnosis(given)
-    with pytest.raises(rs.InputError, match="got Dataset"):
+    with pytest.raises(rs.InputError, match="got Run"):
         plot.diagnosis(run)

@@ -16,7 +16,8 @@ from robsim.cli.progress import STOPPED, drawing, finished
 from robsim.cli.scenarios import COMPILING, check_colors, load, must_compile
 
 if TYPE_CHECKING:
-    from robsim.analysis.compare import Comparison, Scheme
+    from robsim.analysis.comparison import Comparison
+    from robsim.analysis.scheme import Scheme
     from robsim.run.experiment import Experiment
 
 COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
@@ -56,7 +57,8 @@ def command(
 
 def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
     """Run all, write, draw and print the table. What was simulated before Ctrl-C is kept."""
-    from robsim.analysis.compare import Scheme, compared
+    from robsim.analysis.compare import compared
+    from robsim.analysis.scheme import Scheme
 
     schemes = [
         Scheme(name, one.scene, one.task, one.start, one.keywords)

@@ -1,4 +1,4 @@
-"""How a run went, in a few lines."""
+"""What the command line says of a run when it is over."""
 
 from __future__ import annotations
 
@@ -15,12 +15,16 @@ if TYPE_CHECKING:
 
 
 def report(result: xr.Dataset, folder: Path) -> None:
-    """Print outcome, time and final error; of a batch, how many ended in which way."""
+    """Say how a run ended, or how many of a batch ended how."""
+    from robsim.run.ends import elsewhere
+
     if "run" in result.dims:
         counts = [(o, int((result.outcome == o).sum())) for o in Outcome]
         for outcome, count in counts:
             if count:
                 click.echo(f"{count:7} {outcome.name}")
+        if astray := int(elsewhere(result).sum()):
+            click.echo(f"{astray:7} converged more than 1 cm or 1 degree from the pose of the goal")
     else:
         click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
         if int(result.outcome) != Outcome.CONVERGED and result.sizes["mark"]:
@@ -29,5 +33,20 @@ def report(result: xr.Dataset, folder: Path) -> None:
         away = float(result.pixel_error)
         if not math.isnan(away):  # a goal given as numbers has no image
             click.echo(f"final error  {away:.3g} px")
+        _tell_pose(result, folder)
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
     click.echo(f"results      {folder}")
+
+
+def _tell_pose(result: xr.Dataset, folder: Path) -> None:
+    """How far from its goal it ended in space, and a warning where the features do not say so."""
+    from robsim.analysis.explanation.wording import away
+    from robsim.run.ends import elsewhere
+
+    metres, radians = float(result.distance_to_goal), float(result.angle_to_goal)
+    if math.isnan(metres):  # of a goal that is no pose
+        return
+    who = result.goal_pose.attrs["frame"]
+    click.echo(f"final pose   {who} {away(metres, radians)} from its goal")
+    if elsewhere(result):
+        click.echo(f"note         it converged at another pose: robsim explain {folder}")

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
 from robsim.declare import Declared, Word, check_fields, register
 from robsim.features.feature import Observation, Tolerance
+from robsim.kernels import moment_features as features
 from robsim.kernels import moments as kernels
 
 KINDS = ("points", "region")
+SKEWED = 0.1  # rho from which on third moments tell the head; a tilt of 0.6 rad makes up to 0.05
 F = TypeVar("F")
 
 
@@ -56,16 +58,16 @@ class _Basic:
         """S (B, 4)."""
         centre, mu = _moments(seen, self.of_marks)
         s = np.empty((4, mu.shape[1]))
-        kernels.basic(self.of_marks, centre, mu, s)
+        features.basic(self.of_marks, centre, mu, s)
         if self.alpha_goal is not None:
-            kernels.within_quarter_turn(self.alpha_goal, s[3])
+            features.within_quarter_turn(self.alpha_goal, s[3])
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
         """L (B, 4, 6)."""
         centre, mu = _moments(seen, self.of_marks)
         R, L = _rates(seen, self.of_marks, centre, mu), np.empty((4, 6, mu.shape[1]))
-        kernels.basic_rates(self.of_marks, mu, R, L)
+        features.basic_rates(self.of_marks, mu, R, L)
         return first_view(L)
 
     def towards(self, goal: Observation) -> Self:
@@ -73,7 +75,7 @@ class _Basic:
         return _with(self, alpha_goal=float(self.measure(goal)[0, 3]))
 
 
-def _with(feature: F, **values: float) -> F:
+def _with(feature: F, **values: Any) -> F:
     """A copy that remembers the goal."""
     new = copy.copy(feature)
     for name, value in values.items():
@@ -165,6 +167,7 @@ class DecoupledMoments(Declared):
     size_goal: float = field(default=1.0, init=False, repr=False)
     Z_goal: float = field(default=1.0, init=False, repr=False)
     alpha_goal: float | None = field(default=None, init=False, repr=False)
+    head_goal: tuple[float, float] = field(default=(0.0, 0.0), init=False, repr=False)
     singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
     least_marks: ClassVar[int] = 3
 
@@ -182,22 +185,25 @@ class DecoupledMoments(Declared):
 
     def _measure(self, centre: Array, mu: Array) -> Array:
         s = np.empty((6, mu.shape[1]))
-        kernels.decoupled(self.of_marks, self.size_goal, self.Z_goal, centre, mu, s)
+        features.decoupled(self.of_marks, self.size_goal, self.Z_goal, centre, mu, s)
         if self.alpha_goal is not None:
-            kernels.within_quarter_turn(self.alpha_goal, s[5])
+            features.within_quarter_turn(self.alpha_goal, s[5])
+            if any(self.head_goal):
+                features.upright(self.alpha_goal, self.head_goal, mu, s[5])
         return s
 
     def interaction(self, seen: Observation) -> Array:
         """L (B, 6, 6)."""
         centre, mu = _moments(seen, self.of_marks)
         R, L = _rates(seen, self.of_marks, centre, mu), np.empty((6, 6, mu.shape[1]))
-        kernels.decoupled_rates(self.of_marks, centre, mu, R, self._measure(centre, mu), L)
+        features.decoupled_rates(self.of_marks, centre, mu, R, self._measure(centre, mu), L)
         return first_view(L)
 
     def towards(self, goal: Observation) -> DecoupledMoments:
-        """The same with a*, Z* and the orientation of the goal."""
-        s = np.empty((4, goal.points_last.shape[2]))
-        kernels.basic(self.of_marks, *_moments(goal, self.of_marks), s)
+        """Return the same with a*, Z*, the orientation and the head of the goal."""
+        centre, mu = _moments(goal, self.of_marks)
+        s = np.empty((4, mu.shape[1]))
+        features.basic(self.of_marks, centre, mu, s)
         size, x, y, alpha = (float(value) for value in s[:, 0])
         if self.of_marks:
             Z = float(goal.depth_last[:, 0].mean())
@@ -205,4 +211,13 @@ class DecoupledMoments(Declared):
             A, B, C = region_plane(goal)[:, 0]
             with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
                 Z = float(1.0 / (A * x + B * y + C))
-        return _with(self, size_goal=size, Z_goal=Z, alpha_goal=alpha)
+        told = {"size_goal": size, "Z_goal": Z, "alpha_goal": alpha}
+        return _with(self, **told, head_goal=_head(mu, s[3]))
+
+
+def _head(mu: Array, alpha: Array) -> tuple[float, float]:
+    """The head of the first run; zero where it is too small to be told from a tilt."""
+    h = np.empty((2, mu.shape[1]))
+    features.head(mu, alpha, h)
+    along, across = (float(value) for value in h[:, 0])
+    return (along, across) if np.hypot(along, across) > SKEWED else (0.0, 0.0)

@@ -9,6 +9,7 @@ from pathlib import Path
 import xarray as xr
 
 from robsim.base.errors import FileError, InputError
+from robsim.files.table import Run
 
 
 def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
@@ -56,7 +57,7 @@ def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
         raise FileError(f"no file {path}")
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
-            run = data.load()
+            run = Run(data.load().data_vars, data.coords, data.attrs)
     except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
         raise FileError(f"{path} is not a NetCDF-4 file: {error}") from None
     if run.attrs.get("title") != "RobSim run":

@@ -19,7 +19,7 @@ from robsim.run.outcome import Outcome
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.analysis.compare import Comparison
+    from robsim.analysis.comparison import Comparison
     from robsim.world.scene import Scene
 
 IN_A_ROW, BELOW = 7, 4.4  # images in a row; inches, the height of what is below them

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
-import xarray as xr
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.jacobian import camera_jacobian
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
+from robsim.run import ends
 from robsim.run.outcome import Outcome
 from robsim.run.text import text_of
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
@@ -43,6 +44,7 @@ UNITS = {
     "path_length": "m",
     "pixel_error": "px",
     "outcome": "1",
+    **ends.UNITS,
 }
 DESCRIPTIONS = {
     "q": "coordinates of the robots",
@@ -66,10 +68,11 @@ DESCRIPTIONS = {
     "pixel_error": "largest distance of a mark from its goal in the image, at the end",
     "q0": "start",
     "q_end": "end",
+    **ends.DESCRIPTIONS,
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
+def dataset(loop: Loop, scene: Scene, task: Task) -> Run:
     """The record of a finished (or stopped) simulation as a Dataset."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
@@ -82,14 +85,14 @@ def dataset(loop: Loop, scene: Scene, task: Task) -> xr.Dataset:
             "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
             "pixels_goal": (["mark", "axis"], goal),
             "s_goal": (["feature"], s_goal),
-            **_ends(loop, goal),
+            **ends.variables(loop, goal),
         }
     attributes = _attributes(controller, scene)
     absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
         del coordinates["time"]
-    return xr.Dataset(
+    return Run(
         {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
         {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
         _provenance(loop, scene, task),
@@ -141,41 +144,25 @@ def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
     }
 
 
-def _ends(loop: Loop, goal: Array) -> dict[str, Any]:
-    recorder = loop.recorder
-    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal.shape)
-    return {
-        "outcome": (["run"], recorder.outcome),
-        "end_time": (["run"], recorder.end_step * loop.dt),
-        "path_length": (["run"], recorder.path_length),
-        "pixel_error": (["run"], _farthest(pixels_end - goal)),
-        "q0": (["run", "coordinate"], loop.q0),
-        "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
-        "pixels_end": (["run", "mark", "axis"], pixels_end),
-    }
-
-
-def _farthest(away: Array) -> Array:
-    """(runs,) largest length of away (runs, marks, 2); NaN without marks."""
-    if not away.shape[1]:
-        return np.full(len(away), np.nan)
-    return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
-
-
 def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
-    """Poses (runs, instants, 4, 4) and twists (runs, instants, 6) of a frame, in its own axes."""
+    """Poses (runs, instants, 4, 4) and twists (runs, instants, 6) of a frame, in its own axes.
+
+    Of instants after the end of a run, in which q is NaN, nothing is computed.
+    """
     joints, shape = scene.tree, q.shape[:2]
-    poses, twists = np.empty((q[..., 0].size, 4, 4)), np.empty((q[..., 0].size, 6))
+    poses, twists = np.full((q[..., 0].size, 4, 4), np.nan), np.full((q[..., 0].size, 6), np.nan)
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
     moves = joints.moves(joints.carried(frame))
-    for part in _blocks(len(poses)):
-        bodies = joints.bodies(np.ascontiguousarray(rows[part].T))
+    still = not joints.carried(frame).any()  # then it is where it was
+    live = np.flatnonzero(still | ~np.isnan(rows).any(axis=1))
+    for part in _blocks(len(live)):
+        some = live[part]
+        bodies = joints.bodies(np.ascontiguousarray(rows[some].T))
         T = joints.frame(bodies, frame)
         J = np.empty((6, joints.nv, T.shape[-1]))
         camera_jacobian(bodies, T, moves, J)
-        poses[part] = homogeneous(T)
-        poses[part][np.isnan(T[0, 0])] = np.nan
-        twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T
+        poses[some] = homogeneous(T)
+        twists[some] = product(J, np.ascontiguousarray(rates[some].T)[:, None])[:, 0].T
     return poses.reshape(*shape, 4, 4), twists.reshape(*shape, 6)
 
 
@@ -289,6 +276,7 @@ def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any
     }
     for name in ("frame_pose", "frame_velocity"):
         named[name]["frame"] = controller.frame
+    named["goal_pose"] |= ends.goal_attributes(controller)
     if not controller.sights:
         named["path_length"] |= {"long_name": "way of the frame that is moved"}
     named["outcome"] |= {

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from robsim.analysis.case import Case
-from robsim.analysis.explanation import views
 from robsim.analysis.explanation.attribution import Criterion, Cure
 from robsim.analysis.explanation.changes import with_leaves
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.imperfections import imperfections
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.removal import Trial, cures, patient
-from robsim.analysis.explanation.wording import away
+from robsim.analysis.explanation.wording import away, counted
+from robsim.base.arrays import runs_last
+from robsim.run import ends
 from robsim.run.loop import Loop
-from robsim.servo import Task
+from robsim.servo.controller import Controller
 
 FAR, TURNED = 1e-3, 2e-3  # metres and radians: what is worth a word
 BETTER = 0.1  # of what a camera is off: then it stands where it should
@@ -25,23 +24,54 @@ BETTER = 0.1  # of what a camera is off: then it stands where it should
 
 def final_pose(inquiry: Inquiry) -> list[Finding]:
     """That it stands elsewhere, and what of the things that are wrong is the cause of that."""
-    controller = inquiry.again.loop.controller
-    off = miss(inquiry.case.task, inquiry.again.loop)
-    if controller.full_rank < 6 or not (off[0] > FAR or off[1] > TURNED):
+    loop = inquiry.again.loop
+    off, full = miss(loop), _determined(loop.controller)
+    far, turned = (FAR, TURNED) if full else (ends.FAR, ends.TURNED)
+    if not (off[0] > far or off[1] > turned):
         return []
     wrong = imperfections(inquiry.again)
-    as_seen = "as the controller sees and believes it" if wrong else "but not in space"
-    sentence = (
-        f"It converged in the image {as_seen}: in truth the camera stands {away(*off)} away from "
-        "where it was meant to stand."
-    )
-    evidence = {"off_m": off[0], "angle_deg": math.degrees(off[1])}
-    first = Finding("final pose", sentence, evidence)
+    first = _told(loop.controller, off, bool(wrong))
+    if not full:
+        return [first, _undetermined(loop.controller)]
     if not inquiry.experiments:
         return [first]
     cured = _nearer(off, float(inquiry.depths[-1]))
     causes = Criterion(cured, _stands).attributed(inquiry.case, wrong).causes
     return [first, *(causes or _same_image(inquiry, cured, bool(wrong)))]
+
+
+def _determined(controller: Controller) -> bool:
+    """Whether features at their goal mean a pose there, or one of a few."""
+    commanded = controller.columns.size >= 6 and not ends.free_motions(controller)
+    return commanded or controller.full_rank >= 6
+
+
+def _told(controller: Controller, off: tuple[float, float], wrong: bool) -> Finding:
+    """By how much it stands elsewhere."""
+    part = ends.regarded(controller)
+    who = "the camera" if part.moving == part.frame else f"'{part.moving}'"
+    as_seen = "as the controller sees and believes it" if wrong else "but not in space"
+    sentence = (
+        f"It converged in the image {as_seen}: in truth {who} stands {away(*off)} away from "
+        "where it was meant to stand."
+    )
+    return Finding("final pose", sentence, {"off_m": off[0], "angle_deg": math.degrees(off[1])})
+
+
+def _undetermined(controller: Controller) -> Finding:
+    """Why features that are met do not tell the pose."""
+    free, count = ends.free_motions(controller), controller.columns.size
+    if free:
+        sentence = (
+            f"The features leave {counted(free, 'motion')} free that the joints can make, and so "
+            "they have their goal at many poses. More features or marks tell these apart."
+        )
+    else:
+        sentence = (
+            f"A pose has six numbers, and the velocities that are commanded are {count}: the "
+            "features have their goal at other poses too."
+        )
+    return Finding("free motions", sentence, {"free_motions": free, "velocities": count})
 
 
 def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]:
@@ -65,13 +95,10 @@ def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]
         )
 
 
-def miss(task: Task, loop: Loop) -> tuple[float, float]:
+def miss(loop: Loop) -> tuple[float, float]:
     """How far (m) and how much turned (rad) the first camera stands from its goal at the end."""
-    sight = loop.controller.sights[0]
-    away = views.from_goal(task, sight, loop.recorder.last.q[0, 0])
-    if away is None:
-        return math.nan, math.nan
-    return float(np.linalg.norm(away.position)), float(np.linalg.norm(away.rotvec))
+    _, metres, radians = ends.off_goal(loop.controller, runs_last(loop.recorder.last.q[:, 0], 1))
+    return float(metres[0]), float(radians[0])
 
 
 def _nearer(off: tuple[float, float], depth: float) -> Cure:
@@ -84,7 +111,7 @@ def _nearer(off: tuple[float, float], depth: float) -> Cure:
         trial = cures(case)
         if trial is None:
             return None
-        now = apparent(miss(case.task, trial.loop))
+        now = apparent(miss(trial.loop))
         return trial if now < max(TURNED, BETTER * apparent(off)) else None
 
     return cured

@@ -74,12 +74,12 @@ class Inquiry:
     @cached_property
     def goal_pose(self) -> Pose | None:
         """T_c_o at the goal, as it was meant."""
-        return views.goal_pose(self.case.task, self.sight)
+        return views.goal_pose(self.again.loop.controller)
 
     @cached_property
     def turn(self) -> Array | None:
         """Rotation vector (3,) from the goal to the start, in camera axes."""
-        away = views.from_goal(self.case.task, self.sight, self.case.q0)
+        away = views.from_goal(self.again.loop.controller, self.case.q0)
         return None if away is None else away.rotvec
 
     @property

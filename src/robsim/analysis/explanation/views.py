@@ -12,8 +12,9 @@ from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array, runs_last
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.servo import AdaptiveGain, GoalFeatures, GoalPose, Task
-from robsim.servo.goals.goal import configuration
+from robsim.run import ends
+from robsim.servo import AdaptiveGain
+from robsim.servo.controller import Controller
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight, relative
 
@@ -72,21 +73,16 @@ def pose_at(sight: Sight, q: Array) -> Pose:
     return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o))[0])
 
 
-def goal_pose(task: Task, sight: Sight) -> Pose | None:
+def goal_pose(controller: Controller) -> Pose | None:
     """T_c_o at the goal, as it was meant; None where the goal is made of numbers."""
-    tasks = leaves(task)
-    if not tasks or isinstance(tasks[0].goal, GoalFeatures):
-        return None
-    if isinstance(tasks[0].goal, GoalPose):
-        return Pose(tasks[0].goal.T_c_o.matrix)
-    q = configuration(tasks[0].goal, sight.scene)
-    return None if q is None else pose_at(sight, q[:, 0])
+    T = ends.at_goal(controller)
+    return None if T is None else Pose(homogeneous(T)[0])
 
 
-def from_goal(task: Task, sight: Sight, q: Array) -> Pose | None:
+def from_goal(controller: Controller, q: Array) -> Pose | None:
     """T_c*_c: the camera at q (nq,) in the axes of the camera at the goal, as it was meant."""
-    goal = goal_pose(task, sight)
-    return None if goal is None else goal @ pose_at(sight, q).inv()
+    goal = goal_pose(controller)
+    return None if goal is None else goal @ pose_at(ends.regarded(controller).sights[0], q).inv()
 
 
 def servo_of(again: Repeated) -> Servo | None:

@@ -99,13 +99,19 @@ def check_goal(goal: Goal, depth: Depth, interaction: Any, regulated: Regulated)
         )
 
 
-def warn_of_rank(controller: Servo) -> None:
-    """RankWarning if the features leave motions free that the joints can make."""
-    regulated, first = controller.regulated, controller.sights[0]
+def fixed_motions(controller: Servo) -> tuple[int, int]:
+    """Return how many motions the features fix at the goal, and how many the joints can make."""
+    regulated = controller.regulated
     full = min(6 * regulated.motions, controller.columns.size)
     found = controller.full_rank
     if regulated.q_goal is None and regulated.given is None and regulated.as_one:
         found = min(found, int(rank(regulated.at_goal.L)[0]))  # there is no Jacobian at the goal
+    return found, full
+
+
+def warn_of_rank(controller: Servo) -> None:
+    """RankWarning if the features leave motions free that the joints can make."""
+    first, (found, full) = controller.sights[0], fixed_motions(controller)
     if found < full:
         marks = np.unique(first.target.marks, axis=0)
         cause = "its marks lie on one line; " if collinear(marks) else ""

@@ -1,0 +1,173 @@
+"""`Comparison`: what `compare` found, as data and as a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from robsim.analysis.measures import MEASURES
+from robsim.base.arrays import not_negative
+from robsim.base.errors import InputError
+from robsim.base.html import table
+from robsim.run.outcome import Outcome
+from robsim.world.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The runs of several schemes, and their measures; as text, a table.
+
+    `runs` and `scenes` are by the name of the scheme. `data` has a variable for each measure (see
+    `robsim.analysis.measures`), with dims (scheme,) or of batches (scheme, run), NaN where a
+    measure is undefined; the outcome; and `began`, false where the start itself was out of sight
+    or beyond the limits of the joints, so that there is nothing to measure. `notes` say what
+    besides the task differs.
+    """
+
+    runs: Mapping[str, xr.Dataset]
+    data: xr.Dataset
+    scenes: Mapping[str, Scene]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the schemes, in the order given."""
+        return tuple(self.runs)
+
+    @property
+    def batch(self) -> bool:
+        """Whether every scheme ran from several starts."""
+        return "run" in self.data.dims
+
+    def converged(self) -> xr.DataArray:
+        """Return the share of the runs of each scheme that converged, 0 to 1, of those that began.
+
+        A start that cannot begin is no failure of a scheme; NaN if none of them began.
+        """
+        arrived = (self.data["outcome"] == Outcome.CONVERGED).astype(float)
+        return arrived.where(self.data["began"]).mean("run") if self.batch else arrived
+
+    def began(self) -> xr.DataArray:
+        """Return how many runs of each scheme could begin."""
+        return self.data["began"].sum("run") if self.batch else self.data["began"].astype(int)
+
+    def quantile(self, share: float = 0.5) -> xr.Dataset:
+        """Of a batch, for each scheme the quantile of each measure over the runs that converged.
+
+        0.5 is the median. Of single runs: their measures. InputError: a share beyond 0 and 1.
+        """
+        share = not_negative(share, "share of a quantile")
+        if share > 1:
+            raise InputError(f"share of a quantile: expected 0 to 1, got {share:g}")
+        if not self.batch:
+            return self.data[list(MEASURES)]
+        arrived = self.data["outcome"] == Outcome.CONVERGED
+        found = {name: _quantile(self.data[name].where(arrived), share) for name in MEASURES}
+        return xr.Dataset(found, attrs=self.data.attrs)
+
+    def csv(self) -> str:
+        """The table as comma-separated values, with all measures, in full precision."""
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")
+        units = [f"{name} ({each.unit})" for name, each in MEASURES.items()]
+        rows.writerow(["scheme", *self._heads("converged (1)", "began (1)"), *units])
+        numbers = self.quantile()
+        for i, name in enumerate(self.names):
+            values = [float(numbers[key][i]) for key in MEASURES]
+            told = ["" if np.isnan(value) else repr(value) for value in values]
+            rows.writerow([name, *self._endings(i), *told])
+        return text.getvalue()
+
+    def __str__(self) -> str:
+        """Return the table; what is undefined for every scheme is left out."""
+        return "\n".join([*_aligned(self._columns()), *self._denominators(), *self.notes])
+
+    def _repr_html_(self) -> str:
+        """Return the table for notebooks."""
+        first, *rows = zip(*self._columns(), strict=True)
+        units, *rows = rows
+        head = [
+            f"{name} ({unit})" if unit else name for name, unit in zip(first, units, strict=True)
+        ]
+        return table("Comparison", rows, head, "\n".join([*self._denominators(), *self.notes]))
+
+    def _columns(self) -> list[list[str]]:
+        """Each with its name, its unit, and a text for each scheme."""
+        numbers = self.quantile()
+        shown = {key: each for key, each in MEASURES.items() if each.short}
+        shown = {key: each for key, each in shown.items() if np.isfinite(numbers[key]).any()}
+        columns = [["scheme", "", *self.names]]
+        endings = [self._endings(i) for i in range(len(self.names))]
+        heads = self._heads("converged", "of")
+        columns += [[head, "", *column] for head, *column in zip(heads, *endings, strict=True)]
+        for key, each in shown.items():
+            unit = "" if each.unit == "1" else each.unit
+            columns.append([each.short, unit, *map(_text, numbers[key].values)])
+        return columns
+
+    def __repr__(self) -> str:
+        """Also where a notebook shows it."""
+        return str(self)
+
+    def _heads(self, *of_batch: str) -> tuple[str, ...]:
+        return of_batch if self.batch else ("outcome",)
+
+    def _endings(self, i: int) -> tuple[str, ...]:
+        """How a scheme fared, below these heads."""
+        if not self.batch:
+            return (Outcome(int(self.data["outcome"][i])).words,)
+        share = float(self.converged()[i])
+        return "-" if np.isnan(share) else f"{share:.4g}", str(int(self.began()[i]))
+
+    def _denominators(self) -> list[str]:
+        """What the numbers of a batch are about, and which starts are not among them."""
+        if not self.batch:
+            return []
+        count = self.data.sizes["run"]
+        share = "converged: share of the starts that began"
+        lines = [f"{share}; the rest: medians of the runs that converged, of {count}"]
+        why = [self._not_begun(i) for i in range(len(self.names))]
+        if len(set(why)) == 1:
+            return lines + [f"note: {why[0]}"] * bool(why[0])
+        return lines + [
+            f"note: under {name} {text}" for name, text in zip(self.names, why, strict=True) if text
+        ]
+
+    def _not_begun(self, i: int) -> str:
+        """How many starts of a scheme could not begin, and why; nothing where all could."""
+        began, endings = self.data["began"].values[i], self.data["outcome"].values[i]
+        counts = [(outcome, int((endings[~began] == outcome).sum())) for outcome in Outcome]
+        why = ", ".join(f"{count} {outcome.words}" for outcome, count in counts if count)
+        some = f"{(~began).sum()} of {began.size} starts"
+        return f"{some} could not begin, and count nothing: {why}" if why else ""
+
+
+def _quantile(values: xr.DataArray, share: float) -> xr.DataArray:
+    """Along the runs; NaN counts nothing, and is all there is where there is nothing else."""
+    rows = [row[np.isfinite(row)] for row in values.values]
+    found = [float(np.quantile(row, share)) if row.size else np.nan for row in rows]
+    return xr.DataArray(found, {"scheme": values["scheme"]}, attrs=values.attrs)
+
+
+def _text(value: float) -> str:
+    """Three digits; "-" where there is nothing, or what is nothing but rounding."""
+    if np.isnan(value):
+        return "-"
+    if abs(value) < 1e-9:
+        return "0"
+    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
+
+
+def _aligned(columns: list[list[str]]) -> list[str]:
+    """Lines of text from columns of it; the first two to the left, numbers to the right."""
+    widths = [max(map(len, column)) for column in columns]
+    padded = [
+        [text.ljust(width) if i < 2 else text.rjust(width) for text in column]
+        for i, (column, width) in enumerate(zip(columns, widths, strict=True))
+    ]
+    return ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]

@@ -1,0 +1,136 @@
+"""Features made of image moments: area, centre, orientation, and six decoupled ones.
+
+Centres centre[2, b], moments mu[k, b] and their rates R[k, 6, b] are those of
+`robsim.kernels.moments`.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.jit import kernel, part
+
+NEAR = 0.8  # what a small turn is worth against third moments that contradict it
+
+
+@part
+def _size(of_marks, m, b):
+    """What stands for the area: mu00 of a region, mu20 + mu02 of a set of marks; or its rate."""
+    return m[3, b] + m[5, b] if of_marks else m[0, b]
+
+
+@part
+def _orientation(mu, b):
+    return 0.5 * math.atan2(2.0 * mu[4, b], mu[3, b] - mu[5, b])
+
+
+@part
+def _orientation_rate(mu, rate, b):
+    across, twice = mu[3, b] - mu[5, b], 2.0 * mu[4, b]
+    turn = across * 2.0 * rate[4, b] - twice * (rate[3, b] - rate[5, b])
+    return 0.5 * turn / (across * across + twice * twice)
+
+
+@kernel
+def within_quarter_turn(goal, alpha):
+    """alpha[b] <- alpha + n pi, so that it differs from the goal by a quarter turn at most."""
+    for b in range(alpha.shape[0]):
+        turns = (alpha[b] - goal) / math.pi
+        alpha[b] -= math.pi * math.floor(turns + 0.5)
+
+
+@kernel
+def head(mu, alpha, out):
+    """out[2, b]: the third moments p along the axis alpha[b] and across it, without unit.
+
+    p = (mu30 + mu12, mu21 + mu03), and its length is the rho of `decoupled`. An axis has no head,
+    and p has: with alpha + pi it changes its sign.
+    """
+    for b in range(alpha.shape[0]):
+        px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
+        scale = math.sqrt(mu[0, b] / spread) / spread
+        c, s = math.cos(alpha[b]), math.sin(alpha[b])
+        out[0, b], out[1, b] = scale * (c * px + s * py), scale * (c * py - s * px)
+
+
+@kernel
+def upright(goal, head_goal, mu, alpha):
+    """alpha[b] <- alpha + n pi, so that the head is where it is at the goal; within a half turn.
+
+    h is `head`, h* at the goal. In pictures that differ by a turn h = h*, or -h* where the axis
+    points the other way; a tilt bends h, and the nearer of both angles gets NEAR of a vote: alpha
+    is kept where h.h* / max(|h|, |h*|)^2 + NEAR cos(alpha - goal) is not below zero. Both change
+    their signs with alpha + pi, so there is no jump at a quarter turn.
+    """
+    h = np.empty((2, alpha.shape[0]))
+    head(mu, alpha, h)
+    square = head_goal[0] * head_goal[0] + head_goal[1] * head_goal[1]
+    for b in range(alpha.shape[0]):
+        along = h[0, b] * head_goal[0] + h[1, b] * head_goal[1]
+        share = along / max(square, h[0, b] * h[0, b] + h[1, b] * h[1, b])
+        if share + NEAR * math.cos(alpha[b] - goal) < 0.0:
+            alpha[b] += math.pi if alpha[b] < goal else -math.pi
+
+
+@kernel
+def basic(of_marks, centre, mu, s):
+    """s[4, b] = (a, xg, yg, alpha), alpha = atan2(2 mu11, mu20 - mu02) / 2."""
+    for b in range(mu.shape[1]):
+        s[0, b], s[1, b], s[2, b] = _size(of_marks, mu, b), centre[0, b], centre[1, b]
+        s[3, b] = _orientation(mu, b)
+
+
+@kernel
+def basic_rates(of_marks, mu, R, L):
+    """L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
+    for c in range(6):
+        rate = R[:, c]
+        for b in range(mu.shape[1]):
+            L[0, c, b], L[1, c, b], L[2, c, b] = _size(of_marks, rate, b), rate[1, b], rate[2, b]
+            L[3, c, b] = _orientation_rate(mu, rate, b)
+
+
+@part
+def _skewness(mu, b):
+    """(rho, px, py, spread): the third moments p = sum of r^2 (x, y), and rho, |p| without unit."""
+    px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
+    rho = math.sqrt(mu[0, b] * (px * px + py * py) / spread) / spread
+    return rho, px, py, spread
+
+
+@kernel
+def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
+    """s[6, b] = (xn, yn, an, Px, Py, alpha) with an = Z* sqrt(a* / a), xn = an xg, yn = an yg.
+
+    (Px, Py) = rho (cos 2 phi, sin 2 phi): the size without unit and the direction from the
+    principal axis of p = (mu30 + mu12, mu21 + mu03), twice because an axis has no head.
+    """
+    for b in range(mu.shape[1]):
+        an = Z_goal * math.sqrt(size_goal / _size(of_marks, mu, b))
+        rho, px, py, _spread = _skewness(mu, b)
+        alpha = _orientation(mu, b)
+        twice = 2.0 * (math.atan2(py, px) - alpha)
+        s[0, b], s[1, b], s[2, b] = an * centre[0, b], an * centre[1, b], an
+        s[3, b], s[4, b], s[5, b] = rho * math.cos(twice), rho * math.sin(twice), alpha
+
+
+@kernel
+def decoupled_rates(of_marks, centre, mu, R, s, L):
+    """L[6, 6, b] of the decoupled s[6, b], from the rates R[k, 6, b] of the moments."""
+    for c in range(6):
+        rate = R[:, c]
+        for b in range(mu.shape[1]):
+            an = s[2, b]
+            an_rate = -0.5 * an * _size(of_marks, rate, b) / _size(of_marks, mu, b)
+            _rho, px, py, spread = _skewness(mu, b)
+            dx, dy, square = rate[6, b] + rate[8, b], rate[7, b] + rate[9, b], px * px + py * py
+            alpha_rate = _orientation_rate(mu, rate, b)
+            growth = (px * dx + py * dy) / square + 0.5 * rate[0, b] / mu[0, b]
+            growth -= 1.5 * (rate[3, b] + rate[5, b]) / spread
+            turn = 2.0 * ((px * dy - py * dx) / square - alpha_rate)
+            L[0, c, b] = an_rate * centre[0, b] + an * rate[1, b]
+            L[1, c, b] = an_rate * centre[1, b] + an * rate[2, b]
+            L[2, c, b] = an_rate
+            L[3, c, b] = growth * s[3, b] - turn * s[4, b]
+            L[4, c, b] = growth * s[4, b] + turn * s[3, b]
+            L[5, c, b] = alpha_rate

@@ -1,0 +1,217 @@
+"""How runs ended: why, when and where, in the image and in space."""
+
+from __future__ import annotations
+
+import math
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, length, runs_last
+from robsim.geometry.pose import homogeneous
+from robsim.run.outcome import Outcome
+from robsim.servo.controller import Controller
+from robsim.servo.servo_controller import Servo
+from robsim.servo.sight import relative
+from robsim.servo.tasks.follow_joints import JointFollower
+from robsim.servo.tasks.follow_path import PathFollower
+from robsim.servo.tasks.priorities import Ordered
+from robsim.servo.tasks.several import Several
+from robsim.servo.tasks.soundness import fixed_motions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.run.loop import Loop
+
+FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians: beyond, it is another pose
+UNITS = {"goal_pose": "m", "distance_to_goal": "m", "angle_to_goal": "rad"}
+DESCRIPTIONS = {
+    "goal_pose": "pose in the world of the frame that moves, had it ended at its goal",
+    "distance_to_goal": "metres from there to where it ended",
+    "angle_to_goal": "angle from that pose to the one in which it ended",
+}
+
+
+def variables(loop: Loop, goal_pixels: Array) -> dict[str, Any]:
+    """Return the variables of a run that have one value for each run, as (dims, data)."""
+    recorder = loop.recorder
+    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape)
+    return {
+        "outcome": (["run"], recorder.outcome),
+        "end_time": (["run"], recorder.end_step * loop.dt),
+        "path_length": (["run"], recorder.path_length),
+        "pixel_error": (["run"], _farthest(pixels_end - goal_pixels)),
+        "q0": (["run", "coordinate"], loop.q0),
+        "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
+        "pixels_end": (["run", "mark", "axis"], pixels_end),
+        **goal_variables(loop.controller, recorder.last.q[:, 0]),
+    }
+
+
+def _farthest(away: Array) -> Array:
+    """(runs,) largest length of away (runs, marks, 2); NaN without marks."""
+    if not away.shape[1]:
+        return np.full(len(away), np.nan)
+    return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
+
+
+def goal_variables(controller: Controller, q_end: Array) -> dict[str, Any]:
+    """Return the variables of a run that say how far from its goal it ended.
+
+    The frame is the camera; where the camera stands still, the target; without a camera, what is
+    moved. Its goal is where it would be, the other of camera and target being where they ended.
+    NaN where no pose is known (`GoalFeatures`, a user's controller), and of the angle where only a
+    position is wanted.
+
+    q_end       (B, nq) where the runs ended
+    """
+    goal, away, turn = off_goal(controller, runs_last(q_end, 1))
+    poses = homogeneous(goal)
+    poses[np.isnan(away)] = np.nan
+    return {
+        "goal_pose": (["run", "row", "column"], poses),
+        "distance_to_goal": (["run"], away),
+        "angle_to_goal": (["run"], turn),
+    }
+
+
+def off_goal(controller: Controller, q: Array) -> tuple[Array, Array, Array]:
+    """Return the goal pose (3, 4, B) of the frame that moves, and metres and radians to it (B,)."""
+    part = regarded(controller)
+    with np.errstate(invalid="ignore", over="ignore"):  # a run that went wrong is data
+        T = pose_of(part, q)
+        goal = goal_pose(part, q)
+        goal = np.full(T.shape, np.nan) if goal is None else goal
+        away, turn = between(goal, T)
+    if isinstance(part, PathFollower) and part.k == 3:  # the orientation is free
+        goal[:, :3], turn = T[:, :3], np.full(turn.shape, np.nan)
+    lost = np.isnan(q).any(axis=0) | ~np.isfinite(away)
+    return goal, np.where(lost, np.nan, away), np.where(lost, np.nan, turn)
+
+
+def elsewhere(run: xr.Dataset) -> NDArray[np.bool_]:
+    """Return which runs, () or (B,), converged at another pose than that of their goal.
+
+    That is more than 1 cm or 1 degree away, whatever the features say: they may have the same
+    values at several poses, or leave motions free.
+    """
+    far = (run["distance_to_goal"].values > FAR) | (run["angle_to_goal"].values > TURNED)
+    return np.asarray(far & (run["outcome"].values == Outcome.CONVERGED))
+
+
+def goal_attributes(controller: Controller) -> dict[str, Any]:
+    """Return whose goal it is, and how many motions of that frame the task leaves free there."""
+    return {"frame": regarded(controller).moving, "free_motions": free_motions(controller)}
+
+
+def free_motions(controller: Controller) -> int:
+    """Return how many of the motions that the joints can make the features leave free.
+
+    Of tasks beside each other, the least.
+    """
+    if isinstance(controller, Several):
+        return min(map(free_motions, controller.parts))
+    servos = _leaves(controller)
+    counts = [fixed_motions(each) for each in servos if isinstance(each, Servo)]
+    full = max((full for _, full in counts), default=0)
+    return max(full - sum(fixed for fixed, _ in counts), 0)
+
+
+def regarded(controller: Controller) -> Controller:
+    """Return the controller whose goal is that of the run.
+
+    Of several, the first with a camera and a goal whose pose is known; else the first of those
+    with a camera, else the first.
+    """
+    leaves = sorted(_leaves(controller), key=lambda each: not each.sights)
+    known = (each for each in leaves if not isinstance(each, Servo) or each.regulated.given is None)
+    return next(known, leaves[0])
+
+
+def _leaves(controller: Controller) -> list[Controller]:
+    """The controllers of which it is made, or itself."""
+    if not isinstance(controller, Several | Ordered):
+        return [controller]
+    return [leaf for part in controller.parts for leaf in _leaves(part)]
+
+
+def pose_of(controller: Controller, q: Array) -> Array:
+    """Return the pose T_w_f (3, 4, B) of the frame that moves, at coordinates q (nq, B)."""
+    tree = controller.scene.tree
+    return tree.frame(tree.bodies(q), controller.moving)
+
+
+@singledispatch
+def goal_pose(controller: Controller, q: Array) -> Array | None:
+    """Return the pose T_w_f (3, 4, B) that this frame has at the goal; None where it is unknown.
+
+    q (nq, B) says where everything else is.
+    """
+    return None
+
+
+@goal_pose.register
+def _of_servo(controller: Servo, q: Array) -> Array | None:
+    """From T_c_o at the goal and from where target or camera are."""
+    T_c_o = at_goal(controller)
+    if T_c_o is None:
+        return None
+    seen = controller.sights[0].project(q)
+    if controller.moving != controller.frame:
+        return _composed(seen.T_w_c, T_c_o)
+    here = np.ascontiguousarray(np.eye(3, 4)[..., None])
+    return _composed(seen.T_w_o, relative(T_c_o, here))
+
+
+def _composed(A: Array, B: Array) -> Array:
+    """A B of poses (3, 4, runs) and one (3, 4, 1); in plain NumPy, which need not be compiled."""
+    out: Array = A[:, :1] * B[0] + A[:, 1:2] * B[1] + A[:, 2:3] * B[2]
+    out[:, 3] += A[:, 3]
+    return out
+
+
+@goal_pose.register
+def _of_path(controller: PathFollower, q: Array) -> Array | None:
+    """The end of the path."""
+    return np.repeat(controller.end[..., None], q.shape[1], axis=-1)
+
+
+@goal_pose.register
+def _of_joints(controller: JointFollower, q: Array) -> Array | None:
+    """With its joints at their goal, and the others where they are."""
+    there = q.copy()
+    there[controller.coordinates] = controller.goal[:, None]
+    return pose_of(controller, there)
+
+
+def at_goal(controller: Controller) -> Array | None:
+    """Return T_c_o (3, 4, 1) of the first camera and its target at the goal, as it was meant.
+
+    A goal that is shown is where the true camera stood, a pose is as it was given; None of
+    features that are given as numbers.
+    """
+    part = regarded(controller)
+    if not isinstance(part, Servo) or part.regulated.given is not None:
+        return None
+    sight, q = part.sights[0], part.regulated.q_goal
+    if q is None:
+        return part.regulated.goals[sight.key].guess_last
+    seen = sight.project(q)
+    return relative(seen.T_w_c, seen.T_w_o)
+
+
+def between(A: Array, B: Array) -> tuple[Array, Array]:
+    """Return metres and radians (B,) between poses (3, 4, B) in the same axes."""
+    away = np.ascontiguousarray(B[:, 3] - A[:, 3])
+    return length(away), angle((B[:, :3] - A[:, :3]).reshape(9, -1))
+
+
+def angle(change: Array) -> Array:
+    """Return the angle (...) between rotations from the 9 differences (9, ...) of their numbers.
+
+    |R1 - R2| = sqrt(8) sin(angle / 2), which keeps its digits where the angle is small.
+    """
+    return np.asarray(2.0 * np.arcsin(np.minimum(length(change) / np.sqrt(8.0), 1.0)))
