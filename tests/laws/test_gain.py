@@ -14,7 +14,7 @@ GAIN = AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
 
 def test_it_has_its_two_ends_and_its_slope():
     h = 1e-6
-    at_zero, near, far = GAIN.of(np.array([0.0, h, 1e6]))
+    at_zero, near, far = GAIN.at(np.array([0.0, h, 1e6]))
     assert (at_zero, far) == (4.0, 0.4)
     assert (at_zero - near) / h == pytest.approx(30.0, rel=1e-5)
     assert GAIN.least == 0.4
@@ -22,24 +22,25 @@ def test_it_has_its_two_ends_and_its_slope():
 
 def test_it_is_the_published_formula():
     x = np.linspace(0, 1, 50)
-    np.testing.assert_allclose(GAIN.of(x), 3.6 * np.exp(-30 * x / 3.6) + 0.4, rtol=1e-15)
-    assert (np.diff(GAIN.of(x)) < 0).all()
+    np.testing.assert_allclose(GAIN.at(x), 3.6 * np.exp(-30 * x / 3.6) + 0.4, rtol=1e-15)
+    assert (np.diff(GAIN.at(x)) < 0).all()
 
 
 def test_it_is_elementwise_in_any_batch():
     x = np.random.default_rng(0).uniform(0, 1, 37)
-    whole = GAIN.of(x)
+    whole = GAIN.at(x)
     for part in (slice(0, 1), slice(3, 20), slice(36, None)):
-        np.testing.assert_array_equal(GAIN.of(x[part]), whole[part])
+        np.testing.assert_array_equal(GAIN.at(x[part]), whole[part])
 
 
 def test_an_error_without_bound_gives_the_least_gain():
-    np.testing.assert_array_equal(GAIN.of(np.array([1e300, np.inf])), GAIN.least)
+    np.testing.assert_array_equal(GAIN.at(np.array([1e300, np.inf])), GAIN.least)
 
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda v: pickle.loads(pickle.dumps(v))])
 def test_it_is_a_value(again):
-    assert again(GAIN) == GAIN == AdaptiveGain(4, 0.4, 30) and hash(again(GAIN)) == hash(GAIN)
+    assert again(GAIN) == GAIN == AdaptiveGain(4, 0.4, 30, "error")
+    assert hash(again(GAIN)) == hash(GAIN) != hash(AdaptiveGain(4, 0.4, 30, "command"))
 
 
 @pytest.mark.parametrize(
@@ -51,6 +52,8 @@ def test_it_is_a_value(again):
         ((4.0, 0.4, np.nan), "slope: nan"),
         ((4.0, 4.0, 30.0), "at_zero must be above at_infinity, got 4.0 and 4.0"),
         (("4", 0.4, 30.0), "at_zero: expected a number, got '4'"),
+        ((4.0, 0.4, 30.0, "comand"), r"no size 'comand' .* 'command'\? sizes: error, command"),
+        ((4.0, 0.4, 30.0, ["error"]), r"no size \['error'\]"),
     ],
 )
 def test_what_is_no_adaptive_gain_is_refused(arguments, message):

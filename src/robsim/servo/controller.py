@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -165,35 +166,31 @@ class Servo(Controller):
 
     def _state(self, now: Instant, measured: Measured, error: Array, reach: Array) -> ControlState:
         """What the law is given: weighted, and with the motion of the target in the error."""
-        gain = self._gain(error)
         L, weighted = measured.L, error
         if self._is_weighted:
             weighted, L = self._weights * error, self._weights[:, None] * L
             reach = self._weights[:, None] * reach
+        memory = now.memory.setdefault("law", {})
+        given = (weighted, L, measured.J, reach, 1.0, self.inverse, measured.s)
+        state = ControlState(*given, now.q, now.time, now.dt, memory)
+        gain = state.gain = self._gain(error, state)
         drift = self._drift(now, measured, weighted)
         if drift is not None and measured.hidden is not None:
             drift = np.where(measured.hidden, 0.0, drift)
         if drift is not None:
-            weighted = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
-        memory = now.memory.setdefault("law", {})
-        return ControlState(
-            weighted,
-            L,
-            measured.J,
-            reach,
-            gain,
-            self.inverse,
-            measured.s,
-            now.q,
-            now.time,
-            now.dt,
-            memory,
-        )
+            state.error_last = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
+        return state
 
-    def _gain(self, error: Array) -> Any:
+    def _gain(self, error: Array, state: ControlState) -> Any:
         if isinstance(self.gain, float):
             return self.gain
-        return self.gain.of(length(error))[:, None]
+        size = length(error) if self.gain.of == "error" else self._unit_speed(state)
+        return self.gain.at(size)[:, None]
+
+    def _unit_speed(self, state: ControlState) -> Array:
+        """The largest joint velocity (B,) that the law commands at a gain of one."""
+        asked = replace(state, memory=deepcopy(state.memory))  # the law will be asked again
+        return np.asarray(np.abs(self._commanded(asked)).max(axis=0))
 
     def _drift(self, now: Instant, measured: Measured, error: Array) -> Array | None:
         """(k, B) de/dt of what moves on its own, weighted."""
