@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, numbers, positive
 from robsim.base.errors import InputError, suggest
 from robsim.base.names import checked_name
+from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, common_lead, one_pose
 
@@ -313,6 +314,8 @@ class Joint:
                 f"limits of a joint that follows by {type(self.follows).__name__} are not looked "
                 f"at: limit '{self.follows.of}'"
             )
+        if self.kind == "revolute":
+            warn_of_degrees(self.limits, "joint limits")
         object.__setattr__(self, "limits", (float(low), float(high)))
 
 

@@ -15,6 +15,7 @@ from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import FrameError, InputError, suggest
 from robsim.base.names import checked_name
 from robsim.base.values import Value
+from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import (
     IDENTITY,
     Pose,
@@ -29,7 +30,7 @@ from robsim.robot.assembly import Frame
 from robsim.robot.dh import dh_constants
 from robsim.robot.ik.closed import ClosedIK, solve_closed
 from robsim.robot.ik.numeric import Arm, Effort, IKResult, solve
-from robsim.robot.joint import FIXED, LIMIT_SLACK, Joint, Mimic, units_of
+from robsim.robot.joint import FIXED, LIMIT_SLACK, Joint, Mimic, Rolling, units_of
 from robsim.robot.link import Link, coordinate_names, velocity_names
 from robsim.robot.tool import mounted
 from robsim.robot.tree import Tree
@@ -111,6 +112,7 @@ class Robot(Value):
         n = len(table)
         if table.ndim != 2 or n == 0:
             raise InputError(f"DH rows: expected shape (n, 4), got {table.shape}")
+        warn_of_degrees(table[:, [0, 3]], "DH rows (theta, d, a, alpha)")
         kinds = _joint_kinds("R" * n if joints is None else joints, n)
         spans: list[Any] = [None] * n
         if limits is not None:
@@ -288,6 +290,7 @@ class Robot(Value):
         """Checked coordinates (..., nq), a copy; a Pose is taken where one joint floats.
 
         InputError: wrong length, not finite, quaternion without length 1, outside the limits.
+        UnitWarning: an angle that looks like degrees.
         """
         if self._floats and is_pose_like(q):
             q = as_pose(q).q
@@ -305,6 +308,7 @@ class Robot(Value):
             start += size
         if limits:
             self._check_limits(values, what)
+        warn_of_degrees(values[..., self._angles], what)
         return values
 
     def fk(self, q: Any, link: str | None = None) -> Array:
@@ -431,6 +435,13 @@ class Robot(Value):
                 f"no frame {name!r} in robot '{self.name}'; {suggest(name, names, 'frames')}"
             )
         return name or self.tip
+
+    @cached_property
+    def _angles(self) -> list[int]:
+        """Which coordinates are angles that people write by hand: not those of rolling wheels."""
+        rolling = [isinstance(link.joint.follows, Rolling) for link in self._owners]
+        units = zip(self.coordinate_units, rolling, strict=True)
+        return [i for i, (unit, rolls) in enumerate(units) if unit == "rad" and not rolls]
 
     @property
     def _floats(self) -> bool:
