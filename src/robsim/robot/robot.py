@@ -75,8 +75,9 @@ class Robot(Value):
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
         self._check_ranges()
-        home = np.clip(self.rest, *self.limits.T) if self.home is None else self.home
-        home = self.coordinates(home, f"{self.name}.home")
+        home = np.clip(self.rest, *self.limits.T)
+        if self.home is not None:
+            home = self.coordinates(self.home, f"{self.name}.home")
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
         object.__setattr__(self, "home", frozen(home))
