@@ -11,7 +11,7 @@ adaptive, goal = scenario.task.gain, scenario.task.goal
 first = scenario.run(duration=0.01).error_norm.values[0]
 constant = float(adaptive.at(np.array([first]))[0])  # as fast at the start
 tasks = {"adaptive": scenario.task, f"constant {constant:.3f}/s": rs.PBVS(goal, gain=constant)}
-found = rs.compare(scenario.scene, tasks, scenario.q0, dt=0.01, duration=40)
+found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.01, duration=40)
 print(found)
 t_adaptive, t_constant = found.data.time.values
 print(f"{t_adaptive:.2f} s instead of {t_constant:.2f} s: {t_adaptive / t_constant:.0%} of it")
@@ -37,4 +37,4 @@ right.set(xlabel="time (s)", ylabel="||e||", xlim=(0, 30), ylim=(3e-6, 2))
 for axes in (left, right):
     axes.grid(True, color=palette.LIGHT_GREY, linewidth=0.5)
     axes.spines[["top", "right"]].set_visible(False)
-figure.savefig("adaptive_gain.png", dpi=150)
+figure.savefig("adaptive_gain.png", dpi=240)

@@ -43,7 +43,7 @@ ends.plot(fine, 1 / fine, color=palette.SKY_BLUE, label="f / believed f", zorder
 ends.set(xlabel="believed focal length / true", ylabel="distance at the end (m)")
 ends.set_title("goal computed for 1 m")
 ends.legend(frameon=False)
-figure.savefig("calibration_errors.png", dpi=150)
+figure.savefig("calibration_errors.png", dpi=240)
 
 print("a goal tilted by 30 degrees, computed:")
 for scheme, changes in SCHEMES.items():

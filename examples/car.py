@@ -56,7 +56,7 @@ steering.axhspan(-limit - 8, -limit, color="0.9")
 steering.text(29, -limit - 4, "beyond the steering limit", ha="right", va="center", color="0.4")
 steering.set(xlabel="time (s)", ylabel="steering angle (deg)", xlim=(0, 30), ylim=(-limit - 8, 24))
 steering.legend(frameon=False, loc="upper right")
-figure.savefig("car.png", dpi=150)
+figure.savefig("car.png", dpi=240)
 
 slip = np.abs(run.qd_actual - run.qd).dropna("time").max().item()
 print(f"largest difference of what it was told and what it did: {slip:.2f} (m/s, rad/s)")

@@ -38,4 +38,4 @@ for a, color, line in zip((4.5, 5.0, 5.2), colors, ("-", "--", ":"), strict=True
 sampled.set(xlabel="time (s)", ylabel="position (cm)", xlim=(0, 1), title="periods of 40 ms")
 sampled.set_ylim(-8, 14)
 sampled.legend(frameon=False, loc="upper left")
-figure.savefig("depth_scale.png", dpi=150)
+figure.savefig("depth_scale.png", dpi=240)

@@ -42,7 +42,7 @@ nearest.text(THRESHOLD + 17, 0.5, "through the target", ha="center", va="center"
 nearest.set(xlabel="roll at the start (degrees)", ylabel="smallest depth (m)", xlim=(0, 180))
 nearest.set(xticks=(0, 60, 120, 180), ylim=(0, 1.05), title=f"the limit is {THRESHOLD:.1f}°")
 nearest.legend(frameon=False, loc="lower left")
-figure.savefig("desired_through_the_target.png", dpi=150)
+figure.savefig("desired_through_the_target.png", dpi=240)
 
 theta = np.interp(np.radians(starts), middle + np.sin(middle), middle)
 for row in zip(starts, smallest.values, np.cos(theta), strict=True):

@@ -24,7 +24,7 @@ def around(goal, middle):
 
 
 plt.rcParams["font.size"] = 9
-fig, axes = plt.subplots(1, 2, figsize=(7, 3.7), dpi=150, layout="constrained")
+fig, axes = plt.subplots(1, 2, figsize=(7, 3.7), dpi=240, layout="constrained")
 cases = {"local_minimum": "four points in a plane", "tilted_square": "a square seen from the side"}
 for ax, (name, title) in zip(axes, cases.items(), strict=True):
     scenario = rs.load_scenario(rs.examples.path(name))
@@ -44,5 +44,5 @@ for ax, (name, title) in zip(axes, cases.items(), strict=True):
     ax.set(title=title, xlabel="camera x (m)", ylabel="camera y (m)", aspect="equal")
     ax.invert_yaxis()  # as the camera sees it: x to the right, y down
 handles, labels = axes[0].get_legend_handles_labels()
-fig.legend(handles, labels, loc="outside lower center", ncols=5, markerscale=1.2, columnspacing=1.2)
+fig.legend(handles, labels, loc="outside lower center", ncols=5, markerscale=1.5, columnspacing=1.2)
 fig.savefig("equilibria.png")

@@ -115,7 +115,7 @@ def missions(scene):
     return cross(scene, approach(scene, "spacer", APART, 5.5), passing)
 
 
-def strip(scene, missions, shown, size):
+def strip(scene, missions, shown, extent):
     """Moments at the ends of some phases; in the first, what the camera looks at."""
     ends = {leg.name: leg.q_end for mission in missions for leg in mission.legs}
     figure = rs.plot.moments(
@@ -123,7 +123,7 @@ def strip(scene, missions, shown, size):
         [ends[phase] for phase in shown],
         list(shown.values()),
         around=f"{scene.robot().name}.centre",
-        size=size,
+        extent=extent,
         views=["right", "behind"],
     )
     first, thing = next(iter(shown)), scene.objects[0]
@@ -146,4 +146,4 @@ if __name__ == "__main__":
     stage = scene()
     done = missions(stage)
     print(*done, sep="\n")
-    strip(stage, done, SHOWN, size=(1.3, 0.9)).savefig("inspection_a.png", dpi=110)
+    strip(stage, done, SHOWN, extent=(1.3, 0.9)).savefig("inspection_a.png", dpi=150)

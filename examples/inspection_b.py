@@ -86,4 +86,4 @@ if __name__ == "__main__":
     stage = scene()
     done = missions(stage)
     print(*done, sep="\n")
-    strip(stage, done, SHOWN, size=(2.0, 1.25)).savefig("inspection_b.png", dpi=110)
+    strip(stage, done, SHOWN, extent=(2.0, 1.25)).savefig("inspection_b.png", dpi=150)

@@ -26,7 +26,7 @@ tasks = {
     "large projection": scenario.task,
     "not projected": rs.IBVS(goal, law=Unprojected(away, scenario.scene.limits)),
 }
-found = rs.compare(scenario.scene, tasks, scenario.q0, dt=0.02, duration=20)
+found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.02, duration=20)
 print(found)
 
 plt.rcParams["font.size"] = 9
@@ -50,4 +50,4 @@ right.legend(*left.get_legend_handles_labels(), frameon=False, loc="upper right"
 for axes in (left, right):
     axes.grid(True, color=palette.LIGHT_GREY, linewidth=0.5)
     axes.spines[["top", "right"]].set_visible(False)
-figure.savefig("joint_limits.png", dpi=150)
+figure.savefig("joint_limits.png", dpi=240)

@@ -58,4 +58,4 @@ for gain_dt, color, line in zip((0.2, 0.5, 0.65), palette.CYCLE, palette.LINES, 
 right.set(xlabel="time (s)", ylabel="a mark, from its goal (px)", ylim=(-120, 210))
 right.set_title("two periods late", fontsize=9)
 right.legend(frameon=False, loc="upper right")
-figure.savefig("latency_and_gain.png", dpi=150)
+figure.savefig("latency_and_gain.png", dpi=240)

@@ -9,7 +9,7 @@ from robsim.plot.palette import BLUE, GREEN, LINES, VERMILLION
 COLOURS = {"current": VERMILLION, "desired": BLUE, "mean": GREEN}
 
 plt.rcParams["font.size"] = 9
-fig, (error, away) = plt.subplots(1, 2, figsize=(7, 3.2), dpi=150, layout="constrained")
+fig, (error, away) = plt.subplots(1, 2, figsize=(7, 3.2), dpi=240, layout="constrained")
 for (interaction, colour), line in zip(COLOURS.items(), LINES, strict=False):
     scenario = rs.load_scenario(
         rs.examples.path("local_minimum"), [f"task.interaction={interaction}", "run.duration=15 s"]

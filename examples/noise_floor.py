@@ -55,4 +55,4 @@ right.text(0.25, 0.3, "along the axis", color=palette.GREEN)
 for axes in (left, right):
     axes.minorticks_off()
     axes.set_xticks([0.05, 0.1, 0.2, 0.5, 1, 2], labels=["0.05", "0.1", "0.2", "0.5", "1", "2"])
-figure.savefig("noise_floor.png", dpi=150)
+figure.savefig("noise_floor.png", dpi=240)

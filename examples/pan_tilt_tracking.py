@@ -43,4 +43,4 @@ for rate, name in [(r, n) for r in (10, 20, 30, 40, 50) for n in ("current", "de
 right.set(xlabel="rate of the target over gain", ylabel="lag at rest (deg)", ylim=(0, 50))
 right.annotate("no rest beyond", (0.5, 45), (0.53, 46), color=palette.BLUE, va="center")
 right.legend(frameon=False, title="lines: closed forms", loc="lower right")
-figure.savefig("pan_tilt_tracking.png", dpi=150)
+figure.savefig("pan_tilt_tracking.png", dpi=240)

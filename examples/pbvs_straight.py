@@ -45,4 +45,4 @@ for axes, way in ((space, 100 * centre[:, ::2] * (1, -1)), (image, pixels)):
 space.set(xlabel="x (cm)", ylabel="distance from the target (cm)", title="way of the camera")
 image.set(xlabel="column (px)", ylabel="row (px)", title="the target's origin in the image")
 image.invert_yaxis()
-figure.savefig("pbvs_straight.png", dpi=150)
+figure.savefig("pbvs_straight.png", dpi=240)

@@ -18,5 +18,5 @@ task = rs.IBVS(goal=goal, features=rs.PixelPoints(), law=rs.CameraLaw(length=1 *
 run = rs.simulate(scene, task, q0=rhino.home, dt=0.04, duration=20)
 
 print(rs.Outcome(int(run.outcome)).message, f"after {float(run.end_time):.2f} s")
-rs.plot.run(run, scene).savefig("rhino.png")
+rs.plot.run(run, scene, goal=task).savefig("rhino.png", dpi=130)
 rs.save_run(run, "rhino.nc")

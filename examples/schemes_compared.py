@@ -13,6 +13,6 @@ tasks = {
     "2 1/2 D": rs.Hybrid(goal),
     "partitioned": rs.Partitioned(goal),
 }
-found = rs.compare(scenario.scene, tasks, scenario.q0, dt=0.02, duration=20)
+found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.02, duration=20)
 print(found)
-rs.plot.comparison(found).savefig("schemes_compared.png", dpi=150)
+rs.plot.comparison(found).savefig("schemes_compared.png", dpi=130)

@@ -22,7 +22,7 @@ wheel = move_circ(init_circ(3, 1.5, 32, "r"), upright, [12, 0, 0.75])
 camera = move_cam(init_cam(8, 5, 4, 0.8, 1e-3, 1e-3, 0, 240, 320, "k"), down, [0, 0, 30])
 
 plot_block(block), plot_circ(wheel), plot_cam(camera)
-plt.gcf().savefig("primitives.png", dpi=150)
+plt.gcf().savefig("primitives.png", dpi=240)
 
 T_c = camera.pose.matrix  # where the camera stands in the base frame
 for corner in block.vertices[4:]:

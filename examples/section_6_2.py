@@ -95,8 +95,7 @@ def draw_start(scene):
     """Figure 15: the initial configuration, and what the left camera sees of it."""
     q0 = holding(START)
     figure = rs.plot.scene(scene, q0)
-    figure.set_figheight(3.4)
-    figure.savefig("placing_start.png", dpi=150)
+    figure.savefig("placing_start.png", dpi=240)
     figure, axes = plt.subplots(figsize=(5, 4), layout="constrained")
     for name, cube, color in (("cube", START, "tab:green"), ("goal", GOAL, "tab:cyan")):
         for edge in edges(cube):
@@ -106,7 +105,7 @@ def draw_start(scene):
     axes.set(xlim=(-0.5, 639.5), ylim=(479.5, -0.5), xlabel="column (px)", ylabel="row (px)")
     axes.set(aspect="equal", title="image of the left camera at the start")
     axes.legend(loc="lower right")
-    figure.savefig("placing_start_left.png", dpi=150)
+    figure.savefig("placing_start_left.png", dpi=240)
 
 
 LINES = {
@@ -133,7 +132,7 @@ def draw_paths(scene, runs):
     panels[1].legend(
         loc="upper left", bbox_to_anchor=(0, -0.25), frameon=False, title="paths of mark a"
     )
-    figure.savefig("placing_paths.png", dpi=150)
+    figure.savefig("placing_paths.png", dpi=240)
 
 
 scene, top = workstation(SIDE), workstation(TOP)
@@ -146,5 +145,5 @@ for variant in ("corrected", "completed"):
     report(top, variant, place(top, variant))
 
 draw_start(scene)
-rs.plot.run(runs["corrected"], scene, "left", TOOL).savefig("placing.png")  # figure 16
+rs.plot.run(runs["corrected"], scene, "left", TOOL).savefig("placing.png", dpi=130)  # figure 16
 draw_paths(scene, runs)

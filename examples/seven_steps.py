@@ -45,7 +45,7 @@ for link, T in zip(crane.links, crane.frames(home), strict=True):
 
 # 6. Moved and drawn
 for name, q in [("home", home), ("raised", [50 * deg, 50 * deg, 35 * cm, 45 * deg])]:
-    rs.plot.robot(crane, q).savefig(f"crane_{name}.png", dpi=150)
+    rs.plot.robot(crane, q).savefig(f"crane_{name}.png", dpi=270)
 
 # 7. Trajectories, and a task that its camera guides
 poster = rs.Object(
@@ -76,4 +76,4 @@ mission = rs.Mission(
 story = mission.run(home)
 print(story)
 run = story.legs[-1].run
-rs.plot.run(run, scene).savefig("crane_servo.png", dpi=150)
+rs.plot.run(run, scene, goal=goal).savefig("crane_servo.png", dpi=130)

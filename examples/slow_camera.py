@@ -49,8 +49,8 @@ left.minorticks_off()
 
 for lost, color, line in zip((0, 0.3, 0.6), palette.CYCLE, palette.LINES, strict=False):
     scenario = servo(1, 0.1, f"sensing.dropped={lost}")
-    starts = np.tile(scenario.q0, (1000, 1))
-    settings = scenario.settings.keywords | {"duration": 2.0, "hold": True}
+    starts = np.tile(scenario.start, (1000, 1))
+    settings = scenario.keywords | {"duration": 2.0, "hold": True}
     run = rs.simulate(scenario.scene, scenario.task, starts, **settings)
     off = np.linalg.norm(run.camera_pose[:, :, :2, 3], axis=-1)  # metres, sideways
     share = np.sqrt((off**2).mean(axis=0)) / off[0, 0]
@@ -59,4 +59,4 @@ for lost, color, line in zip((0, 0.3, 0.6), palette.CYCLE, palette.LINES, strict
 right.set(xlabel="time (s)", ylabel="root mean square of the error", ylim=(1e-3, 5))
 right.set_title("gain times dt = 0.1; grey: predicted", fontsize=9)
 right.legend(frameon=False, loc="upper right")
-figure.savefig("slow_camera.png", dpi=150)
+figure.savefig("slow_camera.png", dpi=240)

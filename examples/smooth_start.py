@@ -10,7 +10,7 @@ scenario = rs.load_scenario(rs.examples.path("smooth_start"))
 goal, gain = scenario.task.goal, scenario.task.gain
 tasks = {f"smooth_start={mu}": rs.PBVS(goal, gain=gain, smooth_start=mu) for mu in (2, 4)}
 tasks = {"without": rs.PBVS(goal, gain=gain), **tasks}
-found = rs.compare(scenario.scene, tasks, scenario.q0, dt=0.01, duration=15)
+found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.01, duration=15)
 print(found)
 
 plt.rcParams["font.size"] = 9
@@ -40,4 +40,4 @@ right.set(xlabel="time (s)", ylabel="||e||", xlim=(0, 12))
 for axes in (left, right):
     axes.grid(True, color=palette.LIGHT_GREY, linewidth=0.5)
     axes.spines[["top", "right"]].set_visible(False)
-figure.savefig("smooth_start.png", dpi=150)
+figure.savefig("smooth_start.png", dpi=240)

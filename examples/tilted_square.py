@@ -9,7 +9,7 @@ COLOURS = {"current": VERMILLION, "desired": BLUE, "mean": GREEN}
 
 plt.rcParams["font.size"] = 9
 fig, (side, error) = plt.subplots(
-    1, 2, figsize=(7, 3.2), dpi=150, layout="constrained", width_ratios=(1.2, 1)
+    1, 2, figsize=(7, 3.2), dpi=240, layout="constrained", width_ratios=(1.2, 1)
 )
 for (interaction, colour), line in zip(COLOURS.items(), LINES, strict=False):
     scenario = rs.load_scenario(
@@ -26,7 +26,7 @@ for (interaction, colour), line in zip(COLOURS.items(), LINES, strict=False):
         side.plot(x[-1], -z[-1], "X", color=BLACK, ms=5, zorder=3)
         side.annotate("trap", (x[-1], -z[-1]), (-4, 6), textcoords="offset points", ha="right")
 
-for q, word, ha in ((scenario.q0, "start", "right"), (scenario.task.goal.q, "goal", "left")):
+for q, word, ha in ((scenario.start, "start", "right"), (scenario.task.goal.q, "goal", "left")):
     side.plot(q[0], -q[2], "o", color=BLACK)
     axis = 0.25 * rs.Pose.from_quaternion(q[:3], q[3:]).rotation[:, 2]
     ahead = q[0] + axis[0], -q[2] - axis[2]

@@ -43,4 +43,4 @@ for error, color, line in zip((0.0, 0.058, 0.06, 0.1), colors, palette.LINES, st
 ways.set(xlabel="time (s)", ylabel="distance from the goal (cm)", xlim=(0, 14), ylim=(1e-3, 200))
 ways.set_title("the camera leaves its goal, and stops")
 ways.legend(frameon=False, title="error", loc="lower right")
-figure.savefig("uneven_depth.png", dpi=150)
+figure.savefig("uneven_depth.png", dpi=240)

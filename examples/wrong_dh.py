@@ -22,7 +22,7 @@ def servo(scale, starts):
     dh = {link: {key: scale * by for key, by in row.items()} for link, row in ERRORS.items()}
     turn = 0, 10 * scale * deg, 20 * scale * deg
     hand_eye = rs.Pose.at(3 * scale * cm, 0, -3 * scale * cm, rpy=turn)
-    belief = rs.believe(scenario.scene, dh=dh, hand_eye=hand_eye)
+    belief = scenario.scene.believe(dh=dh, hand_eye=hand_eye)
     task = replace(scenario.task, belief=belief)
     return rs.simulate(scenario.scene, task, starts, duration=60)
 
@@ -30,7 +30,7 @@ def servo(scale, starts):
 plt.rcParams["font.size"] = 9
 figure, (left, right) = plt.subplots(1, 2, figsize=(7, 3.2), layout="constrained")
 for i, scale in enumerate((0, 1, 2)):
-    run = servo(scale, scenario.q0)
+    run = servo(scale, scenario.start)
     for mark in range(4):
         label = str(scale) if mark == 0 else None
         look = {"linestyle": palette.LINES[i], "color": palette.CYCLE[i], "label": label}
@@ -60,4 +60,4 @@ right.plot(scales, middle, "o-", color=palette.BLUE, label="median")
 right.axhline(1, color=palette.GREY, linestyle=":")
 right.set(xlabel="errors, times those of the scenario", ylabel="path over that with the truth")
 right.legend(frameon=False, loc="upper left")
-figure.savefig("wrong_dh.png", dpi=150)
+figure.savefig("wrong_dh.png", dpi=240)

@@ -58,16 +58,19 @@ from robsim.geometry.primitives import CameraBody as CameraBody
 from robsim.geometry.primitives import Mesh as Mesh
 from robsim.geometry.primitives import Wheel as Wheel
 from robsim.robot.ik.closed import ClosedIK as ClosedIK
-from robsim.robot.ik.numeric import IKReason as IKReason
-from robsim.robot.ik.numeric import IKResult as IKResult
+from robsim.robot.ik.result import IKReason as IKReason
+from robsim.robot.ik.result import IKResult as IKResult
 from robsim.robot.joint import Ackermann as Ackermann
 from robsim.robot.joint import Chord as Chord
 from robsim.robot.joint import Joint as Joint
+from robsim.robot.joint import JointKind as JointKind
 from robsim.robot.joint import Mimic as Mimic
 from robsim.robot.joint import Rolling as Rolling
 from robsim.robot.joint import Steering as Steering
 from robsim.robot.link import Link as Link
 from robsim.robot.robot import Robot as Robot
+from robsim.run.experiment import Experiment as Experiment
+from robsim.run.experiment import load_scenario as load_scenario
 from robsim.run.mission import Mission as Mission
 from robsim.run.mission import MissionRun as MissionRun
 from robsim.run.mission import Phase as Phase
@@ -116,10 +119,9 @@ from robsim.vision import triangulate as triangulate
 from robsim.vision.camera import Camera as Camera
 from robsim.vision.camera import Visibility as Visibility
 from robsim.world.actuation import Actuation as Actuation
-from robsim.world.belief import believe as believe
 from robsim.world.motion import Motion as Motion
-from robsim.world.scene import MountedCamera as MountedCamera
-from robsim.world.scene import Object as Object
+from robsim.world.mounted_camera import MountedCamera as MountedCamera
+from robsim.world.object import Object as Object
 from robsim.world.scene import Scene as Scene
 from robsim.world.sensing import Occlusion as Occlusion
 from robsim.world.sensing import Sensing as Sensing
@@ -134,9 +136,7 @@ if TYPE_CHECKING:
     from robsim.analysis.explain import explain as explain
     from robsim.files.netcdf import open_run as open_run
     from robsim.files.netcdf import save_run as save_run
-    from robsim.scenario import Scenario as Scenario
-    from robsim.scenario import load_scenario as load_scenario
-    from robsim.scenario import replay as replay
+    from robsim.run.replay import replay as replay
 
 # what needs xarray, pydantic or matplotlib is imported when it is first used
 _LAZY = {
@@ -149,9 +149,7 @@ _LAZY = {
     "explain": "robsim.analysis.explain",
     "open_run": "robsim.files.netcdf",
     "save_run": "robsim.files.netcdf",
-    "Scenario": "robsim.scenario",
-    "load_scenario": "robsim.scenario",
-    "replay": "robsim.scenario",
+    "replay": "robsim.run.replay",
 }
 
 

@@ -1,4 +1,4 @@
-"""Checks for your own features and laws: each returns sentences, none if all is well.
+"""Checks for your own features, laws and joints: each returns sentences, none if all is well.
 
 >>> from robsim import Points, JointLaw
 >>> check_feature(Points()), check_law(JointLaw())
@@ -7,16 +7,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, numbers, runs_last
+from robsim.base.errors import InputError
 from robsim.features.feature import Feature, Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.kernels import camera as kernels
+from robsim.robot.joints.kind import JointKind, check_kind
 from robsim.servo.laws.inverse import PseudoInverse, product
 from robsim.servo.laws.law import ControlState, Law
 from robsim.vision.camera import Camera
@@ -109,6 +111,38 @@ def check_law(
     return problems
 
 
+def check_joint(
+    kind: JointKind, seed: int = 0, runs: int = RUNS, *, bits: bool = False
+) -> list[str]:
+    """Whether motion, twists and integrate fit together, and rows do not depend on the batch.
+
+    At random coordinates the motion is a pose, and the twist of each velocity is compared with
+    central differences of it, whose error must shrink with the square of the step. Rows alone may
+    differ by rounding, as with `check_feature`; with `bits` they must be the same.
+    """
+    try:
+        check_kind(kind)
+    except InputError as reason:
+        return [str(reason)]
+    q = kind.sample(np.random.default_rng(seed), runs, kind.rest, kind.ranges(None, None))
+    nv, name = len(kind.velocities), type(kind).__name__
+    T, problems = _call(kind, "motion", q, (runs, 4, 4))
+    V, said = _call(kind, "twists", q, (runs, nv, 6))
+    if problems or said:
+        return problems + said
+    rigid = np.abs(np.einsum("bij,bkj->bik", T[:, :3, :3], T[:, :3, :3]) - np.eye(3)).max()
+    if rigid > 1e-12 or (T[:, 3] != [0, 0, 0, 1]).any() or (np.linalg.det(T) < 0).any():
+        return [
+            f"{name}.motion is no pose: R R' differs from the identity by {rigid:.3g}, or R is"
+            " a mirror, or the last row is not (0, 0, 0, 1)"
+        ]
+    for j, errors in enumerate(_twist_errors(kind, q, V)):
+        problems += _second_order(f"{name}.twists, velocity '{kind.velocities[j]}'", *errors)
+    least = 0.0 if bits else ROUNDING
+    problems += _batch(lambda rows: kind.motion(q[rows]), T, f"{name}.motion", least)
+    return problems + _batch(lambda rows: kind.twists(q[rows]), V, f"{name}.twists", least)
+
+
 @dataclass(frozen=True)
 class _Views:
     """Random views of some marks: one camera, and a second one beside it."""
@@ -195,20 +229,12 @@ def _call(
 
 
 def _compare_with_differences(feature: Feature, views: _Views, L: Array) -> list[str]:
-    name = type(feature).__name__
     errors = np.array([np.abs(_off(feature, views, h, L)).max((0, 1)) for h in STEPS])
-    scale = 1.0 + np.abs(L).max()
-    motions = ("vx", "vy", "vz", "wx", "wy", "wz")
+    minus, scale = np.abs(_off(feature, views, STEPS[-1], -L)).max((0, 1)), 1.0 + np.abs(L).max()
     problems = []
-    for i, motion in enumerate(motions):
-        small = errors[-1, i] < 1e-9 * scale
-        if not (small or errors[-1, i] < 0.3 * errors[0, i]):
-            minus = np.abs(_off(feature, views, STEPS[-1], -L)).max((0, 1))[i]
-            hint = "; the sign is flipped" if minus < 1e-3 * scale else ""
-            problems.append(
-                f"{name}.interaction, column {motion}: differs from central differences of measure "
-                f"by {errors[-1, i]:.3g}, and not less for smaller steps{hint}"
-            )
+    for i, motion in enumerate(("vx", "vy", "vz", "wx", "wy", "wz")):
+        who = f"{type(feature).__name__}.interaction, column {motion}"
+        problems += _second_order(who, errors[:, i], minus[i], scale, "measure")
     return problems
 
 
@@ -216,6 +242,34 @@ def _off(feature: Feature, views: _Views, step: float, L: Array) -> Array:
     """Central differences less L, but for half turns by which an angle jumps between two views."""
     off, jump = _differences(feature, views, step) - L, np.pi / (2 * step)
     return np.asarray(off - jump * np.round(off / jump))
+
+
+def _second_order(
+    who: str, errors: Array, minus: float, scale: float, of: str = "motion"
+) -> list[str]:
+    """Whether errors of differences fall with the square of the step; `minus`: of the opposite."""
+    if errors[-1] < 1e-9 * scale or errors[-1] < 0.3 * errors[0]:
+        return []
+    hint = "; the sign is flipped" if minus < 1e-3 * scale else ""
+    return [
+        f"{who}: differs from central differences of {of} by {errors[-1]:.3g}, and not less for "
+        f"smaller steps{hint}"
+    ]
+
+
+def _twist_errors(kind: JointKind, q: Array, V: Array) -> Iterator[tuple[Array, float, float]]:
+    """Of each velocity, how far its twist is from differences, the opposite, and its scale."""
+    axes = Pose(kind.motion(q)).rotation
+    for j in range(V.shape[1]):
+        found = []
+        for h in STEPS:
+            one = np.zeros((len(q), V.shape[1]))
+            one[:, j] = 1.0
+            ahead, behind = (Pose(kind.motion(kind.integrate(q, one, s))) for s in (h, -h))
+            v = np.einsum("bij,bi->bj", axes, ahead.position - behind.position)
+            found.append(np.concatenate([v, (behind.inv() @ ahead).rotvec], axis=1) / (2 * h))
+        errors = np.array([np.abs(each - V[:, j]).max() for each in found])
+        yield errors, float(np.abs(found[-1] + V[:, j]).max()), 1.0 + float(np.abs(V[:, j]).max())
 
 
 def _differences(feature: Feature, views: _Views, step: float) -> Array:

@@ -121,7 +121,7 @@ def vehicle(request):
     scenario = rs.load_scenario(rs.examples.path(request.param))
     spread = np.zeros((9, scenario.scene.nq))
     spread[:, :3] = np.random.default_rng(2).uniform(-0.1, 0.1, (9, 3))
-    starts = scenario.q0 + spread
+    starts = scenario.start + spread
 
     def run(q0=starts, **changes):
         return scenario.run(q0=q0, dt=0.1, duration=8.0, **changes)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from robsim.robot.ik import numeric as ik
+from robsim.robot.ik.result import IKResult
 
 import robsim as rs
+from robsim.robot.ik import search
 
 FIELDS = ["q", "success", "error", "iterations", "restarts", "reason"]
 
@@ -35,7 +36,7 @@ def same(a, b):
 
 
 def rows(found, which):
-    return ik.IKResult(*(getattr(found, name)[which] for name in FIELDS))
+    return IKResult(*(getattr(found, name)[which] for name in FIELDS))
 
 
 def test_a_single_pose_equals_its_row_in_a_batch(whole):
@@ -56,7 +57,7 @@ def test_the_other_rows_of_a_batch_do_not_matter(whole, some):
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_chunks_and_threads_do_not_matter(whole, chunk, threads, monkeypatch):
     robot, T, found = whole
-    monkeypatch.setattr(ik, "CHUNK", chunk)
+    monkeypatch.setattr(search, "CHUNK", chunk)
     same(robot.ik(T, threads=threads), found)
 
 
@@ -64,7 +65,7 @@ def test_the_shape_of_a_batch_does_not_matter(whole):
     robot, T, found = whole
     shaped = robot.ik(T.reshape(5, 30, 4, 4), robot.home)
     assert shaped.q.shape == (5, 30, robot.nq) and shaped.error.shape == (5, 30)
-    same(rows(shaped, slice(None)), ik.IKResult(*(_shaped(getattr(found, n)) for n in FIELDS)))
+    same(rows(shaped, slice(None)), IKResult(*(_shaped(getattr(found, n)) for n in FIELDS)))
 
 
 def _shaped(array):

@@ -34,7 +34,7 @@ def test_both_loops_give_the_same_bits(scheme, puma_scene, puma_goal, puma_start
     )
     runs = []
     for compiled in (True, False):
-        monkeypatch.setattr(loop, "pays", lambda runs, steps, answer=compiled: answer)
+        monkeypatch.setattr(loop, "worth_compiling", lambda runs, steps, answer=compiled: answer)
         runs.append(
             rs.simulate(
                 puma_scene, task, puma_starts[:5], duration=0.6, sensing=rs.Sensing(noise=0.3)

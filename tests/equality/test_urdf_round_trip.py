@@ -49,7 +49,7 @@ def alike(robot, back, rng):
     assert [k.name for k in back.links] == [k.name for k in robot.links]
     assert [k.parent for k in back.links] == [k.parent for k in robot.links]
     assert back.coordinate_names == robot.coordinate_names
-    assert back.velocity_names == robot.velocity_names
+    assert back.velocity_names == robot.velocity_names and back.tip == robot.tip
     q = some_coordinates(robot, rng)
     close(back.frames(q), robot.frames(q))
     for link in robot.links:
@@ -100,6 +100,21 @@ def test_most_of_the_library_can_be_written():
         *("puma560", "panda", "rhino_xr4", "planar_2r", "pan_tilt", "conveyor", "turntable"),
         *("holonomic_base", "mobile_arm", "free_camera"),
     }
+
+
+def test_a_tip_that_the_links_do_not_suggest_comes_back(tmp_path):
+    """Other programs leave the element out; where it says nothing new, it is not written."""
+    arm = robots.panda()
+    assert "robsim" not in written(arm, tmp_path)
+    held = dataclasses.replace(arm, tip=arm.links[4].name)
+    assert f'<robsim tip="{held.tip}"/>' in written(held, tmp_path)
+    assert again(held, tmp_path).tip == held.tip != arm.tip
+    assert again(arm, tmp_path).tip == arm.tip
+
+
+def written(robot, folder):
+    robot.to_urdf(folder / "robot.urdf")
+    return (folder / "robot.urdf").read_text()
 
 
 def any_pose(rng):

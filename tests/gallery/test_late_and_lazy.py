@@ -19,10 +19,10 @@ def scenario_of(name, gain_dt, *changes):
 
 def ways(scenario, steps, runs=None):
     """x of the camera over that of the start, at each instant; first the run, if there are many."""
-    starts = scenario.q0 if runs is None else np.tile(scenario.q0, (runs, 1))
-    settings = scenario.settings.keywords | {"duration": steps * DT, "hold": True}
+    starts = scenario.start if runs is None else np.tile(scenario.start, (runs, 1))
+    settings = scenario.keywords | {"duration": steps * DT, "hold": True}
     run = rs.simulate(scenario.scene, scenario.task, starts, **settings)
-    return run.camera_pose.values[..., 0, 3] / scenario.q0[0]
+    return run.camera_pose.values[..., 0, 3] / scenario.start[0]
 
 
 def polynomial(gain_dt, periods):

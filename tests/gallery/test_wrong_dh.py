@@ -33,8 +33,8 @@ def test_the_file_believes_what_its_script_does():
         "wrist_roll": {"d": 5 * cm, "alpha": -5 * deg},
     }
     hand_eye = rs.Pose.at(3 * cm, 0, -3 * cm, rpy=(0, 10 * deg, 20 * deg))
-    belief = rs.believe(scenario.scene, dh=dh, hand_eye=hand_eye)
-    for q in (scenario.q0, scenario.scene.home):
+    belief = scenario.scene.believe(dh=dh, hand_eye=hand_eye)
+    for q in (scenario.start, scenario.scene.home):
         poses = [scene.pose("camera", q).matrix for scene in (belief, scenario.task.belief)]
         np.testing.assert_allclose(*poses, atol=1e-12)
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import cli, examples
+from robsim import examples
 
 try:
     import pty
@@ -167,7 +167,7 @@ def test_run_obeys_set_and_output(robsim):
     assert done.status == 0 and done.out.startswith("A lift\n") and "results      out" in done.out
     assert files("out") == ["image.png", "run.nc", "scenario.toml", "scene.png", "velocity.png"]
     scenario = rs.load_scenario("out/scenario.toml")
-    assert scenario.task.gain == 3 and scenario.settings.dt == 0.02
+    assert scenario.task.gain == 3 and scenario.dt == 0.02
     same(rs.open_run("out/run.nc"), scenario.run())
     assert Path("lift.toml").read_text(encoding="utf-8") == SCENARIO
 
@@ -398,7 +398,7 @@ def test_a_change_that_cannot_be_made_is_told(robsim):
 
 def test_a_record_beyond_the_memory_is_refused_with_the_estimate_and_leaves_nothing(robsim):
     changes = ("--set", "run.duration=9000 s", "--set", "run.dt=1 ms", "--set", "run.record=all")
-    robsim("run", "lift.toml", *changes).told("lift.toml", "9000001 recorded moments", "GB, more")
+    robsim("run", "lift.toml", *changes).told("lift.toml", "9000001 recorded instants", "GB, more")
     robsim("run", "lift.toml", *changes, "-o", "a/b").told("GB, more than 4 GB", "record=n")
     assert "run.nc" not in " ".join(files())
 
@@ -514,14 +514,14 @@ def interrupt(*_):
 
 
 def test_ctrl_c_before_anything_was_simulated_is_a_word_and_status_130(robsim, monkeypatch):
-    monkeypatch.setattr(cli, "_load", interrupt)
+    monkeypatch.setattr("robsim.cli.run.load", interrupt)
     done = robsim("run", "lift.toml")
     assert (done.status, done.out, done.err.strip()) == (130, "", "stopped")
     assert files() == ["lift.toml"]
 
 
 def test_ctrl_c_while_figures_are_drawn_keeps_the_run(robsim, monkeypatch):
-    monkeypatch.setattr(cli, "_draw", interrupt)
+    monkeypatch.setattr("robsim.cli.run.draw", interrupt)
     done = robsim("run", "lift.toml", "-o", "out")
     assert done.status == 130 and "stopped" in done.err
     same(rs.open_run("out/run.nc"), rs.load_scenario("lift.toml").run())
@@ -603,7 +603,7 @@ def test_a_reader_that_goes_away_is_no_traceback(here):
 def test_a_cold_start_is_told(robsim, monkeypatch):
     words = "compiling the kernels, once on this machine: this takes a few seconds"
     for cold in (True, False):
-        monkeypatch.setattr(cli, "is_cold", lambda name, cold=cold: cold)
+        monkeypatch.setattr("robsim.cli.scenarios.is_cold", lambda name, cold=cold: cold)
         done = robsim("run", "lift.toml", "--no-figures")
         assert (words in done.out.splitlines()) == cold
 

@@ -18,7 +18,7 @@ class Habit:
     """A law of a user that keeps what it commanded."""
 
     def command(self, state):
-        qd = -state.error @ np.linalg.pinv(state.reach[0]).T
+        qd = -state.error @ np.linalg.pinv(state.task_jacobian[0]).T
         state.memory["last"] = qd
         return qd
 
@@ -60,7 +60,7 @@ def test_settings_of_no_use(free_scene, given, says):
     [
         (rs.IBVS(goal=GOAL, interaction=rs.Broyden()), r"interaction=Broyden\(...\)"),
         (rs.IBVS(goal=GOAL, depth=rs.DepthFilter(0.5)), r"depth=DepthFilter\(...\)"),
-        (rs.IBVS(goal=GOAL, feed_forward="estimated"), r"feed_forward=Estimated\(...\)"),
+        (rs.IBVS(goal=GOAL, feed_forward="estimated"), r"feed_forward=EstimatedMotion\(...\)"),
         (rs.IBVS(goal=GOAL, smooth_start=4.0), "smooth_start=4"),
         (
             rs.Switch(rs.PBVS(goal=GOAL), rs.IBVS(goal=GOAL), rs.ErrorBelow(0.1)),

@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 import robsim as rs
 from robsim.cli import cli
-from robsim.scenario import Scenario
+from robsim.run.experiment import Experiment
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 DEG = np.pi / 180
@@ -25,7 +25,7 @@ links = [
 
 
 def task_of(text):
-    return Scenario.from_text(CRANE + text).task
+    return Experiment.from_text(CRANE + text).task
 
 
 MEANT = {
@@ -150,7 +150,7 @@ TO = 'to = { position = "1, 0, 2 m" }\n'
         ),
         (
             JOINTS + 'to = { lift = "5 cm" }\nspeed = "1 s"\nacceleration = "1 m/s^2"',
-            ["task.speed", "expected one number with its unit"],
+            ["task.speed", "expected one number with a unit of speed"],
         ),
         (
             JOINTS + 'to = { lift = "5 cm" }\nspeed = ["1 m/s", "1 m/s"]\nacceleration = "1 m/s^2"',
@@ -214,7 +214,7 @@ def test_what_is_wrong_is_one_clear_error(text, words):
 )
 def test_what_a_check_finds(text, words):
     with pytest.raises(rs.FileError) as error:
-        Scenario.from_text(CRANE + text).check()
+        Experiment.from_text(CRANE + text).check()
     assert all(word in str(error.value) for word in words), str(error.value)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robsim import examples
-from robsim.scenario import Scenario
+from robsim.run.experiment import Experiment
 
 ARM = """
 [[robots]]
@@ -25,7 +25,7 @@ products = "1, 2, 3 g cm^2"
 
 def test_masses_densities_and_inertias_are_read():
     text = examples.path("chapter_6_1").read_text(encoding="utf-8")
-    _, plate, tool = Scenario.from_text(text + ARM).scene.robot("arm").links
+    _, plate, tool = Experiment.from_text(text + ARM).scene.robot("arm").links
     assert plate.shapes[0].density == 3000.0 and plate.inertia is None
     np.testing.assert_allclose(plate.inertial.mass, 4000 * np.pi * 1e-3, rtol=1e-15)
     assert tool.inertia.mass == 2.0 and tool.inertia.centre.tolist() == [0, 0, 0.01]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.scenario import Scenario
+from robsim.run.experiment import Experiment
 
 CABLE = 'kind = "catenary", start = "0, 0 m", end = "9, 1 m", length = "10 m"'
 OF = 'kind = "chord", of = "rear"'
@@ -67,7 +67,7 @@ kind = "ibvs"
 
 def read(old="", new=""):
     assert old in TEXT
-    return Scenario.from_text(TEXT.replace(old, new, 1), "train.toml").scene.robot()
+    return Experiment.from_text(TEXT.replace(old, new, 1), "train.toml").scene.robot()
 
 
 def test_all_keys_have_the_values_of_the_file():
@@ -159,7 +159,7 @@ MISTAKES = {
     "a speed backwards": (
         '"10 cm/s"',
         '"-1 cm/s"',
-        "finger: joint speed must be a positive number",
+        "finger.speed: must be greater than 0",
     ),
     "no effort": ("effort = 20", "effort = 0", "finger.effort: must be greater than 0"),
     "nobody to mimic": ('of = "finger"', 'of = "fingr"', "follows 'fingr', and there is none; did"),

@@ -222,7 +222,12 @@ TASK = {
         (["joint"], "no law ['joint']", "laws: joint, camera"),
     ],
     "inverse": [
-        ("dampd", "no inverse 'dampd'", "did you mean 'damped'?", "inverses: pseudo_inverse, damped"),
+        (
+            "dampd",
+            "no inverse 'dampd'",
+            "did you mean 'damped'?",
+            "inverses: pseudo_inverse, damped",
+        ),
         (rs.DampedInverse, "no inverse <class", "inverses: pseudo_inverse, damped"),
         (["damped"], "no inverse ['damped']", "inverses: pseudo_inverse, damped"),
         ({}, "no inverse {}", "inverses: pseudo_inverse, damped"),
@@ -494,7 +499,7 @@ def test_more_than_the_memory_allows_is_refused_with_the_estimate_before_anythin
     told = []
     starts = np.tile(START.q, (1000, 1))
     words = (
-        r"1000 runs with 250001 recorded moments need about 1\d\d\.\d GB, more than 4 GB: record "
+        r"1000 runs with 250001 recorded instants need about 1\d\d\.\d GB, more than 4 GB: record "
         r"every n-th step \(record=n\) or the end only \(record='summary'\)"
     )
     with pytest.raises(rs.InputError, match=words):
@@ -1028,8 +1033,8 @@ def test_collinear_marks_are_told_for_a_computed_goal_too():
         (lambda: rs.Robot.from_dh([[0, 0, 1, 0]], links=5), "links: expected a list of 1 names"),
         (lambda: rs.units.parse("5 V", "voltage"), "no dimension 'voltage'"),
         (lambda: rs.plot.scene(5), "expected a Scene, got 5"),
-        (lambda: rs.Scenario.from_text(5), "expected TOML text, got 5"),
-        (lambda: rs.Scenario.from_text("schema = 1", set=5), "5: expected key=value"),
+        (lambda: rs.Experiment.from_text(5), "expected TOML text, got 5"),
+        (lambda: rs.Experiment.from_text("schema = 1", set=5), "5: expected key=value"),
         (lambda: rs.replay(simulate([START.q], duration=0.2).isel(run=[])), "it has no rows"),
         (lambda: simulate(dt=2.0, duration=1.0), "dt 2 s is longer than the duration 1 s"),
         (lambda: rs.Wheel(1, 1, 5000), "at most 4096"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.scenario import Scenario
+from robsim.run.experiment import Experiment
 
 TEXT = """
 schema = 1
@@ -31,7 +31,7 @@ SECOND = '[[robots.tools]]\nmodel = "rhino_gripper"\nname = "second"\non = "tip"
 
 def read(old="", new=""):
     assert old in TEXT
-    return Scenario.from_text(TEXT.replace(old, new, 1), "bench.toml")
+    return Experiment.from_text(TEXT.replace(old, new, 1), "bench.toml")
 
 
 def joined():
@@ -42,7 +42,7 @@ def joined():
 def test_a_tool_in_a_file_is_that_of_python():
     scenario = read()
     assert scenario.scene.robot() == joined()
-    again = Scenario.from_text(scenario.to_toml())
+    again = Experiment.from_text(scenario.to_toml())
     assert again.scene.robot() == joined()
 
 
@@ -57,7 +57,7 @@ def test_a_belief_may_have_the_tool_elsewhere():
     wrong = (
         '[{ name = "rhino_xr4", tools = [{ name = "rhino_gripper", position = "0, 0, -11 cm" }] }]'
     )
-    scenario = Scenario.from_text(f"{TEXT}[belief]\nrobots = {wrong}\n")
+    scenario = Experiment.from_text(f"{TEXT}[belief]\nrobots = {wrong}\n")
     off = scenario.task.belief.pose("cup").position - scenario.scene.pose("cup").position
     np.testing.assert_allclose(off, [0, 0, 0.0017], rtol=0, atol=1e-15)  # it hangs down
 

@@ -62,12 +62,12 @@ ARM = f"""<?xml version="1.0"?>
 def read(tmp_path):
     """The robot of a text, changed here and there."""
 
-    def made(text=ARM, old="", new=""):
+    def made(text=ARM, old="", new="", **said):
         assert old in text
         path = tmp_path / "arm.urdf"
         changed = text.replace(old, new, 1)
         path.write_bytes(changed if isinstance(changed, bytes) else changed.encode())
-        return rs.Robot.from_urdf(path)
+        return rs.Robot.from_urdf(path, **said)
 
     return made
 
@@ -154,24 +154,26 @@ def test_the_rest_of_the_corpus_is_read():
         ('joint="elbow"', 'joint="grip"', "<joint 'grip'>: mimics itself in the end"),
         ('name="arm"', "", "<robot>: name is missing"),
         ('name="arm"', 'name=""', "<robot ''>: name is missing"),
-        ('name="upper"', 'name="' + "u" * 65 + '"', "has up to 64 letters"),
         ('name="lower"', 'name="ba.e"', "parent: no link 'lower'"),
         ('value="2"', 'value="-2"', "<link 'upper'> <inertial> <mass>: value is -2"),
         ('ixx="1"', 'ixx="1 2"', "ixx = '1 2': expected one number, got more"),
         ('ixx="1"', "", "<inertia>: ixx is missing"),
-        ('<mass value="2"/>', "", "<link 'upper'> <inertial>: <mass> is missing"),
-        ('radius="0.05"', 'radius="0"', "<cylinder>: radius is 0; it must be above 0"),
+        ('radius="0.05"', 'radius="-1"', "<cylinder>: radius is -1; it must be above 0"),
         ('size="1 1 1"', 'size="1 1 -1"', "size: three numbers above 0 are allowed"),
         ('<box size="1 1 1"/>', "", "<geometry> is missing or empty"),
         ('<box size="1 1 1"/>', '<sphere radius="1"/>' * 2, "2 shapes; only one is allowed"),
         ('scale="1 1 2"', 'scale="1 1 0"', "three numbers other than 0"),
-        ("package://arm/lower.stl", "../../lower.stl", "leaves its package by '..'"),
         ("package://arm/lower.stl", "", "<mesh>: filename is missing"),
+        ("package://arm/lower.stl", "package://arm/../lower.stl", "leaves its package by '..'"),
+        ("package://arm/lower.stl", "/lower.stl", "'/lower.stl': absolute, or not a file name"),
+        ("package://arm/lower.stl", "C:\\\\lower.stl", "absolute, or not a file name"),
+        ('scale="1 1 2"', 'scale="1 1 x"', "scale = '1 1 x': 'x' is no number"),
         (
-            "package://arm/",
-            "$(find arm)/",
-            "filename = '$(find arm)/lower.stl': an expression",
+            "</robot>",
+            '<robsim tip="fingr"/></robot>',
+            "tip: no link 'fingr'; did you mean 'finger'?",
         ),
+        ("</robot>", "<robsim/></robot>", ":39: <robsim>: tip is missing"),
         ('name="base"', 'name="${side}_base"', "name = '${side}_base': an expression of xacro"),
         ('link="base"', 'link="${side}_base"', "link = '${side}_base': an expression of xacro"),
         ('rgba="0 0 1 1"', 'rgba="0 0 255 1"', "rgba: four numbers from 0 to 1 are allowed"),
@@ -279,6 +281,16 @@ def test_endless_numbers_are_refused_at_once(read, digits):
         ('izz="2.5"', 'izz="9"', "none can exceed the sum of the other two; left out"),
         ('value="2"', 'value="0"', "a tensor without a mass, left out"),
         ('name="arm"', 'name="2 arms"', "its name is read as 'robot_2_arms'"),
+        ('<mass value="2"/>', "", ":5: <link 'upper'> <inertial>: without <mass>, left out"),
+        (INERTIAL, "<inertial/>", "<inertial>: without <mass> and <inertia>, left out"),
+        ('ixy="0.1"', 'ixy="0.1" iyx="0.1"', "attribute 'iyx' says again what the tensor says"),
+        ('radius="0.05"', 'radius="0"', "<cylinder>: radius is 0, so that there is nothing to see"),
+        ('length="0.4"', 'length="0"', "length is 0, so that there is nothing to see; left out"),
+        ("package://arm/lower.stl", "../../lower.stl", "leaves its package by '..'"),
+        ("package://arm/", "file://arm/", "mesh 'file://arm/lower.stl': absolute, or not a file"),
+        ("package://arm/", "$(find arm)/", ":15: <link 'lower'> <collision> <geometry> <mesh>:"),
+        ("package://arm/", "$(find arm)/", "'$(find arm)/lower.stl': an expression of xacro"),
+        ('scale="1 1 2"', 'scale="1 1 2 1"', "scale = '1 1 2 1': expected 3 numbers; left out"),
     ],
 )
 def test_oddities_are_told_in_one_warning(read, old, new, message):
@@ -288,11 +300,62 @@ def test_oddities_are_told_in_one_warning(read, old, new, message):
     assert caught[0].filename == __file__
 
 
-def test_a_warning_lists_five_oddities_and_counts_the_others(read):
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('<geometry><box size="1 1 1"/></geometry>', '<geometry><box size="0 1 1"/></geometry>'),
+        ("package://arm/lower.stl", "../../../lower.stl"),
+        (' ixy="0.1"', ' ixy="0.1" iyx="0.1" izx="0" izy="0"'),
+        (INERTIAL, '<inertial><mass value="2"/></inertial>'),
+    ],
+)
+def test_what_is_left_out_changes_no_pose(read, old, new):
+    arm, q = read(), [0.3, 1.2]
+    with pytest.warns(rs.FileWarning, match="left out"):
+        other = read(ARM, old, new)
+    np.testing.assert_array_equal(other.frames(q), arm.frames(q))
+    kept = [(len(k.shapes), k.inertia is not None) for k in other.links]
+    assert kept[1:3] == [(1, old != INERTIAL), (int("lower.stl" not in old), False)]
+
+
+def test_what_collides_is_shown_where_what_is_to_be_seen_is_left_out(read):
+    with pytest.warns(rs.FileWarning, match="radius is 0"):
+        arm = read(ARM, 'radius="0.05"', 'radius="0"')
+    assert arm.links[1].shapes == (rs.Block(1, 1, 1),)
+
+
+def test_a_long_name_is_shortened_and_stays_its_own(read):
+    """Two names that begin alike, of a link and a joint that others name."""
+    long = "upper_" * 20
+    text = ARM.replace('name="upper"', f'name="{long}"').replace('link="upper"', f'link="{long}"')
+    text = text.replace('"lower"', f'"{long}2"').replace('"elbow"', f'"{long}"')
+    with pytest.warns(
+        rs.FileWarning, match=r"its name is read as 'upper_.*which is short enough .*in line 13"
+    ):
+        arm = read(text)
+    first, second = arm.links[1].name, arm.links[2].name
+    assert len(first) == len(second) == 64 and first[:55] == second[:55] == long[:55]
+    assert first != second == arm.links[3].parent and arm.links[2].parent == first
+    assert arm.links[3].joint.follows.of == arm.coordinate_names[1] == first
+    np.testing.assert_array_equal(arm.frames([0.3, 1.2]), read().frames([0.3, 1.2]))
+
+
+def test_a_warning_tells_one_of_each_kind_and_the_lines_of_the_others(read):
+    rumours = "\n".join(["<rumour/>"] * 3)
     with pytest.warns(rs.FileWarning) as caught:
-        read(ARM, "</gazebo>", "</gazebo>" + "<rumour/>" * 12)
+        read(ARM.replace('name="tube"', 'name="tube" mood=""'), "</gazebo>", f"</gazebo>{rumours}")
+    rumour, mood = sorted(str(caught[0].message).split("\n"), key=lambda line: "mood" in line)
+    assert rumour.endswith(
+        "<rumour>: unknown element, left out (2 more of the kind, in lines 39, 40)"
+    )
+    assert mood.endswith("unknown attribute 'mood', left out")
+
+
+def test_a_warning_lists_ten_kinds_of_oddities_and_counts_the_others(read):
+    with pytest.warns(rs.FileWarning) as caught:
+        read(ARM, "</gazebo>", "</gazebo>" + "".join(f"<rumour{c}/>" for c in "abcdefghijkl"))
     lines = str(caught[0].message).split("\n")
-    assert len(lines) == 6 and lines[-1].endswith("and 7 more")
+    assert len(lines) == 11 and lines[-1].endswith("and 2 more")
 
 
 PAIR = """<robot name="pair"><link name="base"/><link name="a"/><link name="b"/><link name="c"/>
@@ -308,11 +371,12 @@ PAIR = """<robot name="pair"><link name="base"/><link name="a"/><link name="b"/>
 def test_limits_of_what_mimics_that_leave_no_room_are_left_out(read):
     """As the gripper of the PR2 has them: then its fingers could not move at all."""
     with pytest.warns(rs.FileWarning, match=r":6: <joint 'three'>: its limits leave joint 'one'"):
-        pair = read(PAIR)
+        pair = read(PAIR, tip="a")
     assert pair.limits.tolist() == [[0, 0.03]]
     assert [k.joint.limits for k in pair.links[1:]] == [(0, 0.04), (0, 0.03), None]
     with pytest.warns(rs.FileWarning, match="no room"):
-        assert read(PAIR, 'joint="one"', 'joint="one" offset="9"').limits[0, 1] == 0.04
+        pair = read(PAIR, 'joint="one"', 'joint="one" offset="9"', tip="a")
+    assert pair.limits[0, 1] == 0.04
 
 
 def test_a_link_called_world_gets_another_name(read):
@@ -320,6 +384,104 @@ def test_a_link_called_world_gets_another_name(read):
     with pytest.warns(rs.FileWarning, match="its name is read as 'world_link'"):
         arm = read(text)
     assert arm.links[0].name == "world_link" == arm.links[1].parent
+
+
+# the tip, and home
+
+
+def tree(*links):
+    """A file of links: (name, what it hangs from, the type of the joint)."""
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    joints = "".join(
+        f'<joint name="j_{name}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>'
+        f"{'' if kind == 'fixed' else limit}</joint>"
+        for name, parent, kind in links
+    )
+    names = "".join(f'<link name="{name}"/>' for name in ["base_link", *(k[0] for k in links)])
+    return f'<robot name="r">{names}{joints}</robot>'
+
+
+TWO = [("upper", "base_link", "revolute"), ("lower", "upper", "revolute")]
+
+
+@pytest.mark.parametrize(
+    ("links", "tip"),
+    [
+        ([*TWO, ("tool0", "lower", "fixed"), ("base", "base_link", "fixed")], "tool0"),
+        ([*TWO, ("base", "base_link", "fixed")], "lower"),
+        ([*TWO, ("link1_cover", "upper", "fixed")], "lower"),
+        ([*TWO, ("ee_link", "lower", "fixed"), ("tool0", "lower", "fixed")], "tool0"),
+        ([*TWO, ("tool0", "lower", "fixed"), ("grip_tcp", "tool0", "fixed")], "grip_tcp"),
+        ([*TWO, ("arm_link_ee", "lower", "fixed"), ("jaw", "lower", "revolute")], "arm_link_ee"),
+        ([*TWO, ("knee", "lower", "fixed"), ("jaw", "lower", "revolute")], "jaw"),
+        ([("tool0", "base_link", "fixed"), *TWO], "lower"),
+        ([("a", "base_link", "fixed"), ("b", "a", "fixed"), ("c", "base_link", "fixed")], "c"),
+    ],
+)
+def test_the_tip_is_the_tool_or_what_most_joints_move(read, links, tip):
+    robot = read(tree(*links))
+    assert robot.tip == tip
+    q = np.full(robot.nq, 0.3)
+    np.testing.assert_array_equal(robot.fk(q), robot.fk(q, tip))
+    np.testing.assert_array_equal(robot.jacobian(q), robot.jacobian(q, tip))
+
+
+FINGERS = [("left", "hand", "prismatic"), ("right", "hand", "prismatic")]
+HAND = [*TWO, ("hand", "lower", "fixed"), *FINGERS]
+ARMS = [(f"{side}_{link}", "base_link", "revolute") for link in ("ee", "arm") for side in "ab"]
+
+
+@pytest.mark.parametrize(
+    ("links", "tip", "others"),
+    [
+        (HAND, "hand", "'left', 'right'; choose by tip='left'"),
+        ([*TWO, *((k, "lower", "revolute") for k in ("left", "right"))], "left", "'right'"),
+        (ARMS, "a_ee", "'b_ee'; choose by tip='b_ee'"),
+        ([(f"leg{i}", "base_link", "revolute") for i in range(12)], "leg0", "'leg8' and 3 more"),
+    ],
+)
+def test_where_several_could_be_the_tip_that_is_told(read, links, tip, others):
+    with pytest.warns(
+        rs.FileWarning, match=f"the tip is taken to be '{tip}', and could "
+    ) as caught:
+        assert read(tree(*links)).tip == tip
+    assert len(caught) == 1 and caught[0].filename == __file__
+    assert "arm.urdf: " in str(caught[0].message) and others in str(caught[0].message)
+
+
+def test_the_tip_can_be_named(read):
+    assert read(tree(*HAND), tip="right").tip == "right"
+    assert read(tree(*HAND), tip="base_link").fk([0.1] * 4).tolist() == np.eye(4).tolist()
+    with pytest.raises(rs.FrameError, match=r"no frame 'hnd'.*did you mean 'hand'.* upper, lower"):
+        read(tree(*HAND), tip="hnd")
+
+
+def test_home_can_be_said_whole_or_joint_by_joint(read):
+    assert read(home=[0.1, 0.2]).home.tolist() == [0.1, 0.2]
+    text = ARM.replace('lower="-1.5"', 'lower="0.5"')
+    assert read(text, home={"elbow": 0.2}).home.tolist() == [0.5, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("home", "message"),
+    [
+        (
+            {"elbw": 1},
+            "arm.home: no coordinate 'elbw'; did you mean 'elbow'? coordinates: shoulder",
+        ),
+        ({"grip": 0.1}, "arm.home: no coordinate 'grip'"),
+        ({"shoulder": 3}, "arm.home: joint 'shoulder' of 'arm' is 3 rad, outside its limits"),
+        ({"elbow": "a"}, "arm.home"),
+        ({"elbow": np.nan}, "arm.home: nan at index (1,); every number must be finite"),
+        ({3: 0.1}, "arm.home: no coordinate 3"),
+        ([1.0], "arm.home: expected shape (..., 2), got (1,)"),
+        ("zero", "arm.home"),
+    ],
+)
+def test_a_home_that_does_not_fit_is_refused(read, home, message):
+    with pytest.raises(rs.InputError) as caught:
+        read(home=home)
+    assert message in str(caught.value)
 
 
 # what comes out

@@ -7,7 +7,7 @@ import robsim as rs
 from robsim.testing import check_law
 
 SCENARIO = rs.load_scenario(rs.examples.path("eye_in_hand"))
-SCENE, START = SCENARIO.scene, SCENARIO.q0
+SCENE, START = SCENARIO.scene, SCENARIO.start
 EYES = "wide", "narrow"
 UNIT = rs.Camera(np.eye(3))
 

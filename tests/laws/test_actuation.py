@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.kernels.actuation import count, follow
-from robsim.run.drives import Drives, Held
+from robsim.run.drives import Drives, Period
 
 INF = np.inf
 
@@ -84,7 +84,7 @@ def closed(scene, **actuation):
     )
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_the_joints_go_as_the_response_says(arm):
     """q moves by the mean, and qd_actual is the velocity, of each period."""
     told = {"lag": 0.05, "velocity": 0.3, "acceleration": 1.5}
@@ -100,21 +100,21 @@ def test_the_joints_go_as_the_response_says(arm):
     assert np.abs(qd).max() > 0.3  # it was asked for more
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_limits_that_are_never_reached_change_nothing(arm):
     plain, loose = closed(arm), closed(arm, velocity=1e9, acceleration=1e15)
     np.testing.assert_allclose(loose.q.values, plain.q.values, rtol=0, atol=1e-12)
     assert "qd_actual" not in plain
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_a_joint_has_its_own_limit(arm):
     run = closed(arm, velocity=[0.1, 0.4])
     top = np.abs(run.qd_actual.values).max(axis=0)
     np.testing.assert_allclose(top, [0.1, 0.4])
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_the_camera_velocity_is_that_of_the_joints_not_of_the_command(arm):
     run = closed(arm, lag=0.2)
     robot = arm.robot()
@@ -135,7 +135,7 @@ class Seen:
         return np.full((len(state.q), 2), 0.3)
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
     law, step = Seen(), 0.01
     run = rs.simulate(
@@ -176,7 +176,7 @@ def test_a_unicycle_that_lags_is_moved_by_its_mean_velocity_and_an_arm_exactly()
         drives = Drives(rs.Actuation(lag=0.1), scene, np.arange(scene.nv))
         start, command = -np.ones((scene.nv, 1)), np.linspace(-2, 3, scene.nv)[:, None]
         errors = [
-            _error(drives, Held(scene.home[:, None], start, command), h) for h in (dt, dt / 2)
+            _error(drives, Period(scene.home[:, None], start, command), h) for h in (dt, dt / 2)
         ]
         if exact:
             assert max(errors) < 1e-13
@@ -188,7 +188,7 @@ def _error(drives, held, dt, parts=100):
     whole, _ = drives.advance(held, dt)
     q, v = held.q, held.rates
     for _ in range(parts):
-        q, v = drives.advance(Held(q, v, held.qd), dt / parts)
+        q, v = drives.advance(Period(q, v, held.qd), dt / parts)
     return np.abs(whole - q).max()
 
 

@@ -16,7 +16,7 @@ def scene(rows=ROWS, convention="standard", joints="RPR"):
 
 
 def test_without_a_mistake_it_is_the_truth():
-    assert rs.believe(scene()) == scene()
+    assert scene().believe() == scene()
 
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])
@@ -28,7 +28,7 @@ def test_errors_of_a_row_are_those_of_the_table(convention, joints, row):
     wrong[row] += errors
     told = {"abc"[row]: dict(zip(("theta", "d", "a", "alpha"), errors, strict=True))}
     truth = scene(ROWS, convention, joints)
-    believed = rs.believe(truth, dh=told, convention=convention)
+    believed = truth.believe(dh=told, convention=convention)
     q = [0.3, 0.2, -0.7]
     for link in "abc":
         np.testing.assert_allclose(
@@ -39,26 +39,26 @@ def test_errors_of_a_row_are_those_of_the_table(convention, joints, row):
 
 
 def test_intrinsics():
-    eye = rs.believe(scene(), focal=1.1, center=(3, -2)).camera().camera
+    eye = scene().believe(focal=1.1, center=(3, -2)).camera().camera
     np.testing.assert_allclose(eye.K, [[880, 2, 323], [0, 902, 238], [0, 0, 1]])
     assert eye.size == (640, 480)
-    both = rs.believe(scene(), focal=(1.1, 0.9), distortion=[0.1, 0, 0, 0]).camera().camera
+    both = scene().believe(focal=(1.1, 0.9), distortion=[0.1, 0, 0, 0]).camera().camera
     np.testing.assert_allclose(np.diag(both.K), [880, 738, 1])
     assert both.distortion == (0.1, 0, 0, 0)
 
 
 def test_hand_eye_base_and_place_are_errors_at_the_end_of_the_true_pose():
     error = rs.Pose.at(0.01, 0.02, 0.03, rpy=(0.1, 0.2, 0.3))
-    believed = rs.believe(scene(), hand_eye=error, base=error, place=error)
+    believed = scene().believe(hand_eye=error, base=error, place=error)
     assert believed.camera().pose == rs.Pose.at(0, 0, 0.1) @ error
     assert believed.robot().base == error
     assert believed.object().pose == rs.Pose.at(1, 0, 1) @ error
 
 
 def test_the_target():
-    np.testing.assert_allclose(rs.believe(scene(), size=1.5).object().marks[1], [0.15, 0, 0])
+    np.testing.assert_allclose(scene().believe(size=1.5).object().marks[1], [0.15, 0, 0])
     other = [[0, 0, 0.1], [0.1, 0, 0], [0, 0.1, 0]]
-    np.testing.assert_array_equal(rs.believe(scene(), marks=other).object().marks, other)
+    np.testing.assert_array_equal(scene().believe(marks=other).object().marks, other)
 
 
 def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors_are_equal():
@@ -101,7 +101,7 @@ def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors
 )
 def test_a_mistake_in_a_mistake_is_refused(made, words):
     with pytest.raises(rs.InputError) as error:
-        rs.believe(scene(), **made)
+        scene().believe(**made)
     assert words in str(error.value)
 
 
@@ -116,7 +116,7 @@ def test_the_depth_factors_must_be_one_for_each_mark():
 def test_the_run_names_what_was_believed_wrongly():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     for mistake, said in (({}, "the truth"), ({"focal": 2.0}, "differs from the truth: camera")):
-        task = rs.IBVS(visp.task.goal, belief=rs.believe(visp.scene, **mistake))
+        task = rs.IBVS(visp.task.goal, belief=visp.scene.believe(**mistake))
         run = rs.simulate(visp.scene, task, visp.q0, duration=0.2)
         assert run.attrs["belief"] == said
 
@@ -131,7 +131,7 @@ def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
     told = {"duration": 0.04, "dt": 0.04}
     goal = rs.TaughtGoal(VISP.task.goal.q)
     plain = rs.simulate(VISP.scene, rs.IBVS(goal), start.q, **told)
-    askew = rs.believe(VISP.scene, hand_eye=turn)
+    askew = VISP.scene.believe(hand_eye=turn)
     wrong = rs.simulate(VISP.scene, rs.IBVS(goal, belief=askew), start.q, **told)
     V, meant = wrong.camera_velocity.values[0], plain.camera_velocity.values[0]
     for part in (slice(0, 3), slice(3, 6)):
@@ -141,7 +141,7 @@ def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
 @pytest.mark.parametrize("size", [0.8, 1.25])
 def test_a_model_of_the_wrong_size_puts_a_computed_goal_at_a_distance_over_its_factor(size):
     """k X / Z* = X / Z: believed k times as large, the square is approached to Z* / k."""
-    task = rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 0.75)), belief=rs.believe(VISP.scene, size=size))
+    task = rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 0.75)), belief=VISP.scene.believe(size=size))
     start = rs.Pose.at(0.05, -0.05, -1.0)
     for scheme in (task, rs.PBVS(task.goal, belief=task.belief)):
         run = rs.simulate(VISP.scene, scheme, start, duration=40, record="summary")
@@ -153,9 +153,7 @@ def test_wrong_links_give_the_command_of_the_wrong_jacobian():
     """qdot = -gain (L J)^+ e with J of the believed arm at the same joints, in plain NumPy."""
     puma = rs.load_scenario(rs.examples.path("wrong_calibration"))
     scene, q = puma.scene, puma.q0
-    believed = rs.believe(
-        scene, dh={"forearm": {"a": 0.01, "alpha": 0.02}, "wrist_roll": {"d": 0.02}}
-    )
+    believed = scene.believe(dh={"forearm": {"a": 0.01, "alpha": 0.02}, "wrist_roll": {"d": 0.02}})
     goal = scene.home + 0.05
     run = rs.simulate(
         scene, rs.IBVS(goal, belief=believed, depth=0.5), q, dt=0.04, duration=0.04, hold=True

@@ -161,10 +161,10 @@ def test_the_derivative_of_the_lens_is_met_by_differences_of_second_order(lens):
 @pytest.mark.parametrize("lens", LENSES)
 @steady
 @given(radius=st.floats(0, 0.9), angle=st.floats(-np.pi, np.pi))
-def test_normalise_undoes_the_lens_within_its_reach(lens, radius, angle):
-    """The reach of the lens, or 0.8 (77 degrees of view) where it is longer."""
+def test_normalise_undoes_the_lens_within_its_valid_radius(lens, radius, angle):
+    """The valid radius of the lens, or 0.8 (77 degrees of view) where it is longer."""
     camera = Camera(K, distortion=lens)
-    r = radius * min(camera.reach, 0.8)
+    r = radius * min(camera.valid_radius, 0.8)
     x = np.array([[r * np.cos(angle), r * np.sin(angle)]])
     pixels = camera.project([[*x[0], 1.0]], HERE)
     close(camera.normalise(pixels), x, 1e-13)
@@ -192,7 +192,7 @@ def test_how_a_pixel_moves_with_its_point_is_the_derivative_with_skew_and_lens()
 
 
 @pytest.mark.parametrize(
-    ("lens", "reach"),
+    ("lens", "radius"),
     [
         ((), np.inf),
         ((0.3, 0.0, 0, 0), np.inf),
@@ -202,14 +202,14 @@ def test_how_a_pixel_moves_with_its_point_is_the_derivative_with_skew_and_lens()
         ((0.0, 0.0, 0, 0, 0, -4.0, 0, 0), 0.5),  # the denominator vanishes
     ],
 )
-def test_the_lens_reaches_to_where_it_folds_back(lens, reach):
-    assert Camera(K, distortion=lens).reach == pytest.approx(reach, rel=1e-14)
+def test_the_lens_reaches_to_where_it_folds_back(lens, radius):
+    assert Camera(K, distortion=lens).valid_radius == pytest.approx(radius, rel=1e-14)
 
 
 @pytest.mark.parametrize("lens", [(-0.3, 0.0), (-0.4, 0.05), (0.1, -0.2)])
-def test_the_image_grows_with_the_radius_up_to_the_reach_and_not_beyond(lens):
+def test_the_image_grows_with_the_radius_up_to_where_it_folds_and_not_beyond(lens):
     camera = Camera(np.eye(3), distortion=(*lens, 0, 0))
-    r = camera.reach * np.array([0.99, 0.999, 1.0, 1.001, 1.01])
+    r = camera.valid_radius * np.array([0.99, 0.999, 1.0, 1.001, 1.01])
     seen = camera.project(np.stack([r, 0 * r, 1 + 0 * r], axis=1), HERE)[:, 0]
     assert (np.diff(seen)[:2] > 0).all()
     assert (np.diff(seen)[2:] < 0).all()

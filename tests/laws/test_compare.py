@@ -241,7 +241,7 @@ def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_s
 @pytest.fixture(scope="module")
 def batch():
     scenario = rs.load_scenario(rs.examples.path("eye_in_hand"))
-    starts = scenario.q0 + 0.15 * np.random.default_rng(0).standard_normal((7, 7))
+    starts = scenario.start + 0.15 * np.random.default_rng(0).standard_normal((7, 7))
     tasks = {"image": scenario.task, "pose": rs.PBVS()}
     return scenario.scene, tasks, starts, rs.compare(scenario.scene, tasks, starts, duration=15)
 

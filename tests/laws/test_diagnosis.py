@@ -50,9 +50,9 @@ def by_hand(run, scene, scale, gain):
                 "lyapunov_rate": e @ L @ qd,
                 "rank_interaction": np.linalg.matrix_rank(used),
                 "condition_interaction": sigma[0] / sigma[-1],
-                "rank_reach": 6,
-                "condition_reach": sigma[0] / sigma[-1],
-                "smallest_reach": sigma[-1],
+                "rank_task_jacobian": 6,
+                "condition_task_jacobian": sigma[0] / sigma[-1],
+                "smallest_task_jacobian": sigma[-1],
                 "stability": np.linalg.eigvalsh((product + product.T) / 2).min(),
                 "stability_motion": np.linalg.eigvalsh((M + M.T) / 2).min(),
                 "contraction": np.abs(np.linalg.eigvals(np.eye(6) - gain * 0.04 * M)).max(),
@@ -137,7 +137,7 @@ def test_a_goal_that_the_true_camera_cannot_see_leaves_what_is_true_unknown():
     goal = rs.GoalPose(rs.Pose.at(0, 0, 0.15))
     run = rs.simulate(flying(), rs.IBVS(goal=goal, belief=believed), START, duration=0.4)
     found = rs.diagnose(run)
-    assert np.isnan(found.lyapunov).all() and np.isfinite(found.condition_reach).all()
+    assert np.isnan(found.lyapunov).all() and np.isfinite(found.condition_task_jacobian).all()
 
 
 def test_limits_and_singularity_of_an_arm():
@@ -198,7 +198,7 @@ def test_a_run_of_a_batch_is_diagnosed_with_its_own_noise():
 def test_of_several_tasks_and_other_laws_what_is_meaningful_is_given(task):
     run = rs.simulate(flying(), task, START, duration=1)
     found = rs.diagnose(run)
-    for name in ("lyapunov", "lyapunov_rate", "rank_reach", "border_margin", "singularity"):
+    for name in ("lyapunov", "lyapunov_rate", "rank_task_jacobian", "border_margin", "singularity"):
         assert np.isfinite(found[name]).all(), name
     assert np.isnan(found.stability_motion).all() and np.isnan(found.contraction).all()
     np.testing.assert_allclose(found.lyapunov, run.lyapunov, rtol=1e-9)

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 STARTS = 10
@@ -16,22 +16,22 @@ def filtered(scene, task, run):
     relative standard deviation. The run is gone through again with its own measurements."""
     controller, memory = task.bind(scene), {}
     for step in range(run.sizes["time"]):
-        decision, look = instant(controller, run, step, memory)
+        decision, seen = instant(controller, run, step, memory)
         np.testing.assert_allclose(decision.command.qd.T, run.qd.values[:, step], atol=1e-9)
     state, P = (memory[f"{what} camera plate"] for what in ("marks", "covariance"))
     near = state[..., 2]
-    return near * look.depth.T - 1.0, np.sqrt(P[..., 2, 2]) / near
+    return near * seen.depth.T - 1.0, np.sqrt(P[..., 2, 2]) / near
 
 
 def instant(controller, run, step, memory):
-    """The decision at a step of runs on pixels, and the look; the memory goes on from there."""
+    """The decision at a step of runs on pixels, and the projection; the memory goes on."""
     q, sight = runs_last(run.q.values[:, step], 1), controller.sights[0]
-    look = sight.look(q)
-    pixels = np.ascontiguousarray(run.s.values[:, step].T.reshape(look.pixels.shape))
-    now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: pixels}, memory)
+    seen = sight.project(q)
+    pixels = np.ascontiguousarray(run.s.values[:, step].T.reshape(seen.pixels.shape))
+    now = Measurement(step, 0.04, q, {sight.key: seen}, {sight.key: pixels}, memory)
     decision = controller.decide(now)
     controller.note(now, decision.basis, decision.command.qd)
-    return decision, look
+    return decision, seen
 
 
 @pytest.mark.parametrize("name", ["free", "eye_in_hand", "eye_to_hand"])
@@ -69,7 +69,7 @@ def test_broyden_arrives_from_a_jacobian_that_is_wrong_by_a_third(arrange, aroun
     scene = arrange(name)
     eye = scene.cameras[0].name
     q0 = around(scene, STARTS, spread=0.05, seed=3)
-    true = decide(scene, rs.IBVS(camera=eye), scene.home).command.reach[..., 0]
+    true = decide(scene, rs.IBVS(camera=eye), scene.home).command.task_jacobian[..., 0]
     wrong = true * np.random.default_rng(4).uniform(0.7, 1.3, true.shape)
     task = rs.IBVS(camera=eye, interaction=rs.Broyden(wrong))
     run = rs.simulate(scene, task, q0, duration=60, record="summary")
@@ -82,10 +82,10 @@ def test_broyden_explains_every_step_that_it_saw(arrange, around):
     run = rs.simulate(scene, task, around(scene, 3), duration=0.4)
     memory, controller = {}, task.bind(scene)
     for step in range(10):
-        reach = instant(controller, run, step, memory)[0].command.reach
+        task_jacobian = instant(controller, run, step, memory)[0].command.task_jacobian
         if step:
             ds, dq = (run[name].values[:, step] - run[name].values[:, step - 1] for name in "sq")
-            np.testing.assert_allclose(np.einsum("knb,bn->bk", reach, dq), ds, atol=1e-9)
+            np.testing.assert_allclose(np.einsum("knb,bn->bk", task_jacobian, dq), ds, atol=1e-9)
 
 
 LEARNING = rs.IBVS(features="pixels", interaction="broyden")
@@ -104,19 +104,19 @@ def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange
     sight, q = controller.sights[0], runs_last(around(scene, 3), 1)
     before = None
     for step in range(40):
-        look = sight.look(q)
-        now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: look.pixels}, memory)
+        seen = sight.project(q)
+        now = Measurement(step, 0.04, q, {sight.key: seen}, {sight.key: seen.pixels}, memory)
         decision = controller.decide(now)
         learning = 0 if task == "latent" else 1
         part = decision.basis[learning]
-        s, reach = (
-            (part.command.s, part.command.reach)
+        s, task_jacobian = (
+            (part.command.s, part.command.task_jacobian)
             if hasattr(part, "command")
-            else (part.measured.s, part.reach)
+            else (part.features.s, part.features.task_jacobian)
         )
         if before is not None:
             dq, ds = q - before[0], s - before[1]
-            np.testing.assert_allclose(np.einsum("knb,nb->kb", reach, dq), ds, atol=1e-8)
+            np.testing.assert_allclose(np.einsum("knb,nb->kb", task_jacobian, dq), ds, atol=1e-8)
         before = q.copy(), s
         controller.note(now, decision.basis, decision.command.qd)
         q = q + 0.04 * decision.command.qd
@@ -138,7 +138,7 @@ def test_an_estimated_pose_serves_under_a_pixel_of_noise(arrange, around, task):
 def test_a_target_believed_behind_the_camera_is_found_in_the_image(task, ahead):
     """No guess leads there: the pose is estimated from the image alone, alone and in a batch."""
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    lost = rs.believe(visp.scene, place=rs.Pose.at(0.4, 0, ahead, rpy=(1, 0.5, 2)))
+    lost = visp.scene.believe(place=rs.Pose.at(0.4, 0, ahead, rpy=(1, 0.5, 2)))
     scheme, goal = task(visp.task.goal, belief=lost), visp.task.goal.q
     told = {"duration": 20, "record": "summary"}
     starts = visp.q0 + np.array([[0, 0, 0], [0.02, 0, 0.1]]) @ np.eye(3, 7)

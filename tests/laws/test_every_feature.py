@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.features import FEATURES
+from robsim.declare import family
 from robsim.testing import check_feature
+
+FEATURES = family("feature").kinds
 
 ANGLE = np.linspace(0, 2 * np.pi, 7, endpoint=False)
 CIRCLE = 0.2 * np.column_stack([np.cos(ANGLE), np.sin(ANGLE), np.zeros(7)])

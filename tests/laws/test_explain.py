@@ -150,7 +150,7 @@ def wrong_base():
     scenario = rs.load_scenario(examples.path("eye_to_hand"))
     arm = replace(scenario.scene.robots[0], base=rs.Pose.at(0, 0, 0, rotvec=(0, 0, 2.2)))
     task = replace(scenario.task, belief=scenario.scene.replacing(arm))
-    return rs.simulate(scenario.scene, task, scenario.q0, duration=20)
+    return rs.simulate(scenario.scene, task, scenario.start, duration=20)
 
 
 def wild_marks():
@@ -224,8 +224,8 @@ def damped():
 
 def wrong_links():
     scenario = rs.load_scenario(examples.path("eye_to_hand"))
-    task = replace(scenario.task, belief=rs.believe(scenario.scene, dh={"forearm": {"alpha": 1.5}}))
-    return rs.simulate(scenario.scene, task, scenario.q0)
+    task = replace(scenario.task, belief=scenario.scene.believe(dh={"forearm": {"alpha": 1.5}}))
+    return rs.simulate(scenario.scene, task, scenario.start)
 
 
 def skewed(**settings):
@@ -344,7 +344,7 @@ def test_of_two_together_the_one_that_ended_the_run_is_named_first():
 def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
     task = replace(rs.load_scenario(examples.path("joint_limits")).task, secondary=None)
     scenario = rs.load_scenario(examples.path("joint_limits"))
-    told = rs.explain(rs.simulate(scenario.scene, task, scenario.q0, **scenario.settings.keywords))
+    told = rs.explain(rs.simulate(scenario.scene, task, scenario.start, **scenario.keywords))
     assert [cause.about for cause in told.causes] == ["joint limit"]
     assert "and nothing else: without limits the same run converges" in str(told)
 
@@ -445,7 +445,7 @@ def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
     words = "of 'eye' are believed wrongly: distortion none, in truth (-0.3, 0.1, 0, 0). With"
     assert words in told.causes[1].sentence
     assert "the camera stands 10.1 mm away from" in told.causes[0].sentence  # not turned
-    aside = rs.believe(flying(), center=(20, 0))
+    aside = flying().believe(center=(20, 0))
     told = rs.explain(fly(rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
     assert "wrongly: centre (340, 240) px, in truth (320, 240) px. With" in told.causes[1].sentence
     assert "40 mm away" in told.causes[0].sentence  # 20 px / 500 px of 1 m
@@ -463,7 +463,7 @@ def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
 
 
 def test_what_a_tolerance_leaves_does_not_hide_the_cause():
-    larger, goal = rs.believe(flying(), size=1.2), rs.GoalPose(rs.Pose.at(0, 0, 1))
+    larger, goal = flying().believe(size=1.2), rs.GoalPose(rs.Pose.at(0, 0, 1))
     task, sensing = rs.PBVS(goal, belief=larger, tolerance=1e-2), rs.Sensing(noise=0.05)
     told = rs.explain(fly(task, sensing=sensing, duration=20))
     assert [cause.about for cause in told.causes] == ["final pose", "target model"]

@@ -281,16 +281,16 @@ def test_the_error_is_position_and_turn_from_the_end(arm):
 def test_the_reach_of_a_path_is_the_derivative_of_its_features(arm):
     task = rs.FollowPath(reached(arm, START, 3 * OFFSET), duration=1.0)
     controller, tree = task.bind(arm), arm.robots[0]
-    from robsim.servo.instant import Instant
+    from robsim.servo.measurement import Measurement
 
     def s(q):
-        return controller.decide(Instant(0, DT, q[:, None], {}, {}, {})).command
+        return controller.decide(Measurement(0, DT, q[:, None], {}, {}, {})).command
 
-    reach = s(START).reach[..., 0]
+    task_jacobian = s(START).task_jacobian[..., 0]
     for j in range(6):
         step = 1e-6 * np.eye(6)[j]
         ahead, behind = (s(tree.integrate(START, sign * step, 1.0)).s[:, 0] for sign in (1, -1))
-        np.testing.assert_allclose((ahead - behind) / 2e-6, reach[:, j], atol=2e-9)
+        np.testing.assert_allclose((ahead - behind) / 2e-6, task_jacobian[:, j], atol=2e-9)
 
 
 def test_a_goal_beyond_reach_ends_as_a_singularity():
@@ -340,15 +340,15 @@ def both(camera):
     return rs.Scene([head, arm], [square], [rs.MountedCamera("eye", camera, mount)])
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 @pytest.mark.parametrize("first", [0, 1])
 def test_an_arm_follows_while_a_head_servos(camera, first):
     scene = both(camera)
     q0 = scene.home + np.array([0.05, -0.04] + [0.0] * 6)
     watch = rs.IBVS(joints="pan_tilt", gain=2.0)
     goal = scene.home[2:] + 0.1
-    reach = rs.FollowJoints(goal, joints="puma560", duration=3.0)
-    tasks = [watch, reach] if first == 0 else [reach, watch]
+    arrive = rs.FollowJoints(goal, joints="puma560", duration=3.0)
+    tasks = [watch, arrive] if first == 0 else [arrive, watch]
     run = rs.simulate(scene, rs.Parallel(tasks), q0, duration=20)
     alone = rs.simulate(scene, watch, q0, duration=20)
     assert outcome(run) == outcome(alone) == "CONVERGED"
@@ -361,7 +361,7 @@ def test_an_arm_follows_while_a_head_servos(camera, first):
     assert float(run.end_time) == pytest.approx(max(3.0, float(alone.end_time)))
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_from_a_trajectory_on_to_servoing(puma_scene, puma_goal):
     """A switch: first near the goal by a trajectory, then by the image."""
     near = rs.FollowJoints(puma_goal, duration=1.0)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from robsim.base.errors import InputError
-from robsim.servo.laws.gain import AdaptiveGain, as_gain
+from robsim.servo.laws.gain import GAIN as DECLARED
+from robsim.servo.laws.gain import AdaptiveGain
 
 GAIN = AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
 
@@ -46,13 +47,13 @@ def test_it_is_a_value(again):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ((0.0, 0.4, 30.0), "at_zero must be a positive number, got 0"),
-        ((4.0, -0.4, 30.0), "at_infinity must be a positive number"),
+        ((0.0, 0.4, 30.0), r"at_zero \(per second\) must be a positive number, got 0"),
+        ((4.0, -0.4, 30.0), r"at_infinity \(per second\) must be a positive number"),
         ((4.0, 0.4, 0.0), "slope must be a positive number"),
         ((4.0, 0.4, np.nan), "slope: nan"),
         ((4.0, 4.0, 30.0), "at_zero must be above at_infinity, got 4.0 and 4.0"),
         (("4", 0.4, 30.0), "at_zero: expected a number, got '4'"),
-        ((4.0, 0.4, 30.0, "comand"), r"no size 'comand' .* 'command'\? sizes: error, command"),
+        ((4.0, 0.4, 30.0, "comand"), r"no size 'comand'; .* 'command'\? sizes: error, command"),
         ((4.0, 0.4, 30.0, ["error"]), r"no size \['error'\]"),
     ],
 )
@@ -62,8 +63,14 @@ def test_what_is_no_adaptive_gain_is_refused(arguments, message):
 
 
 def test_a_gain_is_a_positive_number_or_adaptive():
-    assert as_gain(GAIN) is GAIN
-    assert as_gain(2) == 2.0 and type(as_gain(2)) is float
-    for bad in (0, -1, np.inf, "fast", None, [1, 2], True, {}):
-        with pytest.raises(InputError, match="a positive number per second or Adaptive"):
-            as_gain(bad)
+    assert DECLARED.check(GAIN, "gain") is GAIN
+    two = DECLARED.check(2, "gain")
+    assert two == 2.0 and type(two) is float
+    for bad in (0, -1, [1, 2]):
+        with pytest.raises(InputError, match=r"gain \(per second\) must be a positive number, got"):
+            DECLARED.check(bad, "gain")
+    for bad in (np.inf, None, True, {}):
+        with pytest.raises(InputError, match=r"gain: .* number"):
+            DECLARED.check(bad, "gain")
+    with pytest.raises(InputError, match="no gain 'fast'; gains: adaptive, or a positive number"):
+        DECLARED.check("fast", "gain")

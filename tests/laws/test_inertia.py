@@ -1,5 +1,6 @@
 """Inertia: of the primitives against tetrahedra and quadrature, sums, moved copies, refusals."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -60,7 +61,7 @@ def test_solids_with_plane_faces_against_their_tetrahedra(solid, pose):
     solid = solid.at(pose)
     closed = (*solid.faces, *(FRONT if isinstance(solid, CameraBody) else ()))
     ours = about_centre(*tetrahedra(solid.vertices, closed))
-    same(rs.primitives.replace(solid, density=1.0).inertia, ours)
+    same(replace(solid, density=1.0).inertia, ours)
 
 
 def by_quadrature(inside, half, n=200):
@@ -84,10 +85,10 @@ def test_round_solids_against_a_grid_of_points():
 
 @EACH
 def test_mass_and_density_say_the_same(solid):
-    volume = rs.primitives.replace(solid, mass=None, density=1.0).inertia.mass
-    dense = rs.primitives.replace(solid, mass=None, density=solid.mass / volume)
+    volume = replace(solid, mass=None, density=1.0).inertia.mass
+    dense = replace(solid, mass=None, density=solid.mass / volume)
     same(dense.inertia, solid.inertia)
-    assert rs.primitives.replace(solid, mass=None).inertia is None
+    assert replace(solid, mass=None).inertia is None
 
 
 @EACH

@@ -73,7 +73,7 @@ def test_it_is_explained_compared_diagnosed_and_drawn(case):
     scene, task, q0, run = case
     told = rs.explain(run, experiments=False)
     assert told.outcome == rs.Outcome.TIME_LIMIT and "falls by" in told.what
-    assert {"V", "rank_reach"} & set(rs.diagnose(run).variables)
+    assert {"V", "rank_task_jacobian"} & set(rs.diagnose(run).variables)
     tasks = {"slow": task, "fast": rs.IBVS(features=task.features, gain=2.0)}
     compared = rs.compare(scene, tasks, np.array([q0]), duration=3.0)
     assert "slow" in str(compared) and "fast" in str(compared)
@@ -103,14 +103,14 @@ def test_secondary_motions_limits_and_chosen_joints(case):
 
 def test_it_is_believed_wrongly_where_that_makes_sense():
     scene, _ = with_gripper()
-    wrong = rs.believe(scene, dh={"finger_left": {"a": 0.01}, "wrist": {"theta": 0.01}})
+    wrong = scene.believe(dh={"finger_left": {"a": 0.01}, "wrist": {"theta": 0.01}})
     home = wrong.home
     shift = wrong.pose("rhino_xr4.finger_left", home).position
     right = scene.pose("rhino_xr4.finger_left", home).position
     assert 0.01 < np.linalg.norm(shift - right) < 0.03
     car, _ = vehicle("car")
     with pytest.raises(InputError, match="'rear_left': its axis must lie across its vehicle"):
-        rs.believe(car, dh={"body": {"theta": 0.01}})
+        car.believe(dh={"body": {"theta": 0.01}})
 
 
 def test_how_far_wheels_have_turned_does_not_set_states_apart():
@@ -138,7 +138,7 @@ def test_a_car_that_is_only_to_turn_stands_and_is_told_so():
     scenario = rs.load_scenario(rs.examples.path("car"))
     one = [rs.FeatureBlock("points", marks=[0], components=[0])]
     task = rs.IBVS(features=one, joints="body.omega")
-    run = rs.simulate(scenario.scene, task, scenario.q0, duration=1.0)
+    run = rs.simulate(scenario.scene, task, scenario.start, duration=1.0)
     assert (run.qd_actual == 0).all() and (run.q == run.q[0]).all()
     told = rs.explain(run, experiments=False)
     assert told.causes[0].about == "standing car" and "only a car that drives" in str(told)

@@ -194,7 +194,7 @@ def test_both_loops_move_it_by_the_same_bits(name, monkeypatch):
     starts = np.random.default_rng(6).uniform(-0.2, 0.2, (4, 3)) - [0.5, 0, 0]
     runs = []
     for compiled in (True, False):
-        monkeypatch.setattr(loop, "pays", lambda runs, steps, answer=compiled: answer)
+        monkeypatch.setattr(loop, "worth_compiling", lambda runs, steps, answer=compiled: answer)
         runs.append(
             rs.simulate(
                 drives(robot), rs.IBVS(), starts, duration=1.0, sensing=rs.Sensing(noise=0.2)

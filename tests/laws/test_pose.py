@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robsim.base.errors import FrameError, InputError
-from robsim.geometry.pose import IDENTITY, Pose, as_pose, axis_rotation
+from robsim.geometry.pose import IDENTITY, Pose, as_pose
+from robsim.geometry.rotation import axis_rotation
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 

@@ -35,9 +35,11 @@ def test_the_first_task_is_served_exactly_whatever_the_others_want(
     q = around(scene, 8, spread=0.06)
     parts = [decide(scene, task, q, columns=tasks[0].columns(scene)).command for task in tasks]
     qd = decide(scene, rs.Priorities(tasks), q).command.qd
-    np.testing.assert_allclose(times(parts[0].reach, qd), -2.0 * parts[0].error, atol=1e-11)
+    np.testing.assert_allclose(times(parts[0].task_jacobian, qd), -2.0 * parts[0].error, atol=1e-11)
     two = decide(scene, rs.Priorities(tasks[:2]), q).command.qd
-    np.testing.assert_allclose(times(parts[1].reach, qd), times(parts[1].reach, two), atol=1e-9)
+    np.testing.assert_allclose(
+        times(parts[1].task_jacobian, qd), times(parts[1].task_jacobian, two), atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("levels", LEVELS)

@@ -82,6 +82,6 @@ def test_the_rate_of_the_norm_is_that_of_theory(arrange, around, decide, task, n
     made = TASKS[task]
     command = decide(scene, made, around(scene, 6, seed=5)).command
     for b in range(6):
-        A, e, qd = command.reach[..., b], command.error[:, b], command.qd[:, b]
+        A, e, qd = command.task_jacobian[..., b], command.error[:, b], command.qd[:, b]
         reached = A @ np.linalg.pinv(A, rcond=1e-6) @ e
         np.testing.assert_allclose(e @ A @ qd, -reached @ reached, rtol=1e-9, atol=1e-14)

@@ -105,12 +105,12 @@ def test_a_secondary_motion_shows_nowhere(arrange, around, decide, task, name):
     scene = arrange(name)
     at_goal = decide(scene, task(secondary=Wander()), scene.home).command
     assert np.abs(at_goal.qd).max() > 1e-2
-    assert np.abs(times(at_goal.reach, at_goal.qd)).max() < 1e-10
+    assert np.abs(times(at_goal.task_jacobian, at_goal.qd)).max() < 1e-10
     q = around(scene, 5)
     one, other = (decide(scene, task(secondary=w), q).command for w in (Wander(), None))
     moved = one.qd - other.qd
     assert np.abs(moved).max() > 1e-2
-    assert np.abs(times(one.reach, moved)).max() < 1e-10
+    assert np.abs(times(one.task_jacobian, moved)).max() < 1e-10
 
 
 @quiet
@@ -129,7 +129,7 @@ def test_a_secondary_motion_has_all_that_the_features_leave(
 
     command = decide(scene, rs.IBVS(features=[features], secondary=Wish()), q).command
     for b in range(4):
-        A = command.reach[..., b]
+        A = command.task_jacobian[..., b]
         inverse = np.linalg.pinv(A, rcond=1e-6)
         expected = -inverse @ command.error[:, b] + wish - inverse @ A @ wish
         np.testing.assert_allclose(command.qd[:, b], expected, atol=1e-11)
@@ -155,7 +155,7 @@ def test_the_large_projection_keeps_the_rate_of_the_norm(arrange, around, decide
     kinds = {"secondary": Wander(), "projection": rs.LargeProjection(low=1e-3, high=0.03)}
     one, other = (decide(scene, rs.IBVS(**what), q).command for what in (kinds, {}))
     assert (np.linalg.norm(one.error, axis=0) > 0.03).all()
-    moved = times(one.reach, one.qd - other.qd)
+    moved = times(one.task_jacobian, one.qd - other.qd)
     assert np.abs(moved).max() > 1e-3
     assert np.abs((one.error * moved).sum(0)).max() < 1e-10
 

@@ -6,7 +6,7 @@ import pytest
 import robsim as rs
 from robsim.kernels.sensing import quantise
 from robsim.run.simulate import loop_of
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Sight
 
 VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
@@ -17,9 +17,9 @@ DT = 0.04
 
 
 def closed(task=TASK, q0=Q0, duration=2.0, dt=DT, actuation=None, **sensing):
-    told = rs.Sensing(**sensing)
+    sensing = rs.Sensing(**sensing)
     return rs.simulate(
-        SCENE, task, q0, dt=dt, duration=duration, sensing=told, actuation=actuation, hold=True
+        SCENE, task, q0, dt=dt, duration=duration, sensing=sensing, actuation=actuation, hold=True
     )
 
 
@@ -41,11 +41,11 @@ def test_what_is_off_changes_no_bit(task):
     plain = rs.simulate(SCENE, task, Q0, duration=2.0)
     perfect = rs.Sensing(noise=0, quantisation=0, outliers=0, dropped=0, latency=0, period=None)
     exact = rs.Actuation(lag=0, velocity=None, acceleration=None, encoder=0)
-    told = rs.simulate(SCENE, task, Q0, duration=2.0, sensing=perfect, actuation=exact)
-    assert told.identical(plain)
+    same_run = rs.simulate(SCENE, task, Q0, duration=2.0, sensing=perfect, actuation=exact)
+    assert same_run.identical(plain)
 
 
-@pytest.mark.parametrize("believed", [SCENE, rs.believe(SCENE)])
+@pytest.mark.parametrize("believed", [SCENE, SCENE.believe()])
 def test_a_belief_that_is_the_truth_changes_no_bit(believed):
     same(
         rs.simulate(SCENE, rs.IBVS(GOAL, belief=believed), Q0, duration=2.0),
@@ -170,9 +170,11 @@ def test_the_command_is_the_law_on_the_features_of_the_step_before_to_the_bit(ta
     eye = Sight(SCENE, SCENE.camera(), SCENE.object())
     for k in range(1, 20):
         then, now = (np.ascontiguousarray(run.q.values[i][:, None]) for i in (k - 1, k))
-        look = eye.look(then)
-        told = Instant(k, DT, now, {eye.key: look}, {eye.key: look.pixels}, {}, prompt=False)
-        command = loop.controller.control(told)
+        seen = eye.project(then)
+        measurement = Measurement(
+            k, DT, now, {eye.key: seen}, {eye.key: seen.pixels}, {}, prompt=False
+        )
+        command = loop.controller.control(measurement)
         np.testing.assert_array_equal(command.qd[:, 0], run.qd.values[k])
 
 
@@ -236,8 +238,8 @@ def test_three_marks_are_enough_to_arrive():
     which three marks are seen at the same places.
     """
     for start, there in ((4.0, True), (0.5, False)):
-        told = rs.Sensing(occlusions=[rs.Occlusion([3], start)])
-        run = rs.simulate(SCENE, TASK, Q0, duration=30, sensing=told)
+        sensing = rs.Sensing(occlusions=[rs.Occlusion([3], start)])
+        run = rs.simulate(SCENE, TASK, Q0, duration=30, sensing=sensing)
         assert run.outcome == rs.Outcome.CONVERGED
         away = SCENE.view(run.q_end.values).pixels - SCENE.view(GOAL).pixels
         assert np.abs(away[:3]).max() < 0.02
@@ -277,11 +279,11 @@ JOINTS = rs.Actuation(lag=0.05, velocity=0.4, acceleration=2.0)
 @pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL)])
 def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(task):
     starts = np.repeat(Q0[None], 7, axis=0)
-    told = {"duration": 1.0, "sensing": EVERYTHING, "actuation": JOINTS, "seed": 4}
-    whole = rs.simulate(SCENE, task, starts, threads=1, **told)
-    same(rs.simulate(SCENE, task, starts, threads=3, chunk=2, **told), whole)
+    settings = {"duration": 1.0, "sensing": EVERYTHING, "actuation": JOINTS, "seed": 4}
+    whole = rs.simulate(SCENE, task, starts, threads=1, **settings)
+    same(rs.simulate(SCENE, task, starts, threads=3, chunk=2, **settings), whole)
     for row in (0, 5):
-        same(rs.simulate(SCENE, task, starts[row], run=row, **told), whole.isel(run=row))
+        same(rs.simulate(SCENE, task, starts[row], run=row, **settings), whole.isel(run=row))
     assert rs.replay(whole).identical(whole)
     assert whole.attrs["sensing"] == repr(EVERYTHING) and whole.attrs["actuation"] == repr(JOINTS)
 

@@ -89,7 +89,7 @@ BOOSTED = {
 def test_the_counts_of_visp_s_tutorial_come_out(name):
     tutorial, (task, count) = rs.load_scenario(rs.examples.path("visp_tutorial")), BOOSTED[name]
     task = replace(task, goal=tutorial.task.goal)
-    run = rs.simulate(tutorial.scene, task, tutorial.q0, dt=0.04, duration=10.0)
+    run = rs.simulate(tutorial.scene, task, tutorial.start, dt=0.04, duration=10.0)
     assert int(np.argmax(run.error_norm.values**2 < 1e-4)) == count
 
 

@@ -1,5 +1,7 @@
 """Tools on arms, and objects that change hands: nothing jumps, names stay apart."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -103,6 +105,28 @@ def test_shapes_of_the_link_that_carries_it_stay_unless_it_is_bare(rhino):
     shapes = {link.name: link.shapes for link in drawn.links}
     assert len(shapes["tool"]) == 3 and len(shapes["palm"]) == 1
     assert next(link for link in rhino.links if link.name == "tool").shapes == ()
+
+
+def test_the_tip_of_the_tool_becomes_that_of_both(rhino):
+    """Also where it is not the last link, and where the name is taken."""
+    arm, tool = rs.robots.puma560(), rs.robots.rhino_gripper()
+    assert rhino.tip == tool.tip == "tip"
+    left = replace(tool, tip="finger_left")
+    both = arm.with_tool(left)
+    assert both.tip == "finger_left" and rhino.with_tool(left.named("b")).tip == "b_finger_left"
+    q = np.append(arm.home, 0.02)
+    np.testing.assert_array_equal(both.fk(q), both.fk(q, "finger_left"))
+    np.testing.assert_array_equal(both.jacobian(q), both.jacobian(q, "finger_left"))
+
+
+def test_the_tip_is_the_last_link_or_the_one_that_is_named():
+    arm = rs.robots.puma560()
+    held = rs.Robot("puma560", arm.links, arm.home, tip="forearm")
+    assert arm.tip == arm.links[-1].name and held != arm == replace(held, tip="")
+    np.testing.assert_array_equal(held.fk(arm.home), arm.fk(arm.home, "forearm"))
+    assert held.at(Pose.at(1), on="desk").named("b").tip == "forearm"
+    with pytest.raises(rs.FrameError, match="no frame 'forarm' in robot 'puma560'; did you mean"):
+        replace(arm, tip="forarm")
 
 
 def test_names_that_clash_get_that_of_the_tool_in_front(rhino):

@@ -7,7 +7,7 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 
 RATE = 0.1  # rad/s
 ASIDE = {"pan_tilt": [0.1, 0.05]}  # a start from which a lag is not taken for divergence
@@ -106,7 +106,7 @@ def test_feed_forward_on_other_arrangements(arrange, around, decide, name, featu
 
 def component(command):
     """||A A^+ e||: the part of the error that the joints can do something about."""
-    A = command.reach[..., 0]
+    A = command.task_jacobian[..., 0]
     return float(np.linalg.norm(A @ np.linalg.pinv(A, rcond=1e-6) @ command.error[:, 0]))
 
 
@@ -165,11 +165,11 @@ def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
     sight = controller.sights[0]
     for step in range(run.sizes["time"]):
         q = runs_last(run.q.values[:, step], 1)
-        look = sight.look(q)
-        now = Instant(step, 0.04, q, {sight.key: look}, {sight.key: look.pixels}, memory)
+        seen = sight.project(q)
+        now = Measurement(step, 0.04, q, {sight.key: seen}, {sight.key: seen.pixels}, memory)
         decision = controller.decide(now)
         controller.note(now, decision.basis, decision.command.qd)
-    np.testing.assert_allclose(1 / memory["marks camera plate"][..., 2], look.depth.T, rtol=0.03)
+    np.testing.assert_allclose(1 / memory["marks camera plate"][..., 2], seen.depth.T, rtol=0.03)
 
 
 def test_broyden_learns_what_the_joints_do_and_not_the_known_motion(passing):

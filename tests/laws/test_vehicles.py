@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim import InputError, Motion, Pose, Steering
-from robsim.run.drives import Drives, Held
+from robsim.run.drives import Drives, Period
 
 WHEELS = {
     "car": ("rear_left", "rear_right", "front_left", "front_right"),
@@ -25,7 +25,7 @@ def driven(request):
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.CONVERGED
     q = run.q.dropna("time").values
     done = run.qd_actual.values[1 : len(q)] if "qd_actual" in run else run.qd.values[: len(q) - 1]
-    return scenario.scene.robot(), q, done, scenario.settings.dt
+    return scenario.scene.robot(), q, done, scenario.dt
 
 
 def test_its_path_is_a_chain_of_arcs(driven):
@@ -79,7 +79,7 @@ def test_a_wheel_in_a_figure_has_turned(driven):
 def test_a_car_steers_within_its_rate_and_limit_at_every_step():
     scenario = rs.load_scenario(rs.examples.path("car"), ["task.tasks.0.gain=0.5"])
     run, car = scenario.run(), scenario.scene.robot()
-    steering, dt = car.links[1].joint.steering, scenario.settings.dt
+    steering, dt = car.links[1].joint.steering, scenario.dt
     angle = run.q.values[:, 3]
     steps = np.abs(np.diff(angle))
     assert steps.max() == pytest.approx(steering.rate * dt, abs=1e-15)  # from the left to the right
@@ -156,7 +156,7 @@ def held(scene, car_angle=0.0):
     q[3] = car_angle
     v = np.random.default_rng(4).normal(size=(scene.nv, 1))
     v[:2, 0] = 1.0, 2.0
-    return Held(q[:, None], 0.5 * v, v)
+    return Period(q[:, None], 0.5 * v, v)
 
 
 def test_in_the_middle_of_a_period_a_car_is_on_its_arc():
@@ -174,7 +174,7 @@ def test_an_arm_lags_no_differently_beside_a_car():
     arm, car = rs.robots.rhino_xr4(), rs.robots.car()
     together, actuation = rs.Scene([car, arm]), rs.Actuation(lag=0.1, acceleration=9.0)
     whole = held(together)
-    alone = Held(*(part[-5:] for part in whole))
+    alone = Period(*(part[-5:] for part in whole))
     both = Drives(actuation, together, np.arange(7)).advance(whole, 0.04)
     own = Drives(actuation, rs.Scene(arm), np.arange(5)).advance(alone, 0.04)
     for mine, theirs in zip(own, both, strict=True):

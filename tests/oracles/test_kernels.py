@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robsim.kernels import camera, pose, random, se3, solve, tree
-from robsim.robot.assembly import Frame
+from robsim.robot.frame import Frame
 from robsim.robot.joint import Joint
 from robsim.robot.tree import Tree
 

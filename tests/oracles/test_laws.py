@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.instant import Instant
 from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.laws.inverse import DampedInverse, JacobianTranspose, PseudoInverse, product
 from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw
 from robsim.servo.laws.partitioned import PartitionedLaw
-from robsim.servo.regulated import adjoint
-from robsim.servo.sight import relative
+from robsim.servo.measurement import Measurement
+from robsim.servo.sight import adjoint, relative
 from robsim.servo.tasks.docking import DockingLaw
 from robsim.servo.tasks.placing import Placing, PlacingLaw, _edges
 
@@ -426,7 +425,7 @@ def test_estimated_motion_is_a_filter_of_what_the_command_does_not_explain():
     ahead, memory, dt = EstimatedMotion(0.3), {}, 0.05
     d = before = moved = None
     for k in range(30):
-        now = Instant(k, dt, np.zeros((1, RUNS)), {}, {}, memory)
+        now = Measurement(k, dt, np.zeros((1, RUNS)), {}, {}, memory)
         e, A, qd = (rng.normal(size=(*shape, RUNS)) for shape in [(4,), (4, 3), (3,)])
         found = ahead.of(now, e)
         d = np.zeros_like(e) if d is None else d + (dt / 0.35) * ((e - before) / dt - moved - d)

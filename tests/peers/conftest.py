@@ -155,31 +155,60 @@ def expressible(robot):
     return all(j.kind in kinds and isinstance(j.follows, rs.Mimic | None) for j in joints)
 
 
+# packages of URDF files: those of the extra `oracles`, and more that are looked at where they are
+# installed (`pip install --no-deps airo-models armar ...`; they weigh 0.6 GB, most of it meshes)
+PUBLISHERS = (
+    "example-robot-data",
+    "rtb-data",
+    "airo-models",
+    "armar",
+    "dexmate-urdf",
+    "differentiable-robot-model",
+    "gym-ignition-models",
+    "hello-robot-stretch-urdf",
+    "hello-robot-stretch4-urdf",
+    "jvrc-description",
+    "orca-arm",
+    "pybullet",
+    "robot-properties-fingers",
+    "synriard",
+    "upkie-description",
+    "urdfenvs",
+)
+OBJECTS = "random_urdfs"  # of pybullet: a thousand things, one link each
+
+
 def pytest_generate_tests(metafunc):
-    """`written`: each robot that the formats can express. `published`: the files of the peers."""
+    """`written`: each robot that the formats can express. `published`: the files of packages."""
     if "written" in metafunc.fixturenames:
         library = [rs.robots.load(name) for name in rs.robots.names()]
         every = [*(robot for robot in library if expressible(robot)), gripper(), mixture()]
         metafunc.parametrize("written", every, ids=lambda robot: robot.name)
     if "published" in metafunc.fixturenames:
-        metafunc.parametrize("published", published_files(), ids=label)
+        files = published_files()
+        metafunc.parametrize("published", files.values(), ids=files)
 
 
 def published_files():
-    return sorted(
-        file.locate()
-        for package in ("example-robot-data", "rtb-data")
-        for file in metadata.files(package)
-        if file.suffix == ".urdf"
-    )
+    """The path of each file, by a name for it: its package, two folders above it, its own name."""
+    found = {}
+    for package in PUBLISHERS:
+        for file in sorted(_files(package)):
+            if file.suffix == ".urdf" and OBJECTS not in file.parts:
+                found["/".join([package, *file.parts[-3:-1], file.stem])] = file.locate()
+    return found
+
+
+def _files(package):
+    try:
+        return metadata.files(package) or []
+    except metadata.PackageNotFoundError:
+        return []
 
 
 @pytest.fixture
 def every_published():
-    """Their names."""
-    return [label(path) for path in published_files()]
-
-
-def label(path):
-    """A name for a file: its own, after that of the folder of its robot."""
-    return f"{path.parts[-3]}/{path.stem}"
+    """The names of the files, by their package."""
+    names = list(published_files())
+    found = {package: [n for n in names if n.startswith(f"{package}/")] for package in PUBLISHERS}
+    return {package: names for package, names in found.items() if names}

@@ -137,3 +137,14 @@ def test_yourdfpy_has_the_same_poses(written, path, some_coordinates):
         peer.update_cfg([q[ours[name]] for name in peer.actuated_joint_names])
         for link in written.links:
             close(written.fk(q, link.name), peer.get_transform(link.name, root))
+
+
+def test_the_element_that_names_the_tip_is_left_out_by_the_others(tmp_path):
+    arm = rs.robots.panda()
+    path = tmp_path / "robot.urdf"
+    replace(arm, tip=arm.links[3].name).to_urdf(path)
+    assert "<robsim tip=" in path.read_text(encoding="utf-8")
+    assert pinocchio.buildModelFromUrdf(str(path)).nq == arm.nq
+    assert mujoco.MjModel.from_xml_path(str(path)).nq == arm.nq
+    peer = yourdfpy.URDF.load(str(path), load_meshes=False)
+    assert peer.validate() and len(peer.actuated_joint_names) == arm.nq

@@ -10,8 +10,8 @@ import pytest
 import tomli_w
 
 import robsim as rs
+from robsim.declare import family
 from robsim.features import FEATURES
-from robsim.servo import SCHEMES, SEVERAL
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
@@ -41,10 +41,10 @@ def scenarios(document):
         yield tomli_w.dumps(tables)
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 @pytest.mark.parametrize("text", list(scenarios(ROOT / "docs" / "scenario.md")))
 def test_its_scenarios_run_and_are_repeated(text):
-    run = rs.Scenario.from_text(text).run()
+    run = rs.Experiment.from_text(text).run()
     error = run["error_norm"].dropna("time").values
     assert error[-1] < 0.5 * error[0]
     assert rs.replay(run).identical(run)
@@ -52,7 +52,7 @@ def test_its_scenarios_run_and_are_repeated(text):
 
 def test_there_is_an_example_of_every_kind_of_task():
     text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
-    for kind in (*SCHEMES, *SEVERAL, "placing", "docking"):
+    for kind in family("task").kinds:
         assert f'kind = "{kind}"' in text and f'`"{kind}"`' in text
 
 

@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from matplotlib.image import imread
 
 import robsim as rs
 
@@ -24,11 +25,17 @@ def commands(item):
         yield name.removesuffix(".toml"), [value for option, value in pairs if option == "--set"]
 
 
-@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")  # of a unicycle, on purpose
+def assert_for_slides(path):
+    """Wide enough to be read on a wall, and still quick to load."""
+    assert path.stat().st_size < 250_000
+    assert imread(path).shape[1] >= 1600
+
+
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")  # of a unicycle, on purpose
 @pytest.mark.parametrize("name", ITEMS)
 def test_it_is_whole(name):
     item = ITEMS[name]
-    assert (ROOT / f"docs/gallery/{name}.png").stat().st_size < 80_000
+    assert_for_slides(ROOT / f"docs/gallery/{name}.png")
     assert (ROOT / f"examples/{name}.py").exists() and f"(../examples/{name}.py)" in item
     runs = list(commands(item))
     assert runs, "no command"
@@ -39,3 +46,8 @@ def test_it_is_whole(name):
 
 def test_no_figure_is_left_over():
     assert {path.stem for path in (ROOT / "docs/gallery").iterdir()} == set(ITEMS)
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in (ROOT / "docs/figures").iterdir()))
+def test_figures_of_the_pages_are_for_slides(name):
+    assert_for_slides(ROOT / "docs/figures" / name)

@@ -47,7 +47,7 @@ def spans(points):
     ],
 )
 def test_it_shows_where_things_are(view, arm, post):
-    figure = plot.moments(SCENE, [[0.0], [np.pi / 2]], views=[view], size=(6, 5))
+    figure = plot.moments(SCENE, [[0.0], [np.pi / 2]], views=[view], extent=(6, 5))
     for axes, expected in zip(figure.axes, arm, strict=True):
         np.testing.assert_allclose(spans(faces(axes, "b")[0]), np.array(expected), atol=1e-12)
         np.testing.assert_allclose(spans(faces(axes, "r")[0]), np.array(post), atol=1e-12)
@@ -55,11 +55,11 @@ def test_it_shows_where_things_are(view, arm, post):
 
 
 def test_what_is_near_is_drawn_last_and_what_is_far_away_is_not():
-    (axes,) = plot.moments(SCENE, [[0.0]], size=(6, 5)).axes
+    (axes,) = plot.moments(SCENE, [[0.0]], extent=(6, 5)).axes
     assert min(faces(axes, "r")[1]) > max(faces(axes, "b")[1])
-    (axes,) = plot.moments(SCENE, [[0.0]], views=["left"], size=(6, 5)).axes
+    (axes,) = plot.moments(SCENE, [[0.0]], views=["left"], extent=(6, 5)).axes
     assert max(faces(axes, "r")[1]) < min(faces(axes, "b")[1])
-    (axes,) = plot.moments(SCENE, [[0.0]], size=(3, 3)).axes  # the post is 2 m away
+    (axes,) = plot.moments(SCENE, [[0.0]], extent=(3, 3)).axes  # the post is 2 m away
     with pytest.raises(ValueError, match="at least one array"):
         faces(axes, "r")
 
@@ -70,7 +70,7 @@ def test_all_pictures_have_one_scale_around_a_frame():
         [[0.0], [0.5], [1.0]],
         ["a", "b", "c"],
         around="arm.link1",
-        size=(3, 2),
+        extent=(3, 2),
         views=["right", "above"],
     )
     assert len(figure.axes) == 6
@@ -89,7 +89,7 @@ def test_all_pictures_have_one_scale_around_a_frame():
 
 def test_it_shows_the_frame_of_the_figures():
     moved = rs.Scene(ARM, display=rs.Pose.at(0, 0, 3))
-    (axes,) = plot.moments(moved, [[0.0]], around="arm.base", size=(3, 3)).axes
+    (axes,) = plot.moments(moved, [[0.0]], around="arm.base", extent=(3, 3)).axes
     np.testing.assert_allclose(spans(faces(axes, "b")[0]), [0, 1, 2.8, 3.2], atol=1e-12)
 
 
@@ -101,8 +101,8 @@ def test_it_shows_the_frame_of_the_figures():
         ({"views": ["below"]}, "no view 'below'"),
         ({"titles": ["a", "b"]}, "1 moments need as many titles, got 2"),
         ({"around": "arm.link2"}, "did you mean 'arm.link1'"),
-        ({"size": (0, 1)}, r"size: expected \(width, height\) in metres, got \(0, 1\)"),
-        ({"size": 1.0}, r"size \(width, height\) in metres: expected shape"),
+        ({"extent": (0, 1)}, r"extent: expected \(width, height\) in metres, got \(0, 1\)"),
+        ({"extent": 1.0}, r"extent \(width, height\) in metres: expected shape"),
         ({"views": "right"}, r"views: expected a list, such as \['right'\]"),
         ({"views": []}, "views: expected a list"),
         ({"views": [["right"]]}, r"no view \['right'\]"),

@@ -6,14 +6,17 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon, Rectangle
+from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 import robsim as rs
 from robsim import plot
 from robsim.plot import palette
+from robsim.plot.solids import SHADOW, Solids
 
 matplotlib.use("agg")
 
@@ -109,12 +112,34 @@ def pair(pair_scene):
 
 
 def wires(figure):
-    """{label: [segments (E, 2, 3) of one solid, ...]} of the 3-D axes."""
+    """{label: [segments (E, 2, 3) of one solid, ...]} of the lines in 3-D axes."""
     found = {}
     for artist in figure.axes[0].collections:
-        if isinstance(artist, Line3DCollection):
+        if isinstance(artist, Line3DCollection) and not artist.get_label().startswith("_"):
             found.setdefault(artist.get_label(), []).append(np.array(artist._segments3d))
     return found
+
+
+def faces(figure):
+    """{label: [corners (n, 3) of a face, ...]} of the solids in 3-D axes."""
+    found = {}
+    for solids in [a for a in figure.axes[0].collections if isinstance(a, Solids)]:
+        for label, corners in zip(solids.labels, np.asarray(solids._faces), strict=True):
+            again = (np.diff(corners, axis=0) == 0).all(axis=1)  # corners are repeated, to pad
+            found.setdefault(label, []).append(corners[np.r_[True, ~again]])
+    return found
+
+
+def faces_of(shape, T):
+    """Faces of a shape moved by T, with nothing but NumPy."""
+    points = shape.vertices @ T[:3, :3].T + T[:3, 3]
+    return [points[list(face)] for face in shape.faces]
+
+
+def assert_same(drawn, expected):
+    assert len(drawn) == len(expected)
+    for one, other in zip(drawn, expected, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
 
 
 def lines(axes, label):
@@ -147,24 +172,22 @@ def marked(axes, marker):
 
 def test_every_link_is_drawn_where_the_kinematics_put_it_seen_from_the_display_frame(scene):
     q = scene.home + OFFSET
-    drawn = wires(plot.scene(scene, q))
+    drawn = faces(plot.scene(scene, q))
     for link, T in zip(RHINO.links, RHINO.frames(q), strict=True):
-        [segments] = drawn[link.name]
-        expected = placed(link.shapes[0], DISPLAY.matrix @ T)
-        np.testing.assert_allclose(segments, expected, atol=1e-12)
+        assert_same(drawn[link.name], faces_of(link.shapes[0], DISPLAY.matrix @ T))
 
 
 def test_home_is_drawn_when_no_configuration_is_given(scene):
-    first, second = wires(plot.scene(scene)), wires(plot.scene(scene, scene.home))
-    assert first.keys() == second.keys()
+    first, second = faces(plot.scene(scene)), faces(plot.scene(scene, scene.home))
+    assert first.keys() == second.keys() == {*(link.name for link in RHINO.links), "cube"}
     for label in first:
-        np.testing.assert_array_equal(first[label], second[label])
+        assert_same(first[label], second[label])
 
 
 def test_objects_stand_at_their_pose_with_asterisks_as_marks(scene):
     figure = plot.scene(scene)
     T = DISPLAY.matrix @ rs.Pose.at(0.24, 0, 0.025).matrix
-    np.testing.assert_allclose(wires(figure)["cube"][0], placed(CUBE, T), atol=1e-12)
+    assert_same(faces(figure)["cube"], faces_of(CUBE, T))
     drawn = [line.get_data_3d() for line in asterisks(figure.axes[0])]
     marks = scene.object().marks @ T[:3, :3].T + T[:3, 3]
     np.testing.assert_allclose(np.array(drawn)[..., 0], marks, atol=1e-12)
@@ -174,8 +197,7 @@ def test_a_camera_with_a_body_is_drawn_by_it():
     scene = workstation(rs.Camera(CAMERA.K, SIZE, body=BODY))
     T = scene.display.matrix @ scene.pose("eye", scene.home).matrix
     expected = rs.Camera(CAMERA.K, SIZE, body=BODY).drawn(T)
-    [segments] = wires(plot.scene(scene))["eye"]
-    np.testing.assert_allclose(segments, expected.vertices[expected.edges], atol=1e-12)
+    assert_same(faces(plot.scene(scene))["eye"], faces_of(expected, np.eye(4)))
 
 
 def test_a_camera_without_a_body_is_the_pyramid_of_what_it_sees():
@@ -193,7 +215,7 @@ def test_proportions_are_true_and_the_lowest_point_is_on_the_floor(scene):
     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
     sides = np.ptp(limits, axis=1)
     np.testing.assert_allclose(axes.get_box_aspect() / sides, axes.get_box_aspect()[0] / sides[0])
-    points = np.concatenate([s.reshape(-1, 3) for group in wires(figure).values() for s in group])
+    points = np.concatenate([face for group in faces(figure).values() for face in group])
     assert (points >= limits[:, 0] - 1e-12).all()
     assert (points <= limits[:, 1] + 1e-12).all()
     assert np.isclose(points[:, 2].min(), limits[2, 0])
@@ -207,21 +229,18 @@ def test_the_axes_of_the_scene_carry_metres(scene):
 
 def test_a_run_is_drawn_from_its_dashed_start_to_its_solid_end(scene, run):
     figure = plot.scene(scene, run=run)
-    drawn = wires(figure)
-    for q, suffix in ((run["q0"].values, " at start"), (run["q_end"].values, "")):
-        T = DISPLAY.matrix @ RHINO.fk(q)
-        [segments] = drawn["tool" + suffix]
-        expected = placed(RHINO.links[-1].shapes[0], T)
-        np.testing.assert_allclose(segments, expected, atol=1e-12)
+    shape = RHINO.links[-1].shapes[0]
+    start, end = (DISPLAY.matrix @ RHINO.fk(run[name].values) for name in ("q0", "q_end"))
+    np.testing.assert_allclose(wires(figure)["tool at start"], [placed(shape, start)], atol=1e-12)
+    assert_same(faces(figure)["tool"], faces_of(shape, end))
     styles = {a.get_label(): a.get_linestyle()[0] for a in figure.axes[0].collections}
-    assert styles["tool"] == (0, None)
     assert styles["tool at start"][1] is not None
 
 
 def test_what_stands_still_in_a_run_is_drawn_once(scene, run):
-    drawn = wires(plot.scene(scene, run=run))
-    assert len(drawn["base"]) == len(drawn["cube"]) == 1
-    assert not {"base at start", "cube at start"} & drawn.keys()
+    figure = plot.scene(scene, run=run)
+    assert len(faces(figure)["base"]) == len(faces(figure)["cube"]) == 6
+    assert not {"base at start", "cube at start"} & wires(figure).keys()
 
 
 def test_the_path_of_the_camera_is_that_of_the_run(scene, run):
@@ -247,33 +266,81 @@ def test_the_path_of_a_carried_object_is_drawn_where_the_camera_stands_still():
 def test_the_legend_names_links_objects_and_cameras_once(scene, run):
     names = ["base", "shoulder", "upper", "fore", "wrist", "tool", "cube", "eye"]
     assert legend(plot.scene(scene).axes[0]) == [*names, "marks"]
-    of_run = legend(plot.scene(scene, run=run).axes[0])
+    of_run = legend(plot.scene(scene, run=run.drop_vars("goal_pose", errors="ignore")).axes[0])
     assert of_run == [*names, "start", "marks", "path of eye"]
 
 
 def test_a_summary_still_shows_start_and_end(scene, run):
     summary = simulated(scene, scene.home + OFFSET, record="summary")
-    drawn, expected = (wires(plot.scene(scene, run=r)) for r in (summary, run))
-    np.testing.assert_array_equal(drawn["tool"], expected["tool"])
-    np.testing.assert_array_equal(drawn["tool at start"], expected["tool at start"])
+    drawn, expected = (plot.scene(scene, run=r) for r in (summary, run))
+    assert_same(faces(drawn)["tool"], faces(expected)["tool"])
+    label = "tool at start"
+    np.testing.assert_array_equal(wires(drawn)[label], wires(expected)[label])
+
+
+def colors_of(axes):
+    """{name: colour} of the legend."""
+    handles = axes.get_legend().legend_handles
+    return dict(zip(legend(axes), [to_hex(handle.get_color()) for handle in handles], strict=True))
 
 
 def test_links_keep_their_colours_and_an_all_black_robot_gets_one_for_each():
     shapes = [[rs.Block(1, 1, 1)]] * 4
     arm = rs.Robot.from_dh([[0, 1, 0, 0]] * 3, shapes=shapes, name="arm")
-    drawn = plot.scene(rs.Scene(arm)).axes[0].collections
-    colors = [to_hex(a.get_color()[0]) for a in drawn if isinstance(a, Line3DCollection)]
-    assert colors == [palette.BLACK, palette.BLUE, palette.VERMILLION, palette.GREEN]
-    drawn = plot.scene(rs.Scene(RHINO)).axes[0].collections
-    colors = [to_hex(a.get_color()[0]) for a in drawn if isinstance(a, Line3DCollection)]
-    assert colors == [palette.color(c) for c in "krbgmc"]
+    drawn = colors_of(plot.scene(rs.Scene(arm)).axes[0])
+    own = [palette.BLACK, palette.BLUE, palette.VERMILLION, palette.GREEN]
+    assert list(drawn.values()) == [palette.tinted(color, 0.15) for color in own]
+    drawn = colors_of(plot.scene(rs.Scene(RHINO)).axes[0])
+    own = [palette.tinted(palette.color(color), 0.15) for color in "krbgmc"]
+    assert list(drawn.values()) == own
 
 
 def test_a_robot_of_one_colour_is_one_entry_of_the_legend():
     arm = rs.Robot.from_dh([[0, 1, 0, 0]] * 3, shapes=[[rs.Block(1, 1, 1, "c")]] * 4, name="arm")
     figure = plot.scene(rs.Scene(arm))
     assert legend(figure.axes[0]) == ["arm"]
-    assert len(wires(figure)["arm"]) == 4
+    assert len(faces(figure)["arm"]) == 4 * 6
+
+
+def test_a_legend_has_each_colour_once():
+    """Links of one colour share an entry; cameras and paths take what nothing else has."""
+    shapes = [[rs.Block(1, 1, 1, color)] for color in "krkgk"]
+    arm = rs.Robot.from_dh([[0, 1, 0.1, 0]] * 4, shapes=shapes, name="arm")
+    eyes = [rs.MountedCamera(name, CAMERA, "arm.link4") for name in ("left", "right")]
+    scene = rs.Scene(arm, rs.Object("dot", marks=[[0, 0, 9]]), eyes)
+    axes = plot.scene(scene).axes[0]
+    names = legend(axes)
+    assert names == ["base, link2, link4", "link1", "link3", "left", "right", "marks"]
+    handles = axes.get_legend().legend_handles[:5]
+    assert len({to_hex(handle.get_color()) for handle in handles}) == 5
+
+
+def test_what_has_several_colours_is_named_by_one_that_is_its_own():
+    """Also where it has more of another: the legend explains as many colours as it can."""
+    head = [rs.Block(0.1, 0.1, 0.1, "m"), rs.Block(0.5, 0.5, 0.5, "k")]
+    arm = rs.Robot.from_dh([[0, 1, 0, 0]], shapes=[[rs.Block(1, 1, 1)], head], links=["head"])
+    colors = colors_of(plot.scene(rs.Scene(arm)).axes[0])
+    own = {"base": palette.BLACK, "head": palette.PURPLE}
+    assert colors == {name: palette.tinted(color, 0.15) for name, color in own.items()}
+
+
+def test_outcomes_have_colours_of_their_own_blue_where_it_worked_warm_where_not():
+    assert set(palette.OUTCOMES) == set(rs.Outcome)
+    assert len(set(palette.OUTCOMES.values())) == len(rs.Outcome)
+    for outcome, (color, _) in palette.OUTCOMES.items():
+        red, _, blue = to_rgb(color)
+        assert blue > red if outcome == rs.Outcome.CONVERGED else red >= blue, outcome
+
+
+def test_the_same_figure_has_the_same_bytes(scene, run):
+    drawn = [plot.run(run, scene, goal=scene.home)._repr_png_() for _ in range(2)]
+    assert drawn[0] == drawn[1]
+
+
+def test_the_colours_of_links_differ_up_to_twenty_one():
+    assert len({palette.nth(i) for i in range(21)}) == 21
+    arm = rs.Robot.from_dh([[0, 1, 0, 0]] * 20, shapes=[[rs.Block(1, 1, 1)]] * 21, name="arm")
+    assert legend(plot.scene(rs.Scene(arm)).axes[0]) == ["arm"]  # more links than a legend holds
 
 
 def test_two_cameras_a_held_cube_and_its_goal_have_their_colours():
@@ -283,22 +350,148 @@ def test_two_cameras_a_held_cube_and_its_goal_have_their_colours():
     eyes = [
         rs.MountedCamera(n, body, pose=rs.Pose.at(1, y, 0.5)) for n, y in (("a", 0), ("b", 0.3))
     ]
-    figure = plot.scene(rs.Scene(RHINO, [held, goal], eyes))
-    drawn = wires(figure)
+    arm = rs.Robot("arm", [rs.Link("base")])
+    scene = rs.Scene(arm, [replace(held, on="arm.base"), goal], eyes)
+    figure = plot.scene(scene)
     for eye in eyes:
-        expected = body.drawn(eye.pose)
-        np.testing.assert_allclose(drawn[eye.name], [expected.vertices[expected.edges]], atol=1e-12)
-    solids = [a for a in figure.axes[0].collections if isinstance(a, Line3DCollection)]
-    colors = {a.get_label(): to_hex(a.get_color()[0]) for a in solids}
-    assert (colors["cube"], colors["goal"]) == (palette.GREEN, palette.SKY_BLUE)
+        assert_same(faces(figure)[eye.name], faces_of(body.drawn(eye.pose), np.eye(4)))
+    colors = colors_of(figure.axes[0])
+    assert colors["cube"] == palette.tinted(palette.GREEN, 0.15)
+    assert colors["goal"] == palette.tinted(palette.SKY_BLUE, 0.15)
 
 
-def test_faces_of_unequal_size_are_drawn_apart():
+def test_a_face_is_the_brighter_the_more_it_looks_at_the_lamp():
+    scene = rs.Scene(objects=rs.Object("cube", rs.Block(1, 1, 1, "b")))
+    [solids] = [a for a in plot.scene(scene).axes[0].collections if isinstance(a, Solids)]
+    brightness = solids._facecolor3d.sum(axis=1)
+    up = [np.ptp(corners[:, 2]) == 0 and corners[0, 2] > 0 for corners in np.array(solids._faces)]
+    assert brightness[up] == brightness.max()
+    assert len(np.unique(brightness.round(9))) == 4  # top, right, front; three are turned away
+
+
+def test_solids_throw_their_shadow_straight_down_on_the_ground(scene):
+    axes = plot.scene(scene).axes[0]
+    solids = [a for a in axes.collections if isinstance(a, Poly3DCollection)]
+    [shadow] = [a for a in solids if to_hex(a._facecolor3d[0]) == SHADOW]
+    corners = np.asarray(shadow._faces)
+    assert np.ptp(corners[..., 2]) == 0
+    assert corners[0, 0, 2] == axes.get_zlim()[0]
+    below = [face[:, :2] for group in faces(plot.scene(scene)).values() for face in group]
+    np.testing.assert_allclose(corners[..., :2].min(axis=(0, 1)), np.vstack(below).min(axis=0))
+
+
+def ghost(figure, label):
+    """Segments of the goal of a thing."""
+    return np.concatenate(wires(figure)[f"goal of {label}"])
+
+
+def test_the_goal_is_the_outline_of_the_camera_where_the_task_wants_it(scene, run):
+    q = scene.home
+    T = DISPLAY.matrix @ scene.pose("eye", q).matrix
+    expected = wires(plot.scene(scene, q))["eye"][0]
+    goals = [q, rs.IBVS(goal=q), rs.IBVS(), rs.TaughtGoal(q), rs.Pose(scene.pose("eye", q).matrix)]
+    for goal in goals:
+        figure = plot.scene(scene, q + OFFSET, goal=goal)
+        drawn = ghost(figure, "eye")
+        np.testing.assert_allclose(drawn[:4, 0], np.tile(T[:3, 3], (4, 1)), atol=1e-12)
+        away, size = (np.linalg.norm(np.diff(s, axis=1), axis=2) for s in (drawn, expected))
+        np.testing.assert_allclose(away / away[0], size / size[0])  # deeper in a larger picture
+        assert "goal" in legend(figure.axes[0])
+    T_c_o = rs.Pose(scene.pose("eye", q).matrix).inv() @ scene.pose("cube", q)
+    drawn = ghost(plot.run(run, scene, goal=rs.GoalPose(T_c_o)), "eye")
+    np.testing.assert_allclose(drawn[0, 0], T[:3, 3], atol=1e-12)
+
+
+def test_a_run_that_tells_its_goal_is_drawn_with_it(scene, run):
+    T = scene.pose("eye", scene.home).matrix
+    told = run.assign(goal_pose=(("row", "column"), T, {"frame": "eye"}))
+    drawn = ghost(plot.scene(scene, run=told), "eye")
+    np.testing.assert_allclose(drawn[0, 0], (DISPLAY.matrix @ T)[:3, 3], atol=1e-12)
+    unknown = told.assign(goal_pose=told["goal_pose"] * np.nan)
+    assert "goal" not in legend(plot.scene(scene, run=unknown).axes[0])
+
+
+def test_where_the_camera_stands_still_the_goal_is_that_of_its_target():
+    cube = rs.Object("cube", CUBE, on="rhino.tool")
+    watcher = rs.MountedCamera("watcher", CAMERA, pose=rs.Pose.at(0.3, 0, 1.2, rpy=(np.pi, 0, 0)))
+    scene = rs.Scene(RHINO, cube, watcher)
+    T = scene.pose("cube", RHINO.home)
+    T_c_o = rs.Pose(scene.pose("watcher").matrix).inv() @ T
+    for goal in (RHINO.home, rs.GoalPose(T_c_o), rs.Pose(T.matrix)):
+        drawn = ghost(plot.scene(scene, RHINO.home + OFFSET, goal=goal), "cube")
+        np.testing.assert_allclose(drawn, placed(CUBE, T.matrix), atol=1e-12)
+
+
+def test_without_a_camera_the_goal_is_that_of_the_tip():
+    goal = rs.Pose.at(0.3, 0.1, 0.4)
+    drawn = ghost(plot.robot(RHINO, goal=goal), "rhino.tool")
+    np.testing.assert_allclose(drawn, placed(RHINO.links[-1].shapes[0], goal.matrix), atol=1e-12)
+    arm = rs.Robot.from_dh([[0, 0.3, 0.1, 0], [0, 0, 0.4, 0]], name="arm")
+    axes = ghost(plot.robot(arm, goal=[0.3, 0.5]), "arm.link2")  # no shapes: x, y and z
+    T = arm.fk([0.3, 0.5])
+    np.testing.assert_allclose(axes[:, 0], np.tile(T[:3, 3], (3, 1)), atol=1e-12)
+    ways = axes[:, 1] - axes[:, 0]
+    np.testing.assert_allclose(
+        ways / np.linalg.norm(ways, axis=1)[:, None], T[:3, :3].T, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("goal", [rs.GoalFeatures([0.1, 0.2]), rs.IBVS(rs.GoalFeatures([0.1]))])
+def test_a_goal_without_a_pose_is_not_drawn(goal, scene):
+    assert "goal" not in legend(plot.scene(scene, goal=goal).axes[0])
+
+
+def test_a_goal_that_is_none_is_refused(scene):
+    with pytest.raises(rs.InputError, match=r"goal q: expected shape \(5,\)|goal q"):
+        plot.scene(scene, goal=[0, 1])
+    with pytest.raises(rs.InputError, match="goal q"):
+        plot.scene(scene, goal=[scene.home, scene.home])
+    with pytest.raises(rs.InputError, match="nothing in the scene that could go"):
+        plot.scene(rs.Scene(), goal=rs.Pose.at(0, 0, 1))
+
+
+@pytest.mark.parametrize("view", [None, (10, 30), (60, -120)])
+@pytest.mark.parametrize("size", [None, (4, 3), (12, 4), (4, 9)])
+def test_the_box_fills_its_page_from_any_side(view, size, scene):
+    figure = plot.scene(scene, view=view, size=size)
+    FigureCanvasAgg(figure).draw()
+    axes = figure.axes[0]
+    assert (axes.elev, axes.azim) == (view or (22, -55))
+    limits = [axes.get_xlim(), axes.get_ylim(), axes.get_zlim()]
+    corners = np.array(np.meshgrid(*limits)).reshape(3, -1)
+    x, y, _ = proj3d.proj_transform(*corners, axes.get_proj())
+    seen = axes.transData.transform(np.column_stack([x, y])) / figure.dpi
+    left = axes.get_legend().get_window_extent().x0 / figure.dpi
+    page = np.array([left, figure.get_figheight()])
+    assert (seen.min(axis=0) > 0).all() and (seen.max(axis=0) < page).all()
+    rest = page - np.ptp(seen, axis=0)
+    assert rest[0] < 1.6 or rest[1] < 0.8  # but for labels one side is full
+
+
+def test_bounds_and_view_stay_from_figure_to_figure(scene):
+    bounds = [[-1, -1, -0.5], [1, 1, 1]]
+    for q in (scene.home, scene.home + OFFSET):
+        axes = plot.scene(scene, q, bounds=bounds).axes[0]
+        limits = [axes.get_xlim(), axes.get_ylim(), axes.get_zlim()]
+        np.testing.assert_allclose(np.transpose(limits), bounds)
+
+
+@pytest.mark.parametrize("sides", [(2, 0.2, 0.2), (0.2, 0.2, 2), (1, 1, 1), (30, 20, 4)])
+def test_labels_of_any_box_are_on_the_page(sides):
+    """Matplotlib puts them at a share of the sides of the box away from it."""
+    figure = plot.scene(rs.Scene(objects=rs.Object("box", rs.Block(*sides))))
+    FigureCanvasAgg(figure).draw()
+    solid, renderer = figure.axes[0], figure.canvas.get_renderer()
+    for axis in (solid.xaxis, solid.yaxis, solid.zaxis):
+        low, high = np.array(axis.get_tightbbox(renderer)) / figure.dpi
+        assert (low > -0.05).all() and (high < figure.get_size_inches() + 0.05).all()
+
+
+def test_faces_of_unequal_size_are_padded_by_their_own_corners():
     """Matplotlib would pad them with uninitialised memory: a warning now and then."""
-    wheel = rs.Object("wheel", rs.Wheel(0.1, 0.05, n=12))
-    drawn = plot.scene(rs.Scene(objects=wheel)).axes[0].collections
-    filled = [part for part in drawn if isinstance(part, Poly3DCollection)]
-    assert len(filled) == 2  # the tread, and the two discs
+    shape = rs.Wheel(0.1, 0.05, n=12)
+    drawn = faces(plot.scene(rs.Scene(objects=rs.Object("wheel", shape))))
+    assert_same(drawn["wheel"], faces_of(shape, np.eye(4)))
 
 
 def test_a_robot_without_shapes_is_a_stick_figure():
@@ -353,6 +546,23 @@ def test_start_end_goal_and_centre_have_markers_of_their_own(run):
     assert legend(axes) == ["start", "end", "goal", "image centre"]
 
 
+def test_the_outline_of_the_goal_goes_around_its_marks(run):
+    [rim] = [patch for patch in plot.image(run).axes[0].patches if isinstance(patch, Polygon)]
+    goal = run["pixels_goal"].values
+    assert sorted(map(tuple, rim.get_xy()[:-1])) == sorted(map(tuple, goal))
+    assert to_hex(rim.get_edgecolor()) == palette.GOAL
+
+
+def test_with_its_scene_the_image_shows_the_target_at_start_and_end(run, scene):
+    axes = plot.image(run, scene=scene).axes[0]
+    drawn = [line for line in axes.get_lines() if line.get_color() == palette.GREY]
+    for some, q in ((drawn[:12], run["q0"].values), (drawn[12:], run["q_end"].values)):
+        corners = scene.view(q, "eye", scene.pose("cube", q) @ CUBE.vertices).pixels
+        segments = [line.get_xydata() for line in some]
+        np.testing.assert_allclose(segments, corners[CUBE.edges], atol=1e-9)
+    assert [line.get_linestyle() for line in (drawn[0], drawn[12])] == ["--", "-"]
+
+
 def test_the_border_is_in_view_rows_grow_downwards_and_pixels_are_square(run):
     axes = plot.image(run).axes[0]
     [border] = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
@@ -384,7 +594,7 @@ def test_marks_are_numbered_as_in_the_data(run):
 def test_without_an_image_size_there_is_no_border(run):
     bare = run.drop_attrs(deep=False)
     axes = plot.image(bare).axes[0]
-    assert not axes.patches
+    assert not [patch for patch in axes.patches if isinstance(patch, Rectangle)]
     assert legend(axes) == ["start", "end", "goal"]
     pixels = run["pixels"].dropna("time").values
     assert axes.get_xlim()[0] < pixels[..., 0].min() < pixels[..., 0].max() < axes.get_xlim()[1]
@@ -549,6 +759,112 @@ def test_components_differ_in_line_style_for_black_and_white_print(run):
     assert legend(axes) == ["$v_x$", "$v_y$", "$v_z$"]
 
 
+# --- the joints
+
+
+def test_joints_are_those_of_the_run_in_degrees_and_metres(run, scene):
+    figure = plot.joints(run, scene)
+    alive = run.dropna("time")
+    assert figure.get_suptitle() == "time limit after 3 s"
+    spans = set()
+    for axes, name, q in zip(
+        figure.axes, scene.coordinate_names, alive["q"].values.T, strict=False
+    ):
+        line = lines(axes, name)
+        np.testing.assert_array_equal(line.get_xdata(), alive["time"])
+        np.testing.assert_allclose(line.get_ydata(), np.degrees(q), rtol=1e-14)
+        assert axes.get_ylabel() == f"{name} (deg)"
+        spans.add(round(float(np.ptp(axes.get_ylim())), 9))
+    assert len(spans) == 1  # ways can be compared
+
+
+def test_what_is_beyond_the_limits_of_a_joint_is_grey():
+    limits = np.radians([[-10, 20], [-90, 90]])
+    arm = rs.Robot.from_dh([[0, 0.3, 0.4, 0]] * 2, limits=limits, name="arm")
+    task = rs.FollowJoints({"link1": np.radians(20), "link2": np.radians(5)}, duration=1)
+    run = rs.simulate(rs.Scene(arm), task, duration=2)
+    first, second = plot.joints(run, rs.Scene(arm)).axes[:2]
+    assert (first.get_title(loc="right"), second.get_title(loc="right")) == (
+        "within -10 to 20 deg",
+        "within -90 to 90 deg",
+    )
+    [beyond] = first.patches
+    assert beyond.get_y() + beyond.get_height() == pytest.approx(first.get_ylim()[1])
+    assert min(beyond.get_y(), beyond.get_y() + beyond.get_height()) == pytest.approx(20)
+    assert not second.patches
+    assert plot.joints(run).axes[0].get_title(loc="right") == ""
+
+
+# --- into the user's own axes
+
+
+def test_figures_are_drawn_into_the_axes_that_are_given(scene, run, examined):
+    figure = Figure((12, 9))
+    solid = figure.add_subplot(331, projection="3d")
+    flat = [figure.add_subplot(3, 3, i) for i in range(2, 10)]
+    assert plot.scene(scene, ax=solid, title="mine") is figure
+    assert solid.get_title() == "mine" and len(solid.collections) > 2
+    assert plot.robot(RHINO, ax=solid) is figure
+    assert plot.image(run, ax=flat[0], title="camera") is figure
+    assert flat[0].get_title() == "camera" and len(flat[0].lines) > 4
+    assert plot.velocity(run, axes=flat[1:4]) is figure
+    assert [axes.get_ylabel()[0] for axes in flat[1:4]] == ["v", "ω", "e"]
+    assert plot.joints(run, axes=Figure().subplots(5, 1)).axes[4].get_ylabel() == "tool (deg)"
+    panels = Figure().subplots(2, 2)
+    plot.diagnosis(examined, axes=panels)
+    assert panels[0, 0].get_ylabel() == "V (–)"
+    pictures = Figure().subplots(1, 2)
+    plot.moments(scene, [scene.home, scene.home + OFFSET], axes=pictures)
+    assert all(axes.get_aspect() == 1 for axes in pictures)
+    sides = Figure().subplots(1, 2)
+    plot.workspace(rs.workspace(RHINO, 50), axes=sides)
+    assert sides[0].get_title() == "from the side"
+
+
+def test_axes_that_do_not_fit_are_refused(scene, run):
+    flat = Figure().subplots(1, 2)
+    with pytest.raises(rs.InputError, match=r"ax: expected 3-D axes, as plt.subplots\(subplot_kw="):
+        plot.scene(scene, ax=flat[0])
+    with pytest.raises(rs.InputError, match="expected 3 Axes of Matplotlib to draw into, got"):
+        plot.velocity(run, axes=flat)
+    with pytest.raises(rs.InputError, match="expected one Axes of Matplotlib to draw into, got"):
+        plot.image(run, ax=3)
+    with pytest.raises(rs.InputError, match="size is that of a new figure"):
+        plot.image(run, ax=flat[0], size=(3, 3))
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"size": (0, 1)}, r"size: expected \(width, height\), each 0.5 to 100 inches"),
+        ({"size": 3}, r"size \(width, height\) in inches: expected shape"),
+        ({"view": (1, 2, 3)}, r"view \(elevation, azimuth\) in degrees: expected shape"),
+        ({"view": [(1, 2)]}, r"view: expected \(elevation, azimuth\) in degrees"),
+        ({"bounds": [[0, 0, 0], [1, 0, 1]]}, "bounds: expected the lowest and the highest corner"),
+        ({"bounds": [0, 1]}, r"bounds \(lowest, highest\) in metres: expected shape"),
+    ],
+)
+def test_sizes_views_and_bounds_that_are_none_are_refused(settings, told, scene):
+    with pytest.raises(rs.InputError, match=told):
+        plot.scene(scene, **settings)
+
+
+def test_sizes_and_titles_are_the_users(scene, run, compared, examined):
+    draws = {
+        plot.scene: (scene,),
+        plot.velocity: (run,),
+        plot.joints: (run,),
+        plot.run: (run, scene),
+        plot.comparison: (compared,),
+        plot.diagnosis: (examined,),
+        plot.workspace: (rs.workspace(RHINO, 50),),
+        plot.moments: (scene, [scene.home]),
+    }
+    for draw, given in draws.items():
+        figure = draw(*given, size=(9, 6), title="my own")
+        assert (*figure.get_size_inches(), figure.get_suptitle()) == (9, 6, "my own")
+
+
 # --- all together, and what is refused
 
 
@@ -625,6 +941,34 @@ def test_figures_leave_no_trace(scene, run, batch):
     assert all(isinstance(figure, Figure) for figure in drawn)
     assert dict(matplotlib.rcParams) == before
     assert plt.get_fignums() == []
+
+
+def test_drawing_leaves_pyplot_as_it_is(scene, run):
+    """A figure drawn first must not switch off what choosing the backend has switched on."""
+    with plt.ion():
+        figure = plot.run(run, scene)
+        assert plt.isinteractive() and plt.get_fignums() == []
+        plt.plot([1, 2])  # into a figure of its own
+        assert figure.axes != plt.gcf().axes
+        plt.close()
+
+
+@pytest.mark.parametrize("backend", ["agg", "module://matplotlib_inline.backend_inline"])
+def test_a_notebook_shows_a_figure_once_as_the_value_of_its_cell(backend, scene, monkeypatch):
+    monkeypatch.setattr(plt, "get_backend", lambda: backend)
+    figure = plot.scene(scene)
+    assert plt.get_fignums() == []  # or the notebook would show it at the end of the cell as well
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_a_backend_chosen_while_drawing_may_switch_to_interactive(scene, monkeypatch):
+    """As that of a notebook does when pyplot is first used."""
+    monkeypatch.setattr(plt, "get_backend", lambda: (plt.ion(), "agg")[1])
+    try:
+        plot.scene(scene)
+        assert plt.isinteractive()
+    finally:
+        plt.ioff()
 
 
 def test_where_windows_open_pyplot_shows_the_figure(scene, monkeypatch):
@@ -711,6 +1055,7 @@ def test_of_batches_the_boxes_are_the_quartiles_of_what_converged(scene):
     found = rs.compare(scene, tasks, scene.home + shares * OFFSET, duration=8)
     figure = plot.comparison(found)
     bars = figure.axes[0].patches
+    assert to_hex(bars[0].get_facecolor()) == palette.OUTCOMES[rs.Outcome.CONVERGED][0]
     assert sum(bar.get_width() for bar in bars) == pytest.approx(200)
     arrived = 100 * found.converged().values
     np.testing.assert_allclose([bar.get_width() for bar in bars[:2]], arrived)
@@ -759,7 +1104,7 @@ def test_a_diagnosis_is_drawn_as_it_is(examined):
     time = examined["time"].values
     for axes, names in (
         (V, ["lyapunov"]),
-        (condition, ["condition_interaction", "condition_reach"]),
+        (condition, ["condition_interaction", "condition_task_jacobian"]),
         (stability, ["stability_motion", "contraction"]),
         (border, ["border_margin"]),
     ):

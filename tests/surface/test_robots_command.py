@@ -12,6 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 import robsim as rs
 from robsim import cli, plot, robots
+from robsim.plot.solids import Solids
 
 matplotlib.use("agg")
 STANFORD = """\
@@ -49,9 +50,13 @@ def robsim(tmp_path, monkeypatch):
 
 
 def lines(figure):
-    """(N, 3) the ends of all lines that are drawn."""
-    drawn = [a for a in figure.axes[0].collections if isinstance(a, Line3DCollection)]
-    return np.concatenate([np.asarray(a._segments3d).reshape(-1, 3) for a in drawn])
+    """(N, 3) the corners of all faces and the ends of all lines that are drawn, without shadows."""
+    drawn = figure.axes[0].collections
+    ends = [
+        a._segments3d for a in drawn if isinstance(a, Line3DCollection) and a.get_label()[0] != "_"
+    ]
+    ends += [a._faces for a in drawn if isinstance(a, Solids)]
+    return np.concatenate([np.asarray(each).reshape(-1, 3) for each in ends])
 
 
 def test_the_table_of_a_robot_is_printed_whole(robsim):

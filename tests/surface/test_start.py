@@ -38,7 +38,7 @@ def loaded_by(code):
     [
         ("import robsim", ()),
         ("import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()", ()),
-        ("import robsim.testing, robsim.examples", ()),
+        ("import robsim.testing, robsim.files.examples", ()),
         ("import robsim as rs; rs.load_scenario", ("pydantic",)),
         ("import robsim as rs; rs.open_run", ("xarray", "pandas")),
         ("import robsim as rs; rs.clearance", ()),

@@ -11,11 +11,14 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, RankWarning
-from robsim.run.loop import Loop, Moment, Witness
+from robsim.run.experiment import Experiment
+from robsim.run.loop import Loop, OnStep
 from robsim.run.outcome import Outcome
+from robsim.run.replay import check_run, settings_of, whole_duration
 from robsim.run.result import dataset
 from robsim.run.simulate import loop_of
-from robsim.scenario.repeat import check_run, scenario_of, settings_of, whole_duration
+from robsim.run.snapshot import Snapshot
+from robsim.servo.controller import Decision
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -24,47 +27,46 @@ from robsim.world.sensing import Sensing
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.scenario import Scenario
 
 ENDS = ("q_end", "outcome", "end_time")
-LONGEST = 50_000  # instants that are kept with all that was thought in them, some 10 kB each
+LONGEST = 50_000  # instants that are kept with all that was computed in them, some 10 kB each
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A scene, a task, a start and what `simulate` is told beside these, for a single run."""
+    """A scene, a task, a start and the other keywords of `simulate`, for a single run."""
 
     scene: Scene
     task: Task
     q0: Array  # (nq,)
-    told: dict[str, Any]
+    settings: dict[str, Any]
 
     @property
     def dt(self) -> float:
         """Control period in seconds."""
-        return float(self.told["dt"])
+        return float(self.settings["dt"])
 
     @property
     def sensing(self) -> Sensing:
         """What is wrong with the images."""
-        return self.told["sensing"] or Sensing()
+        return self.settings["sensing"] or Sensing()
 
     @property
     def actuation(self) -> Actuation:
         """What is wrong with the joints."""
-        return self.told["actuation"] or Actuation()
+        return self.settings["actuation"] or Actuation()
 
     def but(self, **changes: Any) -> Case:
         """The same with another scene, task or start, or with other keywords of `simulate`."""
         own = {key: changes.pop(key) for key in ("scene", "task", "q0") if key in changes}
-        return replace(self, **own, told=self.told | changes)
+        return replace(self, **own, settings=self.settings | changes)
 
-    def advanced(self, record: Any = "summary", witness: Witness | None = None) -> Loop:
+    def advanced(self, record: Any = "summary", on_step: OnStep | None = None) -> Loop:
         """The loop after its run. InputError or GoalError: this cannot be run."""
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # it was told when the run was made
+            warnings.simplefilter("ignore", RankWarning)  # it was given when the run was made
             loop = loop_of(
-                self.scene, self.task, self.q0, record=record, witness=witness, **self.told
+                self.scene, self.task, self.q0, record=record, on_step=on_step, **self.settings
             )
         loop.advance(np.arange(1), lambda share: None)
         return loop
@@ -72,11 +74,12 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Repeated:
-    """A case after its run: all that was recorded, and what its controller thought."""
+    """A case after its run: all that was recorded, and what its controller decided."""
 
     case: Case
     loop: Loop
-    moments: list[Moment]
+    snapshots: list[Snapshot]  # of every step
+    decisions: list[Decision]
     run: xr.Dataset
     outcome: Outcome
 
@@ -96,19 +99,20 @@ def case_of(
     one = _single(run)
     if one.sizes.get("mark") == 0:
         raise InputError("no camera has a part in this run: there is no interaction to look into")
-    told = settings_of(one)
-    del told["record"]
+    settings = settings_of(one)
+    del settings["record"]
     outcome, seconds = _ended(one)
     if outcome is Outcome.RUNNING:
-        told["duration"] = whole_duration(seconds / told["dt"], told["dt"])
+        dt = settings["dt"]
+        settings["duration"] = whole_duration(seconds / dt, dt)
     if (scene is None) != (task is None):
         raise InputError("give both scene and task, or none of them")
     if scene is None or task is None:
         if sensing is not None or actuation is not None:
             raise InputError("give sensing and actuation together with scene and task")
-        scenario = _own_scenario(one)
-        scene, task = scenario.scene, scenario.task
-        sensing, actuation = scenario.settings.sensing, scenario.settings.actuation
+        experiment = _own_experiment(one)
+        scene, task = experiment.scene, experiment.task
+        sensing, actuation = experiment.sensing, experiment.actuation
     made = {"sensing": sensing or Sensing(), "actuation": actuation or Actuation()}
     for name, value in made.items():
         if one.attrs.get(name, repr(value)) != repr(value):
@@ -116,7 +120,7 @@ def case_of(
                 f"the run was made with {name}={one.attrs[name]}, which is not what is given: "
                 f"{value!r}"
             )
-    return Case(scene, task, one["q0"].values, told | made)
+    return Case(scene, task, one["q0"].values, settings | made)
 
 
 def repeated(case: Case, run: xr.Dataset) -> Repeated:
@@ -128,8 +132,14 @@ def repeated(case: Case, run: xr.Dataset) -> Repeated:
         raise InputError(
             f"this run took {periods} control periods; at most {LONGEST} can be looked into"
         )
-    moments: list[Moment] = []
-    loop = case.advanced("all", moments.append)
+    snapshots: list[Snapshot] = []
+    decisions: list[Decision] = []
+
+    def keep(snapshot: Snapshot, decision: Decision) -> None:
+        snapshots.append(snapshot)
+        decisions.append(decision)
+
+    loop = case.advanced("all", keep)
     again = dataset(loop, case.scene, case.task)
     ends = ("q_end",) if outcome is Outcome.RUNNING else ENDS
     for name in ends:
@@ -140,12 +150,12 @@ def repeated(case: Case, run: xr.Dataset) -> Repeated:
                 f"(RobSim {one.attrs.get('robsim', '?')}, kernels "
                 f"{one.attrs.get('kernel_hash', '?')})"
             )
-    return Repeated(case, loop, moments, again, outcome)
+    return Repeated(case, loop, snapshots, decisions, again, outcome)
 
 
-def _own_scenario(one: xr.Dataset) -> Scenario:
+def _own_experiment(one: xr.Dataset) -> Experiment:
     try:
-        return scenario_of(one)
+        return Experiment.of(one)
     except FileError:
         raise
     except InputError as reason:

@@ -17,6 +17,7 @@ import xarray as xr
 from robsim.analysis.measures import MEASURES, distance, first_pair, retreat
 from robsim.base.arrays import Array, not_negative
 from robsim.base.errors import InputError, Interrupted, RankWarning, suggest
+from robsim.base.html import table
 from robsim.run.outcome import Outcome
 from robsim.run.result import BLOCK
 from robsim.run.simulate import Progress, check, check_progress, simulate
@@ -137,7 +138,20 @@ class Comparison:
         return text.getvalue()
 
     def __str__(self) -> str:
-        """The table; what is undefined for every scheme is left out."""
+        """Return the table; what is undefined for every scheme is left out."""
+        return "\n".join([*_aligned(self._columns()), *self._remarks()])
+
+    def _repr_html_(self) -> str:
+        """Return the table for notebooks."""
+        first, *rows = zip(*self._columns(), strict=True)
+        units, *rows = rows
+        head = [
+            f"{name} ({unit})" if unit else name for name, unit in zip(first, units, strict=True)
+        ]
+        return table("Comparison", rows, head, "\n".join(self._remarks()))
+
+    def _columns(self) -> list[list[str]]:
+        """Each with its name, its unit, and a text for each scheme."""
         numbers = self.quantile()
         shown = {key: each for key, each in MEASURES.items() if each.short}
         shown = {key: each for key, each in shown.items() if np.isfinite(numbers[key]).any()}
@@ -147,9 +161,13 @@ class Comparison:
         for key, each in shown.items():
             unit = "" if each.unit == "1" else each.unit
             columns.append([each.short, unit, *map(_text, numbers[key].values)])
+        return columns
+
+    def _remarks(self) -> list[str]:
+        """What stands below the table."""
         count = self.data.sizes.get("run")
-        median = (f"medians of the runs that converged, of {count}",) if count else ()
-        return "\n".join([*_aligned(columns), *median, *self.notes])
+        median = [f"medians of the runs that converged, of {count}"] if count else []
+        return [*median, *self.notes]
 
     def __repr__(self) -> str:
         """Also where a notebook shows it."""

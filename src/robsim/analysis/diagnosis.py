@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from robsim.analysis.case import Repeated, case_of, repeated
 from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
-from robsim.servo.controller import Assessment, Servo
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
+from robsim.servo.servo_controller import Basis, Servo
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -27,9 +27,9 @@ LONG_NAMES = {
     "lyapunov_rate": "dV/dt along the motion of the joints (chapter, eq. 17)",
     "rank_interaction": "rank of L as the law was given it",
     "condition_interaction": "largest over smallest singular value of L as the law was given it",
-    "rank_reach": "rank of L J as the law was given it",
-    "condition_reach": "largest over smallest singular value of L J as the law was given it",
-    "smallest_reach": "smallest singular value of L J as the law was given it",
+    "rank_task_jacobian": "rank of L J as the law was given it",
+    "condition_task_jacobian": "largest over smallest singular value of L J as given to the law",
+    "smallest_task_jacobian": "smallest singular value of L J as the law was given it",
     "stability": "smallest eigenvalue of the symmetric part of L Lhat^+ (chapter, eq. 18)",
     "stability_motion": "smallest eigenvalue of the symmetric part of (Lhat J)^+ L J",
     "contraction": "largest |eigenvalue| of I - gain dt (Lhat J)^+ L J",
@@ -60,9 +60,9 @@ def diagnose(
     lyapunov, lyapunov_rate
         V = e'e/2 (eq. 16) and e' L J qdot (eq. 17), with what moves on its own, and the velocities
         that the joints had when the period began
-    rank_..., condition_..., smallest_reach
-        of Lhat (interaction) and Lhat Jhat (reach); the smallest singular value is that of the
-        rank that there is at the goal
+    rank_..., condition_..., smallest_task_jacobian
+        of Lhat (interaction) and Lhat Jhat (task_jacobian); the smallest singular value is that of
+        the rank that there is at the goal
     stability
         smallest eigenvalue of the symmetric part of L Lhat^+: V falls under V_c = -gain Lhat^+ e
         for every error if it is above zero (eqs 17 and 18). Its rank is at most 6, so for k > 6
@@ -103,8 +103,8 @@ def diagnosed(again: Repeated) -> xr.Dataset:
     """The diagnosis of a repeated run, of every instant."""
     import xarray as xr
 
-    T = len(again.moments)
-    q = np.concatenate([moment.q for moment in again.moments], axis=1)
+    T = len(again.snapshots)
+    q = np.concatenate([one.q for one in again.snapshots], axis=1)
     rates = again.run["qd_actual" if "qd_actual" in again.run else "qd"].values[:T]
     truth = true_features(again.case.task, again.case.scene, q)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -124,8 +124,8 @@ def diagnosed(again: Repeated) -> xr.Dataset:
     kept = ("time", "coordinate", "mark_camera", "mark_target")
     lived = again.run.isel(time=slice(0, T))
     coordinates = {name: lived[name] for name in kept}
-    told = {"title": "RobSim diagnosis", "outcome": again.outcome.name, "dt": again.case.dt}
-    return xr.Dataset(variables, coordinates, told)
+    attributes = {"title": "RobSim diagnosis", "outcome": again.outcome.name, "dt": again.case.dt}
+    return xr.Dataset(variables, coordinates, attributes)
 
 
 def _lyapunov(truth: Truth | None, rates: Array) -> dict[str, Array]:
@@ -139,18 +139,18 @@ def _lyapunov(truth: Truth | None, rates: Array) -> dict[str, Array]:
 
 def _conditions(again: Repeated) -> dict[str, Array]:
     """Ranks and singular values of what the law was given."""
-    controller, basis = again.loop.controller, assessments(again)
-    reach = _over_time([moment.decision.command.reach for moment in again.moments])
+    controller, basis = again.loop.controller, bases(again)
+    task_jacobian = _over_time([one.command.task_jacobian for one in again.snapshots])
     found: dict[str, Array] = {}
     if basis is None:
-        sigma = np.full((len(reach), 1), np.nan)
+        sigma = np.full((len(task_jacobian), 1), np.nan)
     else:
-        reach = _over_time([one.state.reach_last for one in basis])
+        task_jacobian = _over_time([one.state.task_jacobian_last for one in basis])
         sigma = singular_values(_over_time([one.state.interaction_last for one in basis]))
-    full = min(controller.full_rank, *reach.shape[1:])
+    full = min(controller.full_rank, *task_jacobian.shape[1:])
     for name, values, least in (
         ("interaction", sigma, sigma.shape[1]),
-        ("reach", singular_values(reach), full),
+        ("task_jacobian", singular_values(task_jacobian), full),
     ):
         found[f"rank_{name}"] = _rank(values, controller.rcond)
         found[f"condition_{name}"] = values[:, 0] / values[:, least - 1]
@@ -165,22 +165,22 @@ def _rank(values: Array, rcond: float) -> Array:
 
 def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
     """What the loop makes of an error and of a motion, to first order."""
-    T, basis = len(again.moments), assessments(again)
+    T, basis = len(again.snapshots), bases(again)
     found = {name: np.full(T, np.nan) for name in ("stability", "stability_motion", "contraction")}
     controller = again.loop.controller
     if truth is None or basis is None or not isinstance(controller, Servo):
         return found
     linear = type(controller.law) in (JointLaw, CameraLaw)
     for t, one in enumerate(basis):
-        reach = truth.weights[:, None] * truth.rates[t][:, controller.columns]
+        task_jacobian = truth.weights[:, None] * truth.rates[t][:, controller.columns]
         L, state = truth.L[t], one.state
-        used = L, reach, state.interaction_last, state.reach_last
+        used = L, task_jacobian, state.interaction_last, state.task_jacobian_last
         if not all(np.isfinite(array).all() for array in used):
             continue
-        twist = replace(state, reach_last=state.interaction_last)  # as if it were commanded
+        twist = replace(state, task_jacobian_last=state.interaction_last)  # as if it were commanded
         found["stability"][t] = least_eigenvalue(L @ -law_map(JointLaw(), twist))
         if linear:
-            M = over_motions(-law_map(controller.law, state), reach)
+            M = over_motions(-law_map(controller.law, state), task_jacobian)
             found["stability_motion"][t] = least_eigenvalue(M)
             gain = float(np.ravel(state.gain)[0])
             eigenvalues = np.linalg.eigvals(np.eye(len(M)) - gain * again.case.dt * M)
@@ -200,17 +200,17 @@ def law_map(law: Law, state: ControlState) -> Array:
         error_last=np.eye(k),
         interaction_last=wide(state.interaction_last),
         jacobian_last=wide(state.jacobian_last),
-        reach_last=wide(state.reach_last),
+        task_jacobian_last=wide(state.task_jacobian_last),
         gain=1.0,
     )
     return np.array(last_view(law.command(unit)))
 
 
-def over_motions(P: Array, reach: Array) -> Array:
-    """P reach (n, n) within the range of P (n, k): the motions that can be commanded."""
+def over_motions(P: Array, task_jacobian: Array) -> Array:
+    """P task_jacobian (n, n) within the range of P (n, k): the motions that can be commanded."""
     U, sigma, _ = np.linalg.svd(P, full_matrices=False)
     U = U[:, sigma > RCOND * sigma.max(initial=0.0)]
-    M: Array = U.T @ P @ reach @ U
+    M: Array = U.T @ P @ task_jacobian @ U
     return M
 
 
@@ -235,7 +235,7 @@ def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]
     each = []
     for sight in again.loop.controller.sights:
         low, high = sight.eye.camera.border.T[:, None, :, None]
-        pixels = sight.look(q).pixels
+        pixels = sight.project(q).pixels
         each.append(np.minimum(pixels - low, high - pixels).min(axis=1))
     margins = np.concatenate(each)
     margins[~np.isfinite(margins)] = np.inf  # behind the camera, or no border
@@ -275,10 +275,10 @@ def singular_values(A: Array) -> Array:
     return sigma
 
 
-def assessments(again: Repeated) -> list[Assessment] | None:
+def bases(again: Repeated) -> list[Basis] | None:
     """What each command is based on, if it is that of one servo task."""
-    found = [moment.decision.basis for moment in again.moments]
-    return found if all(isinstance(one, Assessment) for one in found) else None
+    found = [decision.basis for decision in again.decisions]
+    return found if all(isinstance(one, Basis) for one in found) else None
 
 
 def _over_time(arrays: list[Array]) -> Any:

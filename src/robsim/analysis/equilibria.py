@@ -96,7 +96,7 @@ def _found(
     if field.goal is not None:
         seeds.insert(0, field.goal)
     q = refined(field, np.concatenate(seeds, axis=1))
-    return _told(real, field, q, q0, ends, outcomes)
+    return _result(real, field, q, q0, ends, outcomes)
 
 
 def _given(field: Field, starts: Any) -> Array:
@@ -140,7 +140,7 @@ def _between(field: Field, ends: Array, seed: int) -> Array:
     return field.between(ends[:, i], ends[:, j], rng.uniform(size=pairs))
 
 
-def _told(
+def _result(
     real: Controller, field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]
 ) -> Equilibria:
     """All that was found, each set once, in order."""
@@ -183,7 +183,7 @@ def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
     """(E,) whether all joints are within their limits and all marks in their images."""
     low, high = real.scene.limits.T[..., None]
     within = (low - LIMIT_SLACK <= q) & (q <= high + LIMIT_SLACK)
-    seen = [sight.look(q).visibility == Visibility.IN_IMAGE for sight in real.sights]
+    seen = [sight.project(q).visibility == Visibility.IN_IMAGE for sight in real.sights]
     return np.asarray(np.concatenate([within, *seen]).all(axis=0))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.analysis.case import Case, case_of, repeated
-from robsim.analysis.explanation.attribution import Attribution, Jury
+from robsim.analysis.explanation.attribution import Attribution, Criterion
 from robsim.analysis.explanation.ends import what_happened
 from robsim.analysis.explanation.final_pose import final_pose
 from robsim.analysis.explanation.finding import Finding
@@ -19,6 +19,7 @@ from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
 from robsim.base.errors import InputError
+from robsim.base.html import table
 from robsim.run.outcome import Outcome
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
@@ -61,8 +62,16 @@ class Explanation:
         lines += [f"Try: {advice.sentence}" for advice in self.advice]
         return "\n".join(lines)
 
+    def _repr_html_(self) -> str:
+        """Return what `print` shows as a table for notebooks."""
+        why = "Note" if self.outcome in _WELL else "Why"
+        rows = [(why, cause.sentence) for cause in self.causes]
+        rows += [("Note", remark) for remark in self.remarks]
+        rows += [("Try", advice.sentence) for advice in self.advice]
+        return table(self.what, rows)
+
     def __repr__(self) -> str:
-        """In short."""
+        """Return one line."""
         return (
             f"Explanation({self.outcome.name} after {self.when:g} s: {len(self.causes)} causes, "
             f"{len(self.advice)} pieces of advice)"
@@ -104,7 +113,7 @@ def explain(
         notable = (*final_pose(inquiry), *reasons(inquiry)) if _ended(inquiry) else ()
         return _explanation(inquiry, notable, (), remarks)
     wrong = imperfections(inquiry.again)
-    found = Jury().attributed(case, wrong) if experiments else Attribution()
+    found = Criterion().attributed(case, wrong) if experiments else Attribution()
     causes = found.causes or tuple(reasons(inquiry))
     advice = tuple(remedies(inquiry)) if experiments else ()
     return _explanation(inquiry, causes, advice, _remarks(case, found, wrong, experiments))

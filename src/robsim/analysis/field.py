@@ -10,18 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, length, runs_last, some_runs
+from robsim.base.arrays import Array, runs_last, some_runs
 from robsim.base.errors import InputError, RankWarning
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.kernels import tree
 from robsim.kernels.loop import Command
-from robsim.kernels.tree import CAR, FLOATING, PRISMATIC, RAIL, REVOLUTE, UNICYCLE
-from robsim.servo.controller import Controller, Servo
-from robsim.servo.instant import Instant
+from robsim.servo.controller import Controller
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.measurement import Measurement
 from robsim.servo.regulated import Regulated
+from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import relative
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
@@ -56,7 +55,7 @@ class Field:
                 "not on the state alone; leave that out"
             )
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # told where the user bound the task
+            warnings.simplefilter("ignore", RankWarning)  # given where the user bound the task
             return cls(_borderless_task(task).bind(_borderless(scene)))
 
     @property
@@ -75,14 +74,16 @@ class Field:
         """How many coordinates no command changes at once: the way sideways of each unicycle."""
         tree = self.scene.tree
         bodies = np.unique(tree.owners[self.controller.columns])
-        return int(np.isin(tree.kind[bodies], (UNICYCLE, CAR)).sum())
+        return sum(tree.models[body].wheeled for body in bodies)
 
     @cached_property
     def goal_pose(self) -> Pose:
         """T_c_o of the first camera and target at the goal, as believed; of numbers, at home."""
         sight = self.controller.sights[0]
         if self._regulated is not None:
-            return Pose(homogeneous(self._regulated.goals[sight.key].T_c_o)[0])
+            T_c_o = self._regulated.goals[sight.key].guess_last
+            assert T_c_o is not None
+            return Pose(homogeneous(T_c_o)[0])
         return self.pose(runs_last(self.scene.home, 1))[0]
 
     @property
@@ -101,8 +102,8 @@ class Field:
 
     def pose(self, q: Array) -> Pose:
         """T_c_o (B) of the first target in the first camera."""
-        look = self.controller.sights[0].look(q)
-        return Pose(homogeneous(relative(look.T_w_c, look.T_w_o)))
+        seen = self.controller.sights[0].project(q)
+        return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o)))
 
     @property
     def _regulated(self) -> Regulated | None:
@@ -114,7 +115,7 @@ class Field:
 
     def command(self, q: Array) -> Command:
         """What the controller makes of states as if each were the first instant of a run."""
-        return self.controller.control(self._instant(q))
+        return self.controller.control(self._measurement(q))
 
     def rates(self, q: Array) -> Array:
         """F (n, B), NaN where a mark is not in front of its camera: there nothing is asked."""
@@ -126,7 +127,7 @@ class Field:
 
     def in_front(self, q: Array) -> Any:
         """Whether (B,) every camera of the task has all its marks in front."""
-        depths = [sight.look(q).depth.min(axis=0) for sight in self.controller.sights]
+        depths = [sight.project(q).depth.min(axis=0) for sight in self.controller.sights]
         return np.min(depths, axis=0) > 0
 
     def moved(self, q: Array, dq: Array) -> Array:
@@ -134,28 +135,22 @@ class Field:
         out = q.copy()
         velocities = np.zeros((self.scene.nv, q.shape[1]))
         velocities[self.controller.columns] = dq
-        tree.integrate(self.scene.tree.joints, velocities, 1.0, out)
+        self.scene.tree.flow(out, velocities, 1.0)
         return out
 
     def within_limits(self, q: Array) -> Array:
         """The states, their joints turned fully about as often as brings them into their limits."""
-        tree, limits, out = self.scene.tree, self.scene.limits, q.copy()
-        for i in tree.iq[(tree.kind == REVOLUTE) & (tree.iq >= 0)]:
-            low, high = limits[i]
-            if np.isfinite(low) and np.isfinite(high):
-                out[i] -= 2.0 * np.pi * np.round((q[i] - 0.5 * (low + high)) / (2.0 * np.pi))
+        limits, out = self.scene.limits, q.copy()
+        for _, kind, rows, *_ in self.scene.tree.members:
+            out[rows] = kind.wrap(q[rows].T, limits[rows]).T
         return out
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
         """States (nq, B) on the way from a to b (nq, B): coordinates in proportion, (B,) 0 to 1."""
-        tree, b = self.scene.tree, b.copy()
-        turns = [slice(i + 3, i + 7) for i in tree.iq[tree.kind == FLOATING]]
-        for turn in turns:  # q and -q are one rotation
-            b[turn] *= np.where((a[turn] * b[turn]).sum(axis=0) < 0, -1.0, 1.0)
-        q = (1.0 - share) * a + share * b
-        for turn in turns:
-            q[turn] /= length(q[turn])
-        return np.asarray(q)
+        out = np.empty(a.shape)
+        for _, kind, rows, *_ in self.scene.tree.members:
+            out[rows] = kind.between(a[rows].T, b[rows].T, share).T
+        return out
 
     def differences(self, q: Array) -> tuple[Array, Array]:
         """F (n, n, B) after a STEP along (second index) each commanded velocity, and against it."""
@@ -182,32 +177,20 @@ class Field:
         A turn is compared modulo 2 pi, a floating joint by its way and its angle; how far the
         wheels of vehicles have turned does not count.
         """
-        tree = self.scene.tree
-        rolled = tree.joints.wheels.rows[:, 0]
         far = np.zeros((a.shape[1], b.shape[1]))
-        for kind, i in zip(tree.kind[1:], tree.iq[1:], strict=True):
-            if i < 0 or i in rolled:
-                continue  # it follows others
-            if kind == FLOATING:
-                place, turn = slice(i, i + 3), slice(i + 3, i + 7)
-                ways = [_norm(a[place], b[place]), _angle(a[turn], b[turn])]
-            elif kind == REVOLUTE:
-                ways = [_turn(a[i], b[i])]
-            elif kind in (PRISMATIC, RAIL):
-                ways = [_norm(a[i : i + 1], b[i : i + 1])]
-            else:
-                ways = [_norm(a[i : i + 2], b[i : i + 2]), _turn(a[i + 2], b[i + 2])]
-            far = np.maximum(far, np.max(ways, axis=0))
+        for _, kind, rows, _, rolls in self.scene.tree.members:
+            if not rolls:
+                far = np.maximum(far, kind.distance(a[rows].T[:, None], b[rows].T))
         return far
 
-    def _instant(self, q: Array) -> Instant:
-        looks = {sight.key: sight.look(q) for sight in self.controller.sights}
-        pixels = {key: look.pixels for key, look in looks.items()}
-        return Instant(0, 1.0, q, looks, pixels, {})
+    def _measurement(self, q: Array) -> Measurement:
+        projections = {sight.key: sight.project(q) for sight in self.controller.sights}
+        pixels = {key: seen.pixels for key, seen in projections.items()}
+        return Measurement(0, 1.0, q, projections, pixels, {})
 
     def check_forgetful(self, q: Array) -> None:
         """InputError if a law of the user keeps something of states q for the next instant."""
-        now = self._instant(q)
+        now = self._measurement(q)
         with np.errstate(all="ignore"):
             self.controller.control(now)
         kept = list(_kept(now.memory))
@@ -271,24 +254,3 @@ def _kept(memory: dict[str, Any]) -> Iterator[str]:
             yield from _kept(value)
         else:
             yield name
-
-
-def _norm(a: Array, b: Array) -> Array:
-    """|a - b| (A, B) of points (m, A) and (m, B)."""
-    return length(a[:, :, None] - b[:, None])
-
-
-def _turn(a: Array, b: Array) -> Array:
-    """The smaller turn (A, B) from angles (A,) to (B,)."""
-    turn = a[:, None] - b
-    return np.abs(turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
-
-
-def _angle(a: Array, b: Array) -> Array:
-    """The angle (A, B) between rotations, as unit quaternions (4, A) and (4, B).
-
-    |a -+ b| = 2 sin(angle/4), for the sign that brings the two together.
-    """
-    chord = np.minimum(_norm(a, b), _norm(a, -b))
-    angle: Array = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
-    return angle

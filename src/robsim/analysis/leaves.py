@@ -3,38 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
-from robsim.servo import Parallel, Priorities, ServoTask, Switch, Task
+from robsim.servo import ServoTask, Task
 
 Change = Callable[[ServoTask], ServoTask]
 
 
 def leaves(task: Task) -> list[ServoTask]:
-    """In the order in which their errors are stacked; none of a user's own kind of task.
+    """Return the servo tasks in the order in which their errors are stacked.
 
-    >>> from robsim import IBVS, PBVS
-    >>> [leaf.kind for leaf in leaves(Priorities([PBVS(), IBVS()]))]
-    ['pbvs', 'ibvs']
+    >>> from robsim import IBVS, PBVS, Priorities
+    >>> [type(leaf).__name__ for leaf in leaves(Priorities([PBVS(), IBVS()]))]
+    ['PBVS', 'IBVS']
     """
     if isinstance(task, ServoTask):
         return [task]
-    return [leaf for part in _parts(task) for leaf in leaves(part)]
+    inner: Any = getattr(task, "inner", ())
+    return [leaf for part in inner for leaf in leaves(part)]
 
 
 def changed(task: Task, change: Change) -> Task:
-    """The task with every servo task in it changed."""
+    """Return the task with every servo task in it changed."""
     if isinstance(task, ServoTask):
         return change(task)
-    if isinstance(task, Switch):
-        return replace(task, first=changed(task.first, change), second=changed(task.second, change))
-    if isinstance(task, Priorities | Parallel):
-        return replace(task, tasks=[changed(part, change) for part in task.tasks])
-    return task
-
-
-def _parts(task: Any) -> list[Task]:
-    if isinstance(task, Switch):
-        return [task.first, task.second]
-    return list(task.tasks) if isinstance(task, Priorities | Parallel) else []
+    if not hasattr(task, "inner"):
+        return task
+    made: Task = task.with_inner([changed(part, change) for part in task.inner])
+    return made

@@ -30,7 +30,7 @@ def manipulability(
     of an arm with n < 6 joints, over those in the plane of an arm that never leaves it.
 
     q        (..., nq)
-    link     whose motion is looked at; the last by default
+    link     whose motion is looked at; the tip by default
     axes     "all" six, or the "linear" or the "angular" velocity alone
     length   metres that are the unit of length in J: moving so far counts as much as turning by a
              radian

@@ -4,7 +4,7 @@ They are in the spirit of Gans, Hutchinson and Corke 2003, "Performance tests fo
 control systems, with application to partitioned approaches to visual servo control": how long it
 took, how far the marks strayed in the image, and how far the camera strayed in space. Each takes a
 run of `simulate`, a batch or not, and its scene, and gives (B,), NaN where it is undefined. What
-happens on the way is that of the recorded moments, so that only record="all" misses nothing.
+happens on the way is that of the recorded instants, so that only record="all" misses nothing.
 
 "The camera" is whatever moves: where the camera stands still and the target is carried, ways and
 rotations are those of the target, as in `path_length` of a run.

@@ -11,9 +11,7 @@ from robsim.analysis.field import Field
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.kernels.tree import FLOATING, PRISMATIC, RAIL, REVOLUTE
 
-AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
 ROUNDS = 100  # of draws, before too few of them see the marks
 Draw = Callable[[np.random.Generator, int], Array]
 
@@ -51,7 +49,7 @@ def _flies(field: Field) -> bool:
     """Whether one floating joint, which hangs from the world, carries the first camera."""
     tree, columns = field.scene.tree, field.controller.columns
     body, _ = tree.find(field.controller.sights[0].eye.name)
-    free = tree.kind[body] == FLOATING and tree.parent[body] == 0
+    free = tree.models[body].free and tree.parent[body] == 0
     return bool(free and (tree.owners[columns] == body).all())
 
 
@@ -61,7 +59,7 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
     home = runs_last(field.scene.home, 1)
     body, T_b_c = tree.find(sight.eye.name)
     first = tree.iq[body]
-    T_w_o = Pose(homogeneous(sight.look(home).T_w_o)[0])
+    T_w_o = Pose(homogeneous(sight.project(home).T_w_o)[0])
     middle = T_w_o @ sight.target.marks.mean(axis=0)
     way = (T_w_o @ field.goal_pose.inv()).position - middle
     if not way.any():
@@ -107,24 +105,12 @@ def _anywhere(field: Field) -> Draw:
     scene, tree = field.scene, field.scene.tree
     home = runs_last(scene.home, 1)
     bodies = np.unique(tree.owners[field.controller.columns])
-    kinds, starts = tree.kind[bodies].tolist(), tree.iq[bodies].tolist()
-    low, high = scene.limits.T
+    moved = [member for member in tree.members if member.body in bodies]
 
     def draw(rng: np.random.Generator, count: int) -> Array:
         q = np.repeat(home, count, axis=1)
-        for kind, i in zip(kinds, starts, strict=True):
-            if kind == FLOATING:
-                q[i : i + 3] += rng.uniform(-AROUND, AROUND, (3, count))
-                quaternion = rng.standard_normal((4, count))
-                q[i + 3 : i + 7] = quaternion / np.linalg.norm(quaternion, axis=0)
-            elif kind in (REVOLUTE, PRISMATIC, RAIL):
-                reach = np.pi if kind == REVOLUTE else AROUND
-                ends = np.array([low[i], high[i]])
-                ends = np.where(np.isfinite(ends), ends, home[i] + reach * np.array([-1, 1]))
-                q[i] = rng.uniform(ends[0], ends[1], count)
-            else:
-                q[i : i + 2] += rng.uniform(-AROUND, AROUND, (2, count))
-                q[i + 2] += rng.uniform(-np.pi, np.pi, count)
+        for _, kind, rows, *_ in moved:
+            q[rows] = kind.sample(rng, count, home[rows, 0], scene.limits[rows]).T
         return q
 
     return draw

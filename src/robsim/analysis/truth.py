@@ -10,9 +10,8 @@ from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.servo import ServoTask, Task
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 from robsim.servo.regulated import Regulated
-from robsim.servo.tasks.binding import regulated_by
 from robsim.world.scene import Scene
 
 
@@ -42,7 +41,8 @@ def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
     """
     every = np.arange(scene.nv)
     try:
-        found = [regulated_by(true_task(leaf), scene, every)[0] for leaf in leaves(task)]
+        true = [true_task(leaf) for leaf in leaves(task)]
+        found = [leaf.regulated(leaf.sights(scene), every) for leaf in true]
     except InputError:
         return None
     if not found:
@@ -54,10 +54,10 @@ def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
 
 
 def _measured(regulated: Regulated, q: Array) -> Truth:
-    looks = {sight.key: sight.look(q) for sight in regulated.sights}
-    pixels = {key: look.pixels for key, look in looks.items()}
-    measured = regulated.measured(Instant(0, 1.0, q, looks, pixels, {}))
+    projections = {sight.key: sight.project(q) for sight in regulated.sights}
+    pixels = {key: seen.pixels for key, seen in projections.items()}
+    features = regulated.features(Measurement(0, 1.0, q, projections, pixels, {}))
     W = regulated.weights
-    error, L = measured.s - regulated.s_goal, W[:, None] * measured.L
-    error, L, rates = (np.moveaxis(array, -1, 0) for array in (error, L, measured.reach))
+    error, L = features.s - regulated.s_goal, W[:, None] * features.L
+    error, L, rates = (np.moveaxis(array, -1, 0) for array in (error, L, features.task_jacobian))
     return Truth(error, L, rates, W[:, 0])

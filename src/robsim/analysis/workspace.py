@@ -63,7 +63,7 @@ def workspace(
 
     count    configurations
     seed     of the drawing
-    link     whose origin is followed; the last by default
+    link     whose origin is followed; the tip by default
     axes, length   of the manipulability, as in `manipulability`
 
     InputError: another joint has no limits.
@@ -93,8 +93,8 @@ def _ranges(robot: Robot) -> tuple[Array, Array]:
         raise InputError(f"robot '{robot.name}' has no joint that moves, and so no workspace")
     low, high = robot.limits.T.copy()
     free = ~np.isfinite(robot.limits).all(axis=1)
-    kinds = [link.joint.kind for link in robot.links for _ in link.joint.parts.coordinates]
-    endless = free & (np.array(kinds) != "revolute")
+    joints = [link.joint for link in robot.links for _ in link.joint.parts.coordinates]
+    endless = free & np.array([not joint.model.turns for joint in joints])
     if endless.any():
         names = [f"'{robot.coordinate_names[i]}'" for i in np.flatnonzero(endless)]
         raise InputError(

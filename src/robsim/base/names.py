@@ -6,13 +6,15 @@ import re
 
 from robsim.base.errors import InputError
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+LONGEST_NAME = 64
+_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}")
 
 
 def checked_name(name: object, what: str) -> str:
     """A name that is safe in files, figures and paths, or an InputError."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
-            f"{what} {name!r}: a name starts with a letter and has up to 64 letters, digits, _ or -"
+            f"{what} {name!r}: a name starts with a letter and has up to {LONGEST_NAME} letters, "
+            "digits, _ or -"
         )
     return name

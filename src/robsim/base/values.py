@@ -26,7 +26,7 @@ class Value:
         return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
 
     def _key(self) -> tuple[Any, ...]:
-        return tuple(_hashable(getattr(self, f.name)) for f in fields(self))  # type: ignore[arg-type]
+        return tuple(hashable(getattr(self, f.name)) for f in fields(self))  # type: ignore[arg-type]
 
 
 def _freeze(value: Any) -> None:
@@ -36,9 +36,10 @@ def _freeze(value: Any) -> None:
         _freeze(part)
 
 
-def _hashable(value: Any) -> Any:
+def hashable(value: Any) -> Any:
+    """Return what stands for a value in comparisons: arrays by their shape and bytes."""
     if isinstance(value, dict):
-        return tuple((key, _hashable(part)) for key, part in sorted(value.items()))
+        return tuple((key, hashable(part)) for key, part in sorted(value.items()))
     if isinstance(value, np.ndarray):
         return value.shape, (value + 0.0).tobytes()  # -0.0 equals 0.0, and so do their bytes then
     return value

@@ -11,12 +11,12 @@ import numpy as np
 
 from robsim.base import units
 from robsim.files import robots
-from robsim.robot.joint import Ackermann, Chord, Coupling, Mimic
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 
 WIDTH = 100  # of a line of prose
-_AXIS = {"revolute": "about", "prismatic": "along"}  # what a joint does with the z of its place
+# what a joint does with the z of its place, by what it moves
+_AXIS: dict[tuple[tuple[bool, int], ...], str] = {((True, 2),): "about", ((False, 2),): "along"}
 _DH = "{:>9}  {:>9}  {:>9}  {:>9}"
 
 
@@ -46,7 +46,7 @@ def _joints(robot: Robot, file: dict[str, Any]) -> list[str]:
     for above, link in zip(robot.links, robot.links[1:], strict=False):
         name = link.name if link.parent == above.name else f"{link.name} on {link.parent}"
         place = _row(dh[link.name]) if link.name in dh else _place(link)
-        rows.append([name, link.joint.kind, place, _limits(robot, link), _home(robot, link)])
+        rows.append([name, link.joint.model.name, place, _limits(robot, link), _home(robot, link)])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
@@ -61,13 +61,13 @@ def _row(dh: dict[str, str]) -> str:
 def _place(link: Link) -> str:
     """Where a joint is in the axes of the parent, and which way it moves."""
     joint = link.joint
-    pose = joint.place if joint.kind in _AXIS else joint.place @ joint.tail
+    pose = joint.place if joint.model.moves in _AXIS else joint.place @ joint.tail
     where = f"at {_vector(pose.position)} m"
     if joint.curve is not None:
         kind = type(joint.curve).__name__.lower()
         return f"{where}, along a {kind} of {joint.curve.length:g} m"
-    axis = f"{_AXIS.get(joint.kind, 'z along')} {_vector(pose.rotation[:, 2])}"
-    return where if joint.kind not in (*_AXIS, "fixed") else f"{where}, {axis}"
+    axis = f"{_AXIS.get(joint.model.moves, 'z along')} {_vector(pose.rotation[:, 2])}"
+    return f"{where}, {axis}" if joint.model.moves in _AXIS or not joint.moves else where
 
 
 def _limits(robot: Robot, link: Link) -> str:
@@ -83,22 +83,12 @@ def _limits(robot: Robot, link: Link) -> str:
 def _home(robot: Robot, link: Link) -> str:
     mine, follows = _mine(robot, link), link.joint.follows
     if follows is not None and not mine:
-        return _followed(follows)
+        return follows.told
     values = [" ".join(_shown(robot.home[i], robot.coordinate_units[i])) for i in mine]
     names = [robot.coordinate_names[i].removeprefix(f"{link.name}.") for i in mine]
     if len(mine) == 1:
         return values[0].strip()
     return ", ".join(f"{n} {v}".strip() for n, v in zip(names, values, strict=True))
-
-
-def _followed(follows: Coupling) -> str:
-    """What a joint without a coordinate of its own does."""
-    if isinstance(follows, Chord):
-        return f"{follows.gives} of the chord of {follows.length:g} m from {follows.of}"
-    if isinstance(follows, Mimic):
-        offset = f" {follows.offset:+g}" if follows.offset else ""
-        return f"{follows.ratio:g} {follows.of}{offset}"
-    return f"{follows.of}, by Ackermann" if isinstance(follows, Ackermann) else ""
 
 
 def _mine(robot: Robot, link: Link) -> list[int]:
@@ -115,7 +105,7 @@ def _shown(value: float, unit: str) -> tuple[str, str]:
 
 
 def _tip(robot: Robot) -> list[str]:
-    """Where the last link is at home, in the base."""
+    """Where the tip is at home, in the base."""
     T = robot.fk(robot.home)
     axes = ", ".join(f"{name} along {_vector(T[:3, i])}" for i, name in enumerate("xyz"))
     return [f"{robot.tip} at home: {_vector(T[:3, 3])} m in the base", f"its axes: {axes}"]

@@ -2,6 +2,7 @@
 
 from robsim.features.depth import LogDepth as LogDepth
 from robsim.features.ellipse import Ellipse as Ellipse
+from robsim.features.feature import FEATURES as FEATURES
 from robsim.features.feature import Feature as Feature
 from robsim.features.feature import Observation as Observation
 from robsim.features.lines import Lines as Lines
@@ -19,26 +20,3 @@ from robsim.features.segments import Segments as Segments
 from robsim.features.sphere import Sphere as Sphere
 from robsim.features.spherical import Spherical as Spherical
 from robsim.features.stereo import StereoPoints as StereoPoints
-
-FEATURES = {
-    each.name: each
-    for each in (
-        Points,
-        PixelPoints,
-        Polar,
-        Spherical,
-        LogDepth,
-        Points3D,
-        Segments,
-        Lines,
-        VanishingPoint,
-        RegionMoments,
-        PointMoments,
-        DecoupledMoments,
-        Ellipse,
-        Sphere,
-        ThetaU,
-        Translation,
-        StereoPoints,
-    )
-}

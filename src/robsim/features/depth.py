@@ -8,13 +8,14 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen
-from robsim.base.values import Value
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import point_features as kernels
 
 
+@register("feature", "log_depth")
 @dataclass(frozen=True, eq=False)
-class LogDepth(Value):
+class LogDepth(Declared):
     """The logarithm of each mark's depth over that at the goal, s = (log(Z1/Z1_goal), ...).
 
     L = [0, 0, -1/Z, -y, x, 0] (Malis, Chaumette and Boudet 1999, where the ratio of the depths
@@ -29,10 +30,9 @@ class LogDepth(Value):
     array([[1.3863]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
     Z_goal: Array | None = field(default=None, repr=False)  # (N, 1) metres; set by `towards`
-    name: ClassVar[str] = "log_depth"
     measures_depth: ClassVar[bool] = True
 
     def towards(self, goal: Observation) -> LogDepth:

@@ -8,14 +8,16 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.features.moments import region_plane
 from robsim.kernels import conics as kernels
 from robsim.kernels.moments import ORDER_3, region_rates
 
 
+@register("feature", "ellipse")
 @dataclass(frozen=True)
-class Ellipse:
+class Ellipse(Declared):
     """The image of a circle or ellipse on which the marks lie, s = (xg, yg, n20, n11, n02).
 
     (xg, yg) is the centre of the ellipse in the image (not the image of the circle's centre) and
@@ -35,9 +37,8 @@ class Ellipse:
     array([[0.1 , 0.  , 0.01, 0.  , 0.01]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
-    name: ClassVar[str] = "ellipse"
     least_marks: ClassVar[int] = 5
 
     def measure(self, seen: Observation) -> Array:

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, runs_first, runs_last, shown_view
 from robsim.base.errors import InputError
+from robsim.declare import Number, family
 from robsim.geometry.pose import homogeneous
 from robsim.kernels import camera as kernels
 from robsim.kernels.pose import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.pose_estimation import estimate_pose
+
+FEATURES = family("feature")
+Tolerance = Annotated[
+    float, Number(least=0), "Largest |e| that counts as arrived, in the unit of the feature."
+]
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
@@ -74,7 +80,7 @@ class Observation:
     def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:
         """What a camera makes of pixels (N, 2, B) at depths (N, B) in metres."""
         points = np.empty_like(pixels)
-        kernels.normalise(pixels, camera.K, camera.lens, camera.reach, points)
+        kernels.normalise(pixels, camera.K, camera.lens, camera.valid_radius, points)
         return cls(pixels, points, depth, camera.K, camera.lens)
 
     def some(self, marks: NDArray[np.int64]) -> Observation:

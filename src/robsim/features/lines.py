@@ -8,16 +8,17 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
-from robsim.base.values import Value
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.features.groups import points_in_groups
 from robsim.kernels import features as points
 from robsim.kernels import line_features as kernels
 from robsim.kernels import point_features
 
 
+@register("feature", "lines")
 @dataclass(frozen=True, eq=False)
-class Lines(Value):
+class Lines(Declared):
     """Lines through marks 0 and 1, 2 and 3 ..., s = (rho, theta, ...), two each.
 
     x cos theta + y sin theta = rho in the image at unit depth, theta in radians. The line runs
@@ -39,10 +40,9 @@ class Lines(Value):
     array([[0.1, 0. ]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
     goal: Array | None = field(default=None, repr=False)  # (N, 1) s there; set by `towards`
-    name: ClassVar[str] = "lines"
     least_marks: ClassVar[int] = 2
 
     def towards(self, goal: Observation) -> Lines:
@@ -66,8 +66,9 @@ class Lines(Value):
         return first_view(L)
 
 
+@register("feature", "vanishing_point")
 @dataclass(frozen=True)
-class VanishingPoint:
+class VanishingPoint(Declared):
     """Where the lines through marks 0, 1 and 2, 3 meet in the image, s = (x, y), normalised.
 
     The lines must be parallel in space. Then s is the image of their point at infinity, and L is
@@ -85,10 +86,9 @@ class VanishingPoint:
     array([[0., 0.]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
     singular: ClassVar[str] = "edges that are parallel in the image meet nowhere in it"
-    name: ClassVar[str] = "vanishing_point"
     least_marks: ClassVar[int] = 4
 
     def measure(self, seen: Observation) -> Array:

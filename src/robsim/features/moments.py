@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
-from typing import ClassVar, Self, TypeVar
+from typing import Annotated, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.base.errors import InputError, suggest
-from robsim.features.feature import Observation
+from robsim.declare import Declared, Word, check_fields, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import moments as kernels
 
 KINDS = ("points", "region")
@@ -47,7 +47,7 @@ def _rates(seen: Observation, of_marks: bool, centre: Array, mu: Array) -> Array
 class _Basic:
     """s = (a, xg, yg, alpha) of a region or of marks."""
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
     alpha_goal: float | None = field(default=None, init=False, repr=False)
     of_marks: ClassVar[bool]
@@ -81,6 +81,7 @@ def _with(feature: F, **values: float) -> F:
     return new
 
 
+@register("feature", "region_moments")
 @dataclass(frozen=True)
 class RegionMoments(_Basic):
     """Area, centre of gravity and orientation of a planar region, s = (a, xg, yg, alpha).
@@ -101,11 +102,11 @@ class RegionMoments(_Basic):
     """
 
     singular: ClassVar[str] = "the polygon of the marks, in their order, must not cross itself"
-    name: ClassVar[str] = "region_moments"
     least_marks: ClassVar[int] = 3
     of_marks: ClassVar[bool] = False
 
 
+@register("feature", "point_moments")
 @dataclass(frozen=True)
 class PointMoments(_Basic):
     """Spread, centre and orientation of the marks as a set of points, s = (a, xg, yg, alpha).
@@ -124,19 +125,19 @@ class PointMoments(_Basic):
     array([[0.2, 0.2, 0.1, 0. ]])
     """
 
-    name: ClassVar[str] = "point_moments"
     least_marks: ClassVar[int] = 2
     of_marks: ClassVar[bool] = True
 
 
+@register("feature", "decoupled_moments")
 @dataclass(frozen=True)
-class DecoupledMoments:
+class DecoupledMoments(Declared):
     """Six moments, each for one motion of the camera: s = (xn, yn, an, Px, Py, alpha).
 
     an = Z* sqrt(a*/a), xn = an xg, yn = an yg in metres: for a goal parallel to the image their L
     has -1 on the diagonal of the translation and zeros beside it (Tahri and Chaumette 2005,
-    IEEE T-RO 21(6)). a is the area of the polygon of the marks (kind "region") or mu20 + mu02 of
-    the marks (kind "points"); a* and the depth Z* of the centre come from the goal.
+    IEEE T-RO 21(6)). a is the area of the polygon of the marks (of "region") or mu20 + mu02 of
+    the marks (of "points"); a* and the depth Z* of the centre come from the goal.
 
     Px and Py, for the two tilts, do not change when the image moves, turns or grows:
     (Px, Py) = rho (cos 2 phi, sin 2 phi) with p = (mu30 + mu12, mu21 + mu03),
@@ -156,25 +157,24 @@ class DecoupledMoments:
     array([0.267, 0.133, 2.   ])
     """
 
-    kind: str = "points"
-    tolerance: float = 1e-5
+    of: Annotated[
+        str, Word(KINDS, "kind of moments"), "Of the marks, or of the region within them."
+    ] = "points"
+    tolerance: Tolerance = 1e-5
     unit: str = "m, 1, rad"
     size_goal: float = field(default=1.0, init=False, repr=False)
     Z_goal: float = field(default=1.0, init=False, repr=False)
     alpha_goal: float | None = field(default=None, init=False, repr=False)
     singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
-    name: ClassVar[str] = "decoupled_moments"
     least_marks: ClassVar[int] = 3
 
     def __post_init__(self) -> None:
-        if not isinstance(self.kind, str) or self.kind not in KINDS:
-            known = suggest(self.kind, KINDS, "kinds")
-            raise InputError(f"no moments of kind {self.kind!r}; {known}")
+        check_fields(self)
 
     @property
     def of_marks(self) -> bool:
         """Whether the moments are those of the marks, not of the region within them."""
-        return self.kind == "points"
+        return self.of == "points"
 
     def measure(self, seen: Observation) -> Array:
         """S (B, 6)."""

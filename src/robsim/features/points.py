@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import features as kernels
 
 
+@register("feature", "points")
 @dataclass(frozen=True)
-class Points:
+class Points(Declared):
     """Normalised image points, s = (x1, y1, x2, y2, ...), undistorted.
 
     L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
@@ -25,9 +26,7 @@ class Points:
     array([[0.1, 0.2]])
     """
 
-    name: ClassVar[str] = "points"
-
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
 
     def measure(self, seen: Observation) -> Array:
@@ -43,8 +42,9 @@ class Points:
         return first_view(L)
 
 
+@register("feature", "pixels")
 @dataclass(frozen=True)
-class PixelPoints:
+class PixelPoints(Declared):
     """Undistorted pixels, s = (column1, row1, column2, row2, ...).
 
     L is that of the normalised points times the focal lengths (and skew) of K.
@@ -57,9 +57,7 @@ class PixelPoints:
     array([-400.,    0.,   40.])
     """
 
-    name: ClassVar[str] = "pixels"
-
-    tolerance: float = 0.01
+    tolerance: Tolerance = 0.01
     unit: str = "px"
 
     def measure(self, seen: Observation) -> Array:

@@ -8,12 +8,14 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import point_features as kernels
 
 
+@register("feature", "points_3d")
 @dataclass(frozen=True)
-class Points3D:
+class Points3D(Declared):
     """The marks in camera axes, in metres, s = (X1, Y1, Z1, X2, ...) = (x1 Z1, y1 Z1, Z1, ...).
 
     L = [-I, [X]x] (Chaumette and Hutchinson 2007, on 3-D points).
@@ -25,9 +27,8 @@ class Points3D:
     array([[0.2, 0.4, 2. ]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "m"
-    name: ClassVar[str] = "points_3d"
     measures_depth: ClassVar[bool] = True
 
     def measure(self, seen: Observation) -> Array:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
-from robsim.base.values import Value
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import features as points
 from robsim.kernels import point_features as kernels
 
 
+@register("feature", "polar")
 @dataclass(frozen=True, eq=False)
-class Polar(Value):
+class Polar(Declared):
     """Polar image points about the principal point, s = (rho1, theta1, rho2, theta2, ...).
 
     rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of
@@ -35,10 +35,9 @@ class Polar(Value):
     array([[0.5   , 0.9273]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
     goal: Array | None = field(default=None, repr=False)  # (2N, 1) s there; set by `towards`
-    name: ClassVar[str] = "polar"
 
     def towards(self, goal: Observation) -> Polar:
         """The same, with theta near that at the goal."""

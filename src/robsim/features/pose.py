@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar, Literal, Self, get_args
+from typing import Annotated, ClassVar, Literal, Self, get_args
 
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.base.errors import GoalError, InputError, suggest
-from robsim.features.feature import Observation
+from robsim.base.errors import GoalError
+from robsim.declare import Word, check_fields, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import pose_features as kernels
 from robsim.kernels import se3
@@ -50,6 +51,7 @@ class _PoseFeature:
         return self.T_goal_o.inv().matrix[:3]
 
 
+@register("feature", "theta_u")
 @dataclass(frozen=True)
 class ThetaU(_PoseFeature):
     """Rotation vector of the camera from the goal camera, s = theta u of R_goal_c, in radians.
@@ -65,9 +67,7 @@ class ThetaU(_PoseFeature):
     array([[0.5, 0. , 0. ]])
     """
 
-    name: ClassVar[str] = "theta_u"
-
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "rad"
 
     def measure(self, seen: Observation) -> Array:
@@ -89,6 +89,7 @@ class ThetaU(_PoseFeature):
         return w
 
 
+@register("feature", "translation")
 @dataclass(frozen=True)
 class Translation(_PoseFeature):
     """Where the camera is from the goal, or the target from the camera, in metres.
@@ -108,18 +109,13 @@ class Translation(_PoseFeature):
     array([[0.1, 0.2, 2. ]])
     """
 
-    name: ClassVar[str] = "translation"
-
-    form: Form = "goal"
-    tolerance: float = 1e-5
+    form: Annotated[Form, Word(get_args(Form), "form"), "Which of the two translations."] = "goal"
+    tolerance: Tolerance = 1e-5
     unit: str = "m"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.form not in get_args(Form):
-            raise InputError(
-                f"no translation {self.form!r}; {suggest(self.form, get_args(Form), 'forms')}"
-            )
+        check_fields(self)
 
     def measure(self, seen: Observation) -> Array:
         """S (B, 3)."""

@@ -8,16 +8,17 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view, frozen, last_view
-from robsim.base.values import Value
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.features.groups import points_in_groups
 from robsim.kernels import features as points
 from robsim.kernels import line_features as kernels
 from robsim.kernels import point_features
 
 
+@register("feature", "segments")
 @dataclass(frozen=True, eq=False)
-class Segments(Value):
+class Segments(Declared):
     """Segments between marks 0 and 1, 2 and 3 ..., s = (xc, yc, length, angle, ...), four each.
 
     (xc, yc) is the middle in the image at unit depth, the angle that of the way from the first
@@ -35,10 +36,9 @@ class Segments(Value):
     array([[0.25  , 0.4   , 0.5   , 0.9273]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
     goal: Array | None = field(default=None, repr=False)  # (2N, 1) s there; set by `towards`
-    name: ClassVar[str] = "segments"
     least_marks: ClassVar[int] = 2
 
     def towards(self, goal: Observation) -> Segments:

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view, positive
-from robsim.features.feature import Observation
+from robsim.base.arrays import Array, first_view
+from robsim.declare import Declared, Length, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import conics as kernels
 
 
+@register("feature", "sphere")
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Declared):
     """A sphere about mark 0, s = (X, Y, Z) / radius of its centre in camera axes.
 
     The outline of a sphere gives s: its direction is that of the cone of sight, and its length
     1 / sin of the angle at which the outline is seen. Here s is computed from the image and depth
     of the centre instead. L = [-I / radius, [s]x] has rank 3: every turn about the sphere looks the
-    same. `radius` is in metres. Fomena and Chaumette 2009, Improvements on visual servoing from
+    same. Fomena and Chaumette 2009, Improvements on visual servoing from
     spherical targets using a spherical projection model, IEEE T-RO 25(4).
 
     >>> from robsim.features.feature import Observation
@@ -30,15 +32,11 @@ class Sphere:
     array([[ 0.4, -0.8,  4. ]])
     """
 
-    radius: float = 0.1
-    tolerance: float = 1e-5
+    radius: Annotated[float, Length(above=0), "Radius of the sphere."] = 0.1
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
-    name: ClassVar[str] = "sphere"
     least_marks: ClassVar[int] = 1
     measures_depth: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive(self.radius, "radius of the sphere"))
 
     def measure(self, seen: Observation) -> Array:
         """S (B, 3)."""

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import point_features as kernels
 
 
+@register("feature", "spherical")
 @dataclass(frozen=True)
-class Spherical:
+class Spherical(Declared):
     """Unit vectors from the camera to the marks, in camera axes, s = (s1, s2, ...), three each.
 
     L = [-(I - s s')/|P|, [s]x] with the distance |P| = Z sqrt(1 + x^2 + y^2) (Hamel and Mahony
@@ -26,9 +27,8 @@ class Spherical:
     array([[0.6, 0. , 0.8]])
     """
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "1"
-    name: ClassVar[str] = "spherical"
 
     def measure(self, seen: Observation) -> Array:
         """S (B, 3N)."""

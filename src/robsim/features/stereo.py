@@ -9,13 +9,15 @@ import numpy as np
 
 from robsim.base.arrays import Array, first_view
 from robsim.base.errors import InputError
-from robsim.features.feature import Observation
+from robsim.declare import Declared, register
+from robsim.features.feature import Observation, Tolerance
 from robsim.kernels import stereo as kernels
 from robsim.kernels.point_features import points_3d_interaction
 
 
+@register("feature", "stereo_points")
 @dataclass(frozen=True)
-class StereoPoints:
+class StereoPoints(Declared):
     """Marks in axes of the first camera, s = (X1, Y1, Z1, X2, ...) in metres, by triangulation.
 
     L = [-I, [X]x] for each mark, as Xdot = -v - omega x X (Chaumette and Hutchinson 2006). NaN
@@ -32,10 +34,9 @@ class StereoPoints:
     array([[0.2, 0. , 2. ]])
     """
 
-    name: ClassVar[str] = "stereo_points"
     cameras: ClassVar[int] = 2
 
-    tolerance: float = 1e-5
+    tolerance: Tolerance = 1e-5
     unit: str = "m"
 
     def measure(self, seen: Observation) -> Array:

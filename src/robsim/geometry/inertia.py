@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,9 +11,40 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, frozen, numbers, positive
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.declare import Quantity, Vector
+from robsim.declare.spec import Context
 from robsim.geometry.pose import one_pose
 
 SLACK = 1e-9  # of the trace, by which rounding may break the triangle inequality
+
+
+MOMENTS = Vector("inertia")
+
+
+@dataclass(frozen=True)
+class InertiaTable:
+    """How a text says an inertia: the moments and products of the tensor."""
+
+    mass: Annotated[float, Quantity(above=0, dimension="mass"), "What it weighs."]
+    moments: Annotated[Any, MOMENTS, "ixx, iyy, izz about the centre of mass."]
+    centre: Annotated[Any, Vector("length"), "The centre of mass."] = (0.0, 0.0, 0.0)
+    products: Annotated[Any, MOMENTS, "ixy, ixz, iyz of the tensor."] = (0.0, 0.0, 0.0)
+
+    def made(self, c: Context) -> Inertia:
+        """Return the inertia."""
+        tensor = np.diag(self.moments)
+        for (i, j), product in zip(_PRODUCTS, self.products, strict=True):
+            tensor[i, j] = tensor[j, i] = product
+        return Inertia(self.mass, self.centre, tensor)
+
+    @classmethod
+    def of(cls, value: Inertia, c: Context) -> InertiaTable:
+        """Return what says an inertia."""
+        products = tuple(value.tensor[i, j] for i, j in _PRODUCTS)
+        return cls(value.mass, value.tensor.diagonal(), value.centre, products)
+
+
+_PRODUCTS = (0, 1), (0, 2), (1, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +64,7 @@ class Inertia(Value):
     mass: float
     centre: Any = (0.0, 0.0, 0.0)
     tensor: Any = None
+    text_form: ClassVar[type[Any]] = InertiaTable
 
     def __post_init__(self) -> None:
         put = object.__setattr__

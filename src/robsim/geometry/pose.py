@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
-from robsim.base.errors import FrameError, InputError
+from robsim.base.errors import InputError
 from robsim.base.warned import warn_of_degrees
-from robsim.kernels import se3, tree
-
-ROTATION_TOLERANCE = 1e-6
+from robsim.geometry.frame_names import checked_names, joined_names
+from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid
+from robsim.kernels import joints, se3
 
 
 class Pose:
@@ -38,7 +38,7 @@ class Pose:
 
     def __init__(self, matrix: Any, frames: tuple[str, str] | None = None):
         T = numbers(as_matrix(matrix), "pose", (4, 4))
-        _check_rigid(T)
+        check_rigid(T)
         _set(self, T, frames)
 
     @classmethod
@@ -102,7 +102,7 @@ class Pose:
         columns = runs_last(q, 1)
         T = np.zeros((3, 4, columns.shape[-1]))
         T[[0, 1, 2], [0, 1, 2]] = 1.0
-        tree.fly(columns, T)
+        joints.fly(columns, T)
         return _make(homogeneous(T, lead), None)
 
     @property
@@ -158,7 +158,7 @@ class Pose:
             return other.at(self)  # a primitive, a robot
         if isinstance(other, Pose) or is_pose_like(other):
             right = as_pose(other)
-            frames = _join(self.frames, right.frames)
+            frames = joined_names(self.frames, right.frames)
             try:
                 return _make(self.matrix @ right.matrix, frames)
             except ValueError:
@@ -230,15 +230,6 @@ def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int,
         raise InputError(f"{what}: batches of unequal shapes {a} and {b}") from None
 
 
-def axis_rotation(axis: str, angle: float) -> Array:
-    """3 x 3 rotation about the x, y or z axis."""
-    c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
-    u, w = (i + 1) % 3, (i + 2) % 3
-    R = np.eye(3)
-    R[u, u], R[w, w], R[u, w], R[w, u] = c, c, 0.0 - s, s
-    return R
-
-
 def as_pose(value: Any) -> Pose:
     """A Pose from a Pose, a (..., 4, 4) array, a SciPy RigidTransform or a spatialmath SE3."""
     return value if isinstance(value, Pose) else Pose(value)
@@ -282,31 +273,6 @@ def is_pose_like(value: Any) -> bool:
         return False
 
 
-def _join(left: tuple[str, str] | None, right: tuple[str, str] | None) -> tuple[str, str] | None:
-    if left is None or right is None:
-        return None
-    if left[1] != right[0]:
-        raise FrameError(
-            f"cannot join {left[0]}<-{left[1]} with {right[0]}<-{right[1]}: "
-            f"'{left[1]}' does not meet '{right[0]}'"
-        )
-    return left[0], right[1]
-
-
-def _check_rigid(T: Array) -> None:
-    R = T[..., :3, :3]
-    off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
-    if off > ROTATION_TOLERANCE:
-        raise InputError(
-            f"not a rotation: R'R differs from the identity by {off:.2g} "
-            f"(allowed {ROTATION_TOLERANCE:g})"
-        )
-    if (np.linalg.det(R) < 0).any():
-        raise InputError("not a rotation but a reflection: det R = -1")
-    if np.abs(T[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max(initial=0.0) > 0:
-        raise InputError("the last row of a pose must be 0 0 0 1")
-
-
 def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
     """A Pose of a matrix that is known to be rigid."""
     pose = object.__new__(Pose)
@@ -315,11 +281,8 @@ def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
 
 
 def _set(pose: Pose, T: Array, frames: tuple[str, str] | None) -> None:
-    named = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
-    if frames is not None and not named:
-        raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
     object.__setattr__(pose, "matrix", frozen(T))
-    object.__setattr__(pose, "frames", tuple(frames) if frames else None)
+    object.__setattr__(pose, "frames", checked_names(frames))
 
 
 IDENTITY = Pose.at()

@@ -122,10 +122,10 @@ def project(X, K, lens, pixels):
 
 
 @kernel
-def normalise(pixels, K, lens, reach, x):
+def normalise(pixels, K, lens, valid_radius, x):
     """x[n, 2, b] = normalised image points of pixels: `project` undone but for depth.
 
-    NaN where a distorted pixel has no point within the radius `reach`.
+    NaN where a distorted pixel has no point within `valid_radius`.
     """
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
     distorted = _bends(lens)
@@ -135,16 +135,16 @@ def normalise(pixels, K, lens, reach, x):
             x_ = (pixels[n, 0, b] - K[0, 2] - K[0, 1] * y) / K[0, 0]
             if distorted:
                 x_, y = undistort(x_, y, k)
-                if not x_ * x_ + y * y <= reach * reach:
+                if not x_ * x_ + y * y <= valid_radius * valid_radius:
                     x_, y = np.nan, np.nan
             x[n, 0, b], x[n, 1, b] = x_, y
 
 
 @part
-def visibility(X, pixels, border, reach, status):
+def visibility(X, pixels, border, valid_radius, status):
     """status[n, b]: in the image, out of it, or behind the camera.
 
-    The image covers [left, right) x [top, bottom) = border (2, 2). Beyond the radius `reach` the
+    The image covers [left, right) x [top, bottom) = border (2, 2). Beyond `valid_radius` the
     lens polynomial folds back, and a point there is outside whatever its pixel.
     """
     for n in range(X.shape[0]):
@@ -155,7 +155,7 @@ def visibility(X, pixels, border, reach, status):
             elif (
                 border[0, 0] <= u < border[0, 1]
                 and border[1, 0] <= v < border[1, 1]
-                and X[n, 0, b] ** 2 + X[n, 1, b] ** 2 <= (reach * Z) ** 2
+                and X[n, 0, b] ** 2 + X[n, 1, b] ** 2 <= (valid_radius * Z) ** 2
             ):
                 status[n, b] = IN_IMAGE
             else:

@@ -2,7 +2,8 @@
 
 Where several reasons hold, the first of this order is given: a state that is not finite, a joint
 limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command that
-is not finite, a stall (the caller tells a singularity from a local minimum), the end of time.
+is not finite, a stall (the caller distinguishes a singularity from a local minimum), the end of
+time.
 """
 
 import math
@@ -87,13 +88,13 @@ def begin(error, depth, T, tolerance, hold, watch):
 
 
 @part
-def _stands_still(reach, qd, pace, tolerance, still):
+def _stands_still(task_jacobian, qd, pace, tolerance, still):
     """Count the periods in which the command moves features by next to nothing in 1/pace."""
-    change, largest = np.zeros((reach.shape[0], still.size)), np.empty(still.size)
-    for i in range(reach.shape[0]):
-        for j in range(reach.shape[1]):
+    change, largest = np.zeros((task_jacobian.shape[0], still.size)), np.empty(still.size)
+    for i in range(task_jacobian.shape[0]):
+        for j in range(task_jacobian.shape[1]):
             for b in range(still.size):
-                change[i, b] += reach[i, j, b] * qd[j, b]
+                change[i, b] += task_jacobian[i, j, b] * qd[j, b]
     _largest(change, largest)
     for b in range(still.size):
         still[b] = still[b] + 1 if largest[b] < STALL * tolerance * pace else 0
@@ -117,7 +118,7 @@ def judge(
     T,
     error,
     qd,
-    reach,
+    task_jacobian,
     pace,
     tolerance,
     over,
@@ -143,7 +144,7 @@ def judge(
     _largest(qd, speed)
     _beyond(q, limits, beyond)
     _worst(visibility, where)
-    _stands_still(reach, qd, pace, tolerance, watch.still)
+    _stands_still(task_jacobian, qd, pace, tolerance, watch.still)
     _path(watch.before, T, watch.length)
     ended = 0
     for b in range(outcome.size):

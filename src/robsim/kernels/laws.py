@@ -7,9 +7,9 @@ from robsim.kernels.solve import invert, least_squares
 
 
 @part
-def joint(reach, error, gain, transposed, damping, rcond, qd):
+def joint(task_jacobian, error, gain, transposed, damping, rcond, qd):
     """Qd = -gain (L J)^+ e, or the transpose in place of the inverse."""
-    invert(reach, error, transposed, damping, rcond, qd)
+    invert(task_jacobian, error, transposed, damping, rcond, qd)
     _scale(-gain, qd)
 
 

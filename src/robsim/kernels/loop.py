@@ -1,6 +1,6 @@
 """The closed loop of the built-in schemes, compiled: a chunk of runs until one of them ends.
 
-It is the same sequence of kernels as in `robsim.loop`, which runs anybody's features and
+It is the same sequence of kernels as in `robsim.run.loop`, which runs anybody's features and
 laws step by step; both give the same bits.
 """
 
@@ -8,7 +8,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.kernels import camera, endings, features, laws, random, record, sight, solve, tree
+from robsim.kernels import (
+    camera,
+    endings,
+    features,
+    jacobian,
+    laws,
+    random,
+    record,
+    sight,
+    solve,
+    tree,
+)
 from robsim.kernels.jit import kernel, part
 
 JOINT, CAMERA = 0, 1  # laws
@@ -49,7 +60,7 @@ class Command(NamedTuple):
     s: Any  # (k, B)
     error: Any  # (k, B)
     qd: Any  # (n, B) of the commanded joints
-    reach: Any  # (k, n, B) L J: how the commanded joints move the features
+    task_jacobian: Any  # (k, n, B) L J: how the commanded joints move the features
 
 
 @part
@@ -65,11 +76,11 @@ def measure(pixels, noise, step, out):
 
 
 @part
-def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
+def control(scheme, eye, moves, projection, pixels, x, Z, L, J, command):
     """What the controller measures and commands at an instant."""
-    camera.normalise(pixels, eye.K, eye.lens, eye.reach, x)
+    camera.normalise(pixels, eye.K, eye.lens, eye.valid_radius, x)
     features.choose_depth(
-        scheme.depth, scheme.metres, scheme.depth_scale, scheme.Z_goal, seen.depth, Z
+        scheme.depth, scheme.metres, scheme.depth_scale, scheme.Z_goal, projection.depth, Z
     )
     features.points_interaction(x, Z, L)
     if scheme.in_pixels:
@@ -78,12 +89,12 @@ def control(scheme, eye, moves, seen, pixels, x, Z, L, J, command):
     else:
         features.flat(x, command.s)
     features.choose_interaction(scheme.interaction, scheme.L_goal, L)
-    tree.camera_jacobian(seen.bodies, seen.T_w_c, moves, J)
-    solve.product(L, J, command.reach)
+    jacobian.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
+    solve.product(L, J, command.task_jacobian)
     features.difference(command.s, scheme.s_goal, command.error)
     if scheme.law == JOINT:
         laws.joint(
-            command.reach,
+            command.task_jacobian,
             command.error,
             scheme.gain,
             scheme.transposed,
@@ -121,7 +132,7 @@ def settle(
     track,
     q,
     rates,
-    seen,
+    projection,
     T,
     command,
     qd,
@@ -134,18 +145,18 @@ def settle(
     has no rows where they are those commanded. T is the pose whose way is measured; hold[b] says
     which runs go on though they have converged or stalled.
     """
-    tree.spread(columns, command.qd, drift, qd)
+    jacobian.spread(columns, command.qd, drift, qd)
     if step == 0:
-        endings.begin(command.error, seen.depth, T, tolerance, hold, watch)
+        endings.begin(command.error, projection.depth, T, tolerance, hold, watch)
     ended = endings.judge(
         q,
         limits,
-        seen.visibility,
-        seen.depth,
+        projection.visibility,
+        projection.depth,
         T,
         command.error,
         command.qd,
-        command.reach,
+        command.task_jacobian,
         pace,
         tolerance,
         step == steps,
@@ -154,7 +165,7 @@ def settle(
         outcome,
     )
     if every > 0 and step % every == 0:
-        record.store(rows, step // every, q, qd, rates, command.s, seen.pixels, track)
+        record.store(rows, step // every, q, qd, rates, command.s, projection.pixels, track)
     return ended
 
 
@@ -178,24 +189,24 @@ def stride(
     track,
     q,
     rates,
-    seen,
+    projection,
     command,
     qd,
     outcome,
 ):
     """Go on from `step` until a run ends or `until` is reached; returns the step then.
 
-    q, seen, command, qd (of all joints) and outcome hold that instant; q is not moved on from it.
-    Every so many steps are kept in `track`, none if `every` is 0.
+    q, projection, command, qd (of all joints) and outcome hold that instant; q is not moved on
+    from it. Every so many steps are kept in `track`, none if `every` is 0.
     """
-    pixels, x = np.empty(seen.pixels.shape), np.empty(seen.pixels.shape)
-    Z = np.empty(seen.depth.shape)
+    pixels, x = np.empty(projection.pixels.shape), np.empty(projection.pixels.shape)
+    Z = np.empty(projection.depth.shape)
     L = np.empty((command.s.shape[0], 6, rows.size))
     J = np.empty((6, moves.columns.size, rows.size))
     while True:
-        sight.look(joints, eye, q, seen)
-        measure(seen.pixels, noise, step, pixels)
-        control(scheme, eye, moves, seen, pixels, x, Z, L, J, command)
+        sight.project(joints, eye, q, projection)
+        measure(projection.pixels, noise, step, pixels)
+        control(scheme, eye, moves, projection, pixels, x, Z, L, J, command)
         ended = settle(
             step,
             steps,
@@ -211,8 +222,8 @@ def stride(
             track,
             q,
             rates,
-            seen,
-            seen.T_w_c if eye.moves else seen.T_w_o,
+            projection,
+            projection.T_w_c if eye.moves else projection.T_w_o,
             command,
             qd,
             outcome,

@@ -6,7 +6,7 @@ from robsim.kernels.jit import kernel, part
 
 
 class Track(NamedTuple):
-    """Some moments of all runs, each (runs, moments, width)."""
+    """Some instants of all runs, each (runs, instants, width)."""
 
     q: Any
     qd: Any
@@ -16,21 +16,21 @@ class Track(NamedTuple):
 
 
 @part
-def _store(values, rows, moment, out):
-    """out[rows[b], moment, i] = values[i, b]."""
+def _store(values, rows, instant, out):
+    """out[rows[b], instant, i] = values[i, b]."""
     for b in range(rows.size):
         for i in range(values.shape[0]):
-            out[rows[b], moment, i] = values[i, b]
+            out[rows[b], instant, i] = values[i, b]
 
 
 @kernel
-def store(rows, moment, q, qd, rates, s, pixels, track):
-    """One moment of the runs `rows`."""
-    _store(q, rows, moment, track.q)
-    _store(qd, rows, moment, track.qd)
-    _store(rates, rows, moment, track.rates)
-    _store(s, rows, moment, track.s)
+def store(rows, instant, q, qd, rates, s, pixels, track):
+    """One instant of the runs `rows`."""
+    _store(q, rows, instant, track.q)
+    _store(qd, rows, instant, track.qd)
+    _store(rates, rows, instant, track.rates)
+    _store(s, rows, instant, track.s)
     for n in range(pixels.shape[0]):
         for r in range(2):
             for b in range(rows.size):
-                track.pixels[rows[b], moment, 2 * n + r] = pixels[n, r, b]
+                track.pixels[rows[b], instant, 2 * n + r] = pixels[n, r, b]

@@ -17,12 +17,12 @@ class Eye(NamedTuple):
     K: Any
     lens: Any
     border: Any
-    reach: float
+    valid_radius: float
     moves: bool  # whether a joint carries the camera
 
 
-class Look(NamedTuple):
-    """One instant, the run last."""
+class Projection(NamedTuple):
+    """Where a camera and its target are, and the marks in the image, at one instant; run last."""
 
     bodies: tree.Bodies
     T_w_c: Any  # (3, 4, B)
@@ -34,17 +34,19 @@ class Look(NamedTuple):
 
 
 @part
-def look(joints, eye, q, seen):
-    """Fill `seen` for coordinates q[n, b]."""
-    tree.bodies(joints, q, seen.bodies)
-    tree.frame(seen.bodies.poses, eye.body, eye.hand_eye, seen.T_w_c)
-    tree.frame(seen.bodies.poses, eye.target, eye.offset, seen.T_w_o)
-    camera.into_camera(seen.T_w_c, seen.T_w_o, eye.marks, seen.points)
-    camera.project(seen.points, eye.K, eye.lens, seen.pixels)
-    camera.visibility(seen.points, seen.pixels, eye.border, eye.reach, seen.visibility)
-    for n in range(seen.depth.shape[0]):
-        for b in range(seen.depth.shape[1]):
-            seen.depth[n, b] = seen.points[n, 2, b]
+def project(joints, eye, q, projection):
+    """Fill `projection` for coordinates q[n, b]."""
+    tree.bodies(joints, q, projection.bodies)
+    tree.frame(projection.bodies.poses, eye.body, eye.hand_eye, projection.T_w_c)
+    tree.frame(projection.bodies.poses, eye.target, eye.offset, projection.T_w_o)
+    camera.into_camera(projection.T_w_c, projection.T_w_o, eye.marks, projection.points)
+    camera.project(projection.points, eye.K, eye.lens, projection.pixels)
+    camera.visibility(
+        projection.points, projection.pixels, eye.border, eye.valid_radius, projection.visibility
+    )
+    for n in range(projection.depth.shape[0]):
+        for b in range(projection.depth.shape[1]):
+            projection.depth[n, b] = projection.points[n, 2, b]
 
 
 @kernel

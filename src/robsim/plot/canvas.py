@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from robsim.base.arrays import numbers
+from robsim.base.errors import InputError
 from robsim.plot import palette
 
 _STYLE: dict[Any, Any] = {
@@ -24,19 +30,82 @@ _STYLE: dict[Any, Any] = {
     "grid.linewidth": 0.5,
 }
 _FILES_ONLY = {"agg", "cairo", "pdf", "pgf", "ps", "svg", "template"}
+_SMALLEST, _LARGEST = 0.5, 100.0  # inches
 
 
-def style() -> AbstractContextManager[None]:
-    """The look of our figures, while one is drawn; what the user has set comes back after it."""
-    return matplotlib.rc_context(_STYLE)
+class Sheet(Figure):
+    """A figure that nobody but the caller keeps; the last line of a notebook's cell shows it."""
+
+    def _repr_png_(self) -> bytes:
+        """Return the figure as PNG, for notebooks in which Matplotlib only writes files."""
+        image = BytesIO()
+        self.savefig(image, format="png")
+        return image.getvalue()
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure, in inches.
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in the look of our figures; what the user has set comes back afterwards.
 
-    Where Matplotlib opens windows, pyplot knows it, so that plt.show() shows it; where it only
-    writes files, nobody but the caller keeps it, and any number can be made.
+    Only our own settings are put back: choosing a backend may switch pyplot to interactive, and
+    rc_context would undo that.
     """
-    if plt.get_backend().lower() in _FILES_ONLY:
-        return Figure((width, height), layout="constrained")
-    return plt.figure(figsize=(width, height), layout="constrained")
+    plt.get_backend()
+    before = {key: matplotlib.rcParams[key] for key in _STYLE}
+    matplotlib.rcParams.update(_STYLE)
+    try:
+        yield
+    finally:
+        matplotlib.rcParams.update(before)
+
+
+def new_figure(width: float, height: float, size: Any = None) -> Figure:
+    """Return an empty figure of width and height, or of the `size` (width, height); inches.
+
+    Where Matplotlib opens windows, pyplot knows it, so that plt.show() shows it. Where it only
+    writes files, and in notebooks, which show the value of a cell, nobody but the caller keeps it.
+
+    InputError: a size that is no pair of 0.5 to 100 inches.
+    """
+    inches = (width, height) if size is None else _checked_size(size)
+    backend = plt.get_backend().lower()
+    if backend in _FILES_ONLY or backend.endswith("inline"):
+        return Sheet(inches, layout="constrained")
+    return plt.figure(figsize=inches, layout="constrained")
+
+
+def _checked_size(size: Any) -> tuple[float, float]:
+    given = numbers(size, "size (width, height) in inches", (2,))
+    if given.ndim != 1 or (given < _SMALLEST).any() or (given > _LARGEST).any():
+        raise InputError(
+            f"size: expected (width, height), each {_SMALLEST:g} to {_LARGEST:g} inches, "
+            f"got {size!r:.80}"
+        )
+    return float(given[0]), float(given[1])
+
+
+def checked_panels(axes: Any, count: int, size: Any) -> list[Axes]:
+    """Return the user's axes as a list of `count`.
+
+    InputError: another number of them, no axes at all, or a size for axes that have one.
+    """
+    if size is not None:
+        raise InputError("size is that of a new figure: leave it out where axes are given")
+    many = axes.ravel() if isinstance(axes, np.ndarray) else axes
+    panels = list(many) if isinstance(many, Sequence | np.ndarray) else [many]
+    if len(panels) != count or not all(isinstance(each, Axes) for each in panels):
+        expected = "one Axes" if count == 1 else f"{count} Axes"
+        raise InputError(f"expected {expected} of Matplotlib to draw into, got {axes!r:.80}")
+    return panels
+
+
+def whole(axes: Axes) -> Figure:
+    """Return the figure that axes stand in."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def set_title(axes: Axes, default: str, title: str | None) -> None:
+    """Write the user's title, or the default where it is None."""
+    axes.set_title(default if title is None else title)

@@ -28,18 +28,18 @@ EFFORTS = ("effort_angular", "effort_linear")
 MARGINS = ("border_margin", "limit_margin")
 NOTHING = 1e-9  # below it a measure is rounding
 _MARKERS = "osD^v<>"
-_OUTCOMES = {Outcome.CONVERGED: palette.LIGHT_GREY, Outcome.LOCAL_MINIMUM: palette.BLACK}
 
 
-def comparison(comparison: Comparison) -> Figure:
-    """What `compare` found, on one slide; each scheme keeps its colour, line and marker.
+def comparison(comparison: Comparison, *, size: Any = None, title: str | None = None) -> Figure:
+    """Draw what `compare` found on one slide; each scheme keeps its colour, line and marker.
 
     Of single runs: the image of each (asterisks are the start, squares the goal, circles the end),
     the distance of the farthest mark from its goal over time, the measures as shares of the
     largest among the schemes (hollow where the run did not converge), and the way of the camera in
     the two axes of the world in which it goes farthest. Of batches: how the runs ended, and the
     distribution of each measure over those that converged: the median, the quartiles as a box, and
-    5 to 95 percent as whiskers.
+    5 to 95 percent as whiskers. Outcomes are blue where a run converged, and of warm colours where
+    it did not. `size` is (width, height) of the figure in inches.
 
     >>> from robsim import IBVS, PBVS, compare, load_scenario
     >>> from robsim.files import examples
@@ -52,11 +52,14 @@ def comparison(comparison: Comparison) -> Figure:
     if not {"runs", "data", "scenes"} <= set(dir(comparison)):
         raise InputError(f"expected a Comparison as compare returns it, got {comparison!r:.80}")
     with style():
-        return _distributions(comparison) if comparison.batch else _slide(comparison)
+        figure = (_distributions if comparison.batch else _slide)(comparison, size)
+        if title is not None:
+            figure.suptitle(title)
+    return figure
 
 
 def look(i: int) -> dict[str, Any]:
-    """Colour, line and marker (at its end) of the i-th scheme."""
+    """Return colour, line and marker (at its end) of the i-th scheme."""
     line, marker = palette.LINES[i % len(palette.LINES)], _MARKERS[i % len(_MARKERS)]
     color = {"color": palette.nth(i), "linewidth": 1.8}
     return {**color, "linestyle": line, "marker": marker, "markevery": [-1], "markersize": 6}
@@ -65,11 +68,11 @@ def look(i: int) -> dict[str, Any]:
 # ---- single runs ----
 
 
-def _slide(found: Comparison) -> Figure:
+def _slide(found: Comparison, size: Any) -> Figure:
     rows = -(-len(found.names) // IN_A_ROW)
     columns = -(-len(found.names) // rows)
     height = rows * (2.8 if columns < 4 else 2.0)
-    figure = new_figure(12.8, height + BELOW)
+    figure = new_figure(12.8, height + BELOW, size)
     figure.set_layout_engine("constrained", h_pad=0.08, w_pad=0.08)
     grid = figure.add_gridspec(2, 1, height_ratios=(height, BELOW))
     _draw_images(figure, grid[0].subgridspec(rows, columns), found)
@@ -82,11 +85,20 @@ def _slide(found: Comparison) -> Figure:
 
 
 def _draw_images(figure: Figure, grid: Any, found: Comparison) -> None:
+    """The image of each run, all of one camera in one frame."""
+    places: dict[tuple[Any, ...], list[Axes]] = {}
     for i, (name, run) in enumerate(found.runs.items()):
         axes, one = figure.add_subplot(grid[divmod(i, grid.ncols)]), history.single(run)
-        _draw_image(axes, history.seen_by(one, None), palette.nth(i))
+        view = history.seen_by(one, None)
+        _draw_image(axes, view, palette.nth(i))
         ended = int(run["outcome"]) == Outcome.CONVERGED
         axes.set_title(name if ended else f"{name}\n{history.ending(one)}", fontsize=9)
+        places.setdefault((*np.ravel(view.attrs["image_size"]),), []).append(axes)
+    for alike in places.values():
+        low = np.min([(axes.get_xlim()[0], axes.get_ylim()[1]) for axes in alike], axis=0)
+        high = np.max([(axes.get_xlim()[1], axes.get_ylim()[0]) for axes in alike], axis=0)
+        for axes in alike:
+            axes.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
 
 
 def _draw_image(axes: Axes, view: xr.Dataset, color: str) -> None:
@@ -97,7 +109,7 @@ def _draw_image(axes: Axes, view: xr.Dataset, color: str) -> None:
     dots: dict[str, Any] = {"linestyle": "none", "zorder": 3}
     axes.plot(*way[0].T, color=palette.BLACK, marker=palette.ASTERISK, markersize=6, **dots)
     axes.plot(*way[-1].T, color=color, marker="o", markersize=4, **dots)
-    axes.plot(*goal.T, color=palette.BLACK, marker="s", markersize=8, fillstyle="none", **dots)
+    axes.plot(*goal.T, color=palette.GOAL, marker="s", markersize=8, fillstyle="none", **dots)
     seen = np.concatenate([way.reshape(-1, 2), goal])
     frame_image(axes, seen, view.attrs["image_size"], None)
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
@@ -123,7 +135,7 @@ def _draw_errors(axes: Axes, found: Comparison) -> None:
 
 
 def normalised(found: Comparison) -> dict[str, tuple[float, Array]]:
-    """{measure: (its largest value, shares of it (schemes,))} of those where less is better."""
+    """Return {measure: (its largest value, shares of it (schemes,))} where less is better."""
     shares = {}
     for key in (*SHOWN, *EFFORTS):
         values = found.data[key].values
@@ -200,11 +212,11 @@ def _open(axes: Axes, grid: Literal["x", "both"]) -> None:
 # ---- batches ----
 
 
-def _distributions(found: Comparison) -> Figure:
+def _distributions(found: Comparison, size: Any) -> Figure:
     arrived = found.data.where(found.data["outcome"] == Outcome.CONVERGED)
     keys = [k for k in (*SHOWN, *EFFORTS, *MARGINS) if _varies(arrived[k].values)][:7]
     rows = 1 + len(keys) // 4
-    figure = new_figure(12.8, 1.2 + rows * (0.9 + 0.32 * len(found.names)))
+    figure = new_figure(12.8, 1.2 + rows * (1.0 + 0.34 * len(found.names)), size)
     panels = np.atleast_2d(figure.subplots(rows, 4, sharey=True)).ravel()
     _draw_endings(panels[0], found)
     for axes, key in zip(panels[1:], keys, strict=False):
@@ -226,13 +238,13 @@ def _draw_endings(axes: Axes, found: Comparison) -> None:
     """The share of each outcome, as bars one after the other, with a hatch for each."""
     outcomes = found.data["outcome"].values
     left = np.zeros(len(outcomes))
-    several = [o for o in Outcome if (outcomes == o).any()]
-    for i, outcome in enumerate(several):
+    several = [outcome for outcome in palette.OUTCOMES if (outcomes == outcome).any()]
+    for outcome in several:
         share = (outcomes == outcome).mean(axis=1)
-        color = _OUTCOMES.get(outcome, palette.CYCLE[(i + 1) % 6])
-        axes.barh(
-            range(len(share)), 100 * share, left=left, color=color, label=outcome.words, height=0.6
-        )
+        color, hatch = palette.OUTCOMES[outcome]
+        look: dict[str, Any] = {"color": color, "hatch": hatch, "edgecolor": "white"}
+        bars = range(len(share))
+        axes.barh(bars, 100 * share, left=left, label=outcome.words, height=0.6, **look)
         left += 100 * share
     axes.set(yticks=range(len(found.names)), yticklabels=found.names, xlim=(0, 100))
     axes.set(xlabel="share of the runs (%)", ylim=(len(found.names) - 0.4, -0.6))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import checked_panels, new_figure, style, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +20,7 @@ LOWEST = 1e-16  # of the largest V: below it there is rounding only
 DRAWN = (
     "lyapunov",
     "condition_interaction",
-    "condition_reach",
+    "condition_task_jacobian",
     "stability_motion",
     "contraction",
     "border_margin",
@@ -30,13 +30,16 @@ TITLES = ("Lyapunov function", "condition number", "", "margins")  # the legend 
 DEEP = 3.0  # how far below zero stability is shown
 
 
-def diagnosis(diagnosis: xr.Dataset) -> Figure:
-    """What `diagnose` found of a run, over time (s), on one slide.
+def diagnosis(
+    diagnosis: xr.Dataset, *, axes: Any = None, size: Any = None, title: str | None = None
+) -> Figure:
+    """Draw what `diagnose` found of a run, over time (s), on one slide.
 
     V, on a logarithmic scale; the condition numbers of L and L J as the law was given them; the
     eigenvalues that tell whether every motion is made smaller (above zero, shaded where it is not)
     and whether the loop contracts in a period (below one); and what is left to the border of an
-    image (px, left) and to a joint limit (percent of its range, right).
+    image (px, left) and to a joint limit (percent of its range, right). `axes` are four to draw
+    into, instead of a new figure of `size` (width, height) inches.
 
     >>> from robsim import diagnose, load_scenario
     >>> from robsim.files import examples
@@ -52,21 +55,25 @@ def diagnosis(diagnosis: xr.Dataset) -> Figure:
     if lacking or diagnosis["time"].ndim != 1 or diagnosis["time"].size == 0:
         what = ", ".join(lacking) or "instants; take some, as in diagnosis.isel(time=slice(0, 9))"
         raise InputError(f"this diagnosis is not whole: it has no {what}")
+    end = float(diagnosis["time"].values[-1])
     with style():
-        figure = new_figure(9.6, 5.6)
-        panels = figure.subplots(2, 2, sharex=True)
+        if axes is not None:
+            panels = checked_panels(axes, 4, size)
+            figure = whole(panels[0])
+        else:
+            figure = new_figure(9.6, 5.6, size)
+            panels = list(figure.subplots(2, 2, sharex=True).ravel())
+            how = str(diagnosis.attrs["outcome"]).lower().replace("_", " ")
+            figure.suptitle(f"{how} after {end:.3g} s" if title is None else title)
         draws = _draw_lyapunov, _draw_conditions, _draw_stability, _draw_margins
-        for axes, draw, title in zip(panels.ravel(), draws, TITLES, strict=True):
-            draw(axes, diagnosis)
-            axes.set_title(title, loc="left")
-            axes.grid(True)
-            axes.spines[["top", "right"]].set_visible(False)
-        end = float(diagnosis["time"].values[-1])
-        panels[0, 0].set_xlim(0, end or 1)
-        for axes in panels[1]:
-            axes.set_xlabel("time (s)")
-        how = str(diagnosis.attrs["outcome"]).lower().replace("_", " ")
-        figure.suptitle(f"{how} after {end:.3g} s")
+        for panel, draw, name in zip(panels, draws, TITLES, strict=True):
+            draw(panel, diagnosis)
+            panel.set_title(name, loc="left")
+            panel.grid(True)
+            panel.spines[["top", "right"]].set_visible(False)
+            panel.set_xlim(0, end or 1)
+        for panel in panels[2:]:
+            panel.set_xlabel("time (s)")
     return figure
 
 
@@ -82,11 +89,11 @@ def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
     time = found["time"].values
     for name, label, color, line in (
         ("condition_interaction", "$\\hat{L}$", palette.BLUE, "-"),
-        ("condition_reach", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
+        ("condition_task_jacobian", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
     ):
         axes.plot(time, found[name].values, line, color=color, label=label, **_dot(time))
     axes.set_ylabel("largest / smallest σ")
-    both = [found[f"condition_{name}"].values for name in ("interaction", "reach")]
+    both = [found[f"condition_{name}"].values for name in ("interaction", "task_jacobian")]
     _logarithmic(axes, np.concatenate(both), wide=True)
     _legend(axes)
 

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 def checked_scene(scene: object) -> None:
-    """InputError if this is no Scene."""
+    """Raise InputError if this is no Scene."""
     if not isinstance(scene, Scene):
         raise InputError(f"expected a Scene, got {scene!r:.80}")
 
 
 def checked(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
-    """The run as it is, or an InputError if it is no run, or (`timed`) only a summary of one."""
+    """Return the run as it is; InputError if it is none, or (`timed`) only a summary of one."""
     if not {"q", "q0", "outcome"} <= set(getattr(run, "data_vars", ())):
         raise InputError(
             f"expected a run as simulate returns it, got {type(run).__name__}; of a mission, draw "
@@ -35,7 +35,7 @@ def checked(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
 
 
 def single(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
-    """One run, up to its end; InputError for a batch of several."""
+    """Return one run up to its end; InputError for a batch of several."""
     one = checked(run, timed)
     if one.sizes.get("run", 1) != 1:
         raise InputError(
@@ -50,7 +50,7 @@ def single(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
 
 
 def configurations(run: xr.Dataset, scene: Scene) -> Array:
-    """(moments, nq): what was recorded of a single run, its start and its end included."""
+    """Return (moments, nq): what was recorded of a single run, with its start and its end."""
     _checked_coordinates(run, scene)
     q = np.vstack([run["q0"].values, run["q"].values.reshape(-1, scene.nq), run["q_end"].values])
     alive: Array = q[np.isfinite(q).all(axis=1)]
@@ -64,8 +64,18 @@ def _checked_coordinates(run: xr.Dataset, scene: Scene) -> None:
         raise InputError(f"the run is not one of this scene: it moves {found}, not {names}")
 
 
+def limits(run: xr.Dataset, scene: Scene) -> Array:
+    """Return (nq, 2): lowest and highest of each coordinate of a run, infinite where there is none.
+
+    InputError: no scene, or another one than that of the run.
+    """
+    checked_scene(scene)
+    _checked_coordinates(run, scene)
+    return scene.limits
+
+
 def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
-    """(moments, 6): v and omega of the origin of a frame, in world axes, of a single run."""
+    """Return (moments, 6): v and omega of the origin of a frame, in world axes."""
     checked_scene(scene)
     _checked_coordinates(run, scene)
     bodies = scene.tree.bodies(np.ascontiguousarray(run["q"].values.T))
@@ -74,7 +84,7 @@ def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
 
 
 def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
-    """The run with the marks of one camera, by default the first, and of its image the attributes.
+    """Return the run with the marks and image attributes of one camera, by default the first.
 
     The coordinate mark_number counts the marks of all targets, and is the same for all cameras.
     InputError: no camera of that name.
@@ -94,7 +104,7 @@ def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
 
 
 def first_numbers(run: xr.Dataset) -> dict[str, int]:
-    """The number of the first mark of each target, where the marks of all targets are counted."""
+    """Return the number of each target's first mark, where the marks of all are counted."""
     keys = zip(run["mark_target"].values.tolist(), run["mark_camera"].values.tolist(), strict=True)
     counts = Counter(keys)
     first, after = {}, 0
@@ -105,7 +115,7 @@ def first_numbers(run: xr.Dataset) -> dict[str, int]:
 
 
 def ending(run: xr.Dataset) -> str:
-    """Why and when a single run ended, as a title.
+    """Return why and when a single run ended, as a title.
 
     >>> import xarray as xr
     >>> ending(xr.Dataset({"outcome": 1, "end_time": 2.52}))

@@ -2,42 +2,68 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon, Rectangle
 
 from robsim.base.arrays import Array
+from robsim.geometry.pose import Pose
 from robsim.plot import history, palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
+from robsim.plot.hull import outline
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from robsim.world.scene import Scene
 
 WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: figure, image, and what is above and below it
 MOST_RUNS = 50  # of a batch, so that lines can be told apart
 MOST_NUMBERS = 12  # of marks that are numbered
 _MARKERS: dict[str, dict[str, Any]] = {
-    "start": {"marker": palette.ASTERISK, "markersize": 7},
-    "end": {"marker": "o", "markersize": 6, "markerfacecolor": "none"},
-    "goal": {"marker": "s", "markersize": 10, "markerfacecolor": "none", "markeredgewidth": 0.8},
+    "start": {"marker": palette.ASTERISK, "markersize": 9},
+    "end": {"marker": "o", "markersize": 6},
+    "goal": {"marker": "s", "markersize": 11, "markerfacecolor": "none", "markeredgewidth": 1.4},
     "image centre": {"marker": "+", "markersize": 9},
+}
+_OUTLINE: dict[str, Any] = {
+    "facecolor": (*to_rgb(palette.GOAL), 0.07),
+    "edgecolor": palette.GOAL,
+    "linestyle": (0, (1.5, 1)),
+    "linewidth": 1.2,
 }
 
 
-def image(run: xr.Dataset, camera: str | None = None) -> Figure:
-    """The image of a run, in pixels: ways of the marks from start (asterisk) to end (circle).
+def image(
+    run: xr.Dataset,
+    camera: str | None = None,
+    scene: Scene | None = None,
+    *,
+    ax: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the image of a run, in pixels: ways of the marks from start (asterisk) to end (circle).
 
-    Squares are the goal, the plus is the image centre (where the optical axis meets the image),
-    the frame is the border of the image; each mark has the colour it has in `scene` and in the
-    images of the other cameras. Of a batch, up to 50 runs are laid over each other. `camera` is by
-    default the first of the run; InputError lists them where there is none of that name.
+    Squares joined by an outline are the goal, the plus is the image centre (where the optical axis
+    meets the image), the frame is the border of the image; each mark has the colour it has in
+    `scene` and in the images of the other cameras. Of a batch, up to 50 runs are laid over each
+    other. With the `scene`, the edges of the targets of a single run are drawn as they are seen at
+    the start (dashed) and at the end. `camera` is by default the first of the run.
+
+    ax      axes to draw into, instead of a new figure
+    size    (width, height) of the figure, inches
+
+    InputError: no camera of that name, and which there are.
 
     >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
-    >>> from robsim.run import simulate
+    >>> from robsim.run.simulate import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
@@ -47,33 +73,79 @@ def image(run: xr.Dataset, camera: str | None = None) -> Figure:
     'column (px)'
     """
     with style():
-        figure = new_figure(WIDTH, WIDTH)
+        if ax is not None:
+            (axes,) = checked_panels(ax, 1, size)
+            draw(axes, run, camera, scene, title)
+            return whole(axes)
+        figure = new_figure(WIDTH, WIDTH, size)
         axes = figure.add_subplot()
-        draw(axes, run, camera)
-        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-        tall = np.clip((bottom - top) / (right - left), 0.3, 2.0)
-        figure.set_size_inches(WIDTH, IMAGE * float(tall) + AROUND)
+        draw(axes, run, camera, scene, title)
+        if size is None:
+            (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+            tall = np.clip((bottom - top) / (right - left), 0.3, 2.0)
+            figure.set_size_inches(WIDTH, IMAGE * float(tall) + AROUND)
     return figure
 
 
-def draw(axes: Axes, run: xr.Dataset, camera: str | None = None) -> None:
+def draw(
+    axes: Axes,
+    run: xr.Dataset,
+    camera: str | None = None,
+    scene: Scene | None = None,
+    title: str | None = None,
+) -> None:
     """Draw the image of one camera into axes."""
     view = history.seen_by(history.checked(run), camera)
-    tracks, title = _tracks(view)
+    tracks, told = _tracks(view)
     numbers, goal, alone = view["mark_number"].values, view["pixels_goal"].values, len(tracks) == 1
+    draw_goal(axes, goal, [palette.nth(number) for number in numbers], view["mark_target"].values)
+    if scene is not None and alone:
+        _draw_targets(axes, view, scene)
     for track in tracks:
         _draw_track(axes, track, numbers, alone)
-    for number, pixel in zip(numbers, goal, strict=True):
-        axes.plot(*pixel, color=palette.nth(number), zorder=1, **_MARKERS["goal"])
     if alone and len(goal) <= MOST_NUMBERS:
         _draw_numbers(axes, tracks[0], numbers)
     seen = np.concatenate([tracks.reshape(-1, 2), goal])
     size, centre = view.attrs["image_size"], view.attrs["image_centre"]
     frame(axes, seen, size, centre)
     several = len(set(run["mark_camera"].values.tolist())) > 1
-    axes.set_title(f"{view['mark_camera'].values[0]}: {title}" if several else f"image: {title}")
+    name = view["mark_camera"].values[0] if several else "image"
+    set_title(axes, f"{name}: {told}", title)
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
     _legend(axes, [name for name in _MARKERS if not unknown.get(name, False)])
+
+
+def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> None:
+    """Draw where the marks (N, 2) are to be: squares, and an outline around those of a target."""
+    for pixel, color in zip(goal, colors, strict=True):
+        axes.plot(*pixel, color=color, zorder=1.5, **_MARKERS["goal"])
+    for target in dict.fromkeys(targets.tolist()):
+        mine = goal[targets == target]
+        rim = outline(mine[np.isfinite(mine).all(axis=1)])
+        if len(rim) > 1:
+            axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE))
+
+
+def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
+    """The edges of the targets of a single run as the camera sees them at its start and its end."""
+    camera, names = str(view["mark_camera"].values[0]), view["mark_target"].values.tolist()
+    states = history.configurations(history.single(view), scene)
+    looks = ((states[0], {"linestyle": (0, (4, 2))}), (states[-1], {"linestyle": "-"}))
+    for q, look in looks:
+        for name in dict.fromkeys(names):
+            for segment in edges_seen(scene, q, camera, name):
+                axes.plot(*segment.T, color=palette.GREY, linewidth=0.8, zorder=0.8, **look)
+
+
+def edges_seen(scene: Scene, q: Array, camera: str, target: str) -> Array:
+    """Return the edges (E, 2, 2) of a target in pixels, those that are all before the camera."""
+    T = Pose(scene.pose(target, q).matrix)
+    ends = [shape.at(T).vertices[shape.edges] for shape in scene.object(target).shapes]
+    points = np.concatenate([np.empty((0, 2, 3)), *ends])
+    if not len(points):
+        return np.empty((0, 2, 2))
+    pixels = scene.view(q, camera, points.reshape(-1, 3)).pixels.reshape(-1, 2, 2)
+    return np.asarray(pixels[np.isfinite(pixels).all(axis=(1, 2))])
 
 
 def _legend(axes: Axes, names: list[str]) -> None:
@@ -102,7 +174,7 @@ def _tracks(run: xr.Dataset) -> tuple[Array, str]:
 
 def _draw_track(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:
     """The ways (moments, marks, 2) of the marks of one run, each with its start and its end."""
-    width, scale = (1.3, 1.0) if alone else (0.5, 0.6)
+    width, scale = (1.6, 1.0) if alone else (0.5, 0.6)
     for number, way in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
         color, seen = palette.nth(number), way[np.isfinite(way).all(axis=1)]
         axes.plot(*way.T, color=color, linewidth=width)
@@ -124,7 +196,7 @@ def _draw_numbers(axes: Axes, track: Array, numbers: Array) -> None:
 
 
 def frame(axes: Axes, seen: Array, size: Any, centre: Any) -> None:
-    """Rows grow downwards, pixels are square, and the border of the image is in view."""
+    """Let rows grow downwards, pixels be square, and the border of the image be in view."""
     points = seen[np.isfinite(seen).all(axis=1)]
     if centre is not None:
         axes.plot(*centre, color=palette.BLACK, linestyle="none", **_MARKERS["image centre"])

@@ -15,7 +15,7 @@ from robsim.base.errors import InputError, suggest
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.plot.wireframe import displayed
 from robsim.world.scene import Scene
 
@@ -51,15 +51,19 @@ def moments(
     titles: Sequence[str] = (),
     *,
     around: str = "world",
-    size: Any = (1.0, 1.0),
+    extent: Any = (1.0, 1.0),
     views: Sequence[str] = ("right",),
+    axes: Any = None,
+    size: Any = None,
+    title: str | None = None,
 ) -> Figure:
-    """The scene at each of q (n, nq) side by side, without perspective; all in one scale.
+    """Draw the scene at each of q (n, nq) side by side, without perspective; all in one scale.
 
-    A picture is `size` = (width, height) metres large, and its middle is the frame `around`; what
+    A picture is `extent` = (width, height) metres large, and its middle is the frame `around`; what
     is half a width nearer or farther than that is left out. `views` are the rows of pictures: from
     the "right" of the x axis, from the "left", "behind", "front" or "above". A camera without a
-    body is not drawn. Axes are in metres of the frame of `scene.display`.
+    body is not drawn. Axes are in metres of the frame of `scene.display`. `axes` are as many as
+    pictures, row by row, to draw into, instead of a new figure of `size` (width, height) inches.
 
     >>> from robsim import Robot, Scene
     >>> arm = Robot.from_dh([[0, 0, 1, 0]])
@@ -72,19 +76,25 @@ def moments(
     if states.ndim != 2 or not len(states):
         raise InputError(f"q: expected shape (moments, {scene.nq}), got {states.shape}")
     _check_texts(views, titles, len(states))
-    width, height = _size(size)
+    width, height = _extent(extent)
     with style():
         across = WIDEST / len(states)
-        figure = new_figure(WIDEST, len(views) * across * height / width + TEXT)
-        grid = figure.subplots(len(views), len(states), squeeze=False)
+        if axes is not None:
+            panels = checked_panels(axes, len(views) * len(states), size)
+            figure, grid = whole(panels[0]), np.array(panels, dtype=object)
+            grid = grid.reshape(len(views), len(states))
+        else:
+            figure = new_figure(WIDEST, len(views) * across * height / width + TEXT, size)
+            grid = figure.subplots(len(views), len(states), squeeze=False)
+            figure.suptitle(title or "")
         for row, view in zip(grid, views, strict=True):
-            for axes, state in zip(row, states, strict=True):
+            for panel, state in zip(row, states, strict=True):
                 middle = VIEWS[view] @ displayed(scene, around, state)[:3, 3]
-                _draw(axes, _faces(scene, state, VIEWS[view], middle[2], width / 2))
-                _frame(axes, middle, width, height)
+                _draw(panel, _faces(scene, state, VIEWS[view], middle[2], width / 2))
+                _frame(panel, middle, width, height)
             row[0].set_ylabel(NAMES[view])
-        for axes, title in zip(grid[0], titles, strict=False):
-            axes.set_title(title)
+        for panel, name in zip(grid[0], titles, strict=False):
+            panel.set_title(name)
         _scale(grid[-1, -1], width, height)
     return figure
 
@@ -102,11 +112,11 @@ def _check_texts(views: Any, titles: Any, states: int) -> None:
         raise InputError(f"{states} moments need as many titles, got {len(titles)}")
 
 
-def _size(size: Any) -> tuple[float, float]:
+def _extent(extent: Any) -> tuple[float, float]:
     """Width and height in metres."""
-    given = numbers(size, "size (width, height) in metres", (2,))
+    given = numbers(extent, "extent (width, height) in metres", (2,))
     if given.ndim != 1 or (given <= 0).any():
-        raise InputError(f"size: expected (width, height) in metres, got {size!r:.80}")
+        raise InputError(f"extent: expected (width, height) in metres, got {extent!r:.80}")
     return float(given[0]), float(given[1])
 
 

@@ -6,9 +6,13 @@ in black and white differs in line style or marker as well.
 
 from __future__ import annotations
 
-from matplotlib.colors import is_color_like, to_hex
+from collections.abc import Iterable
+
+import numpy as np
+from matplotlib.colors import is_color_like, to_hex, to_rgb
 
 from robsim.base.errors import InputError
+from robsim.run.outcome import Outcome
 
 BLACK = "#000000"
 ORANGE = "#e69f00"
@@ -32,13 +36,28 @@ _LETTERS = {
     "w": LIGHT_GREY,
 }
 CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
+GOAL = "#d6007a"  # where things are to be; nothing else has it
+MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # where the others are taken
+TINTS = (0.0, 0.5, -0.4)  # share of white of the first seven colours, of the next; below 0 black
+OUTCOMES = {  # colour and hatch; blue where it worked, warm where not, apart in lightness too
+    Outcome.CONVERGED: (BLUE, ""),
+    Outcome.TIME_LIMIT: ("#f5d3b3", ""),
+    Outcome.OUT_OF_IMAGE: (ORANGE, "///"),
+    Outcome.BEHIND_CAMERA: ("#f0e442", "..."),
+    Outcome.LOCAL_MINIMUM: (VERMILLION, "\\\\\\"),
+    Outcome.JOINT_LIMIT: (PURPLE, "---"),
+    Outcome.SINGULAR: ("#882255", "xxx"),
+    Outcome.DIVERGED: ("#5c1a00", ""),
+    Outcome.NOT_FINITE: (BLACK, ""),
+    Outcome.RUNNING: (LIGHT_GREY, "|||"),
+}
 ASTERISK = (6, 2, 0)  # a marker of six strokes
 LINES = ("-", "--", "-.", ":")
 COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # of a vector: x, y, z
 
 
 def color(name: str) -> str:
-    """The colour in which a primitive's `color` is drawn: "#rrggbb".
+    """Return the colour in which a primitive's `color` is drawn: "#rrggbb".
 
     InputError: not a colour of Matplotlib.
 
@@ -55,9 +74,48 @@ def color(name: str) -> str:
 
 
 def nth(i: int) -> str:
-    """The colour of the i-th mark or link, from 0; they repeat after seven.
+    """Return the colour of the i-th mark or link, from 0; they repeat after twenty-one.
 
-    >>> nth(0), nth(7)
-    ('#0072b2', '#0072b2')
+    After seven colours come seven lighter ones, then seven darker ones.
+
+    >>> nth(0), nth(7), nth(21)
+    ('#0072b2', '#80b9d8', '#0072b2')
     """
-    return CYCLE[i % len(CYCLE)]
+    turn, place = divmod(i, len(CYCLE))
+    return tinted(CYCLE[place], TINTS[turn % len(TINTS)])
+
+
+def link(i: int) -> str:
+    """Return the colour of the i-th link of a robot without colours: the base, 0, alone is black.
+
+    >>> link(0), link(1) == nth(0), link(7) == nth(7)
+    ('#000000', True, True)
+    """
+    black = CYCLE.index(BLACK)
+    return BLACK if i == 0 else nth(i - 1 if i <= black else i)
+
+
+def tinted(color: str, share: float) -> str:
+    """Return a colour with a share of white in it, or of black below 0.
+
+    Black itself becomes grey where it is to be darkened.
+
+    >>> tinted("#0072b2", 0.5), tinted("#0072b2", -1), tinted(BLACK, -0.4)
+    ('#80b9d8', '#000000', '#666666')
+    """
+    rgb = np.array(to_rgb(color))
+    if share < 0 and not rgb.any():
+        return to_hex(tuple(rgb - share))
+    return to_hex(tuple(rgb + share * (1 - rgb) if share >= 0 else rgb * (1 + share)))
+
+
+def unused(taken: Iterable[str]) -> str:
+    """Return the first colour that is not taken: black, or one of `nth`; black if all are.
+
+    >>> unused([]), unused([BLACK])
+    ('#000000', '#d55e00')
+    """
+    order = (BLACK, VERMILLION, PURPLE, BLUE, GREEN, ORANGE, SKY_BLUE)
+    every = [*order, *MORE, *(nth(i) for i in range(7, 21))]
+    gone = set(taken)
+    return next((each for each in every if each not in gone), BLACK)

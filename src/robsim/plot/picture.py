@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import history, wireframe
+from robsim.plot.ghost import ghosts
 from robsim.plot.wireframe import Wire
 
 if TYPE_CHECKING:
@@ -24,28 +25,32 @@ STILL = 1e-6  # metres
 
 @dataclass(frozen=True)
 class Picture:
-    """Solids as they are, those that were elsewhere before, marks, and paths."""
+    """What is drawn: solids as they are, those that were elsewhere before, marks, and paths."""
 
     solid: list[Wire]
     before: list[Wire]
     marks: Array  # (M, 3)
     mark_colors: list[str]
     paths: dict[str, Array]  # (moments, 3) of each camera and object that moves
+    goal: list[Wire] = field(default_factory=list)
 
     @property
     def points(self) -> Array:
-        """(N, 3) all that must be in view; the origin if there is nothing."""
-        wires = [wire.points for wire in (*self.solid, *self.before)]
+        """Return (N, 3) all that must be in view; the origin if there is nothing."""
+        wires = [wire.points for wire in (*self.solid, *self.before, *self.goal)]
         points = np.concatenate([self.marks, *self.paths.values(), *wires])
         return points if len(points) else np.zeros((1, 3))
 
 
-def picture_of(scene: Scene, q: Any, run: xr.Dataset | None) -> Picture:
-    """The scene at q (nq,), home by default, or from start to end of one run.
+def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -> Picture:
+    """Return the scene at q (nq,), home by default, or from start to end of one run.
+
+    `goal` is as in `ghosts`.
 
     InputError: q and run, or several of either; a run of another scene.
     """
     history.checked_scene(scene)
+    run = None if run is None else history.single(run, timed=False)
     states = _states(scene, q, run)
     marks, ways = wireframe.marks(scene, states[-1]), _ways(scene, states)
     depth = FRUSTUM * _size([marks, *ways.values()])
@@ -54,7 +59,8 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None) -> Picture:
     before = [old for old, new in pairs if np.abs(old.points - new.points).max() > STILL]
     paths = {n: ways[n] for n in _things(scene) if np.ptp(ways[n], axis=0).max() > STILL}
     colors = wireframe.mark_colors(scene, {} if run is None else history.first_numbers(run))
-    return Picture(solid, before, marks, colors, paths)
+    goals = ghosts(scene, goal, run, states[-1], depth)
+    return Picture(solid, before, marks, colors, paths, goals)
 
 
 def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
@@ -62,7 +68,7 @@ def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
     if run is not None:
         if q is not None:
             raise InputError("give q or run, not both: a run brings its own q")
-        return history.configurations(history.single(run, timed=False), scene)
+        return history.configurations(run, scene)
     now = scene.coordinates(scene.home if q is None else q, limits=False)
     if now.ndim != 1:
         raise InputError(f"q: a figure shows one configuration ({scene.nq},), got {now.shape}")

@@ -20,26 +20,38 @@ from robsim.world.scene import Scene
 AXES = 0.1  # metres, the length of the axes of a robot that has nothing else to show
 
 
-def robot(robot: Robot, q: Any = None) -> Figure:
-    """A robot in 3-D at q (nq,), home by default: its links, in metres, in the axes of its base.
+def robot(
+    robot: Robot,
+    q: Any = None,
+    *,
+    goal: Any = None,
+    ax: Any = None,
+    view: Any = None,
+    bounds: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw a robot in 3-D at q (nq,), home by default: its links, in the axes of its base.
 
     What has neither shapes nor links to draw lines between, as a camera that flies, is shown by the
-    axes of its last link.
+    axes of its tip. The keywords are those of `scene`; a goal is q (nq,), or a pose of the
+    tip.
 
     >>> from robsim.files import robots
     >>> figure = robot(robots.panda(), q=robots.panda().home)
-    >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][-1]
-    'flange'
+    >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][0]
+    'base, link7'
     """
     if not isinstance(robot, Robot):
         raise InputError(f"expected a Robot, got {robot!r:.80}")
     alone = Scene((replace(robot, base=IDENTITY, on="world"),))
-    picture = picture_of(alone, q, None)
-    return drawn(picture if picture.solid else _axes(alone, picture, robot, q))
+    picture = picture_of(alone, q, None, goal)
+    whole = picture if picture.solid else _axes(alone, picture, robot, q)
+    return drawn(whole, ax=ax, view=view, bounds=bounds, size=size, title=title)
 
 
 def _axes(scene: Scene, picture: Picture, robot: Robot, q: Any) -> Picture:
-    """The same picture with the axes of the last link."""
+    """The same picture with the axes of the tip."""
     T = displayed(scene, f"{robot.name}.{robot.tip}", scene.home if q is None else q)
     ends = T[:3, 3] + AXES * T[:3, :3].T
     wires = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
@@ -10,6 +10,7 @@ from robsim.plot import history
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.image import draw as draw_image
 from robsim.plot.picture import picture_of
+from robsim.plot.scene import arrange, width_of
 from robsim.plot.scene import draw as draw_scene
 from robsim.plot.velocity import draw as draw_velocity
 
@@ -18,17 +19,28 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
+HEIGHT = 4.4  # inches, of the upper row
+
 
 def run(
-    run: xr.Dataset, scene: Scene, camera: str | None = None, frame: str | None = None
+    run: xr.Dataset,
+    scene: Scene,
+    camera: str | None = None,
+    frame: str | None = None,
+    *,
+    goal: Any = None,
+    view: Any = None,
+    size: Any = None,
+    title: str | None = None,
 ) -> Figure:
-    """The run of a scene on one slide: `scene`, `image` and `velocity` together.
+    """Draw the run of a scene on one slide: `scene`, `image` and `velocity` together.
 
-    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`. Without
-    a camera there is no image.
+    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`; `goal`
+    and `view` are as in `scene`, and `size` is (width, height) in inches. Without a camera there is
+    no image.
 
     >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
-    >>> from robsim.run import simulate
+    >>> from robsim.run.simulate import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
@@ -38,17 +50,20 @@ def run(
     """
     one = history.single(run)
     with style():
-        figure = new_figure(12.8, 7.2)
-        rows = figure.add_gridspec(2, 1, height_ratios=(2, 1))
+        figure = new_figure(12.8, 7.2, size)
+        rows: Any = figure.subfigures(2, 1, height_ratios=(1.9, 1))
+        above, below = rows
         drawn = bool(one.sizes["mark"]) or camera is not None
-        widths = (1.1, 1) if drawn else (1,)
-        above = rows[0].subgridspec(1, len(widths), width_ratios=widths)
-        below = rows[1].subgridspec(1, 3)
-        draw_scene(figure, above[0], picture_of(scene, None, one))
+        picture = picture_of(scene, None, one, goal)
+        share = width_of(picture, HEIGHT, view) / float(figure.get_figwidth())
+        share = min(max(share, 0.35), 0.6)
+        places = above.subfigures(1, 2, width_ratios=(share, 1 - share)) if drawn else [above]
+        solid = draw_scene(places[0], picture, view=view)
         if drawn:
-            image = figure.add_subplot(above[1])
-            draw_image(image, one, camera)
-            image.set_title("")
-        draw_velocity([figure.add_subplot(below[i]) for i in range(3)], one, scene, frame)
-        figure.suptitle(f"{history.ending(one)}; path {float(one['path_length']):.3g} m")
+            draw_image(places[1].add_subplot(), one, camera, scene, title="")
+        draw_velocity(below.subplots(1, 3), one, scene, frame)
+        told = f"{history.ending(one)}; path {float(one['path_length']):.3g} m"
+        figure.suptitle(told if title is None else title)
+        figure.draw_without_rendering()  # now every part has its size
+        arrange(places[0], solid, picture)
     return figure

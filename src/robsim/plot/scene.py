@@ -1,24 +1,16 @@
-"""The 3-D window: a scene as wire frames, at one moment or over a run (chapter, figs 13, 14)."""
+"""The 3-D window: a scene with ground and shading, at one moment or over a run."""
 
 from __future__ import annotations
 
-from itertools import cycle, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator, MultipleLocator
-from mpl_toolkits.mplot3d import proj3d  # type: ignore[import-untyped]
-from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
-    Line3DCollection,
-    Poly3DCollection,
-)
 
-from robsim.base.arrays import Array
-from robsim.plot import palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot import palette, solids, space
+from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.plot.picture import Picture, picture_of
 from robsim.plot.wireframe import Wire
 
@@ -27,130 +19,206 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-DRAWING = 4.6  # inches, the width of the drawing beside its legend
-FILLED = 0.73  # share of the axes that the box takes; the rest is for its labels
-PLACE = (-0.07, -0.3, 1.0, 1.6)  # of the axes: labels are on the right; they may be as high as wide
-FLATTEST = 0.5  # the shortest side of the drawn box, as a share of its longest
-ON_TOP = 1000  # of solids, which Matplotlib sorts by their distance
+HEIGHT, NARROWEST, WIDEST = 4.8, 3.6, 8.4  # inches: of the figure, and the width of its drawing
+TITLE = 0.35  # inches, of a title
+ROWS = 18  # of a legend at the most
+BEFORE_BEHIND, ON_TOP = 3, 9
 _BEFORE: dict[str, Any] = {"color": palette.GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8}
-_PATH: dict[str, Any] = {"linewidth": 2.2}
-_PATHS = (palette.VERMILLION, palette.PURPLE, palette.ORANGE)
+_GOAL: dict[str, Any] = {"color": palette.GOAL, "linestyle": (0, (1.5, 1)), "linewidth": 1.6}
+_PATH: dict[str, Any] = {"linewidth": 2.4}
 _MARK: dict[str, Any] = {"marker": palette.ASTERISK, "markersize": 7, "linestyle": "none"}
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4}
 
 
-class InnerTicks(MultipleLocator):
-    """Multiples of a step away from the corners, where the labels of two axes would meet."""
+def scene(
+    scene: Scene,
+    q: Any = None,
+    run: xr.Dataset | None = None,
+    *,
+    goal: Any = None,
+    ax: Any = None,
+    view: Any = None,
+    bounds: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the scene in 3-D, in metres: at q (nq,), home by default, or over one `run`.
 
-    def tick_values(self, vmin: float, vmax: float) -> list[float]:
-        """Those in the inner part of the axis."""
-        edge = 0.06 * (vmax - vmin)
-        return [t for t in super().tick_values(vmin, vmax) if vmin + edge <= t <= vmax - edge]
+    Every solid has its own colour (a robot all in black, the default, gets a colour per link; one
+    of any other single colour is one entry of the legend); marks are asterisks. Of a run the start
+    is dashed, the end solid, and the paths of cameras and objects are lines. Everything is seen
+    from the frame of `scene.display`; the ground is as high as the lowest point.
 
+    goal    drawn as a dotted outline: q (nq,), a task, its goal, or a pose in the world: of the
+            camera; where that stands still of the target; without cameras of the robot's tip.
+            None takes that of the run, where it tells it
+    ax      3-D axes to draw into, instead of a new figure
+    view    (elevation, azimuth) in degrees, (22, -55) by default
+    bounds  (lowest, highest) corner of the box, (2, 3) in metres, so that several figures have one
+    size    (width, height) of the figure, inches
 
-def scene(scene: Scene, q: Any = None, run: xr.Dataset | None = None) -> Figure:
-    """The scene in 3-D, in metres: at q (nq,), home by default, or from start to end of one `run`.
-
-    Every solid is drawn by its edges in its own colour (a robot all in black, the default, gets a
-    colour per link; one of any other single colour is one entry of the legend); marks are
-    asterisks. Of a run the start is dashed, the end solid, and the paths of cameras and objects are
-    lines. Everything is seen from the frame of `scene.display`.
+    InputError: what cannot be drawn, and what is expected.
 
     >>> from robsim import Robot, Scene
     >>> figure = scene(Scene(Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]])), q=[0.5, 1.0])
     >>> figure.axes[0].get_xlabel()
     'x (m)'
     """
-    return drawn(picture_of(scene, q, run))
+    picture = picture_of(scene, q, run, goal)
+    return drawn(picture, ax=ax, view=view, bounds=bounds, size=size, title=title)
 
 
-def drawn(picture: Picture) -> Figure:
-    """The picture as a figure of its own."""
+def drawn(
+    picture: Picture,
+    *,
+    ax: Any = None,
+    view: Any = None,
+    bounds: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the picture into a figure of its own, or into the user's axes."""
+    seen, (low, high) = space.checked_view(view), space.box(picture.points, bounds)
     with style():
-        figure = new_figure(DRAWING + legend_width(picture), 4.6)
-        draw(figure, figure.add_gridspec(1, 1)[0], picture)
+        if ax is not None:
+            (axes,) = checked_panels(space.checked_axes(ax), 1, size)
+            _draw(axes, picture, (low, high), seen)
+            space.fill_axes(axes, low, high)
+            below = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.02), "fontsize": 8}
+            _legend(axes, picture, below | {"ncols": 3})
+            axes.set_title(title or "")
+            return whole(axes)
+        figure = new_figure(width_of(picture, HEIGHT, seen, (low, high)), HEIGHT, size)
+        figure.set_layout_engine("none")  # the drawing is placed by hand
+        axes = draw(figure, picture, (low, high), seen)
+        arrange(figure, axes, picture, (low, high), TITLE if title else 0.0)
+        if title:
+            figure.suptitle(title)
     return figure
 
 
-def draw(figure: Figure, place: SubplotSpec, picture: Picture) -> None:
-    """Draw the picture into 3-D axes, with its legend on the right."""
-    share = DRAWING / (DRAWING + legend_width(picture))
-    left, bottom, width, height = PLACE
-    rectangle = (left * share, bottom, width * share, height)
-    axes: Any = figure.add_subfigure(place).add_axes(rectangle, projection="3d")
-    for wire in picture.solid:
-        _draw_solid(axes, wire)
-    for wire in picture.before:
-        _draw_before(axes, wire)
-    for (name, path), color in zip(picture.paths.items(), cycle(_PATHS), strict=False):
-        look = _PATH | {"color": color}
-        axes.plot(*path.T, **look, zorder=ON_TOP, label=f"path of {name}")
-        axes.plot(*path[-1:].T, **look, **_DOT, zorder=ON_TOP)
-    for mark, color in zip(picture.marks, picture.mark_colors, strict=True):
-        axes.plot(*mark[:, None], **_MARK, color=color, zorder=ON_TOP)
-    _frame(axes, picture.points)
-    handles = _handles(picture)
-    if handles:
-        axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.1, 0.5), frameon=False)
+def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: Any = None) -> Any:
+    """Draw the picture into a figure or a part of one, and return its axes; see `arrange`."""
+    low, high = space.box(picture.points) if box is None else box
+    axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
+    _draw(axes, picture, (low, high), space.checked_view(view))
+    return axes
+
+
+def arrange(
+    figure: Figure | SubFigure, axes: Any, picture: Picture, box: Any = None, top: float = 0.0
+) -> None:
+    """Make what was drawn fill the figure, or the part of it, but for `top` inches.
+
+    The legend is on the right. The figure has its size by then.
+    """
+    low, high = space.box(picture.points) if box is None else box
+    width, height = (float(side) / figure.dpi for side in (figure.bbox.width, figure.bbox.height))
+    aside = legend_width(picture)
+    space.fill(axes, low, high, width - aside, height, top)
+    left, bottom, wide, tall = axes.get_position(original=True).bounds
+    share = 1 - aside / width
+    axes.set_position((left * share, bottom, wide * share, tall))
+    right = (share, 0.5)
+    place = {"loc": "center left", "bbox_to_anchor": right, "bbox_transform": figure.transSubfigure}
+    _legend(axes, picture, place)
+
+
+def width_of(picture: Picture, height: float, view: Any = None, box: Any = None) -> float:
+    """Return the inches that picture and legend take where they are to be as high as this."""
+    low, high = space.box(picture.points) if box is None else box
+    left, below, right, above = space.LABELS
+    shape = space.shape_of(low, high, space.checked_view(view))
+    wide = (height - below - above) * shape + left + right
+    return float(np.clip(wide, NARROWEST, WIDEST)) + legend_width(picture)
 
 
 def legend_width(picture: Picture) -> float:
-    """Inches that the legend takes."""
-    return 0.85 + 0.075 * max((len(str(h.get_label())) for h in _handles(picture)), default=0)
+    """Return the inches that the legend takes."""
+    names = [name for name, _ in _handles(picture)]
+    columns = -(-len(names) // ROWS)
+    return columns * (0.6 + 0.07 * max(map(len, names))) if names else 0.0
 
 
-def _draw_solid(axes: Any, wire: Wire) -> None:
-    look = {"facecolors": wire.color, "alpha": 0.07, "linewidths": 0}
-    for size in sorted({len(face) for face in wire.faces}):
-        # apart, because Matplotlib pads faces of unequal size with whatever is in the memory
-        faces = [face for face in wire.faces if len(face) == size]
-        axes.add_collection3d(Poly3DCollection(faces, **look), autolim=False)
-    look = {"colors": wire.color, "linewidths": 1.2}
-    axes.add_collection3d(Line3DCollection(wire.segments, **look, label=wire.label), autolim=False)
+def _draw(axes: Any, picture: Picture, box: Any, view: tuple[float, float]) -> None:
+    axes.computed_zorder = False
+    space.frame(axes, box[0], box[1], view)
+    if view[0] > 0:
+        solids.draw_shadows(axes, picture.solid, float(box[0][2]))
+    for wire in picture.before:
+        look = _BEFORE | {"zorder": BEFORE_BEHIND}
+        solids.draw_outline(axes, wire, f"{wire.label} at start", look)
+    solids.draw(axes, picture.solid)
+    for wire in picture.goal:
+        solids.draw_outline(axes, wire, f"goal of {wire.label}", _GOAL | {"zorder": ON_TOP})
+    for (name, path), color in zip(picture.paths.items(), _path_colors(picture), strict=True):
+        look = _PATH | {"color": color, "zorder": ON_TOP, "clip_on": False}
+        axes.plot(*path.T, **look, label=f"path of {name}")
+        axes.plot(*path[-1:].T, **look, **_DOT)
+    for mark, color in zip(picture.marks, picture.mark_colors, strict=True):
+        axes.plot(*mark[:, None], **_MARK, color=color, zorder=ON_TOP, clip_on=False)
 
 
-def _draw_before(axes: Any, wire: Wire) -> None:
-    look = {f"{name}s": value for name, value in _BEFORE.items()}  # plural in collections
-    axes.add_collection3d(
-        Line3DCollection(wire.segments, **look, label=f"{wire.label} at start"), autolim=False
-    )
+def _path_colors(picture: Picture) -> list[str]:
+    """A colour for each path, that no solid has."""
+    taken = [wire.color for wire in picture.solid]
+    for _ in picture.paths:
+        taken.append(palette.unused([*taken, palette.BLACK]))
+    return taken[len(picture.solid) :]
 
 
-def _frame(axes: Any, points: Array) -> None:
-    """True proportions: the box has the sides of its limits; what is lowest stands on its floor."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    longest = float((high - low).max()) or 1.0
-    grow = np.maximum(FLATTEST * longest - (high - low), 0.06 * longest)
-    low, high = low - grow * (0.5, 0.5, 0), high + grow * (0.5, 0.5, 1)
-    step = np.diff(MaxNLocator(6).tick_values(0, longest))[0]  # one for all: the grid is of squares
-    for name, a, b in zip("xyz", low, high, strict=True):
-        getattr(axes, f"set_{name}lim")(a, b)
-        getattr(axes, f"set_{name}label")(f"{name} (m)")
-        axis = getattr(axes, f"{name}axis")
-        axis.set_major_locator(InnerTicks(step))
-        axis.set_tick_params(pad=9 if name == "z" else 0)
-        axis.labelpad = 20 if name == "z" else 8
-        axis.pane.set(facecolor="white", edgecolor=palette.LIGHT_GREY)
-    axes.set_aspect("equal")
-    axes.view_init(elev=22, azim=-55)
-    axes.set_box_aspect(high - low, zoom=FILLED / _share(axes, low, high))
+def _legend(axes: Any, picture: Picture, place: dict[str, Any]) -> None:
+    handles = _handles(picture)
+    if handles:
+        axes.legend(
+            [handle for _, handle in handles],
+            [name for name, _ in handles],
+            handler_map={tuple: HandlerTuple(ndivide=None, pad=0.0)},
+            frameon=False,
+            **{"ncols": -(-len(handles) // ROWS)} | place,
+        )
 
 
-def _share(axes: Any, low: Array, high: Array) -> float:
-    """How much of the axes the box fills, as it is seen: its width or height, from 0 to 1."""
-    corners = np.array(list(product(*zip(low, high, strict=True))))
-    x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
-    return float(np.ptp(axes.transLimits.transform(np.column_stack([x, y])), axis=0).max())
+def _named(wires: list[Wire]) -> dict[str, list[str]]:
+    """{colour: names}, each name once.
+
+    What has several colours stands under that of which there is most, but not under the only one
+    of another thing if there is a choice.
+    """
+    amounts: dict[str, dict[str, float]] = {}
+    for wire in wires:
+        of = amounts.setdefault(wire.label, {})
+        long = float(np.linalg.norm(np.diff(wire.segments, axis=1), axis=2).sum())
+        of[wire.color] = of.get(wire.color, 0.0) + long
+    only = {color for of in amounts.values() if len(of) == 1 for color in of}
+    named: dict[str, list[str]] = {}
+    for name, of in amounts.items():
+        chosen = max(of, key=lambda color: (color not in only, of[color]))
+        named.setdefault(chosen, []).append(name)
+    return named
 
 
-def _handles(picture: Picture) -> list[Line2D]:
-    """One legend entry for each name."""
-    handles = {w.label: Line2D([], [], color=w.color, label=w.label) for w in picture.solid}
+def _handles(picture: Picture) -> list[tuple[str, Any]]:
+    """An entry for each colour: what several things share is one."""
+    thick: dict[str, Any] = {"linewidth": 5, "solid_capstyle": "butt"}
+    handles: list[tuple[str, Any]] = [
+        (_joined(names), Line2D([], [], color=palette.tinted(color, 0.15), **thick))
+        for color, names in _named(picture.solid).items()
+    ]
     if picture.before:
-        handles["start"] = Line2D([], [], **_BEFORE, label="start")
+        handles.append(("start", Line2D([], [], **_BEFORE)))
+    if picture.goal:
+        handles.append(("goal", Line2D([], [], **_GOAL)))
     if len(picture.marks):
-        handles["marks"] = Line2D([], [], **_MARK, color="k", label="marks")
-    for name, color in zip(picture.paths, cycle(_PATHS), strict=False):
-        look = _PATH | _DOT | {"color": color}
-        handles[f"path of {name}"] = Line2D([], [], **look, label=f"path of {name}")
-    return list(handles.values())
+        some = list(dict.fromkeys(picture.mark_colors))[:3]
+        handles.append(("marks", tuple(Line2D([], [], **_MARK, color=color) for color in some)))
+    for name, color in zip(picture.paths, _path_colors(picture), strict=True):
+        handles.append((f"path of {name}", Line2D([], [], **_PATH, **_DOT, color=color)))
+    return handles
+
+
+def _joined(names: list[str]) -> str:
+    """Up to three names; of more the first, the last and how many there are between."""
+    if len(names) <= 3:
+        return ", ".join(names)
+    return f"{names[0]} … {names[-1]} ({len(names)})"

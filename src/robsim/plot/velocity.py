@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import history, palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import checked_panels, new_figure, style, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,18 +21,27 @@ if TYPE_CHECKING:
     from robsim.world.scene import Scene
 
 
-def velocity(run: xr.Dataset, scene: Scene | None = None, frame: str | None = None) -> Figure:
-    """Camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
+def velocity(
+    run: xr.Dataset,
+    scene: Scene | None = None,
+    frame: str | None = None,
+    *,
+    axes: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
 
     Of a run without a camera, it is that of the frame that is moved, in its own axes.
     With a `frame` of the `scene`, such as "rhino_xr4.tool": the velocity of its origin, in world
     axes. The error is on a logarithmic scale, where an exponential decay is a straight line: bold
-    its norm, thin the sizes of its components, with a line style for each unit.
+    its norm, thin the sizes of its components, with a line style for each unit. `axes` are three
+    to draw into, instead of a new figure of `size` (width, height) inches.
 
     InputError: a frame without a scene, or one that the scene does not have; another scene's run.
 
     >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
-    >>> from robsim.run import simulate
+    >>> from robsim.run.simulate import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
@@ -43,12 +52,17 @@ def velocity(run: xr.Dataset, scene: Scene | None = None, frame: str | None = No
     """
     one = history.single(run)
     with style():
-        figure = new_figure(5.6, 6.4)
-        panels = figure.subplots(3, 1, sharex=True)
+        if axes is not None:
+            panels = checked_panels(axes, 3, size)
+            draw(panels, one, scene, frame)
+            return whole(panels[0])
+        figure = new_figure(5.6, 6.4, size)
+        panels = list(figure.subplots(3, 1, sharex=True))
         draw(panels, one, scene, frame)
         for upper in panels[:2]:
             upper.set_xlabel("")
-        figure.suptitle(history.ending(one))
+        figure.align_ylabels(panels)
+        figure.suptitle(history.ending(one) if title is None else title)
     return figure
 
 

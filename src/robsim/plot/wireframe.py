@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,48 +11,60 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
-from robsim.robot.joint import SINGLE
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
-from robsim.world.scene import MountedCamera, Scene
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.scene import Scene
 
+MOST_LINKS = 16  # of a robot that has a legend for each
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
 
 @dataclass(frozen=True)
 class Wire:
-    """One solid: its edges as segments (E, 2, 3) and its faces, each (n, 3); metres."""
+    """One solid: its edges as segments (E, 2, 3) and its faces, each (n, 3); metres.
+
+    `bordered` says of each face whether all its sides are edges. What is `sheer` is seen through.
+    """
 
     label: str
     color: str
     segments: Array
     faces: tuple[Array, ...] = ()
+    bordered: tuple[bool, ...] = ()
+    sheer: bool = False
 
     @property
     def points(self) -> Array:
-        """(2 E, 3)."""
+        """Return the ends of all edges (2 E, 3)."""
         return self.segments.reshape(-1, 3)
 
 
 def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
-    """All solids at q (nq,). A camera without a body is a pyramid, `depth` metres deep."""
+    """Return all solids at q (nq,). A camera without a body is a pyramid, `depth` metres deep.
+
+    A black camera among other black things takes a colour that nothing else has.
+    """
     drawn = [wire for robot in scene.robots for wire in _robot(scene, robot, q)]
     for thing in scene.objects:
         T = displayed(scene, thing.name, q)
-        drawn += [
-            _shape(thing.name, shape.color, shape, T) for shape in thing.shapes if len(shape.edges)
-        ]
-    return drawn + [_camera(eye, displayed(scene, eye.name, q), depth) for eye in scene.cameras]
+        drawn += [shape_wire(thing.name, shape, T) for shape in thing.shapes if len(shape.edges)]
+    for eye in scene.cameras:
+        wire = camera(eye, displayed(scene, eye.name, q), depth)
+        taken = {other.color for other in drawn}
+        free = palette.unused(taken) if wire.color == palette.BLACK else wire.color
+        drawn.append(replace(wire, color=free))
+    return drawn
 
 
 def marks(scene: Scene, q: Array) -> Array:
-    """(M, 3) marks of all objects at q (nq,)."""
+    """Return the marks (M, 3) of all objects at q (nq,)."""
     placed = [_moved(thing.marks, displayed(scene, thing.name, q)) for thing in scene.objects]
     return np.concatenate([np.empty((0, 3)), *placed])
 
 
 def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
-    """The colour of each of `marks`: that of its number, as in the image.
+    """Return the colour of each of `marks`: that of its number, as in the image.
 
     `first` is the number of the first mark of an object, 0 where it is left out.
     """
@@ -64,7 +76,7 @@ def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
 
 
 def displayed(scene: Scene, frame: str, q: Array) -> Array:
-    """(..., 4, 4) pose of a frame in that of the figures: gT0 times its pose in the world."""
+    """Return the pose (..., 4, 4) of a frame in that of the figures: gT0 times its own."""
     T: Array = scene.display.matrix @ scene.pose(frame, q).matrix
     return T
 
@@ -77,35 +89,39 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
     """
     drawn = {link.name: [s for s in link.shapes if len(s.edges)] for link in robot.links}
     shapes = [shape for each in drawn.values() for shape in each]
-    several = len(scene.robots) > 1
+    several = len(scene.robots) > 1 or len(robot.links) > MOST_LINKS
     plain = several or all(shape.color == "k" for shape in shapes)
     whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
     for i, link in enumerate(robot.links):
-        own = palette.nth(scene.robots.index(robot) if several else i - 1)
+        own = palette.nth(scene.robots.index(robot)) if several else palette.link(i)
         label = robot.name if whole else link.name
         T = displayed(scene, f"{robot.name}.{link.name}", q)
         for shape in drawn[link.name]:
-            yield _shape(label, own if plain else shape.color, shape, T)
-        arm = link.joint.kind == "fixed" or link.joint.kind in SINGLE  # it does not fly or drive
-        if not shapes and link.parent and arm:
+            yield shape_wire(label, shape, T, own if plain else None)
+        if not shapes and link.parent and not link.joint.model.roams:
             above = displayed(scene, f"{robot.name}.{link.parent}", q)
             yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
 
 
-def _shape(label: str, color: str, shape: Primitive, T: Array) -> Wire:
-    corners = shape.at(T).vertices
+def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None) -> Wire:
+    """Return a primitive at T (4, 4), in its own colour or another."""
+    corners, edges = shape.at(T).vertices, {tuple(edge) for edge in shape.edges.tolist()}
     faces = tuple(corners[list(face)] for face in shape.faces)
-    return Wire(label, palette.color(color), corners[shape.edges], faces)
+    sides = [zip(face, face[1:] + face[:1], strict=True) for face in shape.faces]
+    bordered = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
+    return Wire(label, palette.color(color or shape.color), corners[shape.edges], faces, bordered)
 
 
-def _camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
+def camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
+    """Return the body of a camera at T (4, 4), or the pyramid of what it sees."""
     body = eye.camera.drawn(T)
     if body is not None:
-        return _shape(eye.name, body.color, body, IDENTITY.matrix)
+        return shape_wire(eye.name, body, IDENTITY.matrix)
     centre, rim = T[:3, 3], _moved(depth * _corner_rays(eye.camera), T)
     sides = [(rim[i], rim[(i + 1) % 4]) for i in range(4)]
     edges = np.array([(centre, corner) for corner in rim] + sides)
-    return Wire(eye.name, palette.BLACK, edges, tuple(np.stack([centre, *side]) for side in sides))
+    faces = tuple(np.stack([centre, *side]) for side in sides)
+    return Wire(eye.name, palette.BLACK, edges, faces, sheer=True)
 
 
 def _corner_rays(camera: Camera) -> Array:

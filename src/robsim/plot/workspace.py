@@ -15,7 +15,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette, wireframe
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.world.scene import Scene
 
 FLAT = 1e-6  # metres: what is thinner lies in a plane, and is seen from one side alone
@@ -24,12 +24,15 @@ VIEWS = {"from the side": (0, 2), "from above": (0, 1), "from the front": (1, 2)
 COLORS = "viridis"  # grows in lightness, and people with any colour vision read it
 
 
-def workspace(workspace: Workspace) -> Figure:
-    """Where a link can be, as `robsim.workspace` found it, from the side and from above.
+def workspace(
+    workspace: Workspace, *, axes: Any = None, size: Any = None, title: str | None = None
+) -> Figure:
+    """Draw where a link can be, as `robsim.workspace` found it, from the side and from above.
 
     Each dot is a configuration; its colour is the manipulability there, and where dots lie over
     each other the best is on top. The robot stands at home. What lies in a plane is seen from one
-    side.
+    side. `axes` are two (one for what lies in a plane) to draw into, instead of a new figure of
+    `size` (width, height) inches.
 
     >>> import robsim
     >>> figure = workspace(robsim.workspace(robsim.files.robots.panda(), count=500))
@@ -40,15 +43,19 @@ def workspace(workspace: Workspace) -> Figure:
         raise InputError(f"expected a Workspace as workspace returns it, got {workspace!r:.80}")
     views, lines = _views(workspace.points), _robot(workspace)
     with style():
-        figure = new_figure(1.2 + 5.2 * len(views), 5.2)
-        panels: list[Axes] = []
-        for i in range(len(views)):  # both have x to the right, and one scale
-            shared = panels[0] if panels else None
-            panels.append(figure.add_subplot(1, len(views), i + 1, sharex=shared))
-        for axes, view in zip(panels, views, strict=True):
-            dots = _draw(axes, view, workspace, lines)
+        if axes is not None:
+            panels = checked_panels(axes, len(views), size)
+            figure = whole(panels[0])
+        else:
+            figure = new_figure(1.2 + 5.2 * len(views), 5.2, size)
+            panels = [figure.add_subplot(1, len(views), 1)]
+            for i in range(1, len(views)):  # both have x to the right, and one scale
+                panels.append(figure.add_subplot(1, len(views), i + 1, sharex=panels[0]))
+            told = f"{workspace.robot.name}, {len(workspace.q)} configurations"
+            figure.suptitle(told if title is None else title)
+        for panel, view in zip(panels, views, strict=True):
+            dots = _draw(panel, view, workspace, lines)
         figure.colorbar(dots, ax=panels, label=_label(workspace), shrink=0.8, aspect=30)
-        figure.suptitle(f"{workspace.robot.name}, {len(workspace.q)} configurations")
     return figure
 
 

@@ -2,22 +2,64 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from typing import Any, Literal
 
-from robsim.base.arrays import Array
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.geometry.pose import IDENTITY, Pose, axis_rotation
+from robsim.base.warned import warn_of_degrees
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.primitives import Primitive
+from robsim.geometry.rotation import axis_rotation
+from robsim.robot.joint import KINDS, Joint
+from robsim.robot.link import Link
+
+
+def dh_links(
+    rows: ArrayLike,
+    convention: str,
+    joints: str | None,
+    limits: ArrayLike | None,
+    links: Sequence[str] | None,
+    shapes: Sequence[Sequence[Primitive]] | None,
+) -> tuple[Link, ...]:
+    """A base and one link for each row; see `Robot.from_dh`."""
+    table = numbers(rows, "DH rows (theta, d, a, alpha)", ("n", 4))
+    n = len(table)
+    if table.ndim != 2 or n == 0:
+        raise InputError(f"DH rows: expected shape (n, 4), got {table.shape}")
+    warn_of_degrees(table[:, [0, 3]], "DH rows (theta, d, a, alpha)")
+    kinds = _joint_kinds("R" * n if joints is None else joints, n)
+    spans: list[Any] = [None] * n
+    if limits is not None:
+        spans = [None if np.isinf(span).all() else span for span in _spans(limits, n)]
+    if links is not None and (isinstance(links, str) or not isinstance(links, Sequence)):
+        raise InputError(f"links: expected a list of {n} names, got {links!r:.80}")
+    names = ["base", *(links or [f"link{i + 1}" for i in range(n)])]
+    drawn = [tuple(s) for s in (shapes or [()] * (n + 1))]
+    if len(names) != n + 1 or len(drawn) != n + 1:
+        raise InputError(f"{n} DH rows need {n} link names and {n + 1} lists of shapes")
+    parts = [Link("base", shapes=drawn[0])]
+    for i in range(n):
+        place, tail = dh_constants(table[i], convention, kinds[i])
+        joint = Joint(kinds[i], place, tail, tuple(spans[i]) if spans[i] else None)
+        parts.append(Link(names[i + 1], names[i], joint, drawn[i + 1]))
+    return tuple(parts)
 
 
 def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
     """(place, tail) of a DH row, so that the joint is place . motion(q) . tail."""
     theta, d, a, alpha = row
+    turns = KINDS[kind].turns
     turn, rise = _rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
     reach = Pose.at(a, 0, 0) @ _rigid(axis_rotation("x", alpha))
     if convention == "standard":
-        return (turn, rise @ reach) if kind == "revolute" else (turn @ rise, reach)
+        return (turn, rise @ reach) if turns else (turn @ rise, reach)
     if convention == "modified":
-        return (reach @ turn, rise) if kind == "revolute" else (reach @ turn @ rise, IDENTITY)
+        return (reach @ turn, rise) if turns else (reach @ turn @ rise, IDENTITY)
     raise InputError(f"DH convention must be 'standard' or 'modified', got {convention!r}")
 
 
@@ -25,3 +67,17 @@ def _rigid(R: Array) -> Pose:
     T = np.eye(4)
     T[:3, :3] = R
     return Pose(T)
+
+
+def _spans(limits: ArrayLike, n: int) -> list[list[float]]:
+    """(n, 2) limits; a joint without has (-inf, inf)."""
+    given = np.asarray(limits)
+    free = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
+    spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))
+    return np.where(free, given, spans).tolist()  # type: ignore[no-any-return]
+
+
+def _joint_kinds(joints: object, n: int) -> list[Literal["revolute", "prismatic"]]:
+    if not isinstance(joints, str) or len(joints) != n or set(joints) - set("RP"):
+        raise InputError(f"joints: expected {n} letters R or P, as in {'R' * n!r}, got {joints!r}")
+    return ["revolute" if letter == "R" else "prismatic" for letter in joints]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
-from robsim.robot.joint import Joint, Rolling
+from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 
 
@@ -39,7 +39,7 @@ def mounted(
 
 
 def _moving(links: Iterable[Link]) -> list[Link]:
-    return [link for link in links if link.joint.kind != "fixed"]
+    return [link for link in links if link.joint.moves]
 
 
 def _apart(name: str, taken: set[str], prefix: str) -> str:
@@ -60,12 +60,11 @@ def _check_apart(taken: set[str], names: Iterable[str], tool: str) -> None:
 def _renamed(link: Link, name: str, labels: Mapping[str, str]) -> Joint:
     """The joint of a link that is now called `name`, with the new names of coordinates."""
     joint = link.joint
-    if joint.kind == "fixed":
+    if not joint.moves:
         return joint
     label = labels[link.label]
     joint = replace(joint, name=None if label == name else label)
-    follows = joint.follows
-    if follows is None or isinstance(follows, Rolling):
+    if joint.follows is None or not joint.tied:
         return joint
-    source, dot, part = follows.of.partition(".")
-    return replace(joint, follows=replace(follows, of=f"{labels[source]}{dot}{part}"))
+    source, dot, part = joint.follows.of.partition(".")
+    return joint.following(f"{labels[source]}{dot}{part}")

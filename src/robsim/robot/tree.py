@@ -10,9 +10,14 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import FrameError, suggest
+from robsim.kernels import jacobian as jacobians
+from robsim.kernels import joints as motions
 from robsim.kernels import tree as kernels
-from robsim.robot.assembly import Assembly, Frame, integers
-from robsim.robot.joint import Steering
+from robsim.robot.assembly import Assembly, integers
+from robsim.robot.frame import Frame
+from robsim.robot.joint import FIXED, Steering
+from robsim.robot.joints.kind import JointKind
+from robsim.robot.member import Member, OwnMotion
 
 
 class Tree:
@@ -27,13 +32,17 @@ class Tree:
         self.nq, self.nv = built.nq, built.nv
         self.where: dict[str, tuple[int, Array]] = built.where
         self.joints: kernels.Joints = built.joints()
-        columns = (kernels.PARENT, kernels.KIND, kernels.IQ, kernels.IV)
-        # of each body, its parent, kind, and first coordinate and velocity of its own, or -1
-        self.parent, self.kind, self.iq, self.iv = (self.joints.rows[:, c] for c in columns)
+        columns = (kernels.PARENT, kernels.IQ, kernels.IV)
+        # of each body, its parent, and first coordinate and velocity of its own, or -1
+        self.parent, self.iq, self.iv = (self.joints.rows[:, c] for c in columns)
+        carriers = (frame.joint if frame else FIXED for frame in built.carriers)
+        self.models: tuple[JointKind, ...] = tuple(joint.model for joint in carriers)  # of bodies
+        self.members: tuple[Member, ...] = tuple(built.members)  # joints with own coordinates
+        self.own: tuple[OwnMotion, ...] = tuple(built.own)  # of kinds of the user's own
         # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
         self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
-        self._moves_of: dict[str, kernels.Moves] = {}  # a frame, once it was asked for
+        self._moves_of: dict[str, jacobians.Moves] = {}  # a frame, once it was asked for
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:
@@ -44,14 +53,25 @@ class Tree:
 
     def room(self, runs: int) -> kernels.Bodies:
         """Bodies that are not placed yet."""
-        poses = np.empty((len(self.kind), 3, 4, runs))
+        poses = np.empty((len(self.parent), 3, 4, runs))
         return kernels.Bodies(poses, np.empty((self.joints.ratios, runs)))
 
     def bodies(self, q: Array) -> kernels.Bodies:
         """Where all bodies are at coordinates q[n, b]."""
         out = self.room(q.shape[1])
+        self.prepare(q, out)
         kernels.bodies(self.joints, q, out)
         return out
+
+    @property
+    def compiled(self) -> bool:
+        """Whether all of it is compiled: no joint is of a kind of the user's own."""
+        return not self.own
+
+    def prepare(self, q: Array, out: kernels.Bodies) -> None:
+        """Write what joints of the user's own kinds do: before any kernel places bodies."""
+        for each in self.own:
+            each.put(q, out)
 
     def frame(self, bodies: kernels.Bodies, name: str) -> Array:
         """T[3, 4, b] of a frame."""
@@ -66,7 +86,7 @@ class Tree:
         point = np.ascontiguousarray(self.frame(bodies, name)[:, 3])
         if name not in self._moves_of:
             self._moves_of[name] = self.moves(self.carried(name))
-        kernels.jacobian(bodies, point, self._moves_of[name], J)
+        jacobians.jacobian(bodies, point, self._moves_of[name], J)
         return J
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
@@ -77,18 +97,24 @@ class Tree:
     def steer(self, q: Array, v: Array, dt: float) -> None:
         """Turn the wheels of cars, as far as they get in a period of dt."""
         for row, velocity, s in self.cars:
-            kernels.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
+            motions.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
 
     def roll(self, q: Array, v: Array, seconds: float) -> None:
         """Move q[n, b] by velocities v[m, b], cars as they have steered."""
-        kernels.integrate(self.joints, self.driven(q, v), seconds, q)
+        self.flow(q, self.driven(q, v), seconds)
+
+    def flow(self, q: Array, v: Array, seconds: float) -> None:
+        """Move q[n, b] along the motions of velocities v[m, b], whatever cars allow."""
+        kernels.integrate(self.joints, v, seconds, q)
+        for each in self.own:
+            each.advance(q, v, seconds)
 
     def driven(self, q: Array, v: Array) -> Array:
         """The velocities v[m, b] as the steering angles of cars allow them."""
         if self.cars:
             v = v.copy()
         for row, velocity, s in self.cars:
-            kernels.obey(row, velocity, s.wheelbase, q, v)
+            motions.obey(row, velocity, s.wheelbase, q, v)
         return v
 
     def carried(self, name: str) -> Array:
@@ -102,22 +128,28 @@ class Tree:
         np.maximum.at(found, self.velocity, self.carried(name))
         return frozen(found)
 
-    def moves(self, sign: Array, columns: NDArray[np.int64] | None = None) -> kernels.Moves:
+    def moves(self, sign: Array, columns: NDArray[np.int64] | None = None) -> jacobians.Moves:
         """For the kernels: what some velocities move (all by default), each move with its sign."""
         if columns is None:
             columns = integers(np.arange(self.nv))
         chosen = np.isin(self.velocity, columns)
         rows = self.moved[chosen]
         rows[:, 0] = np.searchsorted(columns, rows[:, 0])
-        return kernels.Moves(columns, frozen(rows), frozen(sign[chosen]))
+        return jacobians.Moves(columns, frozen(rows), frozen(sign[chosen]))
 
     def alone(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
         """Of each of some velocities, the only coordinate that it changes, or -1."""
-        single = np.isin(self.kind, (kernels.REVOLUTE, kernels.PRISMATIC, kernels.RAIL))
+        return integers(self._alone[columns])
+
+    @cached_property
+    def _alone(self) -> NDArray[np.int64]:
+        """(nv,) of all velocities."""
         found = np.full(self.nv, -1)
-        mine = single & (self.iv >= 0)
-        found[self.iv[mine]] = self.iq[mine]
-        return integers(found[columns])
+        for member in self.members:
+            if not member.rolls:
+                numbers = np.array(member.kind.alone)
+                found[member.v] = np.where(numbers >= 0, member.q.start + numbers, -1)
+        return integers(found)
 
     @cached_property
     def owners(self) -> NDArray[np.int64]:
@@ -128,11 +160,9 @@ class Tree:
                 found[self.iv[body] :] = body  # until the next one begins
         return frozen(found)
 
-    @property
-    def kinds(self) -> NDArray[np.int64]:
-        """(nv,) the kind of that joint, see `robsim.kernels.tree`."""
-        kinds: NDArray[np.int64] = self.kind[self.owners]
-        return kinds
+    def kinds(self, columns: NDArray[np.int64]) -> list[JointKind]:
+        """The kind of the joint that has each of some velocities."""
+        return [self.models[body] for body in self.owners[columns]]
 
     @cached_property
     def _ancestry(self) -> Array:

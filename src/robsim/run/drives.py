@@ -1,4 +1,4 @@
-"""The joints of a chunk of runs: what they do while a command is held, and what encoders say."""
+"""The joints of a chunk of runs: what they do while a command is held, and what encoders read."""
 
 from __future__ import annotations
 
@@ -9,18 +9,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, frozen, some_runs
 from robsim.kernels import actuation as kernels
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 
 
-class Held(NamedTuple):
+class Period(NamedTuple):
     """One period: where it began, and what was commanded; the run last."""
 
     q: Array  # (nq, B)
     rates: Array  # (nv, B) velocities when it began
     qd: Array  # (nv, B)
+
+    def without(self, over: NDArray[np.bool_]) -> Period:
+        """That of the runs that go on."""
+        return Period(*(some_runs(part, ~over) for part in self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,23 +35,23 @@ class Drives:
     scene: Scene
     columns: NDArray[np.int64]
 
-    def advance(self, held: Held, dt: float) -> tuple[Array, Array]:
+    def advance(self, held: Period, dt: float) -> tuple[Array, Array]:
         """Coordinates and velocities after a period."""
         return self._after(held, dt, dt)
 
-    def moved(self, held: Held, seconds: float, dt: float) -> Array:
+    def moved(self, held: Period, seconds: float, dt: float) -> Array:
         """Coordinates (nq, B) some time after a period began that lasts dt."""
         return held.q if seconds == 0.0 else self._after(held, seconds, dt)[0]
 
     def counted(self, q: Array) -> Array:
-        """Coordinates (nq, B) as the encoders say."""
+        """Coordinates (nq, B) as the encoders read them."""
         if not self.actuation.counts:
             return q
         out = np.empty_like(q)
         kernels.count(self._steps, q, out)
         return out
 
-    def _after(self, held: Held, seconds: float, dt: float) -> tuple[Array, Array]:
+    def _after(self, held: Period, seconds: float, dt: float) -> tuple[Array, Array]:
         """Cars steer once in a period, when it begins."""
         tree, q = self.scene.tree, held.q.copy()
         if tree.cars:
@@ -56,11 +60,11 @@ class Drives:
         tree.roll(q, mean, seconds)
         return q, tree.driven(q, rates)
 
-    def _velocities(self, held: Held, seconds: float) -> tuple[Array, Array]:
+    def _velocities(self, held: Period, seconds: float) -> tuple[Array, Array]:
         """(nv, B) after some time, and their mean until then."""
         return self._follow(held, seconds) if self.actuation.moves else (held.qd, held.qd)
 
-    def _follow(self, held: Held, dt: float) -> tuple[Array, Array]:
+    def _follow(self, held: Period, dt: float) -> tuple[Array, Array]:
         """Velocities (nv, B) at the end, and their mean; those that nobody commands are given."""
         wanted = np.ascontiguousarray(held.qd[self.columns])
         v, mean = held.rates[self.columns], np.empty(wanted.shape)

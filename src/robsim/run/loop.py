@@ -5,39 +5,42 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, runs_last, some_runs
-from robsim.base.errors import InputError
 from robsim.kernels import loop as kernels
 from robsim.kernels.endings import Watch
 from robsim.kernels.jit import is_cold
 from robsim.kernels.loop import Command, Noise, Scheme
-from robsim.kernels.sight import Look
+from robsim.kernels.sight import Projection
 from robsim.robot.joint import LIMIT_SLACK
-from robsim.run.drives import Drives, Held
-from robsim.run.frames import Frames, check_sensing
+from robsim.run.chunk import Chunk
+from robsim.run.drives import Drives, Period
+from robsim.run.images import ImageStream, check_sensing
 from robsim.run.outcome import Outcome
 from robsim.run.record import Record, Recorder
+from robsim.run.snapshot import Snapshot
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.instant import Instant
 from robsim.servo.laws.inverse import product, rank
+from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Key, joined
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
-WORTH_COMPILING = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
+LEAST_STEPS = 1000  # steps of runs; compiling the whole loop for fewer costs more than it saves
 BURST = 100_000  # steps of runs that go on in compiled code before Ctrl-C is looked for
 
 
-def pays(runs: int, steps: float) -> bool:
-    """Whether to take the compiled loop, which gives the same bits: it is there, or worth it."""
+OnStep = Callable[[Snapshot, Decision], None]  # called after every step
+
+
+def worth_compiling(runs: int, steps: float) -> bool:
+    """Whether to take the compiled loop, which gives the same bits: it is there, or saves time."""
     there = getattr(kernels.stride, "signatures", ()) or not is_cold("loop.stride")
-    return bool(there) or runs * steps >= WORTH_COMPILING
+    return bool(there) or runs * steps >= LEAST_STEPS
 
 
 @dataclass
@@ -55,7 +58,7 @@ class Loop:
     first_run: int = 0
     record: Record = "summary"
     single: bool = False  # whether one start was given, not a batch of one
-    witness: Witness | None = None
+    on_step: OnStep | None = None
     stopped: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
 
@@ -82,10 +85,11 @@ class Loop:
         return [slice(*pair) for pair in pairwise(np.cumsum([0, *counts]).tolist())]
 
     def _scheme(self) -> Scheme | None:
-        """For the compiled loop, where that can run all that is asked for, and pays."""
-        plain = self.steady and self.prompt and not (self.drives.moves or self.witness)
+        """For the compiled loop, where that can run all that is asked for, and saves time."""
+        usual = self.steady and self.prompt and self.scene.tree.compiled
+        plain = usual and not (self.drives.moves or self.on_step)
         scheme = self.controller.compiled if plain else None
-        return scheme if scheme and pays(len(self.q0), self.steps) else None
+        return scheme if scheme and worth_compiling(len(self.q0), self.steps) else None
 
     @property
     def scene(self) -> Scene:
@@ -94,85 +98,37 @@ class Loop:
 
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
         """Take a chunk of runs from their starts to their ends, in lockstep."""
-        step, chunk = 0, _Chunk.start(self, rows)
+        step, chunk = 0, self._chunk(rows)
         go_on = _stride if self.scheme else _step
         while not self.stopped or step:  # a chunk that has begun is left at a recorded instant
-            step, now = go_on(self, chunk, step)
-            over, held = (now.outcome > 0) | self.stopped, Held(chunk.q, chunk.rates, now.qd)
+            step, snapshot = go_on(self, chunk, step)
+            over = (snapshot.outcome > 0) | self.stopped
+            period = Period(chunk.q, chunk.rates, snapshot.qd)
             if over.any():
-                _tell_singular(self.controller, now)
-                self.recorder.end(step, chunk.rows, now, chunk.watch.length, over)
-                chunk, held = chunk.without(over), Held(*(some_runs(part, ~over) for part in held))
+                _mark_singular(self.controller, snapshot)
+                self.recorder.end(step, chunk.rows, snapshot, chunk.watch.length, over)
+                chunk, period = chunk.without(over), period.without(over)
             if not chunk.rows.size:
                 break
-            chunk.frames.note(held)
-            chunk.q, chunk.rates = self.drives.advance(held, self.dt)
+            chunk.images.note(period)
+            chunk.q, chunk.rates = self.drives.advance(period, self.dt)
             step += 1
             done(step / (self.steps + 1))
         done(1.0)
 
-
-class Moment(NamedTuple):
-    """What a witness of the loop is told of an instant."""
-
-    now: Instant  # what the controller was told
-    looks: dict[Key, Look]  # what there is
-    decision: Decision  # of the controller, with what it is based on
-    q: Array  # (nq, B) as it is
-    qd: Array  # (nv, B) commanded
-
-
-Witness = Callable[[Moment], None]
-
-
-class Now(NamedTuple):
-    """The instant at which a chunk stands: coordinates, all velocities, and what was seen."""
-
-    q: Array  # (nq, B)
-    qd: Array  # (nv, B)
-    rates: Array  # (nv, B) of the joints where they do not follow at once; else no rows
-    pixels: Array  # (N, 2, B) of all sights, without noise
-    command: Command
-    outcome: NDArray[np.int8]
-
-
-@dataclass
-class _Chunk:
-    """The runs of a chunk that go on."""
-
-    rows: NDArray[np.int64]
-    q: Array
-    rates: Array  # (nv, B) velocities of the joints
-    noise: Noise
-    frames: Frames
-    watch: Watch
-    near: NDArray[np.int64]  # (B,) instants in a row at which the run seemed to have converged
-    memory: dict[str, Any]  # of the controller, run first
-
-    @classmethod
-    def start(cls, loop: Loop, rows: NDArray[np.int64]) -> _Chunk:
-        """The chunk at its start; `endings.begin` fills the watch."""
+    def _chunk(self, rows: NDArray[np.int64]) -> Chunk:
+        """Some runs at their start; `endings.begin` fills the watch."""
         runs = rows.size
         still, before = np.empty(runs, dtype=np.int64), np.empty((3, runs))
         watch = Watch(np.empty(runs), np.empty(runs), still, before, np.empty(runs))
-        number = (rows + loop.first_run).astype(np.uint64)
-        noise = Noise(loop.sensing.noise, np.uint64(loop.seed), number)
-        frames = Frames(loop.sensing, loop.controller.sights, loop.drives, loop.dt)
-        q, rates = runs_last(loop.q0[rows], 1), np.zeros((loop.scene.nv, runs))
-        return cls(rows, q, rates, noise, frames, watch, np.zeros(runs, dtype=np.int64), {})
-
-    def without(self, over: NDArray[np.bool_]) -> _Chunk:
-        """The chunk that goes on when some runs are over."""
-        noise = self.noise._replace(runs=self.noise.runs[~over])
-        watch = Watch(*(some_runs(array, ~over) for array in self.watch))
-        memory = _remembered(self.memory, ~over)
-        q, rates = some_runs(self.q, ~over), some_runs(self.rates, ~over)
-        frames = self.frames.without(over)
-        near = self.near[~over]
-        return _Chunk(self.rows[~over], q, rates, noise, frames, watch, near, memory)
+        number = (rows + self.first_run).astype(np.uint64)
+        noise = Noise(self.sensing.noise, np.uint64(self.seed), number)
+        images = ImageStream(self.sensing, self.controller.sights, self.drives, self.dt)
+        q, rates = runs_last(self.q0[rows], 1), np.zeros((self.scene.nv, runs))
+        return Chunk(rows, q, rates, noise, images, watch, np.zeros(runs, dtype=np.int64), {})
 
 
-def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
+def _stride(loop: Loop, chunk: Chunk, step: int) -> tuple[int, Snapshot]:
     """With a built-in scheme: many steps in compiled code, until a run ends or a while is over."""
     controller, recorder, runs = loop.controller, loop.recorder, chunk.rows.size
     k, n, nv = controller.k, controller.columns.size, loop.scene.nv
@@ -180,7 +136,7 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     command = Command(
         np.empty((k, runs)), np.empty((k, runs)), np.empty((n, runs)), np.empty((k, n, runs))
     )
-    look, qd, outcome = sight.room(runs), np.empty((nv, runs)), np.empty(runs, np.int8)
+    projection, qd, outcome = sight.room(runs), np.empty((nv, runs)), np.empty(runs, np.int8)
     step = kernels.stride(
         step,
         min(step + max(BURST // runs, 1), loop.steps),
@@ -200,24 +156,26 @@ def _stride(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         recorder.series,
         chunk.q,
         chunk.rates[:0],
-        look,
+        projection,
         command,
         qd,
         outcome,
     )
-    return step, Now(chunk.q, qd, chunk.rates[:0], look.pixels, command, outcome)
+    seen = {sight.key: projection}
+    now = Snapshot(chunk.q, qd, chunk.rates[:0], seen, projection.pixels, command, outcome)
+    return step, now
 
 
-def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
+def _step(loop: Loop, chunk: Chunk, step: int) -> tuple[int, Snapshot]:
     """With anybody's feature, law or belief: one step, the same sequence as in `kernels.stride`."""
     controller, runs = loop.controller, chunk.rows.size
     sights = controller.sights
-    looks = [sight.look(chunk.q) for sight in sights]
-    look, told = joined(looks, runs), {s.key: each for s, each in zip(sights, looks, strict=True)}
-    now = _told(loop, chunk, step, look, told)
-    decision = controller.decided(now)
-    command, hold = decision.command, loop.hold | controller.busy(now)
-    bodies = looks[0].bodies if looks else loop.scene.tree.bodies(chunk.q)
+    seen = {sight.key: sight.project(chunk.q) for sight in sights}
+    every = joined(list(seen.values()), runs)
+    measurement = _measurement(loop, chunk, step, every, seen)
+    decision = controller.decided(measurement)
+    command, hold = decision.command, loop.hold | controller.busy(measurement)
+    bodies = seen[sights[0].key].bodies if sights else loop.scene.tree.bodies(chunk.q)
     T = loop.scene.tree.frame(bodies, controller.moving)
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
@@ -240,7 +198,7 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
         loop.recorder.series,
         chunk.q,
         rates,
-        look,
+        every,
         T,
         command,
         qd,
@@ -248,14 +206,15 @@ def _step(loop: Loop, chunk: _Chunk, step: int) -> tuple[int, Now]:
     )
     if not loop.prompt or loop.drives.moves:
         _wait(loop, chunk, step, command, rates, outcome)
-    if loop.witness:
-        loop.witness(Moment(now, told, decision, chunk.q, qd))
-    return step, Now(chunk.q, qd, rates, look.pixels, command, outcome)
+    snapshot = Snapshot(chunk.q, qd, rates, seen, every.pixels, command, outcome)
+    if loop.on_step:
+        loop.on_step(snapshot, decision)
+    return step, snapshot
 
 
 def _wait(
     loop: Loop,
-    chunk: _Chunk,
+    chunk: Chunk,
     step: int,
     command: Command,
     rates: Array,
@@ -270,63 +229,40 @@ def _wait(
     near = (np.abs(command.error) < controller.tolerance).all(axis=0)
     if loop.drives.moves:
         lag = np.ascontiguousarray((rates[controller.columns] - command.qd)[:, None])
-        change = product(command.reach, lag)[:, 0]
+        change = product(command.task_jacobian, lag)[:, 0]
         near &= (np.abs(change) < controller.tolerance * controller.pace).all(axis=0)
     chunk.near = np.where(near, chunk.near + 1, 0)
-    passing = (outcome == Outcome.CONVERGED) & (chunk.near <= chunk.frames.old(step))
+    passing = (outcome == Outcome.CONVERGED) & (chunk.near <= chunk.images.age(step))
     outcome[passing] = Outcome.TIME_LIMIT if step == loop.steps else Outcome.RUNNING
 
 
-def _told(loop: Loop, chunk: _Chunk, step: int, look: Look, looks: dict[Key, Look]) -> Instant:
-    """What the controller learns of an instant; late or spoilt, if that is asked for."""
+def _measurement(
+    loop: Loop, chunk: Chunk, step: int, every: Projection, seen: dict[Key, Projection]
+) -> Measurement:
+    """What the sensors give the controller at a step, with the imperfections of `sensing`."""
     if loop.prompt:
-        pixels = np.empty_like(look.pixels)
-        kernels.measure(look.pixels, chunk.noise, step, pixels)
-        measured = {key: pixels[rows] for key, rows in zip(looks, loop.rows, strict=True)}
-        return Instant(step, loop.dt, chunk.q, looks, measured, chunk.memory)
-    frame = chunk.frames.at(step, look, chunk.noise)
-    parts = {key: frame.of(rows) for key, rows in zip(looks, loop.rows, strict=True)}
-    return Instant(
+        pixels = np.empty_like(every.pixels)
+        kernels.measure(every.pixels, chunk.noise, step, pixels)
+        measured = {key: pixels[rows] for key, rows in zip(seen, loop.rows, strict=True)}
+        return Measurement(step, loop.dt, chunk.q, seen, measured, chunk.memory)
+    image = chunk.images.at(step, every, chunk.noise)
+    parts = {key: image.of(rows) for key, rows in zip(seen, loop.rows, strict=True)}
+    return Measurement(
         step,
         loop.dt,
         loop.drives.counted(chunk.q),
-        {key: looks[key]._replace(depth=part.depth) for key, part in parts.items()},
+        {key: seen[key]._replace(depth=part.depth) for key, part in parts.items()},
         {key: part.pixels for key, part in parts.items()},
         chunk.memory,
-        {key: part.hidden for key, part in parts.items()} if frame.hidden.any() else {},
+        {key: part.hidden for key, part in parts.items()} if image.hidden.any() else {},
         prompt=False,
     )
 
 
-def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:
-    """What a controller or a user's law remembers of the runs that go on."""
-    kept: dict[str, Any] = {}
-    for name, value in memory.items():
-        if isinstance(value, dict):
-            kept[name] = _remembered(value, going)
-        else:
-            kept[name] = _rows(name, value, going.size)[going]
-    return kept
-
-
-def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
-    """An array with a row for each run; InputError if what is remembered is none."""
-    try:
-        array = np.asarray(value)
-    except ValueError:  # rows of unequal lengths
-        array = np.empty(())
-    if array.shape[:1] != (runs,):
-        raise InputError(
-            f"memory {name!r}: expected an array with a row for each of {runs} runs, "
-            f"got {value!r:.80}"
-        )
-    return array
-
-
-def _tell_singular(controller: Controller, now: Now) -> None:
+def _mark_singular(controller: Controller, snapshot: Snapshot) -> None:
     """A stall where L J has lost rank is a singularity, not a local minimum."""
-    stalled = np.flatnonzero(now.outcome == Outcome.LOCAL_MINIMUM)
+    stalled = np.flatnonzero(snapshot.outcome == Outcome.LOCAL_MINIMUM)
     if stalled.size:
-        reach = some_runs(now.command.reach, stalled)
-        lost = rank(reach, controller.rcond) < controller.full_rank
-        now.outcome[stalled[lost]] = Outcome.SINGULAR
+        task_jacobian = some_runs(snapshot.command.task_jacobian, stalled)
+        lost = rank(task_jacobian, controller.rcond) < controller.full_rank
+        snapshot.outcome[stalled[lost]] = Outcome.SINGULAR

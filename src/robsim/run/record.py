@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,7 @@ from robsim.base.arrays import Array, some_runs
 from robsim.base.errors import InputError
 from robsim.kernels import record as kernels
 from robsim.kernels.record import Track
-
-if TYPE_CHECKING:
-    from robsim.run.loop import Now
+from robsim.run.snapshot import Snapshot
 
 Record = Literal["all", "summary"] | int
 MEMORY_BUDGET = 4e9  # bytes
@@ -30,19 +28,19 @@ def every(record: Record) -> int | None:
     raise InputError(f"record must be 'all', 'summary' or every n-th step, got {record!r:.80}")
 
 
-def _empty(runs: int, moments: int, widths: tuple[int, ...]) -> Track:
+def _empty(runs: int, instants: int, widths: tuple[int, ...]) -> Track:
     """Room for `widths` numbers of q, qd, rates, s and pixels; NaN where nothing is put."""
-    return Track(*(np.full((runs, moments, width), np.nan) for width in widths))
+    return Track(*(np.full((runs, instants, width), np.nan) for width in widths))
 
 
 class Recorder:
-    """The chosen moments, and for each run its end. Chunks write to rows of their own."""
+    """The chosen instants, and for each run its end. Chunks write to rows of their own."""
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):
         self.every = every(record)
-        moments = 0 if self.every is None else steps // self.every + 1
-        _check_memory(runs, moments, sum(widths))
-        self.series = _empty(runs, moments, widths)
+        instants = 0 if self.every is None else steps // self.every + 1
+        _check_memory(runs, instants, sum(widths))
+        self.series = _empty(runs, instants, widths)
         self.last = _empty(runs, 1, widths)
         self.outcome = np.zeros(runs, dtype=np.int8)
         self.end_step = np.full(runs, np.nan)
@@ -52,24 +50,30 @@ class Recorder:
         self,
         step: int,
         rows: NDArray[np.int64],
-        now: Now,
+        snapshot: Snapshot,
         length: Array,
         over: NDArray[np.bool_],
     ) -> None:
         """Keep how those of the runs ended that are over."""
-        values = now.q, now.qd, now.rates, now.command.s, now.pixels
+        values = (
+            snapshot.q,
+            snapshot.qd,
+            snapshot.rates,
+            snapshot.command.s,
+            snapshot.pixels,
+        )
         ended = (some_runs(value, over) for value in values)
         kernels.store(rows[over], 0, *ended, self.last)
-        self.outcome[rows[over]] = now.outcome[over]
+        self.outcome[rows[over]] = snapshot.outcome[over]
         self.end_step[rows[over]], self.path_length[rows[over]] = step, length[over]
 
 
-def _check_memory(runs: int, moments: int, width: int) -> None:
+def _check_memory(runs: int, instants: int, width: int) -> None:
     """Refuse before anything runs; poses, velocities and errors come on top of what is stored."""
-    estimate = 8.0 * runs * (moments + 1) * (2 * width + 32)
+    estimate = 8.0 * runs * (instants + 1) * (2 * width + 32)
     if estimate > MEMORY_BUDGET:
         raise InputError(
-            f"{runs} runs with {moments} recorded moments need about {estimate / 1e9:.1f} GB, more "
-            f"than {MEMORY_BUDGET / 1e9:.0f} GB: record every n-th step (record=n) or the end only "
-            "(record='summary')"
+            f"{runs} runs with {instants} recorded instants need about {estimate / 1e9:.1f} GB, "
+            f"more than {MEMORY_BUDGET / 1e9:.0f} GB: record every n-th step (record=n) or the end "
+            "only (record='summary')"
         )

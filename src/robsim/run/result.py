@@ -11,14 +11,14 @@ import numba
 import numpy as np
 import xarray as xr
 
-from robsim import describe
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import homogeneous
-from robsim.kernels import tree
+from robsim.kernels.jacobian import camera_jacobian
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
 from robsim.run.outcome import Outcome
+from robsim.run.text import text_of
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
 from robsim.servo.controller import Controller
 from robsim.servo.laws.inverse import product
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from robsim.run.record import Recorder
 
 VERSION = version("robsim")  # of the package that was installed
-BLOCK = 65536  # moments that are turned into poses and velocities at a time
+BLOCK = 65536  # instants that are turned into poses and velocities at a time
 UNITS = {
     "camera_pose": "m",
     "camera_velocity": "m/s, rad/s",
@@ -105,7 +105,7 @@ def _without(absent: set[str], dims: list[str], data: Any) -> tuple[list[str], A
 
 
 def _simulated(recorder: Recorder) -> Track:
-    """The recorded moments; after an interruption those until then, not all that were planned."""
+    """The recorded instants; after an interruption those until then, not all that were planned."""
     if (recorder.outcome != Outcome.RUNNING).all():
         return recorder.series
     kept = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
@@ -163,7 +163,7 @@ def _farthest(away: Array) -> Array:
 
 
 def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
-    """Poses (runs, moments, 4, 4) and twists (runs, moments, 6) of a frame, in its own axes."""
+    """Poses (runs, instants, 4, 4) and twists (runs, instants, 6) of a frame, in its own axes."""
     joints, shape = scene.tree, q.shape[:2]
     poses, twists = np.empty((q[..., 0].size, 4, 4)), np.empty((q[..., 0].size, 6))
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
@@ -172,7 +172,7 @@ def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array,
         bodies = joints.bodies(np.ascontiguousarray(rows[part].T))
         T = joints.frame(bodies, frame)
         J = np.empty((6, joints.nv, T.shape[-1]))
-        tree.camera_jacobian(bodies, T, moves, J)
+        camera_jacobian(bodies, T, moves, J)
         poses[part] = homogeneous(T)
         poses[part][np.isnan(T[0, 0])] = np.nan
         twists[part] = product(J, np.ascontiguousarray(rates[part].T)[:, None])[:, 0].T
@@ -183,13 +183,13 @@ def _blocks(count: int) -> Iterator[slice]:
     return (slice(i, i + BLOCK) for i in range(0, count, BLOCK))
 
 
-def _coordinates(loop: Loop, scene: Scene, moments: int) -> dict[str, Any]:
+def _coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
     every = loop.recorder.every or 1
     seconds = {"units": "s", "long_name": "time"}
     keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
     return {
         "run": (["run"], loop.first_run + np.arange(len(loop.q0))),
-        "time": (["time"], np.arange(moments) * every * loop.dt, seconds),
+        "time": (["time"], np.arange(instants) * every * loop.dt, seconds),
         "coordinate": (["coordinate"], list(scene.coordinate_names)),
         "coordinate_unit": (["coordinate"], list(scene.coordinate_units)),
         "velocity": (["velocity"], list(scene.velocity_names)),
@@ -213,8 +213,8 @@ def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
         "record": loop.record,
     }
     try:
-        text = describe.scenario(scene, task, settings, loop.q0[0] if loop.single else None)
-    except (describe.NoDescription, InputError) as reason:
+        text = text_of(scene, task, loop.q0[0] if loop.single else None, settings)
+    except InputError as reason:
         text, settings["no_scenario"] = "", str(reason)
     return {
         "title": "RobSim run",
@@ -262,13 +262,13 @@ def _belief(belief: Scene | None, truth: Scene) -> str:
 def _images(sights: Sequence[Sight]) -> dict[str, Any]:
     """Size and centre of the images in pixels, for their figures; the first without its name."""
     cameras = {sight.eye.name: sight.eye.camera for sight in sights}
-    told: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     for i, (name, camera) in enumerate(cameras.items()):
         suffix = f"_{name}" if i else ""
         if camera.size:
-            told[f"image_size{suffix}"] = np.array(camera.size)
-        told[f"image_centre{suffix}"] = np.array([camera.K[0, 2], camera.K[1, 2]])
-    return told
+            found[f"image_size{suffix}"] = np.array(camera.size)
+        found[f"image_centre{suffix}"] = np.array([camera.K[0, 2], camera.K[1, 2]])
+    return found
 
 
 def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any]]:

@@ -13,7 +13,7 @@ from robsim.base.arrays import Array, positive, whole
 from robsim.base.errors import InputError, Interrupted
 from robsim.base.interrupt import undisturbed
 from robsim.base.threads import processors
-from robsim.run.loop import Loop, Witness
+from robsim.run.loop import Loop, OnStep
 from robsim.run.record import LONGEST, Record
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
@@ -106,9 +106,9 @@ def loop_of(
     hold: bool = False,
     record: Record = "all",
     run: int = 0,
-    witness: Witness | None = None,
+    on_step: OnStep | None = None,
 ) -> Loop:
-    """The loop that `simulate` runs, with everything checked; a witness sees every instant."""
+    """The loop that `simulate` runs, with everything checked; `on_step` sees every step."""
     check_kinds(scene, task)
     controller = task.bind(scene)
     starts = scene.coordinates(scene.home if q0 is None else q0, "q0")
@@ -127,15 +127,17 @@ def loop_of(
         whole(run, "run", 0, 2**62),
         record,
         starts.ndim == 1,
-        witness,
+        on_step,
     )
 
 
-def check(scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any]) -> None:
+def check(
+    scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any], must_see: bool = False
+) -> None:
     """InputError for what `simulate` refuses with these keywords, as far as no record is made."""
     later = {"record", "threads", "chunk", "progress"}
-    told = {key: value for key, value in settings.items() if key not in later}
-    loop_of(scene, task, q0, record="summary", **told)
+    now = {key: value for key, value in settings.items() if key not in later}
+    loop_of(scene, task, q0, record="summary", **now)
 
 
 def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:

@@ -30,14 +30,8 @@ from robsim.servo.tasks.placing import Placing as Placing
 from robsim.servo.tasks.priorities import Priorities as Priorities
 from robsim.servo.tasks.schemes import IBVS as IBVS
 from robsim.servo.tasks.schemes import PBVS as PBVS
-from robsim.servo.tasks.schemes import SCHEMES as SCHEMES
 from robsim.servo.tasks.schemes import Hybrid as Hybrid
 from robsim.servo.tasks.schemes import Partitioned as Partitioned
 from robsim.servo.tasks.switch import Switch as Switch
 from robsim.servo.tasks.task import ServoTask as ServoTask
 from robsim.servo.tasks.task import Task as Task
-
-FOLLOWERS: dict[str, type[FollowJoints] | type[FollowPath]] = {
-    each.kind: each for each in (FollowJoints, FollowPath)
-}
-SEVERAL = {each.kind: each for each in (Priorities, Switch, Parallel)}

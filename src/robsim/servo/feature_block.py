@@ -4,84 +4,210 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import positive
-from robsim.base.errors import InputError, suggest
-from robsim.features import FEATURES, Feature
+from robsim.base.errors import InputError
+from robsim.declare import Choice, Declared, ListOf, Number, OneOf, Text, Whole, fields_of
+from robsim.declare.problems import Broken, shown
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.features import FEATURES as KINDS
+from robsim.features import Feature
+
+FEATURE = Choice(KINDS, protocol=Feature)
 
 
 @dataclass(frozen=True)
-class FeatureBlock:
-    """One of several features that a task stacks: `IBVS(features=[FeatureBlock(...), ...])`.
+class SceneName(Text):
+    """The name of a camera or an object; in a text it must be one of the scene."""
 
-    feature       a name such as "points", or an object with unit, tolerance and measure
-    camera        its name, or two names for a feature of a stereo pair; None: that of the task
-    target        name of the object with the marks; None: that of the task
-    marks         which marks, by number; None: all
-    components    which numbers of s; None: all
-    weight        on its rows in the law's least squares
+    find: str = "camera"
+    most: int = 129
+
+    def read(self, raw: Raw, c: Context) -> str:
+        name, scene = super().read(raw, c), c.facts.get("scene")
+        if scene is not None:
+            getattr(scene, self.find)(name)
+        return name
+
+    def words(self) -> str:
+        return f"the name of a {self.find}"
+
+
+@dataclass(frozen=True)
+class Cameras(OneOf):
+    """The name of a camera, or the names of the two of a stereo pair."""
+
+    def __init__(self) -> None:
+        super().__init__(SceneName(), ListOf(SceneName(), 2, 2))
+
+    def check(self, value: Any, what: str) -> Any:
+        if isinstance(value, str):
+            return value
+        names = tuple(value) if isinstance(value, list | tuple) else ()
+        texts = all(isinstance(name, str) for name in names)
+        if len(names) != 2 or not texts or len(set(names)) < 2:
+            raise InputError(f"{what}: expected a name, or two different ones, got {value!r:.80}")
+        return names
+
+    def words(self) -> str:
+        return "the name of a camera, or two of a stereo pair"
+
+
+INDEX = Whole(0, 9_999)
+
+
+@dataclass(frozen=True)
+class Indices(ListOf):
+    """Different whole numbers from 0 on."""
+
+    item: Spec = INDEX
+    least: int = 1
+
+    def check(self, value: Any, what: str) -> tuple[int, ...]:
+        listed = isinstance(value, Iterable) and not isinstance(value, str)
+        numbers = tuple(value) if listed else ()
+        whole = all(isinstance(n, int | np.integer) and n is not True and n >= 0 for n in numbers)
+        if not numbers or not whole or len(set(numbers)) < len(numbers):
+            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+        return tuple(int(n) for n in numbers)
+
+    def read(self, raw: Raw, c: Context) -> tuple[int, ...]:
+        numbers = super().read(raw, c)
+        if len(set(numbers)) < len(numbers):
+            raise expected(self.words(), raw)
+        return numbers
+
+    def words(self) -> str:
+        return "different whole numbers from 0 on"
+
+
+CAMERAS, TARGET, INDICES = Cameras(), SceneName(find="object"), Indices()
+
+
+@dataclass(frozen=True)
+class FeatureBlock(Declared):
+    """One of several features that a task stacks: `IBVS(features=[FeatureBlock(...), ...])`.
 
     >>> FeatureBlock("log_depth", marks=[0]).marks
     (0,)
     """
 
-    feature: Any
-    camera: str | tuple[str, str] | None = None
-    target: str | None = None
-    marks: tuple[int, ...] | None = None
-    components: tuple[int, ...] | None = None
-    weight: float = 1.0
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "feature", as_feature(self.feature))
-        put(self, "camera", as_cameras(self.camera))
-        put(self, "marks", _indices(self.marks, "marks"))
-        put(self, "components", _indices(self.components, "components"))
-        put(self, "weight", positive(self.weight, "weight"))
+    feature: Annotated[Any, FEATURE, "Its name, or an object with unit, tolerance and measure."]
+    camera: Annotated[
+        str | tuple[str, str] | None,
+        CAMERAS,
+        "Its name, or two for a feature of a stereo pair; None: that of the task.",
+    ] = None
+    target: Annotated[
+        str | None, TARGET, "Name of the object with the marks; None: that of the task."
+    ] = None
+    marks: Annotated[tuple[int, ...] | None, INDICES, "Which marks, by number; None: all."] = None
+    components: Annotated[tuple[int, ...] | None, INDICES, "Which numbers of s; None: all."] = None
+    weight: Annotated[float, Number(above=0), "On its rows in the least squares of the law."] = 1.0
 
 
-def as_parts(given: Any) -> tuple[FeatureBlock, ...]:
-    """Parts from one feature or a list of features and parts."""
+def blocks_of(given: Any) -> tuple[FeatureBlock, ...]:
+    """Return feature blocks from one feature or a list of features and blocks."""
     several = given if isinstance(given, list | tuple) else [given]
     if not several:
         raise InputError("features: an empty list; give at least one feature")
-    return tuple(part if isinstance(part, FeatureBlock) else FeatureBlock(part) for part in several)
+    return tuple(each if isinstance(each, FeatureBlock) else FeatureBlock(each) for each in several)
 
 
-def as_feature(given: Any) -> Feature:
-    """A feature from its name or itself."""
-    if isinstance(given, str):
-        if given not in FEATURES:
-            raise InputError(f"no features {given!r}; {suggest(given, FEATURES, 'features')}")
-        made: Feature = FEATURES[given]()
-        return made
-    if isinstance(given, type) or not isinstance(given, Feature):
-        raise InputError(
-            f"features: expected a name ({', '.join(FEATURES)}), or an object with unit, tolerance "
-            f"and measure, such as Points(), got {given!r:.80}"
-        )
-    return given
+@dataclass(frozen=True)
+class Features(Spec):
+    """What a task regulates: a feature, or a list of features and blocks.
+
+    In a text the keys of a block stand beside those of its feature.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("plain", "table", "list")
+
+    def check(self, value: Any, what: str) -> Any:
+        blocks = blocks_of(value)
+        alone = len(blocks) == 1 and not isinstance(value, FeatureBlock | list | tuple)
+        return blocks[0].feature if alone else blocks
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        if isinstance(raw, list):
+            return list(ListOf(_Block(), 1, 1000).read(raw, c))
+        return _Block(alone=True).read(raw, c)
+
+    def write(self, value: Any, c: Context) -> Raw:
+        if isinstance(value, tuple):
+            return [_Block().saved(each, c) for each in value]
+        return FEATURE.write(value, c)
+
+    def words(self) -> str:
+        return f"{FEATURE.words()}, a table of one, or a list of these"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        one = {"anyOf": [{"enum": FEATURE.names}, {"type": "object"}]}
+        return {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 1}]}
+
+    def wrong(self) -> list[Raw]:
+        return [3, "none of them", [], {}]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        if isinstance(old, dict) and isinstance(new, dict):
+            own = {key: raw for key, raw in old.items() if key in _OWN}
+            rest = {key: raw for key, raw in old.items() if key not in _OWN}
+            return {**own, **FEATURE.merge(rest, new, loose)}
+        return new
 
 
-def as_cameras(given: Any) -> str | tuple[str, str] | None:
-    """The name of a camera, two names for a stereo pair, or None."""
-    if given is None or isinstance(given, str):
-        return given
-    names = tuple(given) if isinstance(given, list | tuple) else ()
-    if len(names) != 2 or not all(isinstance(name, str) for name in names) or len(set(names)) < 2:
-        raise InputError(f"camera: expected a name, or two different ones, got {given!r:.80}")
-    return names
+@dataclass(frozen=True)
+class _Block(Spec):
+    """One block; a table that says nothing of a block is the feature `alone`."""
+
+    alone: bool = False
+    form: ClassVar[str] = "table"
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        if not isinstance(raw, str | dict):
+            example = (
+                'a name such as "points", or a table as in { kind = "points", marks = [0, 1] }'
+            )
+            raise InputError(f"expected {example}, got {shown(raw)}")
+        table = {"kind": raw} if isinstance(raw, str) else raw
+        before = c.problems.seen
+        own = {}
+        for each in _FIELDS:
+            value = each.spec.pick(table, each.name, c)
+            if value is not MISSING:
+                own[each.name] = value
+        rest = {key: part for key, part in table.items() if key not in _OWN}
+        feature = _Feature(KINDS, protocol=Feature).read(rest, c)
+        if c.problems.seen > before:
+            raise Broken
+        return feature if self.alone and not own else FeatureBlock(feature, **own)
+
+    def write(self, value: Any, c: Context) -> Raw:
+        if type(value) is not FeatureBlock:
+            raise NoText(f"{type(value).__name__} is Python code")
+        raw = FEATURE.write(value.feature, c)
+        table = {"kind": raw} if isinstance(raw, str) else dict(raw)
+        for each in _FIELDS:
+            if getattr(value, each.name) != each.default:
+                each.spec.put(table, each.name, getattr(value, each.name), c)
+        return table["kind"] if len(table) == 1 else table
+
+    def words(self) -> str:
+        return "a feature"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": "object"}
 
 
-def _indices(given: Any, what: str) -> tuple[int, ...] | None:
-    if given is None:
-        return None
-    numbers = tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else ()
-    whole = all(isinstance(n, int | np.integer) and n is not True and n >= 0 for n in numbers)
-    if not numbers or not whole or len(set(numbers)) < len(numbers):
-        raise InputError(f"{what}: expected different whole numbers from 0 on, got {given!r:.80}")
-    return tuple(int(n) for n in numbers)
+class _Feature(Choice):
+    """A feature whose unknown keys are told beside those of its block."""
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        return super().read(raw, c.knowing(also=_OWN))
+
+
+_FIELDS = [each for each in fields_of(FeatureBlock) if each.name != "feature"]
+_OWN = tuple(each.name for each in _FIELDS)
+FEATURES = Features()

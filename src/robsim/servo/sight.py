@@ -11,12 +11,17 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
+from robsim.features import Observation
+from robsim.kernels import jacobian as jacobians
 from robsim.kernels import sight as kernels
-from robsim.kernels import tree
-from robsim.kernels.sight import Look
-from robsim.world.scene import MountedCamera, Object, Scene
+from robsim.kernels.sight import Projection
+from robsim.kernels.tree import Bodies
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+from robsim.world.scene import Scene
 
 Key = tuple[str, str]  # camera and target
+MARKS = ("points", "depth", "pixels", "visibility")  # what a projection holds of each mark
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +49,17 @@ class Sight:
         moved = np.unique(self.scene.tree.velocity[self.sign != 0])
         return frozen(moved[~self.scene.prescribed[moved]])
 
-    def look(self, q: Array) -> Look:
-        """What is where, for coordinates q (nq, B)."""
-        seen = self.room(q.shape[1])
-        kernels.look(self.scene.tree.joints, self.constants, q, seen)
-        return seen
+    def project(self, q: Array) -> Projection:
+        """The camera, its target and the marks in the image, for coordinates q (nq, B)."""
+        projection = self.room(q.shape[1])
+        self.scene.tree.prepare(q, projection.bodies)
+        kernels.project(self.scene.tree.joints, self.constants, q, projection)
+        return projection
 
-    def room(self, runs: int) -> Look:
-        """A Look that is not filled yet."""
+    def room(self, runs: int) -> Projection:
+        """Room for a projection, not filled yet."""
         marks = len(self.target.marks)
-        return Look(
+        return Projection(
             self.scene.tree.room(runs),
             np.empty((3, 4, runs)),
             np.empty((3, 4, runs)),
@@ -63,10 +69,10 @@ class Sight:
             np.empty((marks, runs), np.int8),
         )
 
-    def jacobian(self, look: Look, moves: tree.Moves) -> Array:
+    def jacobian(self, projection: Projection, moves: jacobians.Moves) -> Array:
         """(6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
-        J = np.empty((6, moves.columns.size, look.T_w_c.shape[-1]))
-        tree.camera_jacobian(look.bodies, look.T_w_c, moves, J)
+        J = np.empty((6, moves.columns.size, projection.T_w_c.shape[-1]))
+        jacobians.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
         return J
 
     @cached_property
@@ -80,11 +86,17 @@ class Sight:
             camera.K,
             camera.lens,
             camera.border,
-            camera.reach,
+            camera.valid_radius,
             bool((self.sign > 0).any()),
         )
 
-    def moves(self, columns: NDArray[np.int64]) -> tree.Moves:
+    def observation(self, pixels: Array, depth: Array, T_c_o: Array | None) -> Observation:
+        """What its camera makes of pixels (N, 2, B) at depths (N, B), near the pose T_c_o."""
+        seen = Observation.of(pixels, depth, self.eye.camera)
+        seen.model, seen.guess_last = self.target.marks, T_c_o
+        return seen
+
+    def moves(self, columns: NDArray[np.int64]) -> jacobians.Moves:
         """Some velocities for the kernels; read-only, like all that they are compiled for."""
         return self.scene.tree.moves(self.sign, columns)
 
@@ -115,20 +127,30 @@ def relative(T_w_a: Array, T_w_b: Array) -> Array:
     return T
 
 
-def joined(looks: Sequence[Look], runs: int) -> Look:
-    """All marks of several looks one after the other; poses are those of the first."""
-    if len(looks) == 1:
-        return looks[0]
-    if not looks:
+def joined(projections: Sequence[Projection], runs: int) -> Projection:
+    """All marks of several projections one after the other; poses are those of the first."""
+    if len(projections) == 1:
+        return projections[0]
+    if not projections:
         return _blind(runs)
-    parts = (np.concatenate([getattr(look, name) for look in looks]) for name in Look._fields[-4:])
-    return Look(*looks[0][:3], *parts)
+    parts = (np.concatenate([getattr(one, name) for one in projections]) for name in MARKS)
+    return Projection(*projections[0][:3], *parts)
 
 
-def _blind(runs: int) -> Look:
+def _blind(runs: int) -> Projection:
     """Of no camera: no poses and no marks."""
     sizes: list[tuple[int, ...]] = [(3, 4), (), (4,), (4,), (3,), (), (2,)]
     poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
     T_w_c, T_w_o, points, depth, pixels = others
     status = np.empty((0, runs), np.int8)
-    return Look(tree.Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
+    return Projection(Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
+
+
+def adjoint(T_a_b: Array) -> Array:
+    """A (6, 6) with V_a = A V_b for one body's twist, from T_a_b (3, 4, 1).
+
+    v_a = R v_b + p x (R omega_b), omega_a = R omega_b.
+    """
+    R, (x, y, z) = T_a_b[:, :3, 0], T_a_b[:, 3, 0]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.block([[R, cross @ R], [np.zeros((3, 3)), R]])

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
-from robsim.trajectory.limits import Each, Limits, each, per_axis
+from robsim.declare import ListOf, check_fields, register
+from robsim.declare.joints import OneOrEach, followed
+from robsim.trajectory.limits import Acceleration, Coordinates, Each, Limits, Speed, each
 from robsim.trajectory.timing import checked_times
 
 ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # of making segments longer where something does not fit
@@ -25,14 +27,25 @@ class Plan(NamedTuple):
     middle: Array  # (m,) time of each blend's middle
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True)
+class Points(ListOf):
+    """At least two points, each of one number for each axis; an array (m, n) inside."""
+
+    def check(self, value: Any, what: str) -> Array:
+        given = numbers(value, what, ("m", "n"))
+        if given.ndim != 2 or len(given) < 2 or not given.shape[1]:
+            raise InputError(f"{what}: expected shape (m, n) with m > 1, got {given.shape}")
+        return frozen(given)
+
+
+POINTS = Points(Coordinates, 2)
+CORNERS = OneOrEach(followed, "limits")
+
+
+@register("trajectory", "blends")
+@dataclass(frozen=True, eq=False)
 class Blends(Value):
     """Straight segments between points, joined by parabolas: it stops at the ends only.
-
-    points                (m, n) of n axes, in rad or m, m >= 2
-    speed, acceleration   limits in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
-    corner                how far the way may pass by a point in between, in rad or m: one number
-                          for all axes, or (n,); None for whatever the limits give
 
     On a segment the velocity w is constant; at each point it changes at constant acceleration for
     a time tau, half of it before and half after the point, so that the way passes by the point
@@ -49,22 +62,27 @@ class Blends(Value):
     array([0.5, 0.5])
     """
 
-    points: Any
-    limits: Limits
-    corner: Each | None
+    points: Annotated[Any, POINTS, "(m, n) points of n axes, m >= 2."]
+    _: KW_ONLY
+    speed: Speed
+    acceleration: Acceleration
+    corner: Annotated[
+        Each | None,
+        CORNERS,
+        "How far the way may pass by a point in between; None: whatever the limits give.",
+    ] = None
 
-    def __init__(self, points: Any, *, speed: Any, acceleration: Any, corner: Any = None):
-        given = numbers(points, "points", ("m", "n"))
-        if given.ndim != 2 or len(given) < 2 or not given.shape[1]:
-            raise InputError(f"points: expected shape (m, n) with m > 1, got {given.shape}")
-        same = np.flatnonzero((given[1:] == given[:-1]).all(axis=1))
+    def __post_init__(self) -> None:
+        check_fields(self)
+        same = np.flatnonzero((self.points[1:] == self.points[:-1]).all(axis=1))
         if same.size:
             raise InputError(f"points: number {same[0]} and {same[0] + 1} are the same")
-        put = object.__setattr__
-        put(self, "points", frozen(given))
-        put(self, "limits", Limits(speed, acceleration))
-        put(self, "corner", None if corner is None else per_axis(corner, "corner"))
         _ = self._plan  # the number of limits is checked now, not later
+
+    @cached_property
+    def limits(self) -> Limits:
+        """The limits of all axes."""
+        return Limits(self.speed, self.acceleration)
 
     @property
     def duration(self) -> float:

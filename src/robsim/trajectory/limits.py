@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, one_or_each
 from robsim.base.errors import InputError
+from robsim.declare.joints import OneOrEach, PerJoint, followed, per
 
 Each = float | tuple[float, ...]  # one number for all, or one for each
+SPEEDS = OneOrEach(per(followed, "/s"), "limits", ("turn rate", "speed"))
+ACCELERATIONS = OneOrEach(per(followed, "/s^2"), "limits", ("turn acceleration", "acceleration"))
+Speed = Annotated[Any, SPEEDS, "Limit of the speed of each axis."]
+Acceleration = Annotated[Any, ACCELERATIONS, "Limit of the acceleration of each axis."]
+Coordinates = PerJoint(followed)
 
 
 @dataclass(frozen=True)
@@ -21,8 +27,8 @@ class Limits:
     (array([1., 1.]), array([2., 3.]))
     """
 
-    speed: Any
-    acceleration: Any
+    speed: Speed
+    acceleration: Acceleration
 
     def __post_init__(self) -> None:
         for name in ("speed", "acceleration"):

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import Quantity, Time, check_fields
 from robsim.trajectory.timing import Timing
 
-UNITS = {
-    "duration": "s",
-    "speed": "m/s",
-    "acceleration": "m/s^2",
-    "turn": "rad/s",
-    "turn_acceleration": "rad/s^2",
-}
+Duration = Annotated[float | None, Time(above=0), "How long it takes, with least jerk."]
+Speed = Annotated[
+    float | None, Quantity(above=0, dimension="speed"), "Limit of the speed of the origin."
+]
+Acceleration = Annotated[
+    float | None, Quantity(above=0, dimension="acceleration"), "Limit of its acceleration."
+]
+Turn = Annotated[float | None, Quantity(above=0, dimension="turn rate"), "Limit of the turn rate."]
+TurnAcceleration = Annotated[
+    float | None, Quantity(above=0, dimension="turn acceleration"), "Limit of its change."
+]
 
 
 @dataclass(frozen=True)
@@ -31,11 +37,11 @@ class Pace:
     array(2.5)
     """
 
-    duration: float | None = None
-    speed: float | None = None
-    acceleration: float | None = None
-    turn: float | None = None
-    turn_acceleration: float | None = None
+    duration: Duration = None
+    speed: Speed = None
+    acceleration: Acceleration = None
+    turn: Turn = None
+    turn_acceleration: TurnAcceleration = None
 
     def __post_init__(self) -> None:
         given = [each.name for each in fields(self) if getattr(self, each.name) is not None]
@@ -45,8 +51,7 @@ class Pace:
                 "give either duration, or speed and acceleration, turn and turn_acceleration, or "
                 f"both pairs of limits; got {told}"
             )
-        for name in given:
-            object.__setattr__(self, name, positive(getattr(self, name), f"{name} ({UNITS[name]})"))
+        check_fields(self)
         for name in ("speed", "turn"):
             pair = (name, "acceleration" if name == "speed" else "turn_acceleration")
             if len({*pair} & {*given}) == 1:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import positive
+from robsim.declare import Time, check_fields, register
 from robsim.trajectory.rest_to_rest import RestToRest
 from robsim.trajectory.timing import Timing
 
 
+@register("trajectory", "quintic")
 @dataclass(frozen=True, eq=False)
 class Quintic(RestToRest):
     """From rest to rest in `duration` seconds, with no acceleration at either end.
@@ -30,11 +31,11 @@ class Quintic(RestToRest):
     array([0.9375, 0.    ])
     """
 
-    duration: Any = None
+    duration: Annotated[float, Time(above=0), "How long it takes."]
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "duration", positive(self.duration, "duration (seconds)"))
+        check_fields(self)
 
     @cached_property
     def timing(self) -> Timing:

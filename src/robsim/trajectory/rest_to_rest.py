@@ -5,15 +5,33 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.declare.joints import PerJoint, followed
+from robsim.declare.spec import Context, NoText
 from robsim.geometry.pose import common_lead
 from robsim.trajectory.timing import Timing, checked_times
+
+
+@dataclass(frozen=True)
+class Ends(PerJoint):
+    """Coordinates of the axes; in Python also several motions at once."""
+
+    def check(self, value: Any, what: str) -> Array:
+        return frozen(numbers(value, what, ("n",)))
+
+    def write(self, value: Any, c: Context) -> list[str]:
+        if value.ndim > 1:
+            raise NoText(f"a text holds one motion, not a batch of shape {value.shape[:-1]}")
+        return super().write(value, c)
+
+
+ENDS = Ends(followed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +42,8 @@ class RestToRest(Value, ABC):
                  broadcast against them
     """
 
-    start: Any
-    end: Any
+    start: Annotated[Any, ENDS, "Where the axes start."]
+    end: Annotated[Any, ENDS, "Where they stop."]
 
     def __post_init__(self) -> None:
         start, end = numbers(self.start, "start", ("n",)), numbers(self.end, "end", ("n",))

@@ -4,17 +4,41 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, length, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose, as_pose, common_lead, homogeneous
+from robsim.geometry.pose_table import PoseTable
 from robsim.kernels import se3
-from robsim.trajectory.pace import Pace
+from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
 from robsim.trajectory.timing import Shares, Timing, checked_times
+
+
+@dataclass(frozen=True)
+class StraightTable:
+    """How a text says a straight way."""
+
+    start: Annotated[Pose, PoseTable(), "Where it starts."]
+    end: Annotated[Pose, PoseTable(), "Where it ends."]
+    duration: Duration = None
+    speed: Speed = None
+    acceleration: Acceleration = None
+    turn: Turn = None
+    turn_acceleration: TurnAcceleration = None
+
+    def made(self, c: Context) -> Straight:
+        """Return the way."""
+        return Straight(**vars(self))
+
+    @classmethod
+    def of(cls, value: Straight, c: Context) -> StraightTable:
+        """Return what says a way."""
+        return cls(value.start, value.end, **vars(value.pace))
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -43,6 +67,7 @@ class Straight(Value):
     start: Pose
     end: Pose
     pace: Pace
+    text_form: ClassVar[type[Any]] = StraightTable
 
     def __init__(
         self,

@@ -9,6 +9,9 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import family
+
+TRAJECTORIES = family("trajectory")
 
 
 class Shares(NamedTuple):

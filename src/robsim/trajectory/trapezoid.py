@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.trajectory.limits import Limits
+from robsim.declare import check_fields, register
+from robsim.trajectory.limits import Acceleration, Limits, Speed
 from robsim.trajectory.rest_to_rest import RestToRest
 from robsim.trajectory.timing import Timing
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@register("trajectory", "trapezoid")
+@dataclass(frozen=True, eq=False)
 class Trapezoid(RestToRest):
     """The shortest motion from rest to rest in which no axis exceeds its limits.
-
-    speed, acceleration   in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
 
     Each axis speeds up, goes on at constant speed, and slows down; where its way is short, it never
     reaches its limit of speed (Siciliano et al. 2009, section 4.2.1). The slowest axis sets the
@@ -29,14 +29,19 @@ class Trapezoid(RestToRest):
     (2.5, array([0.25 , 0.008]), array([1.   , 0.064]))
     """
 
-    limits: Limits
+    _: KW_ONLY
+    speed: Speed
+    acceleration: Acceleration
 
-    def __init__(self, start: Any, end: Any, *, speed: Any, acceleration: Any):
-        object.__setattr__(self, "start", start)
-        object.__setattr__(self, "end", end)
-        object.__setattr__(self, "limits", Limits(speed, acceleration))
+    def __post_init__(self) -> None:
         super().__post_init__()
+        check_fields(self)
         self.limits.of(self.start.shape[-1])
+
+    @cached_property
+    def limits(self) -> Limits:
+        """The limits of all axes."""
+        return Limits(self.speed, self.acceleration)
 
     @property
     def duration(self) -> Any:

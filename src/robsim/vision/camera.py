@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.declare import ListOf, Whole
+from robsim.declare.spec import Spec
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
@@ -25,6 +27,8 @@ from robsim.kernels import camera as kernels
 COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
 UNMODELLED = 12, 14  # of those that OpenCV writes for a thin prism, and for a tilted sensor too
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
+
+PIXELS = Whole(1, 1_000_000)
 
 
 class Visibility(IntEnum):
@@ -86,7 +90,8 @@ class Camera(Value):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "K", frozen(_checked_intrinsics(self.K)))
-        object.__setattr__(self, "size", _checked_size(self.size))
+        if self.size is not None:
+            object.__setattr__(self, "size", SIZE.check(self.size, "image size"))
         if not isinstance(self.body, CameraBody | None):
             raise InputError(f"body: expected a CameraBody, got {self.body!r:.80}")
         object.__setattr__(self, "distortion", _checked_distortion(self.distortion))
@@ -134,7 +139,7 @@ class Camera(Value):
         """
         X, pixels, lead = self._look(points, T_w_c)
         status = np.empty((X.shape[0], X.shape[2]), dtype=np.int8)
-        kernels.visibility(X, pixels, self.border, self.reach, status)
+        kernels.visibility(X, pixels, self.border, self.valid_radius, status)
         return runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
@@ -148,7 +153,7 @@ class Camera(Value):
         first = numbers(pixels, "pixels", ("N", 2))
         last = runs_last(first, 2)
         x = np.empty_like(last)
-        kernels.normalise(last, self.K, self.lens, self.reach, x)
+        kernels.normalise(last, self.K, self.lens, self.valid_radius, x)
         return runs_first(x, first.shape[:-2])
 
     @cached_property
@@ -163,7 +168,7 @@ class Camera(Value):
         return frozen(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
-    def reach(self) -> float:
+    def valid_radius(self) -> float:
         """The normalised radius up to which the lens moves points outwards; beyond, it folds.
 
         The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
@@ -221,10 +226,22 @@ def _checked_distortion(given: Any) -> tuple[float, ...]:
     return tuple(lens[:8].tolist())
 
 
-def _checked_size(size: Any) -> tuple[int, int] | None:
-    if size is None:
-        return None
-    pair = numbers(size, "image size", (2,))
-    if pair.ndim != 1 or (pair < 1).any() or (pair != np.round(pair)).any():
-        raise InputError(f"image size must be (width, height) in whole pixels, got {size!r}")
-    return int(pair[0]), int(pair[1])
+@dataclass(frozen=True)
+class ImageSize(ListOf):
+    """Width and height of an image in whole pixels."""
+
+    item: Spec = PIXELS
+    least: int = 2
+    most: int = 2
+
+    def check(self, value: Any, what: str) -> tuple[int, int]:
+        pair = numbers(value, what, (2,))
+        if pair.ndim != 1 or (pair < 1).any() or (pair != np.round(pair)).any():
+            raise InputError(f"{what} must be (width, height) in whole pixels, got {value!r}")
+        return int(pair[0]), int(pair[1])
+
+    def words(self) -> str:
+        return "[width, height] in pixels"
+
+
+SIZE = ImageSize()

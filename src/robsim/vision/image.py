@@ -34,7 +34,7 @@ def normalised(pixels: Array, camera: Camera) -> Array:
     """(..., N, 2) of pixels (..., N, 2); NaN for what is not seen or the lens cannot reach."""
     last = runs_last(pixels, 2)
     x = np.empty_like(last)
-    kernels.normalise(last, camera.K, camera.lens, camera.reach, x)
+    kernels.normalise(last, camera.K, camera.lens, camera.valid_radius, x)
     return runs_first(x, pixels.shape[:-2])
 
 

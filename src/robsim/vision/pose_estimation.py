@@ -12,28 +12,18 @@ from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.geometry.pose import homogeneous
-from robsim.kernels import camera as camera_kernels
 from robsim.kernels import se3
 from robsim.kernels.features import points_interaction
-from robsim.kernels.pose import fit_pose
 from robsim.vision.camera import Camera
-from robsim.vision.image import deviation, measured, normalised, pixel_rates
-from robsim.vision.orthography import mirrored, orthographic_poses
+from robsim.vision.image import deviation, measured, pixel_rates
+from robsim.vision.pose_minima import CHUNK, EXACT, all_minima, in_camera, in_image
 from robsim.vision.spread import second_moment
-from robsim.vision.three_marks import three_marks_poses
 
 LINE = 1e-9  # of their size: marks that leave a line by less are on it
 SMALLEST = 1e-50  # metres
-POINT = 1e-12  # normalised: an image no larger is one point
-ASIDE = 1e8  # normalised: what is so far from the axis is no image
-SAME = 1e-3  # radians, and of the distance: nearer minima are one
 ROUNDING = 1e-9  # pixels: a smaller rms error is rounding
-EXACT = 1e-6  # pixels: what three marks' minima may leave over and still be poses of theirs
-ODDS = 100.0  # to one: what is less likely wrong is told apart
+ODDS = 100.0  # to one: the best minimum is sure where the next is as unlikely as this
 DEEP = 1 / 3  # of the depth: a larger standard deviation leaves it open
-CHUNK = 32  # poses that are refined together
-ROUNDS = 10  # of 30 updates; a start on the wrong side of a thick far target takes some
-ARRIVED = 1e-9  # radians, and of the distance: a round that moves a pose by less is its last
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,7 +110,7 @@ def estimate_pose(
     u = measured(pixels, "pixels", camera, len(p))
     sigma = None if noise is None else deviation(noise)
     lead = u.shape[:-2]
-    T, squares = _all_minima(p, u.reshape(-1, len(p), 2), camera)
+    T, squares = all_minima(p, u.reshape(-1, len(p), 2), camera)
     variance = _variance(squares[:, 0], len(p), sigma)
     covariance = _covariance(p, T[:, 0], u.reshape(-1, len(p), 2), camera, variance)
     sure = _told_apart(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
@@ -161,116 +151,6 @@ def _power_of_two(size: float) -> float:
     return 2.0 ** min(math.floor(math.log2(size)), 1000) if size > 0 else 1.0
 
 
-def _all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
-    """`_minima` of the runs that show something; NaN and inf for the others."""
-    x = normalised(u, camera)
-    T, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
-    seen = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)  # no NaN
-    with np.errstate(all="ignore"):  # a start that is not finite leads nowhere
-        T[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
-    return T, squares
-
-
-def _minima(p: Array, x: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
-    """T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4) of the minima, the best first."""
-    T = _refined(p, x, _starts(p, x))
-    squares = _squares(p, T, u, camera)
-    if len(p) == 3:  # exact poses, or what is nearest to one
-        exact = squares.min(1, keepdims=True) + 2 * len(p) * EXACT**2
-        squares = np.where(squares <= exact, squares, np.inf)
-    T, squares = _sorted(T, squares)
-    for k in range(1, T.shape[1]):
-        again = (_apart(T[:, :k], T[:, k, None]) < SAME).any(1)
-        squares[again, k] = np.inf
-    T, squares = _sorted(T, squares)
-    T[np.isinf(squares)] = np.nan
-    return T[:, :4], squares[:, :4]
-
-
-def _starts(p: Array, x: Array) -> Array:
-    """T_c_o (B, k, 3, 4); finite, if only as a start that leads nowhere."""
-    three = _largest_triangle(p)
-    exact = three_marks_poses(p[three], x[:, three])
-    if len(p) > 3:
-        found = _normalised_squares(p, exact, x).argmin(1)
-        best = exact[np.arange(len(x)), found, None]
-        exact = np.concatenate([best, mirrored(p, best)], axis=1)
-    poses = np.concatenate([orthographic_poses(p, x), exact], axis=1)
-    return np.where(np.isfinite(poses).all((-1, -2), keepdims=True), poses, 0.0)
-
-
-def _largest_triangle(p: Array) -> NDArray[np.int64]:
-    """The three marks of the largest triangle that has the two of the longest distance."""
-    between = np.linalg.norm(p[:, None] - p, axis=-1)
-    i, j = np.unravel_index(between.argmax(), between.shape)
-    k = np.linalg.norm(np.cross(p - p[i], p[j] - p[i]), axis=-1).argmax()
-    return np.array([i, j, k])
-
-
-def _refined(p: Array, x: Array, starts: Array) -> Array:
-    """The minima (B, k, 3, 4) to which the starts lead; those that are not there yet go on."""
-    T = starts.reshape(-1, 3, 4).copy()
-    images = np.repeat(x, starts.shape[1], axis=0)
-    going = np.flatnonzero(T.any((1, 2)))
-    for _ in range(ROUNDS):
-        moved = _fitted(p, images[going], T[going])
-        far = _apart(moved, T[going]) > ARRIVED  # false where NaN
-        T[going], going = moved, going[far]
-    return T.reshape(starts.shape)
-
-
-def _fitted(p: Array, images: Array, guess: Array) -> Array:
-    """T (n, 3, 4) after at most 30 updates, a few at a time: none waits long for a slow one."""
-    out = np.empty_like(guess)
-    for first in range(0, len(images), CHUNK):
-        some = slice(first, first + CHUNK)
-        start = runs_last(guess[some], 2)
-        T = np.empty_like(start)
-        fit_pose(p, runs_last(images[some], 2), start, T)
-        out[some] = runs_first(T)
-    return out
-
-
-def _in_camera(p: Array, T: Array) -> Array:
-    """Marks (..., N, 3) in camera axes."""
-    return p @ np.swapaxes(T[..., :3], -1, -2) + T[..., None, :, 3]
-
-
-def _normalised_squares(p: Array, T: Array, x: Array) -> Array:
-    """Sums (B, k) of squared distances at unit depth; inf where a mark is behind."""
-    X = _in_camera(p, T)
-    depth = np.where(X[..., 2:] > 0, X[..., 2:], np.nan)
-    squares = np.square(X[..., :2] / depth - x[:, None]).sum((-1, -2))
-    return np.where(np.isnan(squares), np.inf, squares)
-
-
-def _pixels(p: Array, T: Array, camera: Camera) -> Array:
-    """(B, k, N, 2) where marks are seen from poses (B, k, 3, 4); NaN where they are behind."""
-    X = runs_last(_in_camera(p, T), 2)
-    pixels = np.empty((X.shape[0], 2, X.shape[2]))
-    camera_kernels.project(X, camera.K, camera.lens, pixels)
-    return runs_first(pixels, T.shape[:2])
-
-
-def _squares(p: Array, T: Array, u: Array, camera: Camera) -> Array:
-    """Sums (B, k) of squared distances in the image; inf where a mark is behind."""
-    squares = np.square(_pixels(p, T, camera) - u[:, None]).sum((-1, -2))
-    return np.where(np.isnan(squares), np.inf, squares)
-
-
-def _sorted(T: Array, squares: Array) -> tuple[Array, Array]:
-    """Both with the least error first."""
-    order, rows = np.argsort(squares, axis=1, kind="stable"), np.arange(len(T))[:, None]
-    return T[rows, order], squares[rows, order]
-
-
-def _apart(A: Array, B: Array) -> Array:
-    """Radians of rotation, or the distance of the positions over that from the camera, if more."""
-    chord = np.sqrt(np.square(A[..., :3] - B[..., :3]).sum((-1, -2)) / 2)
-    shift = np.sqrt(np.square(A[..., 3] - B[..., 3]).sum(-1) / np.square(B[..., 3]).sum(-1))
-    return np.asarray(np.maximum(chord, shift))
-
-
 def _variance(squares: Array, N: int, sigma: float | None) -> Array:
     """Of a pixel coordinate (B): as given, or as the residuals have it; NaN for three marks."""
     if sigma is not None:
@@ -307,7 +187,7 @@ def _spread(p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array
     back = np.swapaxes(to_z[:, :, order], 1, 2) @ M / to_twist[:, order, None]
 
     def residuals(z: Array) -> Array:
-        pixels = _pixels(p, _moved(T, z @ np.swapaxes(S, 1, 2)), camera)
+        pixels = in_image(p, _moved(T, z @ np.swapaxes(S, 1, 2)), camera)
         return np.asarray((pixels - u[:, None]).reshape(*z.shape[:2], -1) / sigma[:, None, None])
 
     with np.errstate(all="ignore"):  # nodes far away may be anywhere
@@ -332,7 +212,7 @@ def _following(p: Array, T: Array, camera: Camera) -> Array:
     and J their rates in the image. With square pixels and no distortion M M' is (L' L)^-1 with L
     in pixels, the least that any unbiased estimate can have.
     """
-    X = _in_camera(p, T)
+    X = in_camera(p, T)
     x, Z = X[..., :2] / X[..., 2:], np.ascontiguousarray(X[..., 2])
     L = np.empty((2 * len(p), 6, len(X)))
     points_interaction(runs_last(x, 2), runs_last(Z, 1), L)

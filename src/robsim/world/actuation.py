@@ -5,23 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, not_negative, one_or_each
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
+from robsim.declare import Declared, Time
+from robsim.declare.joints import OneOrEach, accelerations, coordinates, velocities
 
 Each = float | Sequence[float]  # one number for all, or one for each
 
 
 @dataclass(frozen=True)
-class Actuation:
+class Actuation(Declared):
     """Joints that do not follow their command at once, and encoders that count in steps.
-
-    lag           seconds: v' = (command - v) / lag, the time constant of a first-order response
-    velocity      limits |v|, rad/s or m/s: what a command exceeds is cut off, joint by joint
-    acceleration  limits |v'|, rad/s^2 or m/s^2
-    encoder       step of the measured coordinates of revolute and prismatic joints, rad or m
 
     Limits are one number for all velocities of the scene, or one for each; steps likewise for its
     coordinates, of which those of other joints are not counted. Each is off by default. Only
@@ -32,19 +30,24 @@ class Actuation:
     array([0.5, 1. ])
     """
 
-    lag: float = 0.0
-    velocity: Each | None = None
-    acceleration: Each | None = None
-    encoder: Each = 0.0
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "lag", not_negative(self.lag, "lag (seconds)"))
-        for name in ("velocity", "acceleration"):
-            if getattr(self, name) is not None:
-                limit = one_or_each(getattr(self, name), f"{name} limit", "velocity")
-                put(self, name, limit)
-        put(self, "encoder", one_or_each(self.encoder, "encoder step", "coordinate", zero=True))
+    lag: Annotated[
+        float, Time(least=0), "Time constant of a first-order response, v' = (command - v)/lag."
+    ] = 0.0
+    velocity: Annotated[
+        Each | None,
+        OneOrEach(velocities, "numbers", ("turn rate", "speed")),
+        "Limit of |v|: what a command exceeds is cut off, joint by joint.",
+    ] = None
+    acceleration: Annotated[
+        Each | None,
+        OneOrEach(accelerations, "numbers", ("turn acceleration", "acceleration")),
+        "Limit of |v'|.",
+    ] = None
+    encoder: Annotated[
+        Each,
+        OneOrEach(coordinates, "numbers", zero=True),
+        "Step of the measured coordinates of revolute and prismatic joints.",
+    ] = 0.0
 
     @property
     def moves(self) -> bool:

@@ -4,11 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, suggest
+from robsim.base.units import Dimension
 from robsim.base.values import Value
+from robsim.declare.joints import Axes, PerJoint
+from robsim.declare.scalars import Reference
+from robsim.declare.spec import Context, NoText
+
+
+@dataclass(frozen=True)
+class Rates(PerJoint):
+    """Velocities of a robot; in Python also a function of time."""
+
+    noun: str = "rates"
+    dimensions: tuple[Dimension, ...] = ("turn rate", "speed")
+
+    def write(self, value: Any, c: Context) -> list[str]:
+        if callable(value):
+            raise NoText(f"the motion of '{c.facts['own']['robot']}' is Python code")
+        return super().write(value, c)
+
+
+def _own_velocities(c: Context) -> Axes | None:
+    """Return the velocities of the robot that moves, which stands among the parts of the scene."""
+    robots, name = c.facts["parts"].get("robots"), c.facts["own"].get("robot")
+    if robots is None or name is None:
+        return None
+    known = {robot.name: robot for robot in robots}
+    if name not in known:
+        raise InputError(f"no robot '{name}' to move; {suggest(name, known, 'robots')}")
+    return Axes(known[name].velocity_units, known[name].velocity_names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +50,8 @@ class Motion(Value):
     array([0.2])
     """
 
-    robot: str
-    rates: Array | Callable[[float], Any]
+    robot: Annotated[str, Reference, "Which robot."]
+    rates: Annotated[Array | Callable[[float], Any], Rates(_own_velocities), "Its velocities."]
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, str):

@@ -2,88 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
-from robsim.base.errors import FrameError, InputError, suggest
-from robsim.base.names import checked_name
-from robsim.base.values import Value
+from robsim.base.errors import InputError
+from robsim.declare import ListOf, Table
+from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
-from robsim.robot.assembly import Frame
-from robsim.robot.joint import FIXED, Joint
-from robsim.robot.link import checked_shapes
+from robsim.geometry.pose_table import PoseTable
+from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
+from robsim.robot.robot_table import ROBOT
 from robsim.robot.tree import Tree
-from robsim.vision.camera import Camera
+from robsim.world import overview
+from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
+from robsim.world.frames import check_frames, check_hanging, frames_of
 from robsim.world.motion import Motion
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import MOST_MARKS, Object
+from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
+from robsim.world.view import View
 
-T = TypeVar("T", Robot, "Object", "MountedCamera", Motion)
-
-
-@dataclass(frozen=True, eq=False)
-class Object(Value):
-    """A thing in the scene: shapes to draw and `marks` (N, 3) to look at, in its own axes.
-
-    It stands at `pose` on the frame `on`: "world", another object, or a link such as
-    "rhino_xr4.tool". Without marks given, the vertices of its shapes are its marks.
-
-    >>> from robsim.geometry.primitives import Block
-    >>> Object("cube", Block(0.05, 0.05, 0.05)).marks.shape
-    (8, 3)
-    """
-
-    name: str
-    shapes: Any = ()
-    marks: Any = None
-    pose: Pose = IDENTITY
-    on: str = "world"
-
-    def __post_init__(self) -> None:
-        checked_name(self.name, "object")
-        shapes = checked_shapes(self.shapes, f"object '{self.name}'")
-        marks = self.marks
-        if marks is None:
-            marks = np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
-        marks = numbers(marks, f"marks of '{self.name}'", ("N", 3))
-        if marks.ndim != 2:
-            raise InputError(f"marks of '{self.name}': expected shape (N, 3), got {marks.shape}")
-        object.__setattr__(self, "shapes", shapes)
-        object.__setattr__(self, "marks", frozen(marks))
-        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))
-
-
-@dataclass(frozen=True)
-class MountedCamera:
-    """A camera in the scene, its axes at `pose` (the hand-eye pose) on the frame `on`.
-
-    >>> MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.tool").on
-    'arm.tool'
-    """
-
-    name: str
-    camera: Camera
-    on: str = "world"
-    pose: Pose = IDENTITY
-
-    def __post_init__(self) -> None:
-        checked_name(self.name, "camera")
-        if not isinstance(self.camera, Camera):
-            raise InputError(f"camera '{self.name}' needs a Camera, got {self.camera!r:.80}")
-        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))
-
-
-class View(NamedTuple):
-    """What a camera sees: pixels (..., N, 2), depth (..., N) in metres, `Visibility` (..., N)."""
-
-    pixels: Array
-    depth: Array
-    visibility: NDArray[np.int8]
+MOST = 64  # things of one kind
 
 
 @dataclass(frozen=True)
@@ -94,6 +40,7 @@ class Scene:
     world in the frame of the figures.
     Coordinates q of the scene are those of its robots, one after the other.
 
+    >>> from robsim import Camera
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
     >>> lens = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> eye = MountedCamera("eye", lens, on="arm.link1")
@@ -102,14 +49,41 @@ class Scene:
     array([[320., 240.]])
     """
 
-    robots: tuple[Robot, ...] = ()
-    objects: tuple[Object, ...] = ()
-    cameras: tuple[MountedCamera, ...] = ()
-    motions: tuple[Motion, ...] = ()
-    display: Pose = field(default=IDENTITY, kw_only=True)
+    robots: Annotated[tuple[Robot, ...], ListOf(ROBOT, most=MOST), "What moves on joints."] = ()
+    objects: Annotated[
+        tuple[Object, ...], ListOf(Table(Object), most=MOST), "What is looked at, and stands about."
+    ] = ()
+    cameras: Annotated[
+        tuple[MountedCamera, ...], ListOf(Table(MountedCamera), most=MOST), "What looks."
+    ] = ()
+    motions: Annotated[
+        tuple[Motion, ...], ListOf(Table(Motion), most=MOST), "Robots that move on their own."
+    ] = ()
+    display: Annotated[Pose, PoseTable(), "The world in the frame of the figures."] = field(
+        default=IDENTITY, kw_only=True
+    )
+
+    @classmethod
+    def text_facts(cls, raw: Mapping[str, Any], c: Context) -> Context:
+        """Let motions see the robots that stand before them."""
+        return c.knowing(parts=c.facts["own"])
+
+    @classmethod
+    def written_facts(cls, value: Scene, c: Context) -> Context:
+        """Likewise of a scene that is written."""
+        return c.knowing(parts=c.facts["own"])
+
+    @classmethod
+    def text_check(cls, raw: Mapping[str, Any], c: Context) -> None:
+        """Report frames that do not exist, each at its key."""
+        check_frames(raw, c.facts["own"], c)
+        for thing in c.facts["own"].get("objects", ()):
+            if len(thing.marks) > MOST_MARKS:
+                text = f"{len(thing.marks)} marks; at most {MOST_MARKS}: name them (marks)"
+                c.at("objects", thing.name).report(text)
 
     def __post_init__(self) -> None:
-        for kind, part in _KINDS.items():
+        for kind, part in KINDS.items():
             given = getattr(self, kind)
             parts = (given,) if isinstance(given, part) else given
             if not isinstance(parts, Iterable) or not all(isinstance(p, part) for p in parts):
@@ -127,10 +101,18 @@ class Scene:
         if len(set(movers)) < len(movers):
             raise InputError(f"two motions for one robot: {', '.join(movers)}")
 
+    def __repr__(self) -> str:
+        """Return a few lines, one for each thing."""
+        return overview.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table of all things for notebooks."""
+        return overview.table(self)
+
     @cached_property
     def tree(self) -> Tree:
         """All frames; coordinates come in the order of the robots."""
-        return Tree(self._frames())
+        return Tree(self._frames)
 
     @property
     def nq(self) -> int:
@@ -192,16 +174,16 @@ class Scene:
 
     def robot(self, name: str | None = None) -> Robot:
         """The robot of that name, or the only one."""
-        return _pick(self.robots, name, "robot")
+        return pick(self.robots, name, "robot")
 
     def object(self, name: str | None = None) -> Object:
         """The object of that name, or the only one that has marks."""
         candidates = self.objects if name else tuple(o for o in self.objects if len(o.marks))
-        return _pick(candidates, name, "object")
+        return pick(candidates, name, "object")
 
     def camera(self, name: str | None = None) -> MountedCamera:
         """The camera of that name, or the only one."""
-        return _pick(self.cameras, name, "camera")
+        return pick(self.cameras, name, "camera")
 
     def replacing(self, *parts: Robot | Object | MountedCamera | Motion) -> Scene:
         """A copy in which these parts replace those of the same name: a belief, for example.
@@ -211,21 +193,63 @@ class Scene:
         >>> scene.replacing(moved).pose("cup").position
         array([1., 0., 0.])
         """
-        changed: dict[str, Any] = {kind: list(getattr(self, kind)) for kind in _KINDS}
+        changed: dict[str, Any] = {kind: list(getattr(self, kind)) for kind in KINDS}
         for part in parts:
-            kind = next((kind for kind in _KINDS if isinstance(part, _KINDS[kind])), None)
-            if kind is None:
-                raise InputError(
-                    f"expected a Robot, Object, MountedCamera or Motion, got {part!r:.80}"
-                )
-            known = [p.name for p in changed[kind]]
-            if part.name not in known:
-                raise InputError(
-                    f"the scene has no {kind[:-1]} '{part.name}' to replace; "
-                    f"{suggest(part.name, known, kind)}"
-                )
-            changed[kind][known.index(part.name)] = part
+            put_in_place(changed, part)
         return replace(self, **changed)
+
+    def believe(
+        self,
+        *,
+        camera: str | None = None,
+        focal: Any = 1.0,
+        center: Any = (0.0, 0.0),
+        distortion: Any = None,
+        hand_eye: Any = None,
+        robot: str | None = None,
+        dh: Mapping[str, Mapping[str, float]] | None = None,
+        convention: Literal["standard", "modified"] = "standard",
+        base: Any = None,
+        target: str | None = None,
+        size: float = 1.0,
+        marks: Any = None,
+        place: Any = None,
+    ) -> Scene:
+        """Return a copy with mistakes, for a task's `belief`; what is not named is right.
+
+        camera      which camera; None: the only one
+        focal       factor of the focal lengths (one, or one for columns and one for rows)
+        center      error of the principal point, (column, row) in pixels
+        distortion  the coefficients that are believed instead
+        hand_eye    error of the mount, a pose: T_mount_camera as believed is the true one times
+                    hand_eye
+        robot       which robot; None: the only one
+        dh          {link: {"theta": rad, "d": m, "a": m, "alpha": rad}}: errors that are added to
+                    the rows of a Denavit-Hartenberg table of this `convention`
+        base        error of where the robot stands, a pose: the true one @ base
+        target      which object; None: the only one with marks
+        size        factor of the marks of the target
+        marks       (N, 3) marks of the target that are believed instead, in its axes
+        place       error of where the target stands, a pose: the true one @ place
+
+        InputError: what there is not, or what is no pose or number.
+
+        >>> from robsim import Camera
+        >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
+        >>> Scene(cameras=eye).believe(focal=1.5).camera().camera.K[0]
+        array([1200.,    0.,  320.])
+        """
+        if convention not in ("standard", "modified"):
+            raise InputError(f"convention must be 'standard' or 'modified', got {convention!r:.80}")
+        wrong: list[Robot | Object | MountedCamera] = []
+        lens = differs(focal, 1.0) or differs(center, (0.0, 0.0)) or distortion is not None
+        if camera is not None or lens or hand_eye is not None:
+            wrong.append(wrong_camera(self.camera(camera), focal, center, distortion, hand_eye))
+        if robot is not None or dh is not None or base is not None:
+            wrong.append(wrong_robot(self.robot(robot), dh, convention, base))
+        if target is not None or marks is not None or place is not None or differs(size, 1.0):
+            wrong.append(wrong_target(self.object(target), size, marks, place))
+        return self.replacing(*wrong)
 
     def attached(self, name: str, to: str, q: Any = None) -> Scene:
         """A copy in which an object hangs from the frame `to`, and stays where it is at q (nq,).
@@ -244,7 +268,7 @@ class Scene:
             raise InputError(
                 f"q: '{name}' changes hands at one state ({self.nq},), got {values.shape}"
             )
-        self._check_hanging(thing, to)
+        check_hanging(self._frames, thing, to)
         there = self.pose(to, values).inv() @ self.pose(thing.name, values)
         return self.replacing(replace(thing, pose=Pose(there.matrix), on=to))
 
@@ -263,22 +287,7 @@ class Scene:
         if isinstance(q, Mapping):
             for name in q:
                 self.robot(name)
-            parts = [r.coordinates(q.get(r.name, r.home), what, limits) for r in self.robots]
-            sizes = [p.shape[:-1] for p in parts]
-            try:
-                lead = np.broadcast_shapes(*sizes)
-            except ValueError:
-                raise InputError(f"{what}: batches of unequal shapes {sizes}") from None
-            wide = [np.broadcast_to(p, (*lead, p.shape[-1])) for p in parts]
-            return np.concatenate([np.empty((*lead, 0)), *wide], -1)
-        if len(self.robots) == 1:
-            return self.robots[0].coordinates(q, what, limits)
-        values = numbers(q, what, (self.nq,))
-        start = 0
-        for robot in self.robots:
-            robot.coordinates(values[..., start : start + robot.nq], what, limits)
-            start += robot.nq
-        return values
+        return coordinates_of(self.robots, q, what, limits)
 
     def pose(self, frame: str, q: Any = None) -> Pose:
         """Where a frame stands in the world."""
@@ -289,6 +298,7 @@ class Scene:
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
         """What a camera sees of points: an object's marks (by name) or world points (N, 3).
 
+        >>> from robsim import Camera
         >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
         >>> Scene(cameras=eye).view(points=[[0, 0, 2]]).depth
         array([2.])
@@ -307,60 +317,11 @@ class Scene:
     def _parts(self) -> tuple[Robot | Object | MountedCamera, ...]:
         return (*self.robots, *self.objects, *self.cameras)
 
-    def _check_hanging(self, thing: Object, to: Any) -> None:
-        """InputError if there is no frame `to`, or if it hangs from the object itself."""
-        above = {frame.name: frame.parent for frame in self._frames()}
-        known = ["world", *above]
-        if not isinstance(to, str) or to not in known:
-            raise FrameError(f"no frame {to!r:.80}; {suggest(to, known, 'frames')}")
-        frame = to
-        while frame != "world":
-            if frame == thing.name:
-                way = "itself" if to == frame else f"'{to}', which stands on it"
-                raise FrameError(f"'{thing.name}' cannot hang from {way}")
-            frame = above[frame]
-
+    @property
     def _frames(self) -> list[Frame]:
-        frames = []
-        for robot in self.robots:
-            for i, link in enumerate(robot.links):
-                joint = link.joint.within(robot.name)
-                if not i:
-                    joint = _fixed(robot.base @ link.joint.place @ link.joint.tail)
-                parent = f"{robot.name}.{link.parent}" if i else robot.on
-                frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
-        hung: tuple[Object | MountedCamera, ...] = (*self.objects, *self.cameras)
-        for part in hung:
-            frames.append(Frame(part.name, part.on, _fixed(part.pose)))
-        return frames
+        return frames_of(self.robots, self.objects, self.cameras)
 
     def _labels(self, which: str) -> tuple[str, ...]:
         if len(self.robots) == 1:
             return tuple(getattr(self.robots[0], which))
         return tuple(f"{r.name}.{name}" for r in self.robots for name in getattr(r, which))
-
-
-_KINDS: dict[str, type[Any]] = {
-    "robots": Robot,
-    "objects": Object,
-    "cameras": MountedCamera,
-    "motions": Motion,
-}
-
-
-def _fixed(pose: Pose) -> Joint:
-    return replace(FIXED, place=pose)
-
-
-def _pick(parts: Sequence[T], name: str | None, kind: str) -> T:
-    names = [p.name for p in parts]
-    if name is None and not parts:
-        lack = " with marks" if kind == "object" else ""
-        raise InputError(f"the scene has no {kind}{lack}")
-    if name is None and len(parts) == 1:
-        return parts[0]
-    if name is None:
-        raise InputError(f"name the {kind}: the scene has {len(parts)} ({', '.join(names)})")
-    if name not in names:
-        raise InputError(f"no {kind} {name!r} in the scene; {suggest(name, names, kind + 's')}")
-    return parts[names.index(name)]

@@ -31,12 +31,12 @@ class Attribution:
 
 def converges(trial: Trial) -> str:
     """How it goes when it goes well."""
-    return f"the same run {trial.told}"
+    return f"the same run {trial.ending}"
 
 
 @dataclass(frozen=True)
-class Jury:
-    """What it is for a run to go well, and how that is said."""
+class Criterion:
+    """What it is for a run to go well, and the words for it."""
 
     cured: Cure = cures
     so: Callable[[Trial], str] = converges
@@ -92,11 +92,11 @@ class Jury:
         return needed
 
     def _together(self, needed: Sequence[Removal], trial: Trial, alone: str) -> Finding:
-        said = " ".join(one.sentence for one in needed)
+        sentences = " ".join(one.sentence for one in needed)
         names = listed([one.name for one in needed])
         sentence = (
-            f"{said} To put right one of them is not enough{alone}. Only with {names} put right "
-            f"together, {self.so(trial)}."
+            f"{sentences} To put right one of them is not enough{alone}. Only with {names} put "
+            f"right together, {self.so(trial)}."
         )
         evidence = {key: value for one in needed for key, value in one.known.items()}
         about = " and ".join(one.about for one in needed)

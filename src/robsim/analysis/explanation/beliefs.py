@@ -15,7 +15,9 @@ from robsim.analysis.leaves import changed, leaves
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
-from robsim.world.scene import MountedCamera, Object, Scene
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+from robsim.world.scene import Scene
 
 FeatureBlock = Robot | Object | MountedCamera
 
@@ -51,11 +53,11 @@ def _camera(believed: MountedCamera, true: MountedCamera) -> Iterator[Removal]:
 
 def _lens(mine: Camera, real: Camera) -> str:
     """What of the intrinsics is wrong."""
-    told = [_intrinsics(camera) for camera in (mine, real)]
+    intrinsics = [_intrinsics(camera) for camera in (mine, real)]
     return "; ".join(
-        f"{noun} {believed}, in truth {told[1][noun]}"
-        for noun, believed in told[0].items()
-        if believed != told[1][noun]
+        f"{noun} {believed}, in truth {intrinsics[1][noun]}"
+        for noun, believed in intrinsics[0].items()
+        if believed != intrinsics[1][noun]
     )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.truth import true_features
 from robsim.base.arrays import Array
-from robsim.kernels import tree
 
 STEP = 1e-5  # rad or m; central differences
 
@@ -20,7 +19,7 @@ def least_curvature(inquiry: Inquiry) -> float:
     In the commanded joints at the end of the run, from differences of the gradient (L J)' e.
     """
     columns = inquiry.again.loop.controller.columns
-    n, q = columns.size, inquiry.again.moments[-1].q
+    n, q = columns.size, inquiry.again.snapshots[-1].q
     steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
     truth = true_features(inquiry.case.task, inquiry.case.scene, _moved(inquiry, q, steps))
     if truth is None or not (np.isfinite(truth.error).all() and np.isfinite(truth.rates).all()):
@@ -37,5 +36,5 @@ def _moved(inquiry: Inquiry, q: Array, steps: Array) -> Array:
     out = np.repeat(q, steps.shape[1], axis=1)
     velocities = np.zeros((scene.nv, steps.shape[1]))
     velocities[controller.columns] = steps
-    tree.integrate(scene.tree.joints, velocities, 1.0, out)
+    scene.tree.flow(out, velocities, 1.0)
     return out

@@ -48,16 +48,16 @@ def retreat(inquiry: Inquiry) -> Finding | None:
     if farthest < RETREAT * here:
         return None
     evidence = {"from_m": float(depths[0]), "to_m": farthest}
-    told = f"The camera retreated: the marks were {number(depths[0])} m away at the start and "
-    told += f"{number(farthest)} m at most{', farther than at the goal' if goal else ''}."
+    sentence = f"The camera retreated: the marks were {number(depths[0])} m away at the start and "
+    sentence += f"{number(farthest)} m at most{', farther than at the goal' if goal else ''}."
     if turn is not None and abs(turn[2]) > ROLL and not _by_pose(inquiry):
         evidence["roll_deg"] = float(np.degrees(abs(turn[2])))
-        told += (
+        sentence += (
             f" Start and goal differ by {degrees(abs(turn[2]))} about the optical axis, and the "
             "straight ways that the law asks of the points make the camera back away "
             "(Chaumette 1998)."
         )
-    return Finding("camera retreat", told, evidence)
+    return Finding("camera retreat", sentence, evidence)
 
 
 def roll(inquiry: Inquiry) -> Finding | None:
@@ -80,7 +80,7 @@ def border_alone(inquiry: Inquiry) -> Finding | None:
         return None
     sentence = (
         "Only the border of the image stands in the way: with an image without one the same run "
-        f"{trial.told}."
+        f"{trial.ending}."
     )
     return Finding("border", sentence, {"converges_after_s": trial.end_time})
 
@@ -92,7 +92,7 @@ def limit_alone(inquiry: Inquiry) -> Finding | None:
     if trial is None:
         return None
     if trial.converged:
-        end = f"without limits the same run {trial.told}."
+        end = f"without limits the same run {trial.ending}."
         return Finding(
             "joint limit",
             f"The {side} limit of {name} stands in the way, and nothing else: {end}",

@@ -19,7 +19,7 @@ def what_happened(inquiry: Inquiry) -> str:
 
 
 def _converged(inquiry: Inquiry) -> str:
-    held = ", at the end of the run, " if inquiry.case.told["hold"] else " the run converged: "
+    held = ", at the end of the run, " if inquiry.case.settings["hold"] else " the run converged: "
     small = f"every error is below the tolerance of {inquiry.size(inquiry.tolerance)}."
     return when(inquiry.end) + held + small
 
@@ -34,7 +34,7 @@ def _local_minimum(inquiry: Inquiry) -> str:
 
 def _singular(inquiry: Inquiry) -> str:
     controller = inquiry.again.loop.controller
-    rank = int(inquiry.value("rank_reach"))
+    rank = int(inquiry.value("rank_task_jacobian"))
     return (
         f"{when(inquiry.end)} the robot stands still in a singularity: L J has rank {rank}, and "
         f"{controller.full_rank} at the goal; the largest error is "
@@ -72,12 +72,12 @@ def _behind(inquiry: Inquiry) -> str:
 
 def lost_mark(inquiry: Inquiry, flag: Visibility) -> tuple[Sight, int, np.ndarray]:
     """Who does not see which mark at the end, and its pixel."""
-    looks = inquiry.again.moments[-1].looks
+    projections = inquiry.again.snapshots[-1].projections
     for sight in inquiry.again.loop.controller.sights:
-        gone = np.flatnonzero(looks[sight.key].visibility[:, 0] == flag)
+        gone = np.flatnonzero(projections[sight.key].visibility[:, 0] == flag)
         if gone.size:
             mark = int(gone[0])
-            return sight, mark, looks[sight.key].pixels[mark, :, 0]
+            return sight, mark, projections[sight.key].pixels[mark, :, 0]
     raise AssertionError(f"no mark is {flag.name}")
 
 
@@ -91,12 +91,12 @@ def _joint_limit(inquiry: Inquiry) -> str:
 
 def beyond_limit(inquiry: Inquiry) -> tuple[str, str, float, str, float]:
     """Name of the coordinate that is beyond a limit, which, where, its unit, and its speed."""
-    scene, moment = inquiry.case.scene, inquiry.again.moments[-1]
-    q, limits = moment.q[:, 0], scene.limits
+    scene, last = inquiry.case.scene, inquiry.again.snapshots[-1]
+    q, limits = last.q[:, 0], scene.limits
     below, above = limits[:, 0] - q, q - limits[:, 1]
     i = int(np.maximum(below, above).argmax())
     high = bool(above[i] > below[i])
-    before = inquiry.again.moments[max(len(inquiry.again.moments) - 2, 0)].q[:, 0]
+    before = inquiry.again.snapshots[max(len(inquiry.again.snapshots) - 2, 0)].q[:, 0]
     speed = abs(float(q[i] - before[i])) / inquiry.case.dt
     side = "upper" if high else "lower"
     name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
@@ -126,10 +126,10 @@ def _not_finite(inquiry: Inquiry) -> str:
 
 def not_finite(inquiry: Inquiry) -> str:
     """What it was."""
-    moment = inquiry.again.moments[-1]
-    if not np.isfinite(moment.q).all():
+    last = inquiry.again.snapshots[-1]
+    if not np.isfinite(last.q).all():
         return "the state"
-    if not np.isfinite(moment.decision.command.error).all():
+    if not np.isfinite(last.command.error).all():
         return "a feature"
     return "the command"
 

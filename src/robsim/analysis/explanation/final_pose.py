@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.analysis.case import Case
 from robsim.analysis.explanation import views
-from robsim.analysis.explanation.attribution import Cure, Jury
+from robsim.analysis.explanation.attribution import Criterion, Cure
 from robsim.analysis.explanation.changes import with_leaves
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.imperfections import imperfections
@@ -40,7 +40,7 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     if not inquiry.experiments:
         return [first]
     cured = _nearer(off, float(inquiry.depths[-1]))
-    causes = Jury(cured, _stands).attributed(inquiry.case, wrong).causes
+    causes = Criterion(cured, _stands).attributed(inquiry.case, wrong).causes
     return [first, *(causes or _same_image(inquiry, cured, bool(wrong)))]
 
 

@@ -18,10 +18,10 @@ def free_motions(inquiry: Inquiry) -> Finding | None:
 
     There L J has a lower rank than J: of two marks L has rank 4, of one mark 2.
     """
-    moment, controller = inquiry.again.moments[-1], inquiry.again.loop.controller
-    reach, J = moment.decision.command.reach[..., 0], moment.decision.J[..., 0]
+    decision, controller = inquiry.again.decisions[-1], inquiry.again.loop.controller
+    task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
     found, full = (
-        int(np.linalg.matrix_rank(A, tol=_floor(A, controller.rcond))) for A in (reach, J)
+        int(np.linalg.matrix_rank(A, tol=_floor(A, controller.rcond))) for A in (task_jacobian, J)
     )
     hidden = inquiry.case.sensing.occlusions and controller.full_rank >= full  # with all marks
     if not found < full or hidden:

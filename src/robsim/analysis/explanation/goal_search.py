@@ -13,7 +13,7 @@ from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.kernels import camera as kernels
 from robsim.kernels import se3
-from robsim.servo.controller import Servo
+from robsim.servo.servo_controller import Servo
 from robsim.vision.camera import Visibility
 
 STARTS = 300  # all around the target
@@ -63,7 +63,7 @@ def nearest_to_goal(again: Repeated) -> Nearest | None:
 def _starts(again: Repeated) -> Array:
     """T_c_o (3, 4, B): as at the start and at the end, and from all around."""
     sight, rng = again.loop.controller.sights[0], np.random.default_rng(0)
-    ends = [views.pose_at(sight, again.moments[i].q[:, 0]).matrix for i in (0, -1)]
+    ends = [views.pose_at(sight, again.snapshots[i].q[:, 0]).matrix for i in (0, -1)]
     quaternions = rng.normal(size=(STARTS, 4))
     quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
     T = np.array(Pose.from_quaternion(np.zeros(3), quaternions).matrix)

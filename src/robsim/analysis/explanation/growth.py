@@ -58,8 +58,8 @@ def growing(inquiry: Inquiry) -> Finding | None:
     if not np.isfinite(V).all() or V[-1] <= 1.05 * V[0]:
         return None
     sentence = (
-        f"The error did not shrink: V grew from {inquiry.said('lyapunov', 0)} to "
-        f"{inquiry.said('lyapunov')}."
+        f"The error did not shrink: V grew from {inquiry.with_unit('lyapunov', 0)} to "
+        f"{inquiry.with_unit('lyapunov')}."
     )
     return Finding("growing error", sentence, {"from": float(V[0]), "to": float(V[-1])})
 

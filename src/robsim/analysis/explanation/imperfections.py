@@ -11,14 +11,14 @@ from robsim.analysis.case import Repeated
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
 from robsim.analysis.explanation.own_motion import own_motions
-from robsim.analysis.explanation.removal import Removal, Told, put
+from robsim.analysis.explanation.removal import Removal, Statement, put
 from robsim.analysis.explanation.wording import counted, number
 from robsim.analysis.explanation.wrong_depths import wrong_depths
 from robsim.run.outcome import Outcome
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing
 
-Teller = Callable[[Repeated], Told]
+Stating = Callable[[Repeated], Statement]
 
 
 def imperfections(again: Repeated) -> list[Removal]:
@@ -33,29 +33,29 @@ def imperfections(again: Repeated) -> list[Removal]:
 
 
 def _of(
-    part: str, perfect: Any, table: dict[str, tuple[str, Teller]], again: Repeated
+    part: str, perfect: Any, table: dict[str, tuple[str, Stating]], again: Repeated
 ) -> Iterator[Removal]:
     given = getattr(again.case, part)
-    for field, (name, tell) in table.items():
+    for field, (name, finding) in table.items():
         value, right = getattr(given, field), getattr(perfect, field)
         if value != right and np.any(value):
-            sentence, evidence = tell(again)
+            sentence, evidence = finding(again)
             yield Removal(field, name, sentence, put(part, **{field: right}), evidence)
 
 
-def _noise(again: Repeated) -> Told:
+def _noise(again: Repeated) -> Statement:
     sigma = again.case.sensing.noise
-    told, evidence = _floor(again, f"There is pixel noise of {number(sigma)} px")
-    return told, {"noise_px": sigma, **evidence}
+    sentence, evidence = _floor(again, f"There is pixel noise of {number(sigma)} px")
+    return sentence, {"noise_px": sigma, **evidence}
 
 
-def _quantisation(again: Repeated) -> Told:
+def _quantisation(again: Repeated) -> Statement:
     step = again.case.sensing.quantisation
-    told, evidence = _floor(again, f"Pixels are rounded to {number(step)} px")
-    return told, {"quantisation_px": step, **evidence}
+    sentence, evidence = _floor(again, f"Pixels are rounded to {number(step)} px")
+    return sentence, {"quantisation_px": step, **evidence}
 
 
-def _outliers(again: Repeated) -> Told:
+def _outliers(again: Repeated) -> Statement:
     share, size = again.case.sensing.outliers, again.case.sensing.outlier_size
     sentence = (
         f"Outliers: {number(100 * share)} percent of the marks are seen about {number(size)} px "
@@ -64,7 +64,7 @@ def _outliers(again: Repeated) -> Told:
     return sentence, {"share": share, "outlier_px": size}
 
 
-def _occlusions(again: Repeated) -> Told:
+def _occlusions(again: Repeated) -> Statement:
     each = again.case.sensing.occlusions
     marks = sorted({mark for occlusion in each for mark in occlusion.marks})
     first, last = min(o.start for o in each), max(o.end for o in each)
@@ -77,30 +77,30 @@ def _occlusions(again: Repeated) -> Told:
     return sentence, {"marks": float(len(marks)), "start_s": first, "end_s": last}
 
 
-def _dropped(again: Repeated) -> Told:
+def _dropped(again: Repeated) -> Statement:
     share = again.case.sensing.dropped
     return f"{number(100 * share)} percent of the images are lost.", {"share": share}
 
 
-def _latency(again: Repeated) -> Told:
+def _latency(again: Repeated) -> Statement:
     case = again.case
     periods, gain = case.sensing.latency / case.dt, views.gain_of(case)
     limit, product = views.delay_limit(periods), views.gain_of(case) * case.dt
-    told = f"The images are {number(case.sensing.latency)} s old, {_periods(periods)}"
+    sentence = f"The images are {number(case.sensing.latency)} s old, {_periods(periods)}"
     if product > limit:
-        told += (
+        sentence += (
             f": with such a delay the loop is unstable where gain times period exceeds "
             f"{number(limit)}, and it is {number(product)}."
         )
     elif product <= limit:
-        told += f"; gain times period is {number(product)}, and {number(limit)} is the limit."
+        sentence += f"; gain times period is {number(product)}, and {number(limit)} is the limit."
     else:
-        told += "."
+        sentence += "."
     evidence = {"periods": periods, "gain_dt": product, "limit": limit, "gain": gain}
-    return told, evidence
+    return sentence, evidence
 
 
-def _period(again: Repeated) -> Told:
+def _period(again: Repeated) -> Statement:
     seconds = again.case.sensing.period or again.case.dt
     product = views.gain_of(again.case) * seconds
     sentence = (
@@ -114,7 +114,7 @@ def _period(again: Repeated) -> Told:
     return sentence, {"period_s": seconds, "gain_period": product, "limit": 2.0}
 
 
-def _lag(again: Repeated) -> Told:
+def _lag(again: Repeated) -> Statement:
     lag, gain = again.case.actuation.lag, views.gain_of(again.case)
     damping = 0.5 / np.sqrt(lag * gain)
     sentence = f"The joints follow their command with a lag of {number(lag)} s"
@@ -127,19 +127,19 @@ def _lag(again: Repeated) -> Told:
     return sentence, {"lag_s": lag, "gain": gain, "damping": float(damping)}
 
 
-def _velocity(again: Repeated) -> Told:
+def _velocity(again: Repeated) -> Statement:
     return _cut(again, "velocity")
 
 
-def _acceleration(again: Repeated) -> Told:
+def _acceleration(again: Repeated) -> Statement:
     return _cut(again, "acceleration")
 
 
-def _cut(again: Repeated, which: str) -> Told:
+def _cut(again: Repeated, which: str) -> Statement:
     """How often the joints did not move as commanded."""
     columns, scene = again.loop.controller.columns, again.case.scene
     limit = again.case.actuation.limits(which, scene.nv)[columns]
-    periods = max(len(again.moments) - 1, 1)
+    periods = max(len(again.snapshots) - 1, 1)
     wanted, actual = (again.run[name].values[:periods, columns] for name in ("qd", "qd_actual"))
     asked = wanted if which == "velocity" else (wanted - actual) / again.case.dt
     share = float((np.abs(asked) > limit).any(axis=1).mean())
@@ -150,13 +150,13 @@ def _cut(again: Repeated, which: str) -> Told:
     return sentence, {"share": share}
 
 
-def _encoder(again: Repeated) -> Told:
+def _encoder(again: Repeated) -> Statement:
     step = float(np.max(again.case.actuation.encoder))
-    told, evidence = _floor(again, f"The encoders count in steps of {number(step)} (rad or m)")
-    return told, {"step": step, **evidence}
+    sentence, evidence = _floor(again, f"The encoders count in steps of {number(step)} (rad or m)")
+    return sentence, {"step": step, **evidence}
 
 
-SENSING: dict[str, tuple[str, Teller]] = {
+SENSING: dict[str, tuple[str, Stating]] = {
     "noise": ("pixel noise", _noise),
     "quantisation": ("rounded pixels", _quantisation),
     "outliers": ("outliers", _outliers),
@@ -165,7 +165,7 @@ SENSING: dict[str, tuple[str, Teller]] = {
     "latency": ("latency", _latency),
     "period": ("rare images", _period),
 }
-ACTUATION: dict[str, tuple[str, Teller]] = {
+ACTUATION: dict[str, tuple[str, Stating]] = {
     "lag": ("the lag of the joints", _lag),
     "velocity": ("velocity limits", _velocity),
     "acceleration": ("acceleration limits", _acceleration),
@@ -173,7 +173,7 @@ ACTUATION: dict[str, tuple[str, Teller]] = {
 }
 
 
-def _floor(again: Repeated, what: str) -> Told:
+def _floor(again: Repeated, what: str) -> Statement:
     """Something that lets no error vanish, with the median of max|e| over the last third."""
     if again.outcome is not Outcome.TIME_LIMIT:
         return f"{what}.", {}

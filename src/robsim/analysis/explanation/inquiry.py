@@ -17,7 +17,7 @@ from robsim.analysis.explanation.wording import number
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.run.outcome import Outcome
-from robsim.servo.controller import Assessment, Servo
+from robsim.servo.servo_controller import Basis, Servo
 from robsim.servo.sight import Sight
 
 if TYPE_CHECKING:
@@ -52,10 +52,10 @@ class Inquiry:
         return views.servo_of(self.again)
 
     @property
-    def last(self) -> Assessment | None:
+    def last(self) -> Basis | None:
         """What the last command is based on, if it is that of one servo task."""
-        basis = self.again.moments[-1].decision.basis
-        return basis if isinstance(basis, Assessment) else None
+        basis = self.again.decisions[-1].basis
+        return basis if isinstance(basis, Basis) else None
 
     @cached_property
     def errors(self) -> Array:
@@ -91,7 +91,7 @@ class Inquiry:
     @property
     def end(self) -> float:
         """When the run ended, seconds."""
-        return (len(self.again.moments) - 1) * self.case.dt
+        return (len(self.again.snapshots) - 1) * self.case.dt
 
     @property
     def tolerance(self) -> float:
@@ -131,7 +131,7 @@ class Inquiry:
         """An error with its unit."""
         return views.size(self.again, error)
 
-    def said(self, name: str, t: int = -1) -> str:
+    def with_unit(self, name: str, t: int = -1) -> str:
         """One number of the diagnosis with its unit, by default at the end."""
         unit = self.diagnosis[name].attrs["units"]
         value = number(self.value(name, t))

@@ -22,7 +22,7 @@ def slow(inquiry: Inquiry) -> Finding | None:
     gain = views.gain_of(inquiry.case)
     trial = inquiry.trial(lambda case: case)
     if trial is not None and trial.converged:
-        late = f"given more time it {trial.told}"
+        late = f"given more time it {trial.ending}"
     else:
         late = f"at that rate it is below the tolerance after {number(arrival)} s"
     known = f", with a gain of {number(gain)} per second" if np.isfinite(gain) else ""

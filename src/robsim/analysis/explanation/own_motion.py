@@ -46,8 +46,8 @@ def _stands(still: list[Motion]) -> Any:
 
 def _drift(again: Repeated) -> float:
     """How fast what moves on its own changes the error in the end: its largest, per second."""
-    case, last = again.case, len(again.moments) - 1
-    truth = true_features(case.task, case.scene, again.moments[last].q)
+    case, last = again.case, len(again.snapshots) - 1
+    truth = true_features(case.task, case.scene, again.snapshots[last].q)
     if truth is None:
         return float("nan")
     own = case.scene.drift(last * case.dt)

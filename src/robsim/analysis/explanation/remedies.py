@@ -30,7 +30,7 @@ def remedies(inquiry: Inquiry) -> list[Finding]:
         for about, how, case in remedy(inquiry):
             trial = tried(case) if case is not None and len(found) < ENOUGH else None
             if trial is not None and trial.converged:
-                sentence = f"{how} the same start {trial.told}."
+                sentence = f"{how} the same start {trial.ending}."
                 evidence = {"converges_after_s": trial.end_time}
                 found.append(Finding(about, sentence, evidence))
                 if remedy in (gain_lower, gain_higher):

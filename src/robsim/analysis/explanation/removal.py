@@ -17,7 +17,7 @@ PATIENCE = 3.0  # times its duration that a changed run may take, to see where i
 LONGEST = 20.0  # times, where the run is known to need them
 
 Change = Callable[[Case], Case]
-Told = tuple[str, dict[str, float]]  # a sentence and its numbers
+Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +51,8 @@ class Trial:
         return f"after {number(self.end_time)} s"
 
     @property
-    def told(self) -> str:
-        """What is said of it where it converged; one that was held did so by its end."""
+    def ending(self) -> str:
+        """The words for one that converged; one that was held did so by its end."""
         if self.loop.hold:
             return "has converged at its end"
         return f"converges {self.end}"
@@ -94,10 +94,10 @@ def without(case: Case, removals: Iterable[Removal]) -> Case:
 
 def patient(case: Case, needed: float = 0.0) -> Case:
     """With three times the duration, or what is needed; one that is held ends when it ends."""
-    if case.told["hold"]:
+    if case.settings["hold"]:
         return case
     times = max(PATIENCE, 1.2 * needed) if needed < LONGEST else PATIENCE
-    return case.but(duration=times * case.told["duration"])
+    return case.but(duration=times * case.settings["duration"])
 
 
 def put(part: str, **values: Any) -> Change:

@@ -21,7 +21,7 @@ def null_space(inquiry: Inquiry) -> Finding | None:
     last, servo = inquiry.last, inquiry.servo
     if last is None or servo is None or type(servo.law) is not JointLaw:
         return None
-    k, rank = len(last.error), int(inquiry.value("rank_reach"))
+    k, rank = len(last.error), int(inquiry.value("rank_task_jacobian"))
     norm = float(np.linalg.norm(last.state.error_last))
     speed = float(np.linalg.norm(law_map(servo.law, last.state) @ last.state.error_last))
     curved = least_curvature(inquiry)
@@ -100,12 +100,12 @@ def own_law(inquiry: Inquiry) -> Finding | None:
 
 def lost_direction(inquiry: Inquiry) -> Finding | None:
     """Which motion the features, or the joints, lost."""
-    moment, names = inquiry.again.moments[-1], inquiry.case.scene.velocity_names
+    decision, names = inquiry.again.decisions[-1], inquiry.case.scene.velocity_names
     controller = inquiry.again.loop.controller
-    reach, J = moment.decision.command.reach[..., 0], moment.decision.J[..., 0]
-    if not np.isfinite(reach).all():
+    task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
+    if not np.isfinite(task_jacobian).all():
         return None
-    _, sigma, Vt = np.linalg.svd(reach)
+    _, sigma, Vt = np.linalg.svd(task_jacobian)
     full, rank = controller.full_rank, int((sigma > controller.rcond * sigma[0]).sum())
     columns = controller.columns
     rank_J = int(np.linalg.matrix_rank(J, tol=controller.rcond * np.linalg.norm(J)))

@@ -14,18 +14,18 @@ AT_THE_LIMIT = 0.999  # of the largest angle
 
 def steering(inquiry: Inquiry) -> Finding | None:
     """A car that stands and is to turn, or whose steering is at its limit and is to turn more."""
-    moment, tree = inquiry.again.moments[-1], inquiry.case.scene.tree
-    for row, velocity, told in tree.cars:
+    last, tree = inquiry.again.snapshots[-1], inquiry.case.scene.tree
+    for row, velocity, steering in tree.cars:
         name = inquiry.case.scene.coordinate_names[row]
-        speed, turn = (float(rate) for rate in moment.qd[velocity : velocity + 2, 0])
+        speed, turn = (float(rate) for rate in last.qd[velocity : velocity + 2, 0])
         if inquiry.falls or turn == 0.0:
             continue
         if speed == 0.0:
             return _standing(name, turn)
-        asked = float(np.arctan(told.wheelbase * turn / speed))
-        beyond = abs(asked) > told.limit * (1 + 1e-9)
-        if beyond and moment.q[row, 0] * np.sign(asked) > AT_THE_LIMIT * told.limit:
-            return _at_the_limit(name, told, abs(asked))
+        asked = float(np.arctan(steering.wheelbase * turn / speed))
+        beyond = abs(asked) > steering.limit * (1 + 1e-9)
+        if beyond and last.q[row, 0] * np.sign(asked) > AT_THE_LIMIT * steering.limit:
+            return _at_the_limit(name, steering, abs(asked))
     return None
 
 
@@ -37,13 +37,13 @@ def _standing(name: str, turn: float) -> Finding:
     return Finding("standing car", sentence, {"turn_rad_s": turn})
 
 
-def _at_the_limit(name: str, told: Steering, asked: float) -> Finding:
-    radius = told.wheelbase / float(np.tan(told.limit))
+def _at_the_limit(name: str, steering: Steering, asked: float) -> Finding:
+    radius = steering.wheelbase / float(np.tan(steering.limit))
     sentence = (
-        f"'{name}' is at its limit of {degrees(told.limit)}, and the law asks for "
+        f"'{name}' is at its limit of {degrees(steering.limit)}, and the law asks for "
         f"{degrees(asked)}: the car drives no circle smaller than {length(radius)} in radius. Let "
         "the way ahead take longer than the turn, by a larger gain of what turns it, or start "
         "farther away."
     )
-    evidence = {"limit_rad": told.limit, "asked_rad": asked, "radius_m": radius}
+    evidence = {"limit_rad": steering.limit, "asked_rad": asked, "radius_m": radius}
     return Finding("steering limit", sentence, evidence)

@@ -13,21 +13,21 @@ from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array, runs_last
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.servo import AdaptiveGain, GoalFeatures, GoalPose, Task
-from robsim.servo.controller import Servo
 from robsim.servo.goals.goal import configuration
+from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight, relative
 
 
 def mean_depths(again: Repeated) -> Array:
     """(T,) mean true depth of the marks in the first camera, metres."""
     key = again.loop.controller.sights[0].key
-    depths = [float(moment.looks[key].depth.mean()) for moment in again.moments]
+    depths = [float(one.projections[key].depth.mean()) for one in again.snapshots]
     return np.array(depths, dtype=np.float64)
 
 
 def errors(again: Repeated) -> Array:
     """(T, k) as the controller measured them, in units of one tolerance for all."""
-    found: Array = np.stack([m.decision.command.error[:, 0] for m in again.moments])
+    found: Array = np.stack([one.command.error[:, 0] for one in again.snapshots])
     return found
 
 
@@ -68,8 +68,8 @@ def delay_limit(periods: float) -> float:
 
 def pose_at(sight: Sight, q: Array) -> Pose:
     """T_c_o: the target in camera axes, as they truly stand at q (nq,)."""
-    look = sight.look(runs_last(q, 1))
-    return Pose(homogeneous(relative(look.T_w_c, look.T_w_o))[0])
+    seen = sight.project(runs_last(q, 1))
+    return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o))[0])
 
 
 def goal_pose(task: Task, sight: Sight) -> Pose | None:

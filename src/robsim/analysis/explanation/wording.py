@@ -1,4 +1,4 @@
-"""How numbers and lists are said."""
+"""How numbers and lists are worded."""
 
 from __future__ import annotations
 

@@ -11,14 +11,14 @@ import numpy as np
 from robsim.analysis.case import Case, Repeated
 from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
-from robsim.analysis.explanation.removal import Removal, Told
+from robsim.analysis.explanation.removal import Removal, Statement
 from robsim.analysis.explanation.wording import length, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.servo import DepthFilter
 
 
 def wrong_depths(again: Repeated) -> Iterator[Removal]:
-    """Those that are scaled, and those that are not the true ones of the moment."""
+    """Those that are scaled, and those that are not the true ones of the instant."""
     scales = {leaf.depth_scale for leaf in leaves(again.case.task)} - {1.0}
     if scales:
         sentence, evidence = _scaled(again, np.ravel(next(iter(scales))))
@@ -44,7 +44,7 @@ def _said(depth: Any) -> str:
     return "that of the goal" if depth == "goal" else f"taken as {length(depth)}"
 
 
-def _scaled(again: Repeated, scale: Any) -> Told:
+def _scaled(again: Repeated, scale: Any) -> Statement:
     low, high = float(np.min(scale)), float(np.max(scale))
     product = high * views.gain_of(again.case) * again.case.dt
     evidence = {"least": low, "most": high, "gain_dt": product, "limit": 2.0}

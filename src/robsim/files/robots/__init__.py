@@ -2,7 +2,7 @@
 
 >>> {"rhino_xr4", "puma560", "ur5e"} <= set(names())
 True
->>> rhino = load("rhino_xr4")  # or robsim.files.robots.rhino_xr4()
+>>> rhino = load("rhino_xr4")  # or robsim.robots.rhino_xr4()
 >>> rhino.fk(rhino.home).round(4)[:3, 3]
 array([0.2381, 0.    , 0.3207])
 """
@@ -50,7 +50,7 @@ def load(name: str) -> Robot:
 
 @cache
 def _read(path: Path) -> Robot:
-    from robsim.scenario.robot_file import read_robot
+    from robsim.files.library import read_robot
 
     return read_robot(path)
 

@@ -22,7 +22,6 @@ from robsim.base.arrays import Array, frozen, positive, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, homogeneous
-from robsim.kernels.tree import REVOLUTE
 from robsim.robot.ik.numeric import Arm
 from robsim.robot.joint import LIMIT_SLACK
 
@@ -95,7 +94,7 @@ def _axes(arm: Arm) -> _Axes:
     tree = arm.tree
     columns = np.flatnonzero(tree.carries(arm.link))
     columns = columns[np.argsort(tree.owners[columns])]
-    if len(columns) not in (5, 6) or (tree.kinds[columns] != REVOLUTE).any():
+    if len(columns) not in (5, 6) or not all(kind.turns for kind in tree.kinds(columns)):
         raise _no(arm.link, f"five or six revolute joints carry it, not {len(columns)} velocities")
     if np.isin(tree.velocity, columns).sum() != len(columns):
         raise _no(arm.link, "no joint follows another")

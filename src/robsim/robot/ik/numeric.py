@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,78 +12,18 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last, whole
 from robsim.base.errors import InputError, suggest
 from robsim.base.threads import processors
-from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels import ik as kernels
-from robsim.kernels import random
-from robsim.kernels.tree import CAR, REVOLUTE, UNICYCLE
+from robsim.kernels import ik_step, random
+from robsim.robot.ik.result import IKReason, IKResult
+from robsim.robot.ik.search import in_chunks, search
 from robsim.robot.tree import Tree
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
 FINEST = 1e-12  # metres or radians: less is rounding
 FARTHEST = 1e9  # metres or radians: more could overflow, and stands for no limit in files
 LIGHTEST = 1e-3  # of weights, against the heaviest: rows of less are not brought to a tolerance
-CHUNK = 16384  # runs that one thread takes at a time
 FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins where there is no limit
-
-
-class IKReason(IntEnum):
-    """Why the search for coordinates ended; `message` says what it means.
-
-    >>> IKReason.SOLVED.message
-    'solved: the link is at the pose, within the limits'
-    """
-
-    SOLVED = kernels.SOLVED
-    UNREACHABLE = kernels.UNREACHABLE
-    LIMITS = kernels.LIMITS
-    ITERATIONS = kernels.ITERATIONS
-
-    @property
-    def message(self) -> str:
-        """One sentence for the user."""
-        return f"{self.name.lower()}: {_MESSAGES[self]}"
-
-
-_MESSAGES = {
-    IKReason.SOLVED: "the link is at the pose, within the limits",
-    IKReason.UNREACHABLE: (
-        "no small motion lessens the least error that was found, and without limits it was not "
-        "reached either; the pose is out of reach, or try more restarts"
-    ),
-    IKReason.LIMITS: (
-        "limits of joints stand in the way of the pose: without them it was reached, or they hold "
-        "the least error that was found; try more restarts"
-    ),
-    IKReason.ITERATIONS: "the error was still falling at the end; try more iterations or restarts",
-}
-
-
-@dataclass(frozen=True, eq=False)
-class IKResult(Value):
-    """What `Robot.ik` found, row by row; for a single pose without the leading axes.
-
-    q           (..., nq) with the least error that was found, within the limits
-    success     (...,) whether that is a solution: `error` is below the tolerance
-    error       (...,) the larger of the metres and the radians that count, by forward kinematics
-                of q: |p_goal - p| and the angle from R to R_goal (or from z axis to z axis)
-    iterations  (...,) how often the link was placed, over all searches within the limits
-    restarts    (...,) how many searches began elsewhere than at q0
-    reason      (...,) codes of `IKReason`; for a single pose one of these
-
-    >>> from robsim import Robot
-    >>> arm = Robot.from_dh([[0, 0, 1, 0]], limits=[[-1, 1]])
-    >>> found = arm.ik(arm.fk([[0.5], [1.5]]))
-    >>> found.q.round(9)[:, 0], [IKReason(code).name for code in found.reason]
-    (array([0.5, 1. ]), ['SOLVED', 'LIMITS'])
-    """
-
-    q: Array
-    success: Any
-    error: Any
-    iterations: Any
-    restarts: Any
-    reason: Any
 
 
 class Arm(NamedTuple):
@@ -142,21 +79,23 @@ def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
 
 
 def _searched(
-    arm: Arm, target: kernels.Target, goals: Array, q0: Array, effort: Effort
+    arm: Arm, target: ik_step.Target, goals: Array, q0: Array, effort: Effort
 ) -> kernels.Found:
     """What is found for goals[3, 4, run] from q0[nq, run]."""
     bounds = _bounds(arm)
     starts = _starts(arm, bounds, effort)
 
+    pace = effort.tolerance, effort.iterations
+
     def job(start: int, end: int) -> kernels.Found:
         some, q = (array[..., start:end].copy() for array in (goals, q0))
-        return _search(arm.tree, target, bounds, some, q, starts, effort)
+        return search(arm.tree, target, bounds, some, q, starts, *pace)
 
-    return _in_chunks(job, goals.shape[-1], effort.threads)
+    return in_chunks(job, goals.shape[-1], effort.threads)
 
 
 def _tell_limits(
-    arm: Arm, target: kernels.Target, goals: Array, found: kernels.Found, effort: Effort
+    arm: Arm, target: ik_step.Target, goals: Array, found: kernels.Found, effort: Effort
 ) -> None:
     """Where nothing was found: whether it is there without limits says if these are the reason."""
     lost = np.flatnonzero(np.isin(found.reason, (kernels.UNREACHABLE, kernels.LIMITS)))
@@ -167,13 +106,13 @@ def _tell_limits(
         found.reason[lost[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
 
 
-def _target(arm: Arm, mask: Any) -> kernels.Target:
+def _target(arm: Arm, mask: Any) -> ik_step.Target:
     """The link and what counts of its pose; InputError if no joint can bring it anywhere."""
     columns = np.flatnonzero(arm.tree.carries(arm.link))
     if columns.size == 0:
         raise InputError(f"no joint moves link '{arm.link}', so it cannot be brought to a pose")
-    for j in columns.tolist():
-        if arm.tree.kinds[j] in (UNICYCLE, CAR):
+    for j, kind in zip(columns.tolist(), arm.tree.kinds(columns), strict=True):
+        if kind.wheeled:
             raise InputError(
                 f"link '{arm.link}' rides on a vehicle, by its velocity '{arm.velocities[j]}'; "
                 "a vehicle has to be driven to a pose, inverse kinematics cannot place it"
@@ -182,7 +121,7 @@ def _target(arm: Arm, mask: Any) -> kernels.Target:
     moves = arm.tree.moves(arm.tree.carried(arm.link), frozen(columns))
     weight, place = _weights(mask), frozen(np.ascontiguousarray(offset[:3]))
     rest = frozen(np.zeros(arm.tree.nv))
-    return kernels.Target(body, place, moves, rest, weight, _is(mask, "pointing"))
+    return ik_step.Target(body, place, moves, rest, weight, _is(mask, "pointing"))
 
 
 def _is(mask: Any, name: str) -> bool:
@@ -209,20 +148,21 @@ def _weights(mask: Any) -> Array:
     return frozen(weight)
 
 
-def _bounds(arm: Arm) -> kernels.Bounds:
+def _bounds(arm: Arm) -> ik_step.Bounds:
     """Limits; a joint that may turn for ever is kept within half a turn of zero."""
     columns = np.flatnonzero(arm.tree.carries(arm.link))
     row = arm.tree.alone(columns)
     turns = np.zeros(len(arm.limits), dtype=np.bool_)
-    turns[row[(arm.tree.kinds[columns] == REVOLUTE) & (row >= 0)]] = True
+    turning = np.array([kind.turns for kind in arm.tree.kinds(columns)], dtype=np.bool_)
+    turns[row[turning & (row >= 0)]] = True
     turns[np.intersect1d(arm.tree.joints.ties.rows[:, 1], np.flatnonzero(turns))] = False
     endless = turns & np.isinf(arm.limits).all(axis=1)
     low, high = arm.limits.T.copy()
     low[endless], high[endless] = -math.pi, math.pi
-    return kernels.Bounds(row, frozen(low), frozen(high), frozen(turns))
+    return ik_step.Bounds(row, frozen(low), frozen(high), frozen(turns))
 
 
-def _starts(arm: Arm, bounds: kernels.Bounds, effort: Effort) -> tuple[Array, Array]:
+def _starts(arm: Arm, bounds: ik_step.Bounds, effort: Effort) -> tuple[Array, Array]:
     """Where further searches may begin, q (nq, k), and the link's poses there.
 
     Uniform within the limits, by the seed and the number of the start alone, the same for every
@@ -239,48 +179,6 @@ def _starts(arm: Arm, bounds: kernels.Bounds, effort: Effort) -> tuple[Array, Ar
     rows = bounds.row[bounds.row >= 0]
     q[rows] = (low[:, None] + share * (high - low)[:, None])[rows]
     return q, arm.tree.frame(arm.tree.bodies(q), arm.link)
-
-
-def _search(
-    tree: Tree,
-    target: kernels.Target,
-    bounds: kernels.Bounds,
-    goals: Array,
-    q0: Array,
-    starts: tuple[Array, Array],
-    effort: Effort,
-) -> kernels.Found:
-    runs = goals.shape[-1]
-    counts = (np.full(runs, value) for value in (kernels.ITERATIONS, 0, 0))
-    found = kernels.Found(q0.copy(), np.full(runs, np.inf), *counts)  # what overflows stays so
-    kernels.solve(
-        tree.joints,
-        target,
-        bounds,
-        goals,
-        kernels.Starts(q0, *starts),
-        effort.tolerance,
-        effort.iterations,
-        found,
-    )
-    return found
-
-
-def _in_chunks(job: Any, runs: int, threads: int) -> kernels.Found:
-    """job(start, end) over all runs, by threads where there are many."""
-    chunk = min(CHUNK, max(kernels.LANES, math.ceil(runs / threads)))
-    ends = [(i, min(i + chunk, runs)) for i in range(0, max(runs, 1), chunk)]
-    if threads == 1 or len(ends) == 1:
-        return _joined([job(*end) for end in ends])
-    with ThreadPoolExecutor(min(threads, len(ends))) as pool:
-        try:
-            return _joined(list(pool.map(job, *zip(*ends, strict=True))))
-        finally:
-            pool.shutdown(cancel_futures=True)  # after Ctrl-C the others need not begin
-
-
-def _joined(parts: Sequence[kernels.Found]) -> kernels.Found:
-    return kernels.Found(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
 
 
 def _result(found: kernels.Found, lead: tuple[int, ...]) -> IKResult:

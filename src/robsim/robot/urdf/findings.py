@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 
 from robsim.base.errors import FileError, FileWarning
@@ -9,8 +10,9 @@ from robsim.robot.urdf.elements import Element
 
 MOST = 50  # errors after which a file is not read further
 MOST_ODDITIES = 1000
-SHOWN = 5  # oddities that one warning lists
+SHOWN = 10  # kinds of oddities that one warning lists
 LONGEST = 600  # characters of a line
+_GIVEN = re.compile(r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?")  # what differs between two of a kind
 
 
 class Findings:
@@ -19,7 +21,8 @@ class Findings:
     def __init__(self, source: str):
         self.source = source
         self.errors: list[str] = []
-        self.oddities: list[str] = []
+        self.oddities: dict[tuple[str, str], list[tuple[int, str]]] = {}  # by tag and kind
+        self.odd_count = 0
 
     def error(self, element: Element, text: str) -> None:
         """One more; FileError if it is one too many."""
@@ -32,10 +35,13 @@ class Findings:
 
     def odd(self, element: Element, text: str) -> None:
         """Something that is read in another way than it is written, or left out."""
-        if len(self.oddities) == MOST_ODDITIES:
+        if self.odd_count == MOST_ODDITIES:
             self.error(element, f"more than {MOST_ODDITIES} unknown words and the like")
             self.stop()
-        self.oddities.append(self._line(element, text))
+        self.odd_count += 1
+        kind = element.tag, _GIVEN.sub("", text)
+        found = self.oddities.setdefault(kind, [])
+        found.append((element.line, self._line(element, text)))
 
     def stop(self) -> None:
         """FileError if there were errors, with one line for each."""
@@ -43,13 +49,24 @@ class Findings:
             raise FileError("\n".join(self.errors)) from None
 
     def tell(self) -> None:
-        """One FileWarning if there were oddities: the first five, one a line."""
+        """One FileWarning if there were oddities: the first of each kind, the lines of others."""
         if self.oddities:
-            more = len(self.oddities) - SHOWN
-            rest = [f"{self.source}: and {more} more"] if more > 0 else []
-            text = "\n".join([*self.oddities[:SHOWN], *rest])
+            kinds = list(self.oddities.values())
+            more = sum(map(len, kinds[SHOWN:]))
+            rest = [f"{self.source}: and {more} more"] if more else []
+            text = "\n".join([*map(_told, kinds[:SHOWN]), *rest])
             warnings.warn(text, FileWarning, stacklevel=4)  # where Robot.from_urdf is called
 
     def _line(self, element: Element, text: str) -> str:
         line = f"{self.source}:{element.line}: {element.label}: {text}"
         return line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
+
+
+def _told(found: list[tuple[int, str]]) -> str:
+    """The first of a kind, and the lines of the others."""
+    (_, first), *others = found
+    if not others:
+        return first
+    lines = [str(line) for line in sorted({line for line, _ in others})]
+    where = f"line{'s' if len(lines) > 1 else ''} {', '.join(lines)}"
+    return f"{first} ({len(others)} more of the kind, in {where})"

@@ -14,7 +14,15 @@ from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
 from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import number, origin, size, vector
-from robsim.robot.urdf.words import WORDS, child, children, needed, needed_child
+from robsim.robot.urdf.words import (
+    WORDS,
+    XACRO,
+    child,
+    children,
+    is_expression,
+    needed,
+    needed_child,
+)
 
 # what writers give to links that move and weigh nothing, so that simulators accept them
 TOKEN = Inertia(1e-3, tensor=1e-6 * np.eye(3))
@@ -36,7 +44,12 @@ def inertia(link: Element, findings: Findings) -> Inertia | None:
     given = child(link, "inertial")
     if given is None:
         return None
-    where, (mass, tensor) = origin(given, findings), _mass_and_tensor(given, findings)
+    where = origin(given, findings)
+    lacking = [f"<{tag}>" for tag in ("mass", "inertia") if child(given, tag) is None]
+    if lacking:
+        findings.odd(given, f"without {' and '.join(lacking)}, left out")
+        return None
+    mass, tensor = _mass_and_tensor(given, findings)
     if mass is None or tensor is None:
         return None
     if mass == 0:
@@ -76,10 +89,10 @@ def _tensor(element: Element, findings: Findings) -> Array | None:
 def shapes(link: Element, colors: Mapping[str, str], findings: Findings) -> tuple[Primitive, ...]:
     """What is to be seen of a link; what it collides by, where nothing is."""
     seen, hit = (
-        [_shape(each, colors, findings) for each in children(link, tag)]
+        [shape for each in children(link, tag) if (shape := _shape(each, colors, findings))]
         for tag in ("visual", "collision")
     )
-    return tuple(shape for shape in (seen or hit) if shape is not None)
+    return tuple(seen or hit)
 
 
 def colors(robot: Element, findings: Findings) -> dict[str, str]:
@@ -136,11 +149,7 @@ def _colored(shape: Primitive, color: str) -> Primitive:
 
 def _solid(element: Element, findings: Findings) -> Primitive | None:
     if element.tag == "box":
-        sides = vector(element, "size", findings)
-        if sides is not None and not (sides > 0).all():
-            findings.error(element, "size: three numbers above 0 are allowed")
-            return None
-        return None if sides is None else Block(*sides)
+        return _box(element, findings)
     if element.tag == "mesh":
         return _mesh(element, findings)
     radius = size(element, "radius", findings)
@@ -150,13 +159,47 @@ def _solid(element: Element, findings: Findings) -> Primitive | None:
     return None if radius is None or length is None else Wheel(radius, length)
 
 
+def _box(element: Element, findings: Findings) -> Block | None:
+    sides = vector(element, "size", findings)
+    if sides is None:
+        return None
+    if (sides > 0).all():
+        return Block(*sides)
+    if (sides < 0).any():
+        findings.error(element, "size: three numbers above 0 are allowed")
+    else:
+        findings.odd(element, "a size is 0, so that there is nothing to see; left out")
+    return None
+
+
 def _mesh(element: Element, findings: Findings) -> Mesh | None:
-    scale = vector(element, "scale", findings, "1 1 1")
-    name = needed(element, "filename", findings)
-    if scale is None or name is None:
+    name, scale = element.attributes.get("filename", ""), element.attributes.get("scale", "1 1 1")
+    if is_expression(name):
+        findings.odd(element, f"filename = {name!r:.80}: {XACRO}; left out")
+        return None
+    if len(scale.split(None, 3)) != 3:
+        findings.odd(element, f"scale = {scale!r:.80}: expected 3 numbers; left out")
+        return None
+    factors = vector(element, "scale", findings, "1 1 1")
+    if needed(element, "filename", findings) is None or factors is None:
         return None
     try:
-        return Mesh(name, (float(scale[0]), float(scale[1]), float(scale[2])))
+        return Mesh(name, tuple(factors.tolist()))
     except InputError as error:
-        findings.error(element, str(error))
+        if _is_elsewhere(name) and factors.all():
+            findings.odd(element, f"{error}; left out")
+        else:
+            findings.error(element, str(error))
         return None
+
+
+def _is_elsewhere(mesh: str) -> bool:
+    """Whether a file is named that people's own folders may have, beside that of the model.
+
+    Exporters write "../../meshes/arm.stl" and "file://meshes/arm.stl". None writes a package that
+    is left by "..", or an absolute place without a scheme: these stay mistakes, or worse.
+    """
+    if mesh.startswith("file://"):
+        return True
+    relative = not mesh.startswith(("package://", "/")) and not set(mesh) & {"\\", ":"}
+    return relative and ".." in mesh.split("/")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import TypeVar
@@ -11,20 +11,22 @@ from typing import TypeVar
 from robsim.base.errors import FileError, InputError
 from robsim.robot.joint import SINGLE, Coupling, Joint, Mimic
 from robsim.robot.link import Link
+from robsim.robot.tip import Tip, find_tip
 from robsim.robot.urdf.elements import Element, parsed
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.joints import Hinge, hinge
 from robsim.robot.urdf.parts import colors, inertia, shapes
-from robsim.robot.urdf.words import AXIS, TAIL, check_words, child, children, hint, named
+from robsim.robot.urdf.words import AXIS, TAIL, check_words, child, children, hint, named, needed
 
 R = TypeVar("R")
+Build = Callable[[str, tuple[Link, ...], str], R]  # of a name, the links and the tip
 Links = dict[str, tuple[Element, Link]]  # by the name in the file
 MOST_LINKS = 2048
 MOST_MIMICS = 256
 
 
-def read(path: str | os.PathLike[str], build: Callable[[str, tuple[Link, ...]], R]) -> R:
-    """What `build` makes of the name and the links of a file, the root first.
+def read(path: str | os.PathLike[str], build: Build[R]) -> tuple[R, Tip]:
+    """What `build` makes of a file, and how its tip was found.
 
     FileError with all that is wrong, one line each; a FileWarning tells what is odd.
     """
@@ -34,12 +36,24 @@ def read(path: str | os.PathLike[str], build: Callable[[str, tuple[Link, ...]], 
         raise FileError(f"{path}:{root.line}: <{root.tag:.40}>: expected <robot name=...>")
     check_words(root, findings)
     name, links = _parts(root, findings)
+    tip = _tip(root, links, findings)
     try:
-        robot = build(name, tuple(links))
+        robot = build(name, tuple(links), tip.name)
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
     findings.tell()
-    return robot
+    return robot, tip
+
+
+def _tip(root: Element, links: Sequence[Link], findings: Findings) -> Tip:
+    """The one that our writer put into the file, or that the links suggest."""
+    said = child(root, "robsim")
+    name = None if said is None else needed(said, "tip", findings)
+    names = [link.name for link in links]
+    if said is not None and name is not None and name not in names:
+        findings.error(said, f"tip: no link {name!r:.80}; {hint(name, names)}")
+    findings.stop()
+    return find_tip(links) if name is None else Tip(name)
 
 
 def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
@@ -224,7 +238,7 @@ def _check_mimics(hinges: Iterable[Hinge], findings: Findings) -> None:
         name: str = start
         while name in follows and name not in done and name not in path:
             path.append(name)
-            name = follows[name].of  # type: ignore[union-attr]
+            name = follows[name].of
             _check_source(joints[path[-1]], name, joints, findings)
         if name in path:
             findings.error(joints[name].element, "mimics itself in the end; follow another joint")

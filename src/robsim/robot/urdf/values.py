@@ -35,12 +35,15 @@ def number(
 
 
 def size(element: Element, name: str, findings: Findings) -> float | None:
-    """A number above 0."""
+    """A number above 0; None where it is 0, too, which is told."""
     value = number(element, name, findings)
-    if value is not None and value <= 0:
+    if value is None or value > 0:
+        return value
+    if value < 0:
         findings.error(element, f"{name} is {value:g}; it must be above 0")
-        return None
-    return value
+    else:
+        findings.odd(element, f"{name} is 0, so that there is nothing to see; left out")
+    return None
 
 
 def vector(

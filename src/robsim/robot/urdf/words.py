@@ -9,29 +9,32 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from hashlib import blake2s
 from itertools import islice
 from typing import NamedTuple
 
-from robsim.base.names import checked_name
+from robsim.base.names import LONGEST_NAME
 from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 
 
 class Word(NamedTuple):
-    """What an element may hold; `silent` are extensions."""
+    """What an element may hold; `silent` are extensions, `spare` attributes that say it again."""
 
     attributes: tuple[str, ...] = ()
     children: tuple[str, ...] = ()
     silent: tuple[str, ...] = ()
+    spare: tuple[str, ...] = ()
 
 
 _SHAPE = Word(("name",), ("origin", "geometry", "material"), ("verbose", "contact_coefficients"))
 WORDS = {
     "robot": Word(
         ("name", "version"),
-        ("link", "joint", "material"),
+        ("link", "joint", "material", "robsim"),
         ("gazebo", "transmission", "sensor", "ros2_control", "mujoco"),
     ),
+    "robsim": Word(("tip",)),  # ours, which other programs leave out
     "link": Word(
         ("name", "type"),
         ("inertial", "visual", "collision"),
@@ -44,7 +47,7 @@ WORDS = {
     ),
     "inertial": Word((), ("origin", "mass", "inertia")),
     "mass": Word(("value",)),
-    "inertia": Word(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    "inertia": Word(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), spare=("iyx", "izx", "izy")),
     "visual": _SHAPE,
     "collision": _SHAPE,
     "geometry": Word(("name",), ("box", "cylinder", "sphere", "mesh")),
@@ -72,7 +75,9 @@ def check_words(element: Element, findings: Findings) -> None:
     """All attributes and children of an element, and of the children that are known."""
     word = WORDS[element.tag]
     for name in element.attributes:
-        if name not in word.attributes and not _prefixed(name):
+        if name in word.spare:
+            findings.odd(element, f"attribute '{name}' says again what the tensor says; left out")
+        elif name not in word.attributes and not _prefixed(name):
             _unknown(element, f"attribute '{name:.60}'", name, word.attributes, findings)
     seen: set[str] = set()
     for child in element.children:
@@ -112,10 +117,15 @@ def needed(element: Element, name: str, findings: Findings) -> str | None:
     if value is None or not value.strip():
         findings.error(element, f"{name} is missing; it must be given")
         return None
-    if "${" in value or "$(" in value:
+    if is_expression(value):
         findings.error(element, f"{name} = {value!r:.80}: {XACRO}")
         return None
     return value
+
+
+def is_expression(text: str) -> bool:
+    """Whether xacro should have put something else in its place."""
+    return "${" in text or "$(" in text
 
 
 def named(element: Element, findings: Findings) -> str | None:
@@ -124,26 +134,31 @@ def named(element: Element, findings: Findings) -> str | None:
     if given is None:
         return None
     name = safe(given, element.tag)
-    try:
-        checked_name(name, element.tag)
-    except ValueError as error:
-        findings.error(element, str(error))
-        return None
     if name != given:
-        findings.odd(element, f"its name is read as '{name}', which is safe in paths and figures")
+        fits = "short enough" if len(given) > LONGEST_NAME else "safe"
+        findings.odd(element, f"its name is read as '{name}', which is {fits} in paths and figures")
     return name
 
 
 def safe(name: str, kind: str) -> str:
-    """A name with _ for what is not a letter, digit, _ or -, and a letter in front.
+    """Return a name of at most 64 letters, digits, _ and -, with a letter in front.
+
+    Other characters become _; of a longer name the beginning is kept, and eight digits that stand
+    for the whole.
 
     >>> safe("tool0/cam", "link"), safe("2r", "robot"), safe("world", "link")
     ('tool0_cam', 'robot_2r', 'world_link')
+    >>> safe("left_" * 14, "link")
+    'left_left_left_left_left_left_left_left_left_left_left__40b9b432'
     """
     if kind == "link" and name == "world":  # the frame that robots stand on
         return "world_link"
     mapped = _UNSAFE.sub("_", name)
-    return mapped if re.match("[A-Za-z]", mapped) else f"{kind}_{mapped}"
+    whole = mapped if re.match("[A-Za-z]", mapped) else f"{kind}_{mapped}"
+    if len(whole) <= LONGEST_NAME:
+        return whole
+    digits = blake2s(name.encode("utf-8", "surrogatepass"), digest_size=4).hexdigest()
+    return f"{whole[: LONGEST_NAME - 1 - len(digits)]}_{digits}"
 
 
 def nearest(name: str, names: Iterable[str]) -> str | None:

@@ -16,6 +16,7 @@ from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
 from robsim.robot.joint import Joint, Mimic
 from robsim.robot.link import Link
+from robsim.robot.tip import Tip, find_tip
 from robsim.robot.urdf.joints import KINDS
 from robsim.robot.urdf.parts import TOKEN
 from robsim.robot.urdf.solids import plain, rgba
@@ -26,13 +27,18 @@ from robsim.robot.urdf.words import AXIS, TAIL
 ON_AXIS = 1e-14  # metres beside the axis of a joint that rounding may put its link
 
 
-def write(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -> None:
-    """A file with these links; InputError names all that the format cannot express."""
+def write(name: str, links: Sequence[Link], tip: str, path: str | os.PathLike[str]) -> None:
+    """A file with these links; InputError names all that the format cannot express.
+
+    The tip is written, in an element of ours, only where the links do not suggest it.
+    """
     check(name, links, "URDF")
     text = Text()
     links = _unchained(links)
     names, tied = _joint_names(links), _tied(links)
     with text.inside("robot", name=name):
+        if find_tip(links) != Tip(tip):
+            text.put("robsim", tip=tip)
         for link in links:
             _link(text, link)
         for link in links[1:]:
@@ -45,8 +51,8 @@ def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ())
     wrong = []
     for link in links:
         joint = link.joint
-        if joint.kind not in KINDS.values():
-            wrong.append(f"'{link.name}' moves as a {joint.kind}")
+        if joint.model.name not in KINDS.values():
+            wrong.append(f"'{link.name}' moves as a {joint.model.name}")
         elif joint.follows is not None and not isinstance(joint.follows, Mimic):
             kind = type(joint.follows).__name__
             wrong.append(f"'{link.name}' follows by {kind}, not Mimic")
@@ -193,7 +199,7 @@ def _hinge(
     axis: Array | None = None,
 ) -> None:
     free = joint.kind == "revolute" and joint.limits is None
-    with text.inside("joint", name=name, type="continuous" if free else joint.kind):
+    with text.inside("joint", name=name, type="continuous" if free else joint.model.name):
         _origin(text, origin)
         text.put("parent", link=parent)
         text.put("child", link=child)

@@ -4,22 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
 from robsim.base.errors import GoalError, InputError
 from robsim.base.values import Value
+from robsim.declare.arrays import Row
+from robsim.declare.joints import PerJoint, coordinates
+from robsim.declare.problems import under
+from robsim.declare.spec import Context, NoText, Raw, Spec
+from robsim.declare.tables import merge_table, read_table, write_table
+from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous, one_pose
+from robsim.geometry.pose_table import KEYS, PoseTable
 from robsim.kernels import camera as kernels
+from robsim.robot.joint import KINDS
 from robsim.servo.sight import Sight, relative
 from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
 
+FLOATING = KINDS["floating"].units
+
 
 def _kept(q: Any) -> Any:
-    """A copy that nobody changes; what it is worth is checked against the scene."""
+    """A copy that nobody changes; whether it fits is checked against the scene."""
     if isinstance(q, Mapping):
         return {name: _kept(value) for name, value in q.items()}
     if isinstance(q, np.ndarray | list | tuple):
@@ -83,18 +93,97 @@ class GoalFeatures(Value):
 Goal = TaughtGoal | GoalPose | GoalFeatures
 
 
-def as_goal(value: Any) -> Goal:
-    """A goal from itself, or from the q at which it is shown."""
-    return value if isinstance(value, Goal) else TaughtGoal(value)
+@dataclass(frozen=True)
+class GoalTable:
+    """How a text says a goal: where it is shown, computed from which pose, or its numbers."""
+
+    q: Annotated[Any, PerJoint(coordinates), "Where the goal is shown: one number a joint."] = None
+    pose: Annotated[Pose | None, PoseTable(flat=True), "Where it is shown, of a free camera."] = (
+        None
+    )
+    computed: Annotated[Pose | None, PoseTable(), "The target in camera axes, T_c_o."] = None
+    s: Annotated[Any, Row(), "The features as numbers."] = None
+
+    def made(self, c: Context) -> Goal:
+        """Return the goal."""
+        if self.s is not None:
+            return GoalFeatures(self.s)
+        if self.computed is not None:
+            return GoalPose(self.computed)
+        return TaughtGoal(start_of(self.q, self.pose, c.facts.get("scene"), "goal q"))
+
+    @classmethod
+    def of(cls, value: Goal, c: Context) -> GoalTable:
+        """Return what says a goal."""
+        if isinstance(value, GoalPose):
+            return cls(computed=value.T_c_o)
+        if isinstance(value, GoalFeatures):
+            return cls(s=value.s)
+        scene = c.facts["scene"]
+        return cls(None if value.q is None else scene.coordinates(value.q, limits=False))
 
 
 @dataclass(frozen=True)
-class GoalView:
-    """The marks of a sight at the goal; one run."""
+class GoalSpec(Spec):
+    """A goal; in Python also the q at which it is shown."""
 
-    pixels: Array  # (N, 2, 1)
-    depth: Array  # (N, 1)
-    T_c_o: Array  # (3, 4, 1) as the controller believes it
+    takes_none: ClassVar[bool] = True  # which is home
+    form: ClassVar[str] = "table"
+
+    def check(self, value: Any, what: str) -> Goal:
+        return value if isinstance(value, Goal) else TaughtGoal(value)
+
+    def read(self, raw: Raw, c: Context) -> Goal:
+        said = raw if isinstance(raw, Mapping) else {}
+        ways = [key for key in ("computed", "s", "q") if key in said]
+        ways += ["a pose"] if said.keys() & KEYS.keys() else []
+        if len(ways) > 1:
+            raise InputError(f"{' and '.join(ways)}: give one of them only")
+        made: Goal = read_table(GoalTable, raw, c).made(c)
+        return made
+
+    def write(self, value: Any, c: Context) -> dict[str, Raw]:
+        if type(value) not in (TaughtGoal, GoalPose, GoalFeatures):
+            raise NoText(f"{type(value).__name__} is Python code")
+        return write_table(GoalTable.of(value, c), c)
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        raw = self.saved(value, c.at(name))
+        if raw:
+            table[name] = raw
+
+    def words(self) -> str:
+        return "a goal: q, a pose, computed or s"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        reference: dict[str, Any] = define(GoalTable)
+        return reference
+
+    def wrong(self) -> list[Raw]:
+        return [3, "home", {"s": []}, {"s": [1.0], "computed": {}}]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        if not isinstance(old, dict) or not isinstance(new, dict):
+            return new
+        ways = {"q": ["q"], "computed": ["computed"], "s": ["s"], "pose": [*KEYS]}
+        said = [way for way, keys in ways.items() if any(key in new for key in keys)]
+        kept = {k: v for way in said for k, v in old.items() if k in ways[way]}
+        return merge_table(GoalTable, kept if said else old, new, loose)
+
+
+def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
+    """Return coordinates of the robots from a text; None where nothing is said, which is home."""
+    if q is not None and pose is not None:
+        raise InputError("q and a pose: give one of the two only")
+    if scene is None or (q is None and pose is None):
+        return None
+    if pose is None:
+        with under("q"):
+            return scene.coordinates(q, what)
+    if scene.coordinate_units != FLOATING:
+        names = ", ".join(scene.coordinate_names) or "no coordinates"
+        raise InputError(f"a pose is for a scene whose only joint floats; give q, of {names}")
+    return scene.coordinates(pose.q, what)
 
 
 def configuration(goal: Goal, scene: Scene) -> Array | None:
@@ -110,8 +199,8 @@ def configuration(goal: Goal, scene: Scene) -> Array | None:
     return runs_last(q, 1)
 
 
-def view_of(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> GoalView:
-    """What is seen at the goal; GoalError if a mark is behind the camera or out of the image.
+def goal_observation(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> Observation:
+    """What is seen at the goal, at the true depth; GoalError if a mark is not in the image.
 
     A computed goal is the pose of the believed target of `first` in its camera; other sights
     follow from it where they move with that one. Of numbers that are given there is no image.
@@ -121,13 +210,14 @@ def view_of(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> GoalView:
     q = configuration(goal, truth.scene)
     if q is None:  # anything of the right shape
         q = runs_last(truth.scene.home, 1)
-    look, believed = truth.look(q), belief.look(q)
+    true, believed = truth.project(q), belief.project(q)
     if isinstance(goal, TaughtGoal):
-        _check_visible(truth, look.visibility[:, 0], "shown")
-    return GoalView(look.pixels, look.depth, relative(believed.T_w_c, believed.T_w_o))
+        _check_visible(truth, true.visibility[:, 0], "shown")
+    T_c_o = relative(believed.T_w_c, believed.T_w_o)
+    return belief.observation(true.pixels, true.depth, T_c_o)
 
 
-def _computed(goal: GoalPose, belief: Sight, first: Sight) -> GoalView:
+def _computed(goal: GoalPose, belief: Sight, first: Sight) -> Observation:
     if not belief.moves_with(first):
         raise GoalError(
             f"camera '{belief.eye.name}' and '{belief.target.name}' do not move as "
@@ -136,7 +226,7 @@ def _computed(goal: GoalPose, belief: Sight, first: Sight) -> GoalView:
         )
     T_c_o = goal.T_c_o
     if belief is not first:
-        here, there = (s.look(runs_last(s.scene.home, 1)) for s in (belief, first))
+        here, there = (s.project(runs_last(s.scene.home, 1)) for s in (belief, first))
         T_c_f, T_f_o = relative(here.T_w_c, there.T_w_c), relative(there.T_w_o, here.T_w_o)
         T_c_o = _pose(T_c_f) @ T_c_o @ _pose(T_f_o)
     camera = belief.eye.camera
@@ -146,7 +236,7 @@ def _computed(goal: GoalPose, belief: Sight, first: Sight) -> GoalView:
     status = camera.visibility(X[..., 0], np.eye(4))
     _check_visible(belief, status, "computed")
     depth = np.ascontiguousarray(X[:, 2])
-    return GoalView(pixels, depth, runs_last(T_c_o.matrix[None, :3], 2))
+    return belief.observation(pixels, depth, runs_last(T_c_o.matrix[None, :3], 2))
 
 
 def _pose(T: Array) -> Pose:

@@ -3,33 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.declare import family, register
+from robsim.declare.arrays import Matrix
 from robsim.kernels import broyden as kernels
 from robsim.servo.laws.inverse import rank
 
+RULES = family("interaction matrix")
 TWIST = 6  # motions of a camera: a Jacobian L J has no more rank, however many joints there are
 
 
+@register("interaction matrix", "broyden")
 @dataclass(frozen=True, eq=False)
 class Broyden(Value):
     """The Jacobian of the features is estimated on line from what each step did to them.
 
-    `start` (k, n) is the first estimate of ds/dq, unit of s per rad or m of each commanded joint,
-    of rank 6 or, where it is smaller, of full rank; None: the modelled one at the start. See
-    `broyden_update`.
+    See `broyden_update`.
 
     >>> Broyden([[1.0, 0.0], [0.5, 2.0]]).start
     array([[1. , 0. ],
            [0.5, 2. ]])
     """
 
-    start: Any = None
+    start: Annotated[
+        Any,
+        Matrix(),
+        "First estimate (k, n) of ds/dq, unit of s per rad or m of each commanded joint, of rank 6 "
+        "or, where it is smaller, of full rank; None: the modelled one at the start.",
+    ] = None
 
     def __post_init__(self) -> None:
         if self.start is not None:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import Declared, Length, Number, family, register
 from robsim.kernels import depth_filter as kernels
 
+DEPTHS = family("depth")
 
+
+@register("depth", "filter")
 @dataclass(frozen=True)
-class DepthFilter:
+class DepthFilter(Declared):
     """The depth of each mark by an extended Kalman filter of (x, y, 1/Z).
-
-    start        depth in metres that every mark is first taken to have
-    start_sigma  relative standard deviation of 1/Z at the start
-    noise        standard deviation of a measured pixel, in pixels
 
     The motion of a mark under the believed twist of the camera is exact, and the filter allows it
     a drift of 1e-4 in the image and of 1 percent in depth per square root of a second. An
@@ -32,14 +33,16 @@ class DepthFilter:
     (array([0., 0., 2.]), array([0.5]))
     """
 
-    start: float
-    start_sigma: float = 0.5
-    noise: float = 1.0
+    start: Annotated[float, Length(above=0), "Depth that every mark is first taken to have."]
+    start_sigma: Annotated[
+        float, Number(above=0), "Relative standard deviation of 1/Z at the start."
+    ] = 0.5
+    noise: Annotated[
+        float, Number(above=0, unit="px"), "Standard deviation of a measured pixel."
+    ] = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("start", "start_sigma", "noise"):
-            value = positive(getattr(self, name), f"{name} of the depth filter")
-            object.__setattr__(self, name, value)
+        super().__post_init__()
         if not kernels.NEAREST <= self.start <= kernels.FARTHEST:
             raise InputError(
                 f"start of the depth filter must lie between {kernels.NEAREST} m and "

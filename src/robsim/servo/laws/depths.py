@@ -4,39 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, one_or_each, positive
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
+from robsim.declare import Choice, Length, ListOf, Number, OneOf
 from robsim.features import Observation
 from robsim.kernels import features as kernels
-from robsim.servo.instant import Instant, recall, remember
-from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.laws.depth_filter import DEPTHS, DepthFilter
 from robsim.servo.laws.inverse import product
+from robsim.servo.measurement import Measurement, recall, remember
 from robsim.servo.sight import Key
 
 Depth = Literal["true", "goal"] | float | DepthFilter
+DEPTH = Choice(DEPTHS, default="filter", short=False, plain=("true", "goal"), other=Length(above=0))
 Scale = float | tuple[float, ...]  # for all marks, or for each
 
 
-def as_depth(given: Any) -> Depth:
-    """A depth from its name, metres, or a filter."""
-    if isinstance(given, DepthFilter):
-        return given
-    if isinstance(given, str):
-        if given not in ("true", "goal"):
-            raise InputError(
-                f"depth must be 'true', 'goal', a number of metres or a DepthFilter, got {given!r}"
-            )
-        return given  # type: ignore[return-value]
-    return positive(given, "depth (metres)")
-
-
-def as_scale(given: Any) -> Scale:
-    """A factor above zero for all marks, or one for each."""
-    return one_or_each(given, "depth_scale", "mark")
+SCALE = OneOf(
+    Number(above=0), ListOf(Number(above=0), 1), words="a factor above zero, or one for each mark"
+)
 
 
 @cache  # it is asked for in every step
@@ -76,12 +65,12 @@ class Depths:
             return kernels.CONSTANT, self.which, scale
         return (kernels.GOAL if self.which == "goal" else kernels.TRUE), 0.0, scale
 
-    def of(self, seen: Observation, now: Instant, key: Key, Z_goal: Array) -> Array:
+    def of(self, seen: Observation, measurement: Measurement, key: Key, Z_goal: Array) -> Array:
         """(N, B) of what a camera sees now."""
         if isinstance(self.which, DepthFilter):
-            Z = self._filtered(self.which, seen, now, f"{key[0]} {key[1]}")
+            Z = self._filtered(self.which, seen, measurement, f"{key[0]} {key[1]}")
             return _factors(self.scale, len(Z)) * Z
-        return self._chosen(now.looks[key].depth, Z_goal)
+        return self._chosen(measurement.projections[key].depth, Z_goal)
 
     def at_goal(self, Z_goal: Array) -> Array:
         """(N, 1)."""
@@ -92,23 +81,27 @@ class Depths:
         kernels.choose_depth(*self.numbers(len(Z)), Z_goal, Z, depth)
         return depth
 
-    def _filtered(self, filter: DepthFilter, seen: Observation, now: Instant, name: str) -> Array:
+    def _filtered(
+        self, filter: DepthFilter, seen: Observation, measurement: Measurement, name: str
+    ) -> Array:
         """By the filter, from how the marks moved while the last command was held."""
         names = f"marks {name}", f"covariance {name}"
-        if names[0] not in now.memory:
+        if names[0] not in measurement.memory:
             state, P = filter.begin(seen.points_last, seen.K)
         else:
-            state, P = (recall(now.memory, each) for each in names)
-            V = recall(now.memory, f"twist {name}")
-            state, P = filter.step(state, P, V, now.dt, seen.points_last, seen.K)
+            state, P = (recall(measurement.memory, each) for each in names)
+            V = recall(measurement.memory, f"twist {name}")
+            state, P = filter.step(state, P, V, measurement.dt, seen.points_last, seen.K)
         for each, array in zip(names, (state, P), strict=True):
-            remember(now.memory, each, array)
+            remember(measurement.memory, each, array)
         return filter.depth(state)
 
-    def note(self, now: Instant, key: Key, J: Array, qd: Array, own: Array | None) -> None:
+    def note(
+        self, measurement: Measurement, key: Key, J: Array, qd: Array, own: Array | None
+    ) -> None:
         """Remember the twist of a camera against its target: J qd as commanded, and `own`
         (6, 1, B), which is known of what moves on its own.
         """
         twist = product(J, np.ascontiguousarray(qd[:, None]))
         twist = twist if own is None else twist + own
-        remember(now.memory, f"twist {key[0]} {key[1]}", twist[:, 0])
+        remember(measurement.memory, f"twist {key[0]} {key[1]}", twist[:, 0])

@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
-from robsim.base.errors import InputError
-from robsim.servo.instant import Instant, recall, remember
+from robsim.base.arrays import Array
+from robsim.declare import Choice, Declared, Time, family, register
 from robsim.servo.laws.inverse import product
+from robsim.servo.measurement import Measurement, recall, remember
+
+FEED_FORWARDS = family("feed-forward")
 
 
+@register("feed-forward", "known")
 @dataclass(frozen=True)
 class KnownMotion:
     """From the motions of the believed scene: de/dt = L J_p qdot_p of the prescribed joints.
 
-    >>> as_feed_forward("known")
+    >>> KnownMotion()
     KnownMotion()
     """
 
 
+@register("feed-forward", "estimated")
 @dataclass(frozen=True)
-class EstimatedMotion:
+class EstimatedMotion(Declared):
     """From what the error did and the command does not explain, smoothed over `lag` seconds.
 
     The estimate is a first-order filter of (e_k - e_(k-1))/dt - L J qdot_(k-1) (Chaumette and
@@ -33,43 +37,32 @@ class EstimatedMotion:
     0.1
     """
 
-    lag: float = 0.2
+    lag: Annotated[float, Time(above=0), "Time constant of the smoothing."] = 0.2
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "lag", positive(self.lag, "lag (seconds)"))
-
-    def of(self, now: Instant, error: Array) -> Array:
+    def of(self, measurement: Measurement, error: Array) -> Array:
         """(k, B) per second."""
-        if "error" not in now.memory:
+        if "error" not in measurement.memory:
             drift = np.zeros(error.shape)
         else:
-            before, moved, drift = (recall(now.memory, n) for n in ("error", "moved", "drift"))
-            share = now.dt / (self.lag + now.dt)
-            drift = drift + share * ((error - before) / now.dt - moved - drift)
-        remember(now.memory, "error", error)
-        remember(now.memory, "drift", drift)
+            before, moved, drift = (
+                recall(measurement.memory, n) for n in ("error", "moved", "drift")
+            )
+            share = measurement.dt / (self.lag + measurement.dt)
+            drift = drift + share * ((error - before) / measurement.dt - moved - drift)
+        remember(measurement.memory, "error", error)
+        remember(measurement.memory, "drift", drift)
         return drift
 
-    def note(self, now: Instant, reach: Array, qd: Array) -> None:
+    def note(self, measurement: Measurement, task_jacobian: Array, qd: Array) -> None:
         """Remember how the command moves the features."""
-        remember(now.memory, "moved", product(reach, np.ascontiguousarray(qd[:, None]))[:, 0])
+        remember(
+            measurement.memory,
+            "moved",
+            product(task_jacobian, np.ascontiguousarray(qd[:, None]))[:, 0],
+        )
 
 
 FeedForward = KnownMotion | EstimatedMotion | None
 
 
-def as_feed_forward(given: Any) -> FeedForward:
-    """A feed-forward from its name, itself, or None for none."""
-    if given is None or isinstance(given, KnownMotion | EstimatedMotion):
-        return given
-    named: dict[str, FeedForward] = {
-        "none": None,
-        "known": KnownMotion(),
-        "estimated": EstimatedMotion(),
-    }
-    if not isinstance(given, str) or given not in named:
-        raise InputError(
-            "feed_forward must be 'none', 'known', 'estimated' or EstimatedMotion(lag), "
-            f"got {given!r:.80}"
-        )
-    return named[given]
+FEED_FORWARD = Choice(FEED_FORWARDS, none="none", beside_of={"lag": ("estimated", "lag")})

@@ -3,32 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
-from robsim.base.errors import InputError, suggest
+from robsim.base.arrays import Array
+from robsim.declare import Choice, Declared, Number, family, register
 from robsim.kernels import solve as kernels
 
 RCOND = 1e-6
 
 
+INVERSES = family("inverse")
+SHARE = Number(above=0, below=1)
+
+
+@register("inverse", "pseudo_inverse")
 @dataclass(frozen=True)
-class PseudoInverse:
+class PseudoInverse(Declared):
     """A^+ with singular values below rcond times the largest taken as zero.
 
-    >>> as_inverse("pseudo_inverse")
+    >>> PseudoInverse()
     PseudoInverse(rcond=1e-06)
     """
 
-    rcond: float = RCOND
-    name: ClassVar[str] = "pseudo_inverse"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
-        if self.rcond >= 1:
-            raise InputError(f"rcond must be below 1, got {self.rcond}")
+    rcond: Annotated[float, SHARE, "Share of the largest below which one counts as zero."] = RCOND
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
@@ -36,19 +35,16 @@ class PseudoInverse:
         return False, 0.0, self.rcond
 
 
+@register("inverse", "damped")
 @dataclass(frozen=True)
-class DampedInverse:
+class DampedInverse(Declared):
     """(A'A + damping^2 I)^-1 A': shorter commands near a singularity, and never exact.
 
-    >>> as_inverse("damped").damping
+    >>> DampedInverse().damping
     0.01
     """
 
-    damping: float = 0.01
-    name: ClassVar[str] = "damped"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "damping", positive(self.damping, "damping"))
+    damping: Annotated[float, Number(above=0), "In the unit of the singular values of A."] = 0.01
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
@@ -56,6 +52,7 @@ class DampedInverse:
         return False, self.damping, 0.0
 
 
+@register("inverse", "transpose")
 @dataclass(frozen=True)
 class JacobianTranspose:
     """A': gradient descent of ||e||^2/2; slow along the weak directions of A, and never singular.
@@ -63,11 +60,9 @@ class JacobianTranspose:
     Stable while gain * dt * sigma^2 < 2 for the largest singular value sigma of L J (Hutchinson,
     Hager and Corke 1996, section on image-based control).
 
-    >>> as_inverse("transpose")
+    >>> JacobianTranspose()
     JacobianTranspose()
     """
-
-    name: ClassVar[str] = "transpose"
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
@@ -76,21 +71,11 @@ class JacobianTranspose:
 
 
 Inverse = PseudoInverse | DampedInverse | JacobianTranspose
-INVERSES: dict[str, type[Any]] = {
-    "pseudo_inverse": PseudoInverse,
-    "damped": DampedInverse,
-    "transpose": JacobianTranspose,
-}
-
-
-def as_inverse(value: Any) -> Inverse:
-    """An inverse from its name or itself."""
-    if isinstance(value, Inverse):
-        return value
-    if not isinstance(value, str) or value not in INVERSES:
-        raise InputError(f"no inverse {value!r}; {suggest(value, INVERSES, 'inverses')}")
-    made: Inverse = INVERSES[value]()
-    return made
+INVERSE = Choice(
+    INVERSES,
+    default="pseudo_inverse",
+    beside_of={"rcond": ("pseudo_inverse", "rcond"), "damping": ("damped", "damping")},
+)
 
 
 def rank(A: Array, rcond: float = RCOND) -> Any:

@@ -8,14 +8,19 @@ first; the second descends the error whatever the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view, positive, shown_view
-from robsim.base.errors import InputError, suggest
+from robsim.base.arrays import Array, first_view, shown_view
+from robsim.declare import Choice, Declared, Length, family, register
 from robsim.kernels import laws as kernels
 from robsim.servo.laws.inverse import Inverse
+
+LAWS = family("law")
+UnitOfLength = Annotated[
+    float, Length(above=0), "Unit of length by which |v| is weighed against |omega|."
+]
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
@@ -31,7 +36,7 @@ class ControlState:
     error_last: Array  # (k, B)
     interaction_last: Array  # (k, 6, B)
     jacobian_last: Array  # (6, n, B)
-    reach_last: Array  # (k, n, B) L J: how the commanded joints move the features
+    task_jacobian_last: Array  # (k, n, B) L J: how the commanded joints move the features
     gain: Any  # per second: a number, or (B, 1) where it depends on the error
     inverse: Inverse
     s_last: Array | None = None  # (k, B)
@@ -56,9 +61,9 @@ class ControlState:
         return shown_view(self.jacobian_last)
 
     @property
-    def reach(self) -> Array:
+    def task_jacobian(self) -> Array:
         """L J (B, k, n); with several cameras that move apart, the rows of each."""
-        return shown_view(self.reach_last)
+        return shown_view(self.task_jacobian_last)
 
     @property
     def s(self) -> Array:
@@ -89,45 +94,43 @@ class Law(Protocol):
         """Joint velocities (B, n) of the commanded joints, rad/s or m/s."""
 
 
+@register("law", "joint")
 @dataclass(frozen=True)
 class JointLaw:
     """qdot = -gain (L J)^+ e: the least-squares descent of the error in the joints.
 
-    >>> as_law("joint")
+    >>> from robsim import IBVS
+    >>> IBVS(law="joint").law
     JointLaw()
     """
 
-    name: ClassVar[str] = "joint"
     in_camera: ClassVar[bool] = False
 
     def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
-        qd = np.empty(state.reach_last.shape[1:])
-        kernels.joint(state.reach_last, state.error_last, 1.0, *state.inverse.numbers, qd)
+        qd = np.empty(state.task_jacobian_last.shape[1:])
+        kernels.joint(state.task_jacobian_last, state.error_last, 1.0, *state.inverse.numbers, qd)
         return first_view(state.times_gain(qd))
 
 
+@register("law", "camera")
 @dataclass(frozen=True)
-class CameraLaw:
+class CameraLaw(Declared):
     """V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
 
     Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
-    |omega|^2. `length` (metres) is that unit; the chapter's is a centimetre.
+    |omega|^2. The chapter's is a centimetre.
 
     >>> CameraLaw(length=0.01).length
     0.01
     """
 
-    length: float = 1.0
-    name: ClassVar[str] = "camera"
+    length: UnitOfLength = 1.0
     in_camera: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "length", positive(self.length, "characteristic length"))
 
     def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""
-        qd = np.empty(state.reach_last.shape[1:])
+        qd = np.empty(state.task_jacobian_last.shape[1:])
         kernels.camera(
             state.interaction_last,
             state.jacobian_last,
@@ -140,15 +143,4 @@ class CameraLaw:
         return first_view(state.times_gain(qd))
 
 
-LAWS: dict[str, type[Any]] = {"joint": JointLaw, "camera": CameraLaw}
-
-
-def as_law(value: Any) -> Law:
-    """A law from its name, or any object with a `command` method."""
-    if isinstance(value, str) and value in LAWS:
-        law: Law = LAWS[value]()
-        return law
-    if isinstance(value, str) or not isinstance(value, Law) or isinstance(value, type):
-        hint = suggest(value, LAWS, "laws")
-        raise InputError(f"no law {value!r}; {hint}, or an object with command(state)")
-    return value
+LAW = Choice(LAWS, default="joint", beside_of={"length": ("camera", "length")}, protocol=Law)

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view, positive
+from robsim.base.arrays import Array, first_view
+from robsim.declare import Declared, Quantity
 from robsim.kernels.laws import realise
 from robsim.kernels.solve import invert
-from robsim.servo.laws.law import ControlState
+from robsim.servo.laws.gain import PER_SECOND
+from robsim.servo.laws.law import ControlState, UnitOfLength
 
+SPEED = Quantity(above=0, dimension="speed")
 ALONG, ACROSS = [2, 5], [0, 1, 3, 4]  # components of the camera's twist
 
 
+Roll = Annotated[float, PER_SECOND, "Gain of the turn about the optical axis."]
+Advance = Annotated[float, SPEED, "Speed along the optical axis, by the logarithm of the size."]
+
+
 @dataclass(frozen=True)
-class PartitionedLaw:
+class PartitionedLaw(Declared):
     """V along and about the optical axis from area and angle, the rest from the points.
 
     With s = (x1, y1, ..., angle, area): omega_z = roll (angle - angle*), since a roll turns the
@@ -29,17 +36,10 @@ class PartitionedLaw:
     2.0
     """
 
-    roll: float = 1.0
-    advance: float = 1.0
-    length: float = 1.0
-    name: ClassVar[str] = "partitioned"
+    roll: Roll = 1.0
+    advance: Advance = 1.0
+    length: UnitOfLength = 1.0
     in_camera: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "roll", positive(self.roll, "roll (per second)"))
-        put(self, "advance", positive(self.advance, "advance (metres per second)"))
-        put(self, "length", positive(self.length, "length (metres)"))
 
     def command(self, state: ControlState) -> Array:
         """Joint velocities (B, n)."""

@@ -5,40 +5,43 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, one_or_each, positive
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import Declared, Quantity, Table
+from robsim.declare.joints import OneOrEach, commanded
 from robsim.kernels import limit as kernels
+
+JOINT = OneOrEach(commanded, "speeds", ("turn rate", "speed"), later=True)
 
 
 @dataclass(frozen=True)
-class SpeedLimit:
+class SpeedLimit(Declared):
     """The whole command is scaled by one factor in (0, 1], so that its direction is kept.
-
-    joint    on |qdot| of each commanded velocity, rad/s or m/s: one number for all, or one for each
-    linear   on the speed |v| of the camera relative to the target, m/s
-    angular  on its rate of turn |omega|, rad/s
 
     >>> SpeedLimit(joint=0.5).scaled(np.array([[1.0], [-0.2]]), np.zeros((6, 2, 1))).ravel()
     array([ 0.5, -0.1])
     """
 
-    joint: float | Sequence[float] | None = None
-    linear: float | None = None
-    angular: float | None = None
+    joint: Annotated[
+        float | Sequence[float] | None, JOINT, "On |qdot| of each commanded velocity."
+    ] = None
+    linear: Annotated[
+        float | None,
+        Quantity(above=0, dimension="speed"),
+        "On the speed |v| of the camera relative to the target.",
+    ] = None
+    angular: Annotated[
+        float | None, Quantity(above=0, dimension="turn rate"), "On its rate of turn |omega|."
+    ] = None
 
     def __post_init__(self) -> None:
         if self.joint is None and self.linear is None and self.angular is None:
             raise InputError("a speed limit needs at least one of joint, linear and angular")
-        if self.joint is not None:
-            limit = one_or_each(self.joint, "joint speed limit", "commanded velocity")
-            object.__setattr__(self, "joint", limit)
-        for name in ("linear", "angular"):
-            if getattr(self, name) is not None:
-                limit = positive(getattr(self, name), f"{name} speed limit")
-                object.__setattr__(self, name, limit)
+        super().__post_init__()
 
     def check(self, names: Sequence[str]) -> None:
         """InputError if there is not one joint limit, or one for each velocity of these names."""
@@ -55,3 +58,6 @@ class SpeedLimit:
         out = np.empty(qd.shape)
         kernels.scale(qd, J, joint, np.array(twist), out)
         return out
+
+
+LIMIT = Table(SpeedLimit)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.declare import Choice, Declared, Number, family, register
+from robsim.declare.joints import PerJoint, commanded, per
 from robsim.kernels import redundancy as kernels
+from robsim.servo.laws.gain import PER_SECOND
 
 
 def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
@@ -72,11 +74,16 @@ class Secondary(Protocol):
         """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
 
 
+SECONDARIES = family("secondary motion")
+Gain = Annotated[float, PER_SECOND, "How fast it moves there."]
+
+
+@register("secondary motion", "avoid_limits")
 @dataclass(frozen=True)
-class AvoidLimits:
+class AvoidLimits(Declared):
     """Move back from joint limits: qdot = -gain (q - threshold) beyond a threshold, else zero.
 
-    The thresholds lie `margin` (a share of the range, below a half) inside the limits. It is the
+    The thresholds lie a margin inside the limits. It is the
     descent of the cost of Chaumette and Marchand 2001, sum (q - threshold)^2/(2 range), times the
     range of each coordinate, so that `gain` is per second whatever the unit of q. A coordinate
     that is not limited on both sides is left alone.
@@ -85,14 +92,10 @@ class AvoidLimits:
     array([[ 0.  , -0.15]])
     """
 
-    gain: float = 1.0
-    margin: float = 0.1
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "gain", positive(self.gain, "gain (per second)"))
-        object.__setattr__(self, "margin", positive(self.margin, "margin"))
-        if self.margin >= 0.5:
-            raise InputError(f"margin must be below 0.5 of the range, got {self.margin}")
+    gain: Gain = 1.0
+    margin: Annotated[
+        float, Number(above=0, below=0.5), "Where a limit begins to count, as a share of the range."
+    ] = 0.1
 
     def velocity(self, q: Array, limits: Array) -> Array:
         """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
@@ -107,23 +110,21 @@ class AvoidLimits:
         return wish
 
 
+@register("secondary motion", "posture")
 @dataclass(frozen=True, eq=False)
-class Posture(Value):
+class Posture(Declared):
     """Move to a preferred posture: qdot = -gain (q - q_rest), q_rest (n,) of the commanded joints.
 
     >>> Posture([0.5]).velocity(np.array([[0.1]]), np.array([[-1.0, 1.0]]))
     array([[0.4]])
     """
 
-    q: Any
-    gain: float = 1.0
-
-    def __post_init__(self) -> None:
-        rest = numbers(self.q, "posture q", ("n",))
-        if rest.ndim != 1 or not rest.size:
-            raise InputError(f"posture q: expected one posture of shape (n,), got {rest.shape}")
-        object.__setattr__(self, "q", frozen(rest))
-        object.__setattr__(self, "gain", positive(self.gain, "gain (per second)"))
+    q: Annotated[
+        Any,
+        PerJoint(per(commanded, "/s", cut=True), later=True),
+        "The posture, one number for each commanded joint.",
+    ]
+    gain: Gain = 1.0
 
     def check(self, names: Sequence[str]) -> None:
         """InputError if there is not one coordinate for each of these names."""
@@ -137,3 +138,6 @@ class Posture(Value):
         """Wished velocities (B, n) at commanded coordinates q (B, n); limits play no part."""
         wish: Array = self.gain * (self.q - q)
         return wish
+
+
+SECONDARY = Choice(SECONDARIES, short=False, protocol=Secondary)

@@ -1,58 +1,48 @@
-"""What every task can be told about its command: which joints, and what is done after the law."""
+"""The options of every task about its command: which joints, and what is done after the law."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import frozen, positive
+from robsim.base.arrays import frozen
 from robsim.base.errors import InputError, suggest
-from robsim.base.values import Value
-from robsim.servo.shaping.limit import SpeedLimit
-from robsim.servo.shaping.redundancy import Secondary
-from robsim.servo.shaping.shaping import Shaping, as_projection, coordinates_of
+from robsim.declare import Declared
+from robsim.declare.tables import Names
+from robsim.servo.laws.gain import PER_SECOND
+from robsim.servo.shaping.limit import LIMIT, SpeedLimit
+from robsim.servo.shaping.redundancy import SECONDARY
+from robsim.servo.shaping.shaping import PROJECTION, Shaping, coordinates_of
 from robsim.world.scene import Scene
 
+JOINTS = Names()
 Columns = NDArray[np.int64]  # indices of velocities of a scene
 
 
 @dataclass(frozen=True, eq=False)
-class Shaped(Value):
-    """What can be done to a command after the law.
-
-    joints        names of robots or velocities that are commanded; None: all that matter
-    secondary     a motion within what the task leaves free: `AvoidLimits()`, `Posture(q)`, or any
-                  object with velocity(q, limits)
-    projection    of the secondary motion: "classic", "large" or `LargeProjection(low, high)`
-    smooth_start  per second: the command grows from zero, with exp(-smooth_start t)
-    limit         `SpeedLimit(...)`
-    """
+class Shaped(Declared):
+    """What can be done to a command after the law."""
 
     _: KW_ONLY
-    joints: Any = None
-    secondary: Any = None
-    projection: Any = "classic"
-    smooth_start: float | None = None
-    limit: SpeedLimit | None = None
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "joints", names_of(self.joints))
-        is_type = isinstance(self.secondary, type)
-        if self.secondary is not None and (is_type or not isinstance(self.secondary, Secondary)):
-            raise InputError(
-                f"secondary: expected AvoidLimits(), Posture(q) or an object with "
-                f"velocity(q, limits), got {self.secondary!r:.80}"
-            )
-        as_projection(self.projection)
-        if self.smooth_start is not None:
-            put(self, "smooth_start", positive(self.smooth_start, "smooth_start (per second)"))
-        if self.limit is not None and not isinstance(self.limit, SpeedLimit):
-            raise InputError(f"limit: expected SpeedLimit(...), got {self.limit!r:.80}")
+    joints: Annotated[
+        Any, JOINTS, "Names of robots or velocities that are commanded; None: all that matter."
+    ] = None
+    secondary: Annotated[
+        Any,
+        SECONDARY,
+        "A motion within what the task leaves free; or an object with velocity(q, limits).",
+    ] = None
+    projection: Annotated[Any, PROJECTION, "Of the secondary motion."] = "classic"
+    smooth_start: Annotated[
+        float | None, PER_SECOND, "The command grows from zero, with exp(-smooth_start t)."
+    ] = None
+    limit: Annotated[
+        SpeedLimit | None, LIMIT, "On speeds; the direction of the command is kept."
+    ] = None
 
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:
         """For the commanded velocities of a scene."""
@@ -63,7 +53,7 @@ class Shaped(Value):
                 part.check(names)
         return Shaping(
             self.secondary,
-            as_projection(self.projection),
+            None if isinstance(self.projection, str) else self.projection,
             self.smooth_start,
             self.limit,
             *coordinates_of(scene, columns),
@@ -84,17 +74,6 @@ class Shaped(Value):
                 f"these do: {', '.join(names)}"
             )
         return frozen(chosen)
-
-
-def names_of(given: Any) -> tuple[str, ...] | None:
-    """One name or several; InputError for anything else."""
-    if given is None:
-        return None
-    several = [given] if isinstance(given, str) else given
-    names = tuple(several) if isinstance(several, list | tuple) else ()
-    if not names or not all(isinstance(name, str) for name in names):
-        raise InputError(f"joints: expected names of robots or velocities, got {given!r:.80}")
-    return names
 
 
 def _velocities(scene: Scene, name: str) -> Sequence[int]:

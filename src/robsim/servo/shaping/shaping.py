@@ -3,51 +3,45 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, numbers, positive, shown_view
+from robsim.base.arrays import Array, frozen, numbers, shown_view
 from robsim.base.errors import InputError
-from robsim.servo.instant import Instant, recall, remember
+from robsim.declare import Choice, Declared, Number, family, register
 from robsim.servo.laws.inverse import RCOND, product
+from robsim.servo.measurement import Measurement, recall, remember
 from robsim.servo.shaping.limit import SpeedLimit
 from robsim.servo.shaping.redundancy import Secondary, large_projection, null_space
 from robsim.world.scene import Scene
 
+PROJECTIONS = family("projection")
 
+
+@register("projection", "large")
 @dataclass(frozen=True)
-class LargeProjection:
+class LargeProjection(Declared):
     """The large projection: far from the goal a secondary motion need only keep ||e||.
 
     Above `high` (in units of ||e||) only the norm is kept, below `low` every component, between
     them the two are blended; see `robsim.servo.shaping.redundancy.large_projection`.
 
-    >>> as_projection("large")
+    >>> LargeProjection()
     LargeProjection(low=0.01, high=0.1)
     """
 
-    low: float = 0.01
-    high: float = 0.1
+    low: Annotated[float, Number(above=0), "||e|| below which every component is kept."] = 0.01
+    high: Annotated[float, Number(above=0), "||e|| above which only the norm is kept."] = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("low", "high"):
-            object.__setattr__(self, name, positive(getattr(self, name), name))
+        super().__post_init__()
         if self.low >= self.high:
             raise InputError(f"low must be below high, got {self.low} and {self.high}")
 
 
-def as_projection(given: Any) -> LargeProjection | None:
-    """None for the classic projection onto the null space of L J."""
-    if isinstance(given, LargeProjection):
-        return given
-    if not isinstance(given, str) or given not in ("classic", "large"):
-        raise InputError(
-            "projection must be 'classic', 'large' or LargeProjection(low, high), "
-            f"got {given!r:.80}"
-        )
-    return LargeProjection() if given == "large" else None
+PROJECTION = Choice(PROJECTIONS, default="large", plain=("classic",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,17 +60,19 @@ class Shaping:
         """Whether it leaves every command as it is."""
         return self.secondary is None and self.smooth_start is None and self.limit is None
 
-    def shaped(self, now: Instant, qd: Array, reach: Array, error: Array, J: Array) -> Array:
+    def shaped(
+        self, measurement: Measurement, qd: Array, task_jacobian: Array, error: Array, J: Array
+    ) -> Array:
         """The command (n, B) from that of the law."""
         if self.secondary is not None:
-            wish = self._wish(now.q, qd.shape)
-            P = null_space(reach, RCOND)
+            wish = self._wish(measurement.q, qd.shape)
+            P = null_space(task_jacobian, RCOND)
             if self.projection:
                 low, high = self.projection.low, self.projection.high
-                P = large_projection(reach, error, low, high, P)
+                P = large_projection(task_jacobian, error, low, high, P)
             qd = qd + product(P, wish[:, None])[:, 0]
         if self.smooth_start is not None:
-            qd = self._smooth(now, qd)
+            qd = self._smooth(measurement, qd)
         return qd if self.limit is None else self.limit.scaled(qd, J)
 
     def _wish(self, q: Array, wanted: tuple[int, ...]) -> Array:
@@ -89,12 +85,14 @@ class Shaping:
             raise InputError(f"{name}.velocity: expected shape {first}, got {wish.shape}")
         return np.ascontiguousarray(wish.T)
 
-    def _smooth(self, now: Instant, qd: Array) -> Array:
+    def _smooth(self, measurement: Measurement, qd: Array) -> Array:
         """Qd - exp(-mu t) qd(0): zero at the start, continuous (Mansard and Chaumette 2007)."""
         assert self.smooth_start is not None
-        if "first" not in now.memory:
-            remember(now.memory, "first", qd)
-        late: Array = qd - np.exp(-self.smooth_start * now.time) * recall(now.memory, "first")
+        if "first" not in measurement.memory:
+            remember(measurement.memory, "first", qd)
+        late: Array = qd - np.exp(-self.smooth_start * measurement.time) * recall(
+            measurement.memory, "first"
+        )
         return late
 
     def _q(self, q: Array) -> Array:

@@ -3,64 +3,74 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
+from robsim.servo.bound_block import BoundBlock
 from robsim.servo.feature_block import FeatureBlock
-from robsim.servo.goals.goal import GoalFeatures, configuration, view_of
+from robsim.servo.goals.goal import Goal, GoalFeatures, configuration, goal_observation
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depths
-from robsim.servo.regulated import Bound, Regulated
+from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight, sight
-from robsim.servo.tasks.sense import collinear
+from robsim.servo.tasks.soundness import collinear
 from robsim.world.scene import Scene
-
-if TYPE_CHECKING:
-    from robsim.servo.tasks.task import ServoTask
 
 Found = list[tuple[Sight, ...]]  # of each part, the sights of its one or two cameras
 
 
-def sights_of(task: ServoTask, scene: Scene) -> Found:
-    """Who sees what; InputError for a name that does not exist, or if nothing moves."""
+def sights_of(
+    parts: Sequence[FeatureBlock], camera: Any, target: str | None, scene: Scene
+) -> Found:
+    """The sights of each block, whose own camera and target come first.
+
+    InputError: a name that does not exist, or a camera that nothing moves.
+    """
     made: dict[Key, Sight] = {}
     each = []
-    for part in task.parts:
-        names = part.camera or task.camera
+    for part in parts:
+        names = part.camera or camera
         several = names if isinstance(names, tuple) else (names,)
-        found = [sight(scene, name, part.target or task.target) for name in several]
+        found = [sight(scene, name, part.target or target) for name in several]
         each.append(tuple(made.setdefault(s.key, s) for s in found))
     return each
 
 
 def regulated_by(
-    task: ServoTask, scene: Scene, columns: NDArray[np.int64]
-) -> tuple[Regulated, tuple[Sight, ...]]:
-    """What a task regulates, and the true sights."""
-    truth = sights_of(task, scene)
-    exact = task.belief is None or task.belief == scene
-    belief = truth if exact else _believed(task.belief, scene, truth)
-    truths, sights = _each_once(truth), _each_once(belief)
+    parts: Sequence[FeatureBlock],
+    goal: Goal,
+    depths: Depths,
+    interaction: Any,
+    belief: Scene | None,
+    truth: Found,
+    columns: NDArray[np.int64],
+) -> Regulated:
+    """What blocks with these true sights regulate; InputError or GoalError if they cannot."""
+    scene = truth[0][0].scene
+    exact = belief is None or belief == scene
+    believed = truth if exact else _believed(belief, scene, truth)
+    truths, sights = each_once(truth), each_once(believed)
     both = zip(truths, sights, strict=True)
-    goals = {t.key: view_of(task.goal, t, b, sights[0]) for t, b in both}
-    q_goal, depths = configuration(task.goal, scene), Depths(task.depth, task.depth_scale)
+    goals = {t.key: goal_observation(goal, t, b, sights[0]) for t, b in both}
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
-    bound = [_bound(*pair, depths) for pair in zip(task.parts, belief, strict=True)]
-    which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
-    given = task.goal.s if isinstance(task.goal, GoalFeatures) else None
-    draft = Regulated(tuple(bound), sights, exact, columns, depths, which, goals, q_goal, given)
-    return draft.at_its_goal(), truths
+    bound = tuple(_bound(*pair, depths) for pair in zip(parts, believed, strict=True))
+    which: Any = "current" if isinstance(interaction, Broyden) else interaction
+    given = goal.s if isinstance(goal, GoalFeatures) else None
+    q_goal = configuration(goal, scene)
+    draft = Regulated(bound, sights, exact, columns, depths, which, goals, q_goal, given)
+    return draft.at_its_goal()
 
 
-def _each_once(found: Found) -> tuple[Sight, ...]:
+def each_once(found: Found) -> tuple[Sight, ...]:
+    """Every sight once, in order."""
     return tuple({sight.key: sight for sights in found for sight in sights}.values())
 
 
-def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> Bound:
+def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> BoundBlock:
     """A part with its sights; InputError if it cannot be measured there."""
     feature, target = part.feature, sights[0].target
     chosen, components = (_integers(part.marks), _integers(part.components))
@@ -76,7 +86,7 @@ def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> Bou
             f"{type(feature).__name__} is made of the depth of the marks, and depth="
             f"{depths.which!r} gives none: use depth='true' or a DepthFilter"
         )
-    return Bound(feature, sights, chosen, components, part.weight)
+    return BoundBlock(feature, sights, chosen, components, part.weight)
 
 
 def _check_cameras(feature: Any, sights: Sequence[Sight]) -> None:
@@ -112,7 +122,7 @@ def _believed(belief: Any, scene: Scene, truth: Found) -> Found:
     if there != here:
         raise InputError(f"the belief has the joints {there}, the scene {here}")
     made: dict[Key, Sight] = {}
-    for true in _each_once(truth):
+    for true in each_once(truth):
         camera, target = true.key
         try:
             made[true.key] = Sight(belief, belief.camera(camera), belief.object(target))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, positive, shown_view
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, shown_view
+from robsim.declare import Choice, Declared, Number, Word, family, register
+from robsim.vision.camera import SIZE
 
 
 @runtime_checkable
@@ -51,21 +51,21 @@ class Comparison:
         return shown_view(self.pixels_last)
 
 
+CONDITIONS = family("condition")
+CONDITION = Choice(CONDITIONS, short=False, protocol=Condition)
+
+
+@register("condition", "error_below")
 @dataclass(frozen=True)
-class ErrorBelow:
+class ErrorBelow(Declared):
     """When the largest |e| of the first scheme (or the second) is below a value.
 
     >>> ErrorBelow(0.05).of
     'first'
     """
 
-    value: float
-    of: str = "first"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "value", positive(self.value, "error below"))
-        if self.of not in ("first", "second"):
-            raise InputError(f"of must be 'first' or 'second', got {self.of!r:.80}")
+    value: Annotated[float, Number(above=0), "In the unit of the features."]
+    of: Annotated[str, Word(("first", "second"), "scheme"), "Whose error counts."] = "first"
 
     def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """(B,)."""
@@ -74,23 +74,17 @@ class ErrorBelow:
         return below
 
 
+@register("condition", "near_border")
 @dataclass(frozen=True)
-class NearBorder:
+class NearBorder(Declared):
     """When a mark is within `margin` pixels of the border of an image of `size` (width, height).
 
     >>> NearBorder(20, (640, 480)).margin
     20.0
     """
 
-    margin: float
-    size: tuple[int, int]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "margin", positive(self.margin, "margin (pixels)"))
-        if not isinstance(self.size, Sequence | np.ndarray) or len(self.size) != 2:
-            raise InputError(f"size: expected (width, height) in pixels, got {self.size!r:.80}")
-        width, height = (positive(n, "size (pixels)") for n in self.size)
-        object.__setattr__(self, "size", (int(width), int(height)))
+    margin: Annotated[float, Number(above=0, unit="px"), "How near a mark may come."]
+    size: Annotated[tuple[int, int], SIZE, "(width, height) of the image in pixels."]
 
     def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """(B,)."""

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view, positive
+from robsim.base.arrays import Array, first_view
 from robsim.base.errors import InputError
+from robsim.declare import Number, register
 from robsim.features import Translation
 from robsim.geometry.pose import Pose
 from robsim.kernels import se3
-from robsim.kernels.tree import UNICYCLE
-from robsim.servo.controller import Servo
+from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.law import ControlState
 from robsim.servo.regulated import Regulated
+from robsim.servo.servo_controller import Servo
 from robsim.servo.tasks.task import ServoTask
 
 HERE = 1e-9  # metres; nearer, the bearing of the goal is rounding: the unicycle turns on the spot
 
 
+@register("task", "docking")
 @dataclass(frozen=True, eq=False)
 class Docking(ServoTask):
     """Drive a unicycle to the pose from which its camera saw the goal, by the law of Aicardi.
@@ -35,18 +37,15 @@ class Docking(ServoTask):
     2.0
     """
 
-    kind: ClassVar[str] = "docking"
     own_law: ClassVar[bool] = True
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default="joint", init=False, repr=False)
     _: KW_ONLY
-    turn: float = 3.0
-    h: float = 2.0
+    turn: Annotated[float, PER_SECOND, "How fast it turns to the goal."] = 3.0
+    h: Annotated[float, Number(above=0), "Weight of the bearing of the way to the goal."] = 2.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "features", [Translation("goal"), "theta_u"])
-        object.__setattr__(self, "turn", positive(self.turn, "turn (per second)"))
-        object.__setattr__(self, "h", positive(self.h, "h"))
         super().__post_init__()
 
     def warn_of_wheels(self, controller: Servo) -> None:
@@ -57,7 +56,9 @@ class Docking(ServoTask):
         eye, scene = regulated.sights[0].eye, regulated.sights[0].scene
         body, T_b_c = scene.tree.find(eye.name)
         moved = scene.tree.owners[regulated.columns]
-        if scene.tree.kind[body] != UNICYCLE or (moved != body).any() or moved.size != 2:
+        kind = scene.tree.models[body]
+        drives = kind.wheeled and kind.needs != "steering"
+        if not drives or (moved != body).any() or moved.size != 2:
             raise InputError(
                 f"docking is for a camera that rides on a unicycle; '{eye.name}' does not, or "
                 "other joints move as well"

@@ -4,42 +4,74 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.declare import Choice, Declared, Number, Time, register
+from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
+from robsim.declare.problems import Broken
+from robsim.declare.scalars import written
+from robsim.declare.spec import Context, NoText, Raw, expected
 from robsim.kernels.loop import Command
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.controller import Decision
-from robsim.servo.instant import Instant
+from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.shaping.shaped import Columns, names_of
+from robsim.servo.measurement import Measurement
+from robsim.servo.shaping.shaped import JOINTS, Columns
 from robsim.servo.tasks.follower import Follower, check_trajectory
 from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory import Quintic, Trapezoid
-from robsim.trajectory.limits import per_axis
+from robsim.trajectory.limits import Acceleration, Speed
+from robsim.trajectory.timing import TRAJECTORIES
 from robsim.world.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class FollowJoints(Value):
-    """Be on a trajectory of the joints at every instant; no camera has a part in it.
+@dataclass(frozen=True)
+class JointGoal(PerJoint):
+    """{joint: number}, or a list of one number for each joint."""
 
-    to            where to go from wherever a run starts: {joint: value} in rad or m, or (n,); with
-                  `duration` as of `Quintic`, or with `speed` and `acceleration` of each joint as
-                  of `Trapezoid`
-    trajectory    instead: a Quintic, Trapezoid, Blends, or any object with `duration` in seconds
-                  and at(t) (n,), whose time is that of the run
-    joints        names of joints or robots, in the order of the n axes; None: those that `to`
-                  names, or all with one coordinate and one velocity
-    gain          per second, at which a distance from the trajectory is made up; at most, and by
-                  default, all of it in one period. With `Actuation(lag)` that still stays nearest
-                  to the trajectory, but rings; a gain of 1/(4 lag) does not
-    tolerance     rad or m: converged when the trajectory is over and every joint this near its end
+    forms: ClassVar[tuple[str, ...]] = ("table", "list")
+
+    def check(self, value: Any, what: str) -> Any:
+        return value  # as far as the task itself can tell
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        if not isinstance(raw, Mapping):
+            return super().read(raw, c)
+        if not raw:
+            raise expected("at least 1 joint", raw)
+        if (axes := self.axes(c)) is None:
+            raise Broken
+        return named_numbers(raw, axes, c)
+
+    def write(self, value: Any, c: Context) -> Any:
+        if not isinstance(value, dict):
+            return super().write(value, c)
+        axes = self.axes(c)
+        both = zip(value.items(), axes.units if axes else (), strict=True)
+        return {name: written(x, unit) for (name, x), unit in both}
+
+    def words(self) -> str:
+        return "{ joint = number } with units, or a list of one for each"
+
+
+TRAJECTORY = Choice(TRAJECTORIES, short=False, protocol=object)
+
+
+def _axes(scene: Scene, axes: list[Axis]) -> Axes:
+    at = [axis.coordinate for axis in axes]
+    return Axes([scene.coordinate_units[i] for i in at], [scene.coordinate_names[i] for i in at])
+
+
+@register("task", "follow_joints")
+@dataclass(frozen=True, eq=False)
+class FollowJoints(Declared):
+    """Be on a trajectory of the joints at every instant; no camera has a part in it.
 
     A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
     s are the commanded coordinates, and s_goal is where the trajectory ends. Commanded is
@@ -49,28 +81,61 @@ class FollowJoints(Value):
     {'link1': 0.5}
     """
 
-    kind: ClassVar[str] = "follow_joints"
-    to: Any = None
+    to: Annotated[
+        Any, JointGoal(followed), "Where to go from wherever a run starts: {joint: value}, or (n,)."
+    ] = None
     _: KW_ONLY
-    trajectory: Any = None
-    joints: Any = None
-    duration: float | None = None
-    speed: Any = None
-    acceleration: Any = None
-    gain: float | None = None
-    tolerance: float = 1e-6
+    trajectory: Annotated[Any, TRAJECTORY, "Instead of `to`; its time is that of the run."] = None
+    joints: Annotated[
+        Any,
+        JOINTS,
+        "Joints or robots, in the order of the axes; None: those that `to` names, or all with one "
+        "coordinate and one velocity.",
+    ] = None
+    duration: Annotated[float | None, Time(above=0), "Of the way to `to`, with least jerk."] = None
+    speed: Speed = None
+    acceleration: Acceleration = None
+    gain: Annotated[
+        float | None,
+        PER_SECOND,
+        "At which a distance from the trajectory is made up; None: all of it in one period.",
+    ] = None
+    tolerance: Annotated[
+        float, Number(above=0), "In rad or m, of every joint from the end of the trajectory."
+    ] = 1e-6
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
         if (self.to is None) == (self.trajectory is None):
             raise InputError("give either to={joint: value} (or an array), or a trajectory")
-        put(self, "joints", names_of(self.joints))
+        super().__post_init__()
         if self.to is not None:
-            put(self, "to", self._checked_goal())
+            object.__setattr__(self, "to", self._checked_goal())
         self._check_plan()
-        if self.gain is not None:
-            put(self, "gain", positive(self.gain, "gain (per second)"))
-        put(self, "tolerance", positive(self.tolerance, "tolerance"))
+
+    @classmethod
+    def text_facts(cls, raw: Any, c: Context) -> Context:
+        """Find the joints, in whose units the numbers are."""
+        scene, to, names = c.facts.get("scene"), raw.get("to"), raw.get("joints")
+        if scene is None:
+            return c
+        names = (names,) if isinstance(names, str) else names
+        try:
+            if isinstance(to, Mapping):
+                axes = axes_called(scene, to, "to")
+            else:
+                axes = axes_named(scene, tuple(names) if isinstance(names, list | tuple) else None)
+        except InputError as error:
+            c.blame(error)
+            return c
+        return c.knowing(followed=_axes(scene, axes))
+
+    @classmethod
+    def written_facts(cls, value: FollowJoints, c: Context) -> Context:
+        """Likewise of a task that is written."""
+        try:
+            return c.knowing(followed=_axes(c.facts["scene"], value.axes(c.facts["scene"])))
+        except InputError as error:
+            raise NoText(str(error)) from None
 
     def columns(self, scene: Scene) -> Columns:
         """The velocities of its joints."""
@@ -160,12 +225,10 @@ class FollowJoints(Value):
                 raise InputError("a trajectory has its own times: leave duration and limits out")
             check_trajectory(self.trajectory, "trajectory")
         elif (self.duration is None) == (not limits) or len(limits) == 1:
-            told = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
-            raise InputError(f"give either duration, or speed and acceleration; got {told or None}")
-        elif self.duration is not None:
-            object.__setattr__(self, "duration", positive(self.duration, "duration (seconds)"))
-        for name in limits:
-            object.__setattr__(self, name, per_axis(getattr(self, name), name))
+            given = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
+            raise InputError(
+                f"give either duration, or speed and acceleration; got {given or None}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,31 +240,38 @@ class JointFollower(Follower):
     coordinates: NDArray[np.int64]  # of these axes
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """On the trajectory, and back to it."""
-        q = np.ascontiguousarray(now.q[self.coordinates])
-        r = self.trajectory(now, q)
-        here, ahead = (self._at(r, t, now) for t in (now.time, (now.step + 1) * now.dt))
-        qd = (ahead - here) / now.dt + self.rate(now.dt) * (here - q)
+        q = np.ascontiguousarray(measurement.q[self.coordinates])
+        r = self.trajectory(measurement, q)
+        here, ahead = (
+            self._at(r, t, measurement)
+            for t in (measurement.time, (measurement.step + 1) * measurement.dt)
+        )
+        qd = (ahead - here) / measurement.dt + self.rate(measurement.dt) * (here - q)
         s, qd = q[self.order], np.ascontiguousarray(qd[self.order])
-        reach = np.zeros((self.k, self.k, now.runs))
-        reach[range(self.k), range(self.k)] = 1.0
-        return Decision(Command(s, s - self.s_goal, qd, reach), self._jacobian(now), None)
+        task_jacobian = np.zeros((self.k, self.k, measurement.runs))
+        task_jacobian[range(self.k), range(self.k)] = 1.0
+        return Decision(
+            Command(s, s - self.s_goal, qd, task_jacobian), self._jacobian(measurement), None
+        )
 
     def planned(self, start: Array) -> Any:
         """From where each run started (B, n)."""
         return self.task.planned(start, self.goal)
 
-    def _at(self, trajectory: Any, seconds: float, now: Instant) -> Array:
+    def _at(self, trajectory: Any, seconds: float, measurement: Measurement) -> Array:
         """(n, B) in the order of its axes."""
         n = self.k
         there = numbers(trajectory.at(seconds), "trajectory.at", (n,))
-        return np.ascontiguousarray(np.broadcast_to(there, (now.runs, n)).T)
+        return np.ascontiguousarray(np.broadcast_to(there, (measurement.runs, n)).T)
 
-    def _jacobian(self, now: Instant) -> Array:
+    def _jacobian(self, measurement: Measurement) -> Array:
         """(6, n, B) of the tip."""
         tree = self.scene.tree
-        return np.ascontiguousarray(tree.jacobian(tree.bodies(now.q), self.frame)[:, self.columns])
+        return np.ascontiguousarray(
+            tree.jacobian(tree.bodies(measurement.q), self.frame)[:, self.columns]
+        )
 
 
 def _check_limits(scene: Scene, coordinates: NDArray[np.int64], goal: Array) -> None:

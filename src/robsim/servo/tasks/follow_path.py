@@ -2,47 +2,101 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers, positive, runs_last
-from robsim.base.errors import InputError, suggest
+from robsim.base.arrays import Array, frozen, numbers, runs_last
+from robsim.base.errors import InputError
+from robsim.declare import ListOf, Number, Table, Word, fields_of, register
+from robsim.declare.scalars import Reference
+from robsim.declare.spec import Context, Raw, Spec
 from robsim.geometry.pose import Pose, homogeneous, is_pose_like, one_pose
+from robsim.geometry.pose_table import KEYS, PoseTable
 from robsim.kernels import laws, se3
 from robsim.kernels.loop import Command
 from robsim.kernels.pose_features import theta_u_interaction
-from robsim.servo.controller import Decision, rcond_of
-from robsim.servo.instant import Instant
-from robsim.servo.laws.inverse import Inverse, JacobianTranspose, as_inverse, product, rank
+from robsim.servo.controller import Decision
+from robsim.servo.laws.gain import PER_SECOND
+from robsim.servo.laws.inverse import INVERSE, Inverse, JacobianTranspose, product, rank
+from robsim.servo.measurement import Measurement
+from robsim.servo.servo_controller import rcond_of
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
 from robsim.servo.tasks.follower import Follower, check_trajectory
-from robsim.trajectory import Straight
-from robsim.trajectory.pace import UNITS, Pace
+from robsim.trajectory import Path, Straight
+from robsim.trajectory.pace import (
+    Acceleration,
+    Duration,
+    Pace,
+    Speed,
+    Turn,
+    TurnAcceleration,
+)
 from robsim.world.scene import Scene
 
 ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
 
 
+@dataclass(frozen=True)
+class PathGoal(PoseTable):
+    """A pose; in Python also a position."""
+
+    def check(self, value: Any, what: str) -> Any:
+        return value  # as far as the mask goes, which the task checks
+
+    def write(self, value: Any, c: Context) -> dict[str, Raw]:
+        to = value if isinstance(value, Pose) else Pose.at(*value)
+        return {"position": KEYS["position"].write(to.position, c), **super().write(to, c)}
+
+    def read(self, raw: Raw, c: Context) -> Pose:
+        made = super().read(raw, c)
+        if c.facts.get("mask") == "position" and "position" not in raw:
+            raise InputError("expected position, which the mask is for")
+        return made
+
+
+@dataclass(frozen=True)
+class Way(Spec):
+    """A straight way, or a list of several, one after the other."""
+
+    forms: ClassVar[tuple[str, ...]] = ("table", "list")
+
+    def read(self, raw: Raw, c: Context) -> Straight | Path:
+        if isinstance(raw, list):
+            return Path(ListOf(Table(Straight), 1).read(raw, c))
+        way: Straight = Table(Straight).read(raw, c)
+        return way
+
+    def write(self, value: Any, c: Context) -> Raw:
+        if type(value) is Path:
+            return ListOf(Table(Straight)).write(value.parts, c)
+        return Table(Straight).write(value, c)
+
+    def words(self) -> str:
+        return "a table with start and end, or a list of these"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        one = define(Straight)
+        return {"anyOf": [one, {"type": "array", "items": one}]}
+
+    def wrong(self) -> list[Raw]:
+        return [3, "x", [], {}]
+
+
+WAY = Way()
+OF_PATHS = replace(INVERSE, only=("pseudo_inverse", "damped"))
+PACE = tuple(each.name for each in fields_of(Pace))
+
+
+@register("task", "follow_path")
 @dataclass(frozen=True, eq=False)
 class FollowPath(Shaped):
     """Drive a frame along a path in the world, by resolved rates; no camera has a part in it.
 
-    to            a pose to go to, straight from wherever a run starts; or a position (3,), with
-                  mask "position". It goes as `Straight`, with `duration`, or with `speed` and
-                  `acceleration`, and but for a position `turn` and `turn_acceleration`
-    path          instead: a Straight, Path, or any object with `duration` in seconds and at(t)
-                  (4, 4), whose time is that of the run
-    frame         which frame, such as "panda.tool"; None: the tip of the only robot
-    mask          "pose", or "position" of the origin alone
-    inverse       of J: "pseudo_inverse", "damped", `PseudoInverse(rcond)`, `DampedInverse(damping)`
-    gain          per second, at which a distance from the path is made up; at most, and by default,
-                  all of it in one period
-    tolerance     m and rad: converged when the path is over and the frame this near its end
-    joints, secondary, projection, smooth_start, limit
-                  what is commanded, and what is done to the command: see `Shaped`
+    It goes to a pose as `Straight`, with `duration`, or with `speed` and `acceleration`, and
+    but for a position `turn` and `turn_acceleration`.
 
     Resolved motion rate control (Whitney 1969; Siciliano et al. 2009, section 3.7): qdot = J^+ V
     with the twist V = (v, omega) that carries the frame, as it is, to where it should be one period
@@ -55,39 +109,49 @@ class FollowPath(Shaped):
     array([0.4, 0. , 0.3])
     """
 
-    kind: ClassVar[str] = "follow_path"
-    to: Any = None
+    to: Annotated[
+        Any,
+        PathGoal(),
+        "Where to go straight from wherever a run starts: a pose, or with mask 'position' a "
+        "position (3,).",
+    ] = None
     _: KW_ONLY
-    path: Any = None
-    frame: str | None = None
-    mask: str = "pose"
-    duration: float | None = None
-    speed: float | None = None
-    acceleration: float | None = None
-    turn: float | None = None
-    turn_acceleration: float | None = None
-    inverse: Any = "pseudo_inverse"
-    gain: float | None = None
-    tolerance: float = 1e-6
+    path: Annotated[
+        Any, WAY, "Instead of `to`: Straight, Path, or an object with duration and at(t) (4, 4)."
+    ] = None
+    frame: Annotated[
+        str | None, Reference, "Such as 'panda.tool'; None: the tip of the only robot."
+    ] = None
+    mask: Annotated[str, Word(tuple(ROWS), "mask"), "The pose, or its origin alone."] = "pose"
+    duration: Duration = None
+    speed: Speed = None
+    acceleration: Acceleration = None
+    turn: Turn = None
+    turn_acceleration: TurnAcceleration = None
+    inverse: Annotated[Any, OF_PATHS, "What stands for the inverse of J."] = "pseudo_inverse"
+    gain: Annotated[
+        float | None,
+        PER_SECOND,
+        "At which a distance from the path is made up; None: all of it in one period.",
+    ] = None
+    tolerance: Annotated[
+        float, Number(above=0), "In m and rad, of the frame from the end of the path."
+    ] = 1e-6
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        put = object.__setattr__
-        if not isinstance(self.mask, str) or self.mask not in ROWS:
-            raise InputError(f"no mask {self.mask!r:.40}; {suggest(self.mask, ROWS, 'masks')}")
-        if self.frame is not None and not isinstance(self.frame, str):
-            raise InputError(f"frame: expected a name such as 'arm.tool', got {self.frame!r:.80}")
         if (self.to is None) == (self.path is None):
             raise InputError("give either to=a pose (or a position), or a path")
         if self.to is not None:
-            put(self, "to", self._checked_goal())
+            object.__setattr__(self, "to", self._checked_goal())
         self._check_plan()
-        put(self, "inverse", as_inverse(self.inverse))
         if isinstance(self.inverse, JacobianTranspose):
             raise InputError("a path needs an inverse of J: the transpose is only a direction")
-        if self.gain is not None:
-            put(self, "gain", positive(self.gain, "gain (per second)"))
-        put(self, "tolerance", positive(self.tolerance, "tolerance"))
+
+    @classmethod
+    def text_facts(cls, raw: Any, c: Context) -> Context:
+        """Note the mask, which decides what `to` must say."""
+        return c.knowing(mask=raw.get("mask"))
 
     def columns(self, scene: Scene) -> Columns:
         """The velocities that move the frame, and can be commanded."""
@@ -127,13 +191,13 @@ class FollowPath(Shaped):
             return self.path
         first = homogeneous(runs_last(start, 2))
         if isinstance(self.to, Pose):
-            return Straight(first, self.to, **self._told())
+            return Straight(first, self.to, **self._limits_given())
         last = first.copy()
         last[:, :3, 3] = self.to
-        return Straight(first, last, **self._told())
+        return Straight(first, last, **self._limits_given())
 
-    def _told(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in UNITS}
+    def _limits_given(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in PACE}
 
     def _frame(self, scene: Scene) -> str:
         """InputError if there is none of that name."""
@@ -168,19 +232,19 @@ class FollowPath(Shaped):
 
     def _check_plan(self) -> None:
         """Either a path, or a duration, or limits of all that is to move."""
-        told = {name: value for name, value in self._told().items() if value is not None}
+        given = {name: value for name, value in self._limits_given().items() if value is not None}
         if self.path is not None:
-            if told:
+            if given:
                 raise InputError("a path has its own times: leave duration and limits out")
             check_trajectory(self.path, "path")
             return
-        pace = Pace(**told)
-        for name in told:
+        pace = Pace(**given)
+        for name in given:
             object.__setattr__(self, name, getattr(pace, name))
         turns = self.mask == "pose"
         if pace.duration is None and (pace.speed is None or turns == (pace.turn is None)):
             also = ", turn and turn_acceleration" if turns else " alone"
-            raise InputError(f"limits: expected speed, acceleration{also}; got {', '.join(told)}")
+            raise InputError(f"limits: expected speed, acceleration{also}; got {', '.join(given)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,54 +256,57 @@ class PathFollower(Follower):
     inverse: Inverse
     shaping: Shaping
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """To where the frame should be one period later."""
         tree = self.scene.tree
-        M = tree.bodies(now.q)
+        M = tree.bodies(measurement.q)
         T = tree.frame(M, self.frame)
         every = tree.jacobian(M, self.frame)
         J = np.ascontiguousarray(every[:, self.columns])
         away = turn_between(np.broadcast_to(self.end[..., None], T.shape), T)
         s = np.concatenate([T[:, 3], away])[: self.k]
-        error, reach = s - self.s_goal, self._reach(J, away)
-        V = self._twist(now, T) - self._drift(now, every)
+        error, task_jacobian = s - self.s_goal, self._task_jacobian(J, away)
+        V = self._twist(measurement, T) - self._drift(measurement, every)
         qd = self._solved(np.ascontiguousarray(J[: self.k]), V[: self.k])
         if not self.shaping.idle:
-            qd = self.shaping.shaped(now, qd, reach, error, J)
-        return Decision(Command(s, error, qd, reach), J, None)
+            qd = self.shaping.shaped(measurement, qd, task_jacobian, error, J)
+        return Decision(Command(s, error, qd, task_jacobian), J, None)
 
     def planned(self, start: Array) -> Any:
         """From where the frame of each run started (B, 3, 4)."""
         return self.task.planned(start)
 
-    def _twist(self, now: Instant, T: Array) -> Array:
+    def _twist(self, measurement: Measurement, T: Array) -> Array:
         """(v, omega) (6, B) in world axes that carry the frame to its next place."""
-        path = self.trajectory(now, T)
-        here, ahead = (self._at(path, t, now) for t in (now.time, (now.step + 1) * now.dt))
-        left = 1.0 - self.rate(now.dt) * now.dt  # of what is missed, a period later
+        path = self.trajectory(measurement, T)
+        here, ahead = (
+            self._at(path, t, measurement)
+            for t in (measurement.time, (measurement.step + 1) * measurement.dt)
+        )
+        left = 1.0 - self.rate(measurement.dt) * measurement.dt  # of what is missed, a period later
         wanted = ahead.copy()
         if left > 0.0:
-            twist, back = np.zeros((6, now.runs)), np.empty(T.shape)
+            twist, back = np.zeros((6, measurement.runs)), np.empty(T.shape)
             twist[3:] = left * turn_between(here, T)
             se3.exp(twist, back)
             se3.compose(back, ahead, wanted)
             wanted[:, 3] = ahead[:, 3] + left * (T[:, 3] - here[:, 3])
         V = np.concatenate([wanted[:, 3] - T[:, 3], turn_between(T, wanted)])
-        return V / now.dt
+        return V / measurement.dt
 
-    def _drift(self, now: Instant, J: Array) -> Any:
+    def _drift(self, measurement: Measurement, J: Array) -> Any:
         """(v, omega) (6, B) of the frame by what moves on its own."""
         if not self.scene.motions:
             return 0.0
-        rates = self.scene.drift(now.time)[:, None, None]
-        return product(J, np.repeat(rates, now.runs, axis=2))[:, 0]
+        rates = self.scene.drift(measurement.time)[:, None, None]
+        return product(J, np.repeat(rates, measurement.runs, axis=2))[:, 0]
 
-    def _at(self, path: Any, seconds: float, now: Instant) -> Array:
+    def _at(self, path: Any, seconds: float, measurement: Measurement) -> Array:
         """(3, 4, B)."""
         T = numbers(path.at(seconds), "path.at", (4, 4))
-        return runs_last(np.broadcast_to(T[..., :3, :], (now.runs, 3, 4)), 2)
+        return runs_last(np.broadcast_to(T[..., :3, :], (measurement.runs, 3, 4)), 2)
 
-    def _reach(self, J: Array, away: Array) -> Array:
+    def _task_jacobian(self, J: Array, away: Array) -> Array:
         """(k, n, B) how the joints move s; d(theta u)/dt = L_w(-theta u) omega in fixed axes."""
         if self.k == 3:
             return np.ascontiguousarray(J[:3])

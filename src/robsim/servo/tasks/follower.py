@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, not_negative
 from robsim.base.errors import InputError
 from robsim.servo.controller import Controller
-from robsim.servo.instant import Instant, remember
+from robsim.servo.measurement import Measurement, remember
 
 ENDED = 1e-9  # of a period: times that differ by less are one
 
@@ -28,22 +28,24 @@ class Follower(Controller):
     def planned(self, start: Array) -> Any:
         """The trajectory of runs from where they started, the run first."""
 
-    def trajectory(self, now: Instant, there: Array) -> Any:
+    def trajectory(self, measurement: Measurement, there: Array) -> Any:
         """That of these runs; they are `there`, the run last, which counts at their start."""
-        if "start" not in now.memory:
-            remember(now.memory, "start", there)
-        plan = self.planned(now.memory["start"])
-        if "until" not in now.memory:
-            seconds = np.broadcast_to(plan.duration, (now.runs,))
-            now.memory["until"] = np.array(seconds, dtype=float)
+        if "start" not in measurement.memory:
+            remember(measurement.memory, "start", there)
+        plan = self.planned(measurement.memory["start"])
+        if "until" not in measurement.memory:
+            seconds = np.broadcast_to(plan.duration, (measurement.runs,))
+            measurement.memory["until"] = np.array(seconds, dtype=float)
         return plan
 
-    def busy(self, now: Instant) -> NDArray[np.bool_]:
+    def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
         """(B,): until the trajectory is over."""
-        going: NDArray[np.bool_] = now.time < now.memory["until"] - ENDED * now.dt
+        going: NDArray[np.bool_] = (
+            measurement.time < measurement.memory["until"] - ENDED * measurement.dt
+        )
         return going
 
-    def note(self, now: Instant, basis: Any, qd: Array) -> None:
+    def note(self, measurement: Measurement, basis: Any, qd: Array) -> None:
         """There is nothing to remember."""
 
     def rate(self, dt: float) -> float:

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.declare import Declared, ListOf, register
 from robsim.kernels.loop import Command
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.several import Several, common, tasks_from
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.servo.tasks.several import Several, common
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 
+@register("task", "parallel")
 @dataclass(frozen=True, eq=False)
-class Parallel(Value):
+class Parallel(Declared):
     """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
 
     Give each task its `joints` where the cameras and targets would let them share some. Beside one
@@ -31,11 +35,18 @@ class Parallel(Value):
     ('head',)
     """
 
-    kind: ClassVar[str] = "parallel"
-    tasks: Any
+    tasks: Annotated[
+        Any, ListOf(TaskChoice(TASKS, protocol=Task), 2, 64), "The tasks, at least two."
+    ]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "tasks", tasks_from(self.tasks, 2))
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return tuple(self.tasks)
+
+    def with_inner(self, tasks: Sequence[Any]) -> Self:
+        """Return the same with other tasks in their places."""
+        return replace(self, tasks=tuple(tasks))
 
     def columns(self, scene: Scene) -> Columns:
         """All of them; InputError if two tasks command one joint."""
@@ -53,17 +64,17 @@ class Parallel(Value):
         """The controller of all of them in a scene."""
         mine = self.columns(scene)
         parts = [task.bind(scene, task.columns(scene)) for task in self.tasks]
-        return Beside(**common(parts), columns=mine, parts=tuple(parts))
+        return ParallelController(**common(parts), columns=mine, parts=tuple(parts))
 
 
 @dataclass(frozen=True, eq=False)
-class Beside(Several):
+class ParallelController(Several):
     """Side by side."""
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """Each commands its own joints."""
-        each, s, error, reach = self._all(now)
-        qd = np.empty((self.columns.size, now.runs))
+        each, s, error, task_jacobian = self._all(measurement)
+        qd = np.empty((self.columns.size, measurement.runs))
         for part, one in zip(self.parts, each, strict=True):
             qd[self._own(part)] = one.command.qd
-        return Decision(Command(s, error, qd, reach), each[0].J, each)
+        return Decision(Command(s, error, qd, task_jacobian), each[0].J, each)

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view, positive
-from robsim.base.errors import InputError, suggest
+from robsim.base.arrays import Array, first_view
+from robsim.base.errors import InputError
+from robsim.declare import Word, register
 from robsim.kernels.laws import realise
-from robsim.servo.feature_block import FeatureBlock
+from robsim.servo.feature_block import FeatureBlock, Indices
+from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.laws.law import ControlState
+from robsim.servo.laws.law import ControlState, UnitOfLength
 from robsim.servo.regulated import Regulated
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Sight
-from robsim.servo.tasks.sense import collinear
+from robsim.servo.tasks.soundness import collinear
 from robsim.servo.tasks.task import ServoTask
 
 Variant = Literal["corrected", "printed", "completed"]
 
 
+@register("task", "placing")
 @dataclass(frozen=True, eq=False)
 class Placing(ServoTask):
     """Carry three marks a, b, c, triangulated by two cameras that stand still, to their goal.
@@ -36,44 +39,31 @@ class Placing(ServoTask):
             "completed": corrected, and Omega = rotation/2 times the sum of the cross products of
                          three corresponding edges, sin(theta) times the axis; the chapter's Omega
                          aligns two normals only and never turns about them
-    marks         numbers of a, b, c, not on one line
-    rotation, translation   k1 and k2 of the chapter, per second
-    length        metres: what |v| is weighed by against |omega| in J^+; see `CameraLaw`
 
     >>> Placing(camera=["left", "right"], variant="printed").variant
     'printed'
     """
 
-    kind: ClassVar[str] = "placing"
     own_law: ClassVar[bool] = True
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default="joint", init=False, repr=False)
     gain: Any = field(default=1.0, init=False, repr=False)
     _: KW_ONLY
-    variant: Variant = "corrected"
-    marks: tuple[int, int, int] = (0, 1, 2)
-    rotation: float = 1.0
-    translation: float = 1.0
-    length: float = 1.0
+    variant: Annotated[Variant, Word(get_args(Variant), "variant"), "As printed, or corrected."] = (
+        "corrected"
+    )
+    marks: Annotated[
+        tuple[int, int, int], Indices(least=3, most=3), "Numbers of a, b and c, not on one line."
+    ] = (0, 1, 2)
+    rotation: Annotated[float, PER_SECOND, "k1 of the chapter."] = 1.0
+    translation: Annotated[float, PER_SECOND, "k2 of the chapter."] = 1.0
+    length: UnitOfLength = 1.0
 
     def __post_init__(self) -> None:
         put = object.__setattr__
-        if self.variant not in get_args(Variant):
-            hint = suggest(self.variant, get_args(Variant), "variants")
-            raise InputError(f"no variant {self.variant!r}; {hint}")
-        part = FeatureBlock("stereo_points", marks=self.marks)
-        if len(part.marks or ()) != 3:
-            raise InputError(f"marks: expected three of them, a, b and c, got {self.marks!r:.80}")
-        put(self, "marks", part.marks)
-        put(self, "features", [part])
-        for name, unit in (
-            ("rotation", "per second"),
-            ("translation", "per second"),
-            ("length", "metres"),
-        ):
-            put(self, name, positive(getattr(self, name), f"{name} ({unit})"))
-        put(self, "gain", min(self.rotation, self.translation))
+        put(self, "features", [FeatureBlock("stereo_points", marks=self.marks)])
         super().__post_init__()
+        put(self, "gain", min(self.rotation, self.translation))
 
     def bound_law(self, regulated: Regulated) -> PlacingLaw:
         """The law for the frame that holds the target; InputError if a camera moves."""

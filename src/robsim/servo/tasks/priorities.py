@@ -2,25 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import ListOf, register
 from robsim.kernels.loop import Command
-from robsim.servo.controller import Assessment, Controller, Decision, Servo
-from robsim.servo.instant import Instant
+from robsim.servo.controller import Controller, Decision
+from robsim.servo.laws.inverse import SHARE
 from robsim.servo.laws.law import JointLaw
+from robsim.servo.measurement import Measurement
+from robsim.servo.servo_controller import Basis, Servo
 from robsim.servo.shaping.redundancy import priorities
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
-from robsim.servo.tasks.several import common, tasks_from, union
-from robsim.servo.tasks.task import ServoTask
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.servo.tasks.several import common, union
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
+ORDERED = ListOf(
+    TaskChoice(
+        TASKS, only=("ibvs", "pbvs", "hybrid", "partitioned", "placing", "docking"), protocol=Task
+    ),
+    2,
+    64,
+)
 
+
+@register("task", "priorities")
 @dataclass(frozen=True, eq=False)
 class Priorities(Shaped):
     """Tasks in strict order: none disturbs one that comes before it (Siciliano and Slotine 1991).
@@ -34,14 +48,14 @@ class Priorities(Shaped):
     1e-06
     """
 
-    kind: ClassVar[str] = "priorities"
-    tasks: Any
-    rcond: float = 1e-6
+    tasks: Annotated[Any, ORDERED, "The tasks, the most important first."]
+    rcond: Annotated[
+        float, SHARE, "Share of the largest singular value below which one counts as zero."
+    ] = 1e-6
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        tasks = tasks_from(self.tasks, 2)
-        for task in tasks:
+        for task in self.tasks:
             if not isinstance(task, ServoTask) or type(task.law) is not JointLaw:
                 raise InputError(
                     "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
@@ -52,10 +66,15 @@ class Priorities(Shaped):
                     "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
                     "whole, not to one of its tasks"
                 )
-        object.__setattr__(self, "tasks", tasks)
-        object.__setattr__(self, "rcond", positive(self.rcond, "rcond"))
-        if self.rcond >= 1:
-            raise InputError(f"rcond must be below 1, got {self.rcond}")
+
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return tuple(self.tasks)
+
+    def with_inner(self, tasks: Sequence[Any]) -> Self:
+        """Return the same with other tasks in their places."""
+        return replace(self, tasks=tuple(tasks))
 
     def columns(self, scene: Scene) -> Columns:
         """All that any of the tasks commands."""
@@ -81,22 +100,24 @@ class Ordered(Controller):
     parts: tuple[Servo, ...]
     shaping: Shaping
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """Each within what those before it leave free."""
-        each = [part.assess(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        each = [part.assess(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
         states = [one.state for one in each]
-        levels = [(s.reach_last, -s.times_gain(s.error_last)) for s in states]
+        levels = [(s.task_jacobian_last, -s.times_gain(s.error_last)) for s in states]
         qd, _ = priorities(levels, self.rcond)
-        s, error, reach = (
+        s, error, task_jacobian = (
             np.concatenate(parts)
-            for parts in zip(*((a.measured.s, a.error, a.reach) for a in each), strict=True)
+            for parts in zip(
+                *((a.features.s, a.error, a.features.task_jacobian) for a in each), strict=True
+            )
         )
-        J = each[0].measured.J
+        J = each[0].features.J
         if not self.shaping.idle:
-            qd = self.shaping.shaped(now, qd, reach, error, J)
-        return Decision(Command(s, error, qd, reach), J, each)
+            qd = self.shaping.shaped(measurement, qd, task_jacobian, error, J)
+        return Decision(Command(s, error, qd, task_jacobian), J, each)
 
-    def note(self, now: Instant, basis: list[Assessment], qd: Array) -> None:
+    def note(self, measurement: Measurement, basis: list[Basis], qd: Array) -> None:
         """Each remembers what was commanded in the end."""
         for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
-            part.note(now.inside(str(i)), one, qd)
+            part.note(measurement.inside(str(i)), one, qd)

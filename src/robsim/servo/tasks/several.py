@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Key, Sight
-from robsim.servo.tasks.task import Task
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +22,14 @@ class Several(Controller):
 
     parts: tuple[Controller, ...]
 
-    def note(self, now: Instant, basis: list[Decision], qd: Array) -> None:
+    def note(self, measurement: Measurement, basis: list[Decision], qd: Array) -> None:
         """Each remembers what was commanded of its joints in the end."""
         for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
-            part.note(now.inside(str(i)), one.basis, qd[self._own(part)])
+            part.note(measurement.inside(str(i)), one.basis, qd[self._own(part)])
 
-    def busy(self, now: Instant) -> NDArray[np.bool_]:
+    def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
         """(B,): where any of them is."""
-        each = [part.busy(now.inside(str(i))) for i, part in enumerate(self.parts)]
+        each = [part.busy(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
         found: NDArray[np.bool_] = np.any(each, axis=0)
         return found
 
@@ -39,15 +37,15 @@ class Several(Controller):
         """Where the velocities of a part are among all that are commanded."""
         return np.searchsorted(self.columns, part.columns)
 
-    def _all(self, now: Instant) -> tuple[list[Decision], Array, Array, Array]:
-        """What each decides; and s, error, and reach of all joints, stacked."""
-        each = [part.decide(now.inside(str(i))) for i, part in enumerate(self.parts)]
-        reach, row = np.zeros((self.k, self.columns.size, now.runs)), 0
+    def _all(self, measurement: Measurement) -> tuple[list[Decision], Array, Array, Array]:
+        """What each decides; and s, error, and task Jacobian of all joints, stacked."""
+        each = [part.decide(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
+        task_jacobian, row = np.zeros((self.k, self.columns.size, measurement.runs)), 0
         for part, one in zip(self.parts, each, strict=True):
-            reach[row : row + part.k, self._own(part)] = one.command.reach
+            task_jacobian[row : row + part.k, self._own(part)] = one.command.task_jacobian
             row += part.k
         s, error = (np.concatenate([getattr(d.command, n) for d in each]) for n in ("s", "error"))
-        return each, s, error, reach
+        return each, s, error, task_jacobian
 
 
 def common(parts: Sequence[Controller]) -> dict[str, Any]:
@@ -74,19 +72,6 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
         "full_rank": max(part.full_rank for part in parts),
         "rcond": min(part.rcond for part in parts),
     }
-
-
-def tasks_from(given: Any, least: int) -> tuple[Task, ...]:
-    """At least so many tasks, from a list."""
-    tasks = tuple(given) if isinstance(given, list | tuple) else ()
-    if len(tasks) < least or not all(
-        isinstance(t, Task) and not isinstance(t, type) for t in tasks
-    ):
-        raise InputError(
-            f"expected a list of at least {least} tasks such as IBVS(...) and PBVS(...), "
-            f"got {len(tasks)} things: {given!r:.80}"
-        )
-    return tasks
 
 
 def union(columns: Iterable[Columns]) -> Columns:

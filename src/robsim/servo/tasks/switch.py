@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.declare import Declared, Flag, register
 from robsim.kernels.loop import Command
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.instant import Instant
+from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.conditions import Comparison, Condition
-from robsim.servo.tasks.several import Several, common, tasks_from, union
+from robsim.servo.tasks.conditions import CONDITION, Comparison, Condition
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.servo.tasks.several import Several, common, union
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 
+@register("task", "switch")
 @dataclass(frozen=True, eq=False)
-class Switch(Value):
+class Switch(Declared):
     """The first scheme, and from when a condition holds the second: PBVS far away, IBVS near.
 
-    when    `ErrorBelow(value)`, `NearBorder(margin, size)`, or any object with
-            holds(first, second) -> (B,)
-    latch   stay with the second; otherwise it is asked anew at every instant (a switched system as
-            in Gans and Hutchinson 2007)
+    Without `latch` it is asked anew at every instant (a switched system as in Gans and Hutchinson
+    2007).
 
     A run has converged when the errors of both are small: their goals must be one. The time of a
     trajectory that one of them follows is that of the run, whenever its turn comes.
@@ -40,21 +41,20 @@ class Switch(Value):
     True
     """
 
-    kind: ClassVar[str] = "switch"
-    first: Any
-    second: Any
-    when: Any
-    latch: bool = True
+    first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme at the start."]
+    second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme after the switch."]
+    when: Annotated[Any, CONDITION, "When it switches; or an object with holds(first, second)."]
+    latch: Annotated[bool, Flag(), "Whether it stays with the second once it has switched."] = True
 
-    def __post_init__(self) -> None:
-        tasks_from([self.first, self.second], 2)
-        if isinstance(self.when, type) or not isinstance(self.when, Condition):
-            raise InputError(
-                "when: expected ErrorBelow(value), NearBorder(margin, size) or an object with "
-                f"holds(first, second), got {self.when!r:.80}"
-            )
-        if not isinstance(self.latch, bool):
-            raise InputError(f"latch must be True or False, got {self.latch!r:.80}")
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return self.first, self.second
+
+    def with_inner(self, tasks: Sequence[Any]) -> Self:
+        """Return the same with other tasks in their places."""
+        first, second = tasks
+        return replace(self, first=first, second=second)
 
     def columns(self, scene: Scene) -> Columns:
         """All that one of the two commands."""
@@ -76,26 +76,29 @@ class Switched(Several):
     when: Condition
     latch: bool
 
-    def decide(self, now: Instant) -> Decision:
+    def decide(self, measurement: Measurement) -> Decision:
         """The command of the one whose turn it is; joints that are the other's stand still."""
-        each, s, error, reach = self._all(now)
-        second, qd = self._thrown(now, each), np.zeros((self.columns.size, now.runs))
+        each, s, error, task_jacobian = self._all(measurement)
+        second = self._thrown(measurement, each)
+        qd = np.zeros((self.columns.size, measurement.runs))
         for part, one, turn in zip(self.parts, each, (~second, second), strict=True):
             qd[self._own(part)] += np.where(turn, one.command.qd, 0.0)
-        return Decision(Command(s, error, qd, reach), each[0].J, each)
+        return Decision(Command(s, error, qd, task_jacobian), each[0].J, each)
 
-    def _thrown(self, now: Instant, each: list[Decision]) -> NDArray[np.bool_]:
+    def _thrown(self, measurement: Measurement, each: list[Decision]) -> NDArray[np.bool_]:
         """(B,): which runs are with the second."""
-        seen = [self._comparison(now, part, d) for part, d in zip(self.parts, each, strict=True)]
-        thrown = _truths(self.when, seen, now.runs)
+        seen = [
+            self._comparison(measurement, part, d) for part, d in zip(self.parts, each, strict=True)
+        ]
+        thrown = _truths(self.when, seen, measurement.runs)
         if self.latch:
-            thrown = thrown | now.memory.get("thrown", False)
-            now.memory["thrown"] = thrown
+            thrown = thrown | measurement.memory.get("thrown", False)
+            measurement.memory["thrown"] = thrown
         return thrown
 
-    def _comparison(self, now: Instant, part: Controller, one: Decision) -> Comparison:
-        seen = (now.pixels[sight.key] for sight in part.sights)
-        pixels = np.concatenate([np.empty((0, 2, now.runs)), *seen])
+    def _comparison(self, measurement: Measurement, part: Controller, one: Decision) -> Comparison:
+        seen = (measurement.pixels[sight.key] for sight in part.sights)
+        pixels = np.concatenate([np.empty((0, 2, measurement.runs)), *seen])
         command = one.command
         return Comparison(command.s, command.error, command.qd, pixels)
 

@@ -1,28 +1,38 @@
-"""What every servo task can be told, and how it is bound to a scene."""
+"""The fields of every servo task, and how it is bound to a scene."""
 
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from robsim.base.arrays import frozen, positive
+from robsim.base.arrays import frozen
+from robsim.declare import Number
+from robsim.declare.spec import Context
 from robsim.features import Points
-from robsim.servo.controller import Controller, Servo, pace, rank_at_goal, rcond_of
-from robsim.servo.feature_block import FeatureBlock, as_cameras, as_parts
-from robsim.servo.goals.goal import as_goal
+from robsim.servo.controller import Controller
+from robsim.servo.feature_block import CAMERAS, FEATURES, TARGET, FeatureBlock, blocks_of
+from robsim.servo.goals.goal import GoalSpec
 from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.depths import Depth, as_depth, as_scale
-from robsim.servo.laws.feed_forward import as_feed_forward
-from robsim.servo.laws.gain import AdaptiveGain, as_gain
-from robsim.servo.laws.interaction import as_interaction
-from robsim.servo.laws.inverse import as_inverse
-from robsim.servo.laws.law import as_law
+from robsim.servo.laws.depths import DEPTH, SCALE, Depth, Depths
+from robsim.servo.laws.feed_forward import FEED_FORWARD
+from robsim.servo.laws.gain import GAIN, AdaptiveGain
+from robsim.servo.laws.interaction import INTERACTION
+from robsim.servo.laws.inverse import INVERSE
+from robsim.servo.laws.law import LAW
 from robsim.servo.regulated import Regulated
+from robsim.servo.servo_controller import Servo, pace, rank_at_goal, rcond_of
 from robsim.servo.shaping.shaped import Columns, Shaped
-from robsim.servo.tasks.binding import regulated_by, sights_of
-from robsim.servo.tasks.sense import check_goal, check_sense, warn_of_rank, warn_of_wheels
+from robsim.servo.tasks.belief import Belief
+from robsim.servo.tasks.binding import Found, each_once, regulated_by, sights_of
+from robsim.servo.tasks.soundness import (
+    check_goal,
+    check_law,
+    check_own_law,
+    warn_of_rank,
+    warn_of_wheels,
+)
 from robsim.world.scene import Scene
 
 
@@ -45,47 +55,62 @@ class ServoTask(Shaped):
     """Drive e = s - s_goal to zero: what IBVS, PBVS and their kin have in common."""
 
     own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
-    goal: Any = None
-    camera: Any = None
-    target: str | None = None
-    features: Any = field(default_factory=Points)
-    interaction: Any = "current"
-    depth: Depth = "true"
-    depth_scale: Any = 1.0
-    law: Any = "joint"
-    gain: float | AdaptiveGain = 1.0
-    inverse: Any = "pseudo_inverse"
-    tolerance: float | None = None
-    belief: Scene | None = None
+    goal: Annotated[
+        Any, GoalSpec(), "q at which the goal is shown (None: home), GoalPose or GoalFeatures."
+    ] = None
+    camera: Annotated[
+        Any, CAMERAS, "Name of the camera, or of the two of a stereo pair; None: the only one."
+    ] = None
+    target: Annotated[
+        str | None, TARGET, "Name of the object with the marks; None: the only one."
+    ] = None
+    features: Annotated[
+        Any, FEATURES, "What is regulated: a feature, or several, which are stacked."
+    ] = field(default_factory=Points)
+    interaction: Annotated[
+        Any, INTERACTION, "L: now, at the goal, the mean of the two, a constant (k, 6), or learnt."
+    ] = "current"
+    depth: Annotated[Depth, DEPTH, "Z in L: now, at the goal, metres, or filtered."] = "true"
+    depth_scale: Annotated[Any, SCALE, "Factor of the depths: an error, on purpose."] = 1.0
+    law: Annotated[Any, LAW, "From e to joint velocities; or an object with command(state)."] = (
+        "joint"
+    )
+    gain: Annotated[float | AdaptiveGain, GAIN, "How fast e falls, per second."] = 1.0
+    inverse: Annotated[Any, INVERSE, "What stands for the inverse of L or L J."] = "pseudo_inverse"
+    tolerance: Annotated[
+        float | None, Number(above=0), "Converged when max|e| is below; None: the feature's own."
+    ] = None
+    belief: Annotated[
+        Scene | None, Belief(), "The scene as the controller believes it; None: the truth."
+    ] = None
     _: KW_ONLY
-    feed_forward: Any = None
+    feed_forward: Annotated[Any, FEED_FORWARD, "For what moves on its own."] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        put = object.__setattr__
-        put(self, "goal", as_goal(self.goal))
-        put(self, "camera", as_cameras(self.camera))
-        parts = as_parts(self.features)
-        bare = len(parts) == 1 and not isinstance(self.features, FeatureBlock | list | tuple)
-        put(self, "features", parts[0].feature if bare else parts)
-        put(self, "law", as_law(self.law))
-        put(self, "inverse", as_inverse(self.inverse))
-        put(self, "gain", as_gain(self.gain))
-        put(self, "depth_scale", as_scale(self.depth_scale))
-        put(self, "depth", as_depth(self.depth))
-        put(self, "interaction", as_interaction(self.interaction))
-        put(self, "feed_forward", as_feed_forward(self.feed_forward))
-        if self.tolerance is not None:
-            put(self, "tolerance", positive(self.tolerance, "tolerance"))
+        for name, spec in (("features", FEATURES), ("law", LAW)):  # which a scheme may set itself
+            object.__setattr__(self, name, spec.check(getattr(self, name), name))
+
+    @classmethod
+    def text_facts(cls, raw: Any, c: Context) -> Context:
+        """Check that what a text leaves out there is only one of."""
+        blocks = raw.get("features")
+        each = blocks if isinstance(blocks, list) else [blocks]
+        for key, find in (("camera", "camera"), ("target", "object")):
+            own = [isinstance(block, dict) and key in block for block in each]
+            if key not in raw and not all(own) and c.facts.get("scene") is not None:
+                with c.problems.at(*c.path, key):
+                    getattr(c.facts["scene"], find)(None)
+        return c
 
     @property
-    def parts(self) -> tuple[FeatureBlock, ...]:
+    def blocks(self) -> tuple[FeatureBlock, ...]:
         """All features with who sees them."""
-        return as_parts(self.features)
+        return blocks_of(self.features)
 
     def columns(self, scene: Scene) -> Columns:
         """The velocities that move a camera of the task against its target."""
-        found = [s.columns for each in sights_of(self, scene) for s in each]
+        found = [s.columns for each in self.sights(scene) for s in each]
         return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
@@ -95,10 +120,13 @@ class ServoTask(Shaped):
         """
         shared = columns is not None
         columns = self.columns(scene) if columns is None else columns
-        regulated, truths = regulated_by(self, scene, columns)
-        check_sense(self, regulated)
+        sights = self.sights(scene)
+        regulated, truths = self.regulated(sights, columns), each_once(sights)
+        if self.own_law:
+            check_own_law(type(self).__name__, self.inverse, self.feed_forward, self.interaction)
+        check_law(self.law, self.inverse, self.feed_forward, self.interaction, regulated)
         s_goal = regulated.s_goal
-        check_goal(self, regulated)
+        check_goal(self.goal, self.depth, self.interaction, regulated)
         own = regulated.tolerances
         controller = Servo(
             scene,
@@ -124,6 +152,17 @@ class ServoTask(Shaped):
             warn_of_rank(controller)
             self.warn_of_wheels(controller)
         return controller
+
+    def sights(self, scene: Scene) -> Found:
+        """The true sights of each feature block."""
+        return sights_of(self.blocks, self.camera, self.target, scene)
+
+    def regulated(self, sights: Found, columns: Columns) -> Regulated:
+        """What the task regulates with its true sights; InputError or GoalError if it cannot."""
+        depths = Depths(self.depth, self.depth_scale)
+        return regulated_by(
+            self.blocks, self.goal, depths, self.interaction, self.belief, sights, columns
+        )
 
     def warn_of_wheels(self, controller: Servo) -> None:
         """RankWarning if a unicycle alone is asked for more than it can do."""

@@ -1,0 +1,27 @@
+"""The command `check`: read a scenario and try it without simulating."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from robsim.cli.options import changes
+from robsim.cli.progress import warnings_as_lines
+from robsim.cli.scenarios import check_colors, load
+
+
+@click.command("check")
+@click.argument("file", type=click.Path(path_type=Path))
+@changes
+def command(file: Path, changes: tuple[str, ...]) -> None:
+    """Read FILE and try its goal, start and settings without simulating."""
+    scenario = load(file, changes)
+    with warnings_as_lines():
+        scenario.check()
+    check_colors(scenario)
+    scene = scenario.scene
+    click.echo(f"{file}: all is well")
+    click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
+    click.echo(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
+    click.echo(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")

@@ -1,0 +1,102 @@
+"""The command `compare`: several scenarios beside each other."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robsim.base.errors import InputError
+from robsim.base.interrupt import undisturbed
+from robsim.cli.files import folder_for, free_folder, write, writing
+from robsim.cli.options import changes, output
+from robsim.cli.progress import STOPPED, drawing, finished
+from robsim.cli.scenarios import COMPILING, check_colors, load, must_compile
+
+if TYPE_CHECKING:
+    from robsim.analysis.compare import Comparison, Scheme
+    from robsim.run.experiment import Experiment
+
+COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
+
+
+@click.command("compare")
+@click.argument(
+    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
+)
+@click.option(
+    "--vary", "varied", multiple=True, metavar="KEY=V1,V2,...", help="One scheme for each value."
+)
+@output
+@changes
+def command(
+    files: tuple[Path, ...],
+    varied: tuple[str, ...],
+    output: Path | None,
+    force: bool,
+    no_figures: bool,
+    changes: tuple[str, ...],
+) -> None:
+    """Simulate the scenarios in FILE... and measure them beside each other."""
+    from robsim.analysis.variants import variants
+
+    if len(varied) > 1:
+        raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, varied))}")
+    each = variants(files, *varied)
+    scenarios = {name: load(file, (*changes, *more)) for name, file, more in each}
+    if not no_figures:
+        for scenario in scenarios.values():
+            check_colors(scenario)
+    names = [*COMPARED, *(f"{name}.nc" for name in scenarios)]
+    folder = folder_for(output or free_folder("robsim-compare"), force, names)
+    _compare(scenarios, folder, not no_figures)
+
+
+def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
+    """Run all, write, draw and print the table. What was simulated before Ctrl-C is kept."""
+    from robsim.analysis.compare import Scheme, compared
+
+    schemes = [
+        Scheme(name, one.scene, one.task, one.start, one.keywords)
+        for name, one in scenarios.items()
+    ]
+    if any(must_compile(scenario) for scenario in scenarios.values()):
+        click.echo(COMPILING)
+
+    def save(found: Comparison) -> bool:
+        return _save_comparison(found, schemes, folder)
+
+    found = finished(lambda progress: compared(schemes, progress), save, folder)
+    stopped = save(found)
+    click.echo(f"{found}\nresults: {folder}")
+    if stopped:
+        sys.exit(STOPPED)
+    if figures:
+        with drawing("runs are"):
+            _draw_comparison(found, folder)
+
+
+def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> bool:
+    """Write runs, measures and table whole; tells whether Ctrl-C came meanwhile."""
+    from robsim.files.netcdf import save_run
+
+    with undisturbed() as stops:
+        for scheme in schemes:
+            with writing(folder / f"{scheme.name}.nc") as path:
+                path.unlink(missing_ok=True)  # of the comparison that was here before
+        for name, run in found.runs.items():
+            save_run(run, folder / f"{name}.nc")
+        save_run(found.data, folder / "comparison.nc")
+        write(folder / "comparison.csv", found.csv())
+        with writing(folder / "comparison.png") as path:
+            path.unlink(missing_ok=True)
+    return bool(stops)
+
+
+def _draw_comparison(found: Comparison, folder: Path) -> None:
+    from robsim import plot
+
+    with writing(folder / "comparison.png") as path:
+        plot.comparison(found).savefig(path, dpi=200)

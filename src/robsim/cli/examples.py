@@ -1,0 +1,29 @@
+"""The command `examples`: the scenarios that come with RobSim."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from robsim.cli.files import free_file, write
+from robsim.cli.options import force
+from robsim.files import examples
+
+
+@click.command("examples")
+@click.argument("name", required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to copy it.")
+@force
+def command(name: str | None, output: Path | None, force: bool) -> None:
+    """List the example scenarios, or copy one out."""
+    from robsim.run.experiment import load_scenario
+
+    if name is None:
+        for each in examples.names():
+            click.echo(f"{each:20} {load_scenario(examples.path(each)).title}")
+        click.echo("copy one out: robsim examples NAME")
+        return
+    source, target = examples.path(name), free_file(output, f"{name}.toml", force)
+    write(target, source.read_text(encoding="utf-8"))
+    click.echo(f"wrote {target}; run it with: robsim run {target}")

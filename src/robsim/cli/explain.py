@@ -1,0 +1,27 @@
+"""The command `explain`: why a run ended as it did."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from robsim.base.errors import FileError, InputError
+from robsim.cli.files import exists
+
+
+@click.command("explain")
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--no-experiments", is_flag=True, help="Only read the run; repeat nothing.")
+def command(run: Path, no_experiments: bool) -> None:
+    """Say why RUN, a run.nc or the folder that holds it, ended as it did, and what to try."""
+    from robsim.analysis.explain import explain as explained
+    from robsim.files.netcdf import open_run
+
+    path = run / "run.nc" if exists(run) and run.is_dir() else run
+    found = open_run(path)
+    try:
+        explanation = explained(found, experiments=not no_experiments)
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    click.echo(str(explanation))

@@ -1,0 +1,43 @@
+"""The figures of one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robsim.cli.files import writing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.run.experiment import Experiment
+
+
+def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
+    """The figures, an image for each camera; of a batch, images alone; of a summary, none."""
+    from robsim import plot
+
+    if "time" not in result.dims:
+        return  # of a summary there is nothing to draw
+    cameras = list(dict.fromkeys(result.mark_camera.values.tolist()))
+    names = [f"image_{camera}" if i else "image" for i, camera in enumerate(cameras)]
+    scene, task = scenario.scene, scenario.task
+    pairs = zip(names, cameras, strict=True)
+    figures = {name: plot.image(result, each, scene) for name, each in pairs}
+    if "run" not in result.dims:
+        figures |= {
+            "scene": plot.scene(scene, run=result, goal=task),
+            "velocity": plot.velocity(result, scene, _moving_frame(result, scenario)),
+        }
+    for name, figure in figures.items():
+        with writing(folder / f"{name}.png") as path:
+            figure.savefig(path, dpi=200)
+
+
+def _moving_frame(result: xr.Dataset, scenario: Experiment) -> str | None:
+    """Whose velocity is shown: None for the camera; where that stands, what carries the target."""
+    if not result.sizes["mark"]:
+        return None
+    scene, target = scenario.scene, str(result.mark_target.values[0])
+    stands = not scene.tree.carries(str(result.mark_camera.values[0])).any()
+    return scene.object(target).on if stands else None

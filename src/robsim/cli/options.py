@@ -1,0 +1,22 @@
+"""The options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+changes = click.option(
+    "--set", "changes", multiple=True, metavar="KEY=VALUE", help="Change a value."
+)
+force = click.option("--force", is_flag=True, help="Write over an existing file.")
+
+
+def output(command: Any) -> Any:
+    """Add where results go, and whether figures are drawn."""
+    command = click.option("--no-figures", is_flag=True, help="Write the run only.")(command)
+    command = click.option("--force", is_flag=True, help="Write over an existing run.")(command)
+    return click.option(
+        "-o", "--output", type=click.Path(path_type=Path), help="Folder for the results."
+    )(command)

@@ -1,0 +1,47 @@
+"""The command `robots`: the robots that come with RobSim."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from robsim.base.errors import FileError
+from robsim.cli.files import free_file, writing
+from robsim.cli.options import force
+from robsim.files import robots
+
+
+@click.command("robots")
+@click.argument("name", required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to draw it.")
+@force
+def command(name: str | None, output: Path | None, force: bool) -> None:
+    """List the robots of the library, or print the table of one and draw it."""
+    from robsim.cli.robot_table import robot_table
+
+    if name is None:
+        if output or force:
+            raise click.UsageError("-o and --force are for one robot: robsim robots NAME")
+        for each in robots.names():
+            links = ", ".join(link.name for link in robots.load(each).links)
+            click.echo(f"{each:18} {robots.about(each)}\n{'':18} links: {links}")
+        click.echo("print and draw one: robsim robots NAME")
+        return
+    click.echo(robot_table(name))
+    target = free_file(output, f"{name}.png", force)
+    _draw(name, target)
+    click.echo(f"drawn at home: {target}")
+
+
+def _draw(name: str, target: Path) -> None:
+    from robsim import plot
+
+    figure = plot.robot(robots.load(name))
+    kinds = figure.canvas.get_supported_filetypes()
+    if target.suffix[1:].lower() not in kinds:
+        known = ", ".join(f".{kind}" for kind in sorted(kinds))
+        raise FileError(f"{target}: the name of a figure ends in one of {known}")
+    with writing(target):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(target, dpi=200)

@@ -1,0 +1,68 @@
+"""The command `run`: simulate one scenario, and write the run, the scenario and the figures."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robsim.base.interrupt import undisturbed
+from robsim.cli.figures import draw
+from robsim.cli.files import folder_for, free_folder, write, writing
+from robsim.cli.options import changes, output
+from robsim.cli.progress import STOPPED, drawing, finished
+from robsim.cli.report import report
+from robsim.cli.scenarios import COMPILING, check_colors, load, must_compile
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.run.experiment import Experiment
+
+FIGURES = ("image.png", "scene.png", "velocity.png")
+FILES = ("run.nc", "scenario.toml", *FIGURES)
+
+
+@click.command("run")
+@click.argument("file", type=click.Path(path_type=Path))
+@output
+@changes
+def command(
+    file: Path, output: Path | None, force: bool, no_figures: bool, changes: tuple[str, ...]
+) -> None:
+    """Simulate the scenario in FILE and write the run, the scenario and the figures."""
+    scenario = load(file, changes)
+    folder = folder_for(output or free_folder(f"{file.stem}-run"), force, FILES)
+    simulate_into(scenario, folder, not no_figures)
+
+
+def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
+    """Run, write, draw and say how it went. What was simulated before Ctrl-C is kept."""
+    if figures:
+        check_colors(scenario)
+    click.echo(scenario.title or "simulating")
+    if must_compile(scenario):
+        click.echo(COMPILING)
+    result = finished(scenario.run, lambda run: _save(run, scenario, folder), folder)
+    stopped = _save(result, scenario, folder)
+    report(result, folder)
+    if stopped:
+        sys.exit(STOPPED)
+    if figures:
+        with drawing("run is"):
+            draw(result, scenario, folder)
+
+
+def _save(result: xr.Dataset, scenario: Experiment, folder: Path) -> bool:
+    """Write run and scenario whole; tells whether Ctrl-C came meanwhile."""
+    from robsim.files.netcdf import save_run
+
+    with undisturbed() as stops:
+        save_run(result, folder / "run.nc")
+        write(folder / "scenario.toml", scenario.text)
+        for name in FIGURES:
+            with writing(folder / name) as path:
+                path.unlink(missing_ok=True)  # of the run that was here before
+    return bool(stops)

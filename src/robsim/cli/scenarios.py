@@ -1,0 +1,45 @@
+"""Experiments as commands need them: read with changes, colours known, kernels compiled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robsim.base.errors import FileError, InputError
+from robsim.kernels.jit import is_cold
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
+
+COMPILING = "compiling the kernels, once on this machine: this takes a few seconds"
+
+
+def load(file: Path, changes: tuple[str, ...]) -> Experiment:
+    """The scenario of a file, with KEY=VALUE changes."""
+    from robsim.run.experiment import load_scenario
+
+    return load_scenario(file, set=list(changes))
+
+
+def check_colors(scenario: Experiment) -> None:
+    """Raise FileError for an unknown colour; only Matplotlib knows, asked before the simulation."""
+    from robsim.plot.palette import color
+
+    scene = scenario.scene
+    parts = [(f"robots.{r.name}.links.{k.name}", k.shapes) for r in scene.robots for k in r.links]
+    parts += [(f"objects.{thing.name}", thing.shapes) for thing in scene.objects]
+    parts += [(f"cameras.{c.name}", (c.camera.body,)) for c in scene.cameras if c.camera.body]
+    for owner, shapes in parts:
+        for shape in shapes:
+            try:
+                color(shape.color)
+            except InputError as error:
+                raise FileError(f"{scenario.source}: {owner}: {error}") from None
+
+
+def must_compile(scenario: Experiment) -> bool:
+    """Whether kernels have to be compiled before it runs."""
+    from robsim.run.loop import worth_compiling
+
+    steps = scenario.duration / scenario.dt
+    return is_cold("solve.least_squares") or (worth_compiling(1, steps) and is_cold("loop.stride"))

@@ -1,0 +1,338 @@
+"""Values of which there are several kinds, or several ways to say them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from robsim.base.errors import InputError, suggest
+from robsim.declare.families import Family
+from robsim.declare.fields import fields_of
+from robsim.declare.problems import Broken, shown
+from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
+from robsim.declare.tables import (
+    LACKING,
+    form_of,
+    keys_of,
+    merge_table,
+    pick,
+    read_table,
+    write_table,
+)
+
+
+@dataclass(frozen=True)
+class Choice(Spec):
+    """One of the kinds of a family: its name alone, or a table with `kind`.
+
+    `default` is the kind of a table that does not say one. `beside_of` are keys that stand beside
+    the name instead of in a table: {key: (kind, field)}. `protocol` is what a user's own object
+    needs that no family knows. `plain` are words that are kept as they are, and `other` is what may
+    stand there instead, such as a number.
+    """
+
+    family: Family
+    default: str | None = None
+    beside_of: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    protocol: Any = None
+    short: bool = True  # whether the name alone will do
+    none: str | None = None  # the word for None
+    plain: tuple[str, ...] = ()
+    other: Spec | None = None
+    only: tuple[str, ...] | None = None  # of the kinds, those that may stand here
+    forms: ClassVar[tuple[str, ...]] = ("plain", "table")
+
+    def __hash__(self) -> int:
+        return hash((id(self.family), self.default, self.short))
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the kinds that may stand here."""
+        return [name for name in self.family.kinds if self.only is None or name in self.only]
+
+    def check(self, value: Any, what: str) -> Any:
+        if isinstance(value, str):
+            if value in self.plain or value == self.none:
+                return value if value in self.plain else None
+            if value in self._known(value) or value in self.family.kinds:
+                return self.family.find(value)()
+        elif not isinstance(value, type):
+            own = self.protocol is not None and isinstance(value, self.protocol)
+            if own or self.family.holds(value):
+                return value
+            if self.other is not None:
+                return self.other.check(value, what)
+        hint = suggest(value, [*self.plain, *self.names], f"{self.family.noun}s")
+        more = f", or {self.other.words()}" if self.other else ""
+        raise InputError(f"{what}: no {self.family.noun} {value!r:.80}; {hint}{more}")
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        if isinstance(raw, str) and raw in self.plain:
+            return raw
+        if isinstance(raw, str) and self.short and raw in self._known(raw):
+            return read_table(self.family.find(raw), {}, c)
+        if not isinstance(raw, Mapping):
+            return self._read_other(raw, c)
+        kind = raw.get("kind", self.default)
+        if kind is None and self.plain:
+            raise expected(self.words(), raw)
+        if kind is None:
+            c.at("kind").report(f"{LACKING}; kinds: {', '.join(map(repr, self.names))}")
+            raise Broken
+        if not isinstance(kind, str) or kind not in self._known(kind):
+            c.at("kind").report(
+                f"no kind {shown(kind)}; {suggest(str(kind)[:64], self.names, 'kinds')}"
+            )
+            raise Broken
+        return read_table(self.family.find(kind), raw, c, "kind")
+
+    def write(self, value: Any, c: Context) -> Raw:
+        if isinstance(value, str) and value in self.plain:
+            return value
+        if self.other is not None and self.family.name_of(value) is None:
+            return self._written_other(value, c)
+        name, table = self._written(value, c)
+        if self.short and not table:
+            return name
+        return table if name == self.default and not self.short else {"kind": name, **table}
+
+    def keys(self, name: str) -> tuple[str, ...]:
+        return (name, *self.beside_of)
+
+    def of_key(self, name: str, key: str) -> Spec:
+        if key == name:
+            return self.other or self
+        spec: Spec = self._field(*self.beside_of[key]).spec
+        return spec
+
+    def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
+        name = raw.get("kind", self.default) if isinstance(raw, Mapping) else self.default
+        own = self.family.kinds.get(str(name))
+        return [own] if own is not None else self.inside()
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        beside = [key for key in self.beside_of if key in table]
+        raw = table.get(name, self.default if beside else MISSING)
+        if raw is MISSING or not isinstance(raw, str) or raw == self.none or not self.beside_of:
+            self._check_beside(beside, name, raw, c)
+            if raw is MISSING or raw == self.none:
+                return MISSING
+            return raw.value if isinstance(raw, Live) else c.at(name).tried(self, raw)
+        self._check_beside(beside, name, raw, c)
+        if raw in self.plain or raw not in self._known(raw):
+            return c.at(name).tried(self, raw)
+        return self._from_beside(self.family.find(raw), raw, table, c)
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        if value is None:
+            return
+        raw = self.saved(value, c.at(name))
+        if not isinstance(raw, Mapping) or not self.beside_of:
+            table[name] = raw
+            return
+        kind = raw["kind"]
+        own = {at: key for key, (k, at) in self.beside_of.items() if k == kind}
+        if raw.keys() - {"kind"} <= own.keys():
+            table |= {name: kind, **{own[at]: x for at, x in raw.items() if at != "kind"}}
+        else:
+            table[name] = raw
+
+    def words(self) -> str:
+        names = map(repr, [*self.plain, *(self.names if self.short else [])])
+        more = [self.other.words()] if self.other else []
+        table = [] if self.short else [f"the table of {self._article}"]
+        *most, last = [*names, *more, *table]
+        return f"{', '.join(most)} or {last}" if most else last
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        tables = [define(self.family.kinds[name], name) for name in self.names]
+        words = [*self.plain, *(self.names if self.short else []), *([self.none] * bool(self.none))]
+        named: list[Any] = [{"enum": words}] if words else []
+        more = [self.other.schema(define)] if self.other else []
+        return {"anyOf": [*named, *more, *tables]}
+
+    def properties(self, name: str, define: Any) -> dict[str, Any]:
+        made = {name: self.schema(define)}
+        for key, (kind, at) in self.beside_of.items():
+            made[key] = self._field(kind, at).spec.schema(define)
+        return made
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        beside = [
+            (key, f"{self._field(kind, at).spec.rows(at)[0][1]}; with {name} = {kind!r}")
+            for key, (kind, at) in self.beside_of.items()
+        ]
+        return [(name, self.words()), *beside]
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "none of them", {"kind": "none of them"}, {}, [[]]]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        if not isinstance(old, Mapping) or not isinstance(new, Mapping):
+            return new
+        names = old.get("kind", self.default), new.get("kind", old.get("kind", self.default))
+        kinds = [self.family.kinds.get(str(name)) for name in names]
+        if None in kinds:
+            return {**old, **new}
+        kept = old if kinds[0] is kinds[1] else self._common(*kinds, old)
+        return merge_table(kinds[1], kept, new, loose)  # type: ignore[arg-type]
+
+    def inside(self) -> Sequence[type[Any]]:
+        return [self.family.kinds[name] for name in self.names]
+
+    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
+        if name in over:
+            for key, (kind, _) in self.beside_of.items():
+                if over[name] != kind:
+                    table.pop(key, None)
+
+    def _written_other(self, value: Any, c: Context) -> Raw:
+        assert self.other is not None
+        try:
+            self.other.check(value, "value")
+        except InputError:
+            raise NoText(f"{type(value).__name__} is Python code") from None
+        return self.other.write(value, c)
+
+    def _known(self, name: str) -> list[str]:
+        if name not in self.family.kinds:
+            with suppress(InputError):
+                self.family.find(name)  # which looks for what installed packages bring
+        return self.names
+
+    def _read_other(self, raw: Raw, c: Context) -> Any:
+        """Return what is no kind of the family; InputError with the nearest if it is a word."""
+        if self.other is not None:
+            try:
+                return self.other.read(raw, c)
+            except InputError:
+                if not isinstance(raw, str):
+                    raise
+        names = [*self.plain, *(self.names if self.short else [])]
+        near = difflib.get_close_matches(str(raw)[:64], names, 1, 0.5)
+        guess = f"; did you mean {near[0]!r}?" if near else ""
+        raise InputError(f"must be {self.words()}, got {shown(raw)}{guess}")
+
+    @property
+    def _article(self) -> str:
+        noun = self.family.noun
+        return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+    def _written(self, value: Any, c: Context) -> tuple[str, dict[str, Raw]]:
+        name = self.family.name_of(value)
+        if name is None:
+            raise NoText(f"{type(value).__name__} is Python code")
+        return name, write_table(value, c)
+
+    def _field(self, kind: str, at: str) -> Any:
+        form = form_of(self.family.kinds[kind])
+        return next(each for each in fields_of(form) if each.name == at)
+
+    def _check_beside(self, given: list[str], name: str, raw: Raw, c: Context) -> None:
+        for key in given:
+            if self.beside_of[key][0] != raw:
+                c.report(f'{key} is for {name} = "{self.beside_of[key][0]}" only')
+
+    def _from_beside(self, kind: type[Any], raw: str, table: Mapping[str, Raw], c: Context) -> Any:
+        """Return an object whose parameters stand beside its name."""
+        before, given = c.problems.seen, {}
+        key_of = {at: key for key, (k, at) in self.beside_of.items() if k == raw}
+        for each in fields_of(kind):
+            key = key_of.get(each.name)
+            if key in table:
+                given[each.name] = each.spec.pick(table, str(key), c)
+            elif each.required:
+                pick(each, {}, c)
+        if c.problems.seen > before:
+            return MISSING
+        try:
+            return kind(**given)
+        except InputError as error:
+            c.at(*[key for key in key_of.values() if key in table][:1]).blame(error)
+            return MISSING
+
+    @staticmethod
+    def _common(old: Any, new: Any, table: Mapping[str, Raw]) -> Mapping[str, Raw]:
+        """Return what of a table means the same in another kind."""
+        shared = [f for f in fields_of(form_of(old)) if (f.name, f.spec) in _named(new)]
+        keys = {"kind", *(key for each in shared for key in each.spec.keys(each.name))}
+        return {
+            key: raw for key, raw in table.items() if key in keys and key in ("kind", *keys_of(new))
+        }
+
+
+def _named(kind: type[Any]) -> list[tuple[str, Spec]]:
+    return [(each.name, each.spec) for each in fields_of(form_of(kind))]
+
+
+@dataclass(frozen=True)
+class OneOf(Spec):
+    """Several ways to say a value, told apart by what stands there: plain, a list, or a table."""
+
+    specs: tuple[Spec, ...]
+    said: str = ""  # what is expected, where the specs do not say it well
+
+    def __init__(self, *specs: Spec, words: str = ""):
+        object.__setattr__(self, "specs", specs)
+        object.__setattr__(self, "said", words)
+
+    @property
+    def forms(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The forms of all of them."""
+        return tuple(form for spec in self.specs for form in spec.forms or (spec.form,))
+
+    def check(self, value: Any, what: str) -> Any:
+        for spec in self.specs:
+            try:
+                return spec.check(value, what)
+            except InputError:
+                continue
+        raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        fits = [spec for spec in self.specs if _form(raw) in (spec.forms or (spec.form,))]
+        if len(fits) == 1:
+            return fits[0].read(raw, c)
+        for spec in fits:
+            try:
+                return spec.read(raw, c)
+            except InputError:
+                continue
+        raise expected(self.words(), raw)
+
+    def write(self, value: Any, c: Context) -> Raw:
+        for spec in self.specs:
+            try:
+                spec.check(value, "value")
+                return spec.write(value, c)
+            except (InputError, NoText, TypeError):
+                continue
+        raise NoText(f"{type(value).__name__} is Python code")
+
+    def words(self) -> str:
+        return self.said or ", or ".join(spec.words() for spec in self.specs)
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"anyOf": [spec.schema(define) for spec in self.specs]}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [raw for raw in (True, "none of them", [[True]]) if _form(raw) in self.forms]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        for spec in self.specs:
+            forms = spec.forms or (spec.form,)
+            if _form(old) in forms and _form(new) in forms and spec.inside():
+                return spec.merge(old, new, loose)
+        return new
+
+    def inside(self) -> Sequence[type[Any]]:
+        return [kind for spec in self.specs for kind in spec.inside()]
+
+
+def _form(raw: Raw) -> str:
+    if isinstance(raw, Mapping):
+        return "table"
+    return "list" if isinstance(raw, list) else "plain"

@@ -1,0 +1,76 @@
+"""A declaration: what a frozen dataclass says of its fields, and the checks that follow from it.
+
+A field is declared by its annotation, `Annotated[type, spec, "What it means."]`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, get_type_hints
+
+from robsim.base.values import Value
+from robsim.declare.spec import MISSING, Spec
+
+
+@dataclass(frozen=True)
+class Field:
+    """One declared field: what it may hold, what it means, and its default."""
+
+    name: str
+    spec: Spec
+    meaning: str
+    default: Any = MISSING
+
+    @property
+    def required(self) -> bool:
+        """Whether it must be given."""
+        return self.default is MISSING
+
+
+@cache
+def fields_of(kind: type[Any]) -> tuple[Field, ...]:
+    """Return the declared fields of a dataclass, in the order of its arguments."""
+    hints = get_type_hints(kind, include_extras=True)
+    found = []
+    for each in dataclasses.fields(kind):
+        said = getattr(hints.get(each.name), "__metadata__", ())
+        specs = [part for part in said if isinstance(part, Spec)]
+        if specs and each.init:
+            meaning = next((part for part in said if isinstance(part, str)), "")
+            found.append(Field(each.name, specs[0], meaning, _default(each)))
+    return tuple(found)
+
+
+class Declared(Value):
+    """A value that checks its declared fields when it is made."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
+def check_fields(value: Any) -> None:
+    """Check the declared fields of a new frozen dataclass, and keep them as they should be."""
+    noun = noun_of(type(value))
+    for each in fields_of(type(value)):
+        given = getattr(value, each.name)
+        if given is not None or each.default is not None or each.spec.takes_none:
+            checked = each.spec.check(given, f"{noun} {each.name}")
+            object.__setattr__(value, each.name, checked)
+
+
+@cache
+def noun_of(kind: type[Any]) -> str:
+    """Return what messages call a thing of this class: 'adaptive gain' for `AdaptiveGain`."""
+    own = kind.__dict__.get("noun")
+    return own or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", kind.__name__).lower()
+
+
+def _default(each: dataclasses.Field[Any]) -> Any:
+    if each.default is not dataclasses.MISSING:
+        return each.default
+    if each.default_factory is not dataclasses.MISSING:
+        return each.default_factory()
+    return MISSING

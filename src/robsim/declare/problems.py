@@ -1,0 +1,114 @@
+"""What is wrong in a text: where it stands, what was given, and what would be valid."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from robsim.base.errors import FileError, InputError
+
+SHOWN = 5  # problems that one error lists
+LONGEST = 600  # characters of one problem
+
+
+class Broken(Exception):
+    """A value that cannot be read; why is among the problems already."""
+
+
+class Misplaced(InputError):
+    """An InputError that gathers the key path while it rises through `under`."""
+
+    def __init__(self, path: str, text: str):
+        super().__init__(f"{path}: {text}" if path else text)
+        self.path, self.text = path, text
+
+
+@contextmanager
+def under(*keys: str | int) -> Iterator[None]:
+    """Put these keys in front of the path of an InputError that comes from inside.
+
+    >>> with under("cameras", "eye", "K"):
+    ...     raise InputError("expected 9 numbers")
+    Traceback (most recent call last):
+    ...
+    robsim.declare.problems.Misplaced: cameras.eye.K: expected 9 numbers
+    """
+    try:
+        yield
+    except Misplaced as error:
+        raise Misplaced(joined(*keys, error.path), error.text) from None
+    except FileError:  # which says all that is wrong, and where
+        raise
+    except InputError as error:
+        raise Misplaced(joined(*keys), str(error)) from None
+
+
+class Problems:
+    """The problems of one text, collected so that one error can list them all."""
+
+    def __init__(self, source: str):
+        self.source = source
+        self.found: list[str] = []
+        self.untold = 0
+        self.seen = 0  # how many were added, known or not
+
+    @property
+    def full(self) -> bool:
+        """Whether as many are known as an error lists; more need only be counted."""
+        return len(self.found) >= SHOWN
+
+    def add(self, path: str, text: str) -> None:
+        """Add one, unless it is known; a path or text that is too long is cut."""
+        self.seen += 1
+        path = path if len(path) <= LONGEST // 2 else f"{path[:140]} ... {path[-140:]}"
+        line = f"{self.source}: {path}: {text}" if path else f"{self.source}: {text}"
+        line = line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
+        if line not in self.found:
+            self.found.append(line)
+
+    @contextmanager
+    def at(self, *keys: str | int) -> Iterator[None]:
+        """Keep an InputError that comes from inside, and go on."""
+        try:
+            with under(*keys):
+                yield
+        except Misplaced as error:
+            self.add(error.path, error.text)
+        except Broken:
+            pass
+
+    def stop(self) -> None:
+        """Raise a FileError if there were problems: the first five, one a line."""
+        if self.found:
+            more = len(self.found) - SHOWN + self.untold
+            rest = [f"{self.source}: and {more} more"] if more > 0 else []
+            raise FileError("\n".join([*self.found[:SHOWN], *rest])) from None
+
+
+def joined(*keys: str | int) -> str:
+    """Return a key path: joined('objects', 'cube', 'marks', 3) is 'objects.cube.marks[3]'."""
+    path = ""
+    for key in keys:
+        part = f"[{key}]" if isinstance(key, int) else _cut(key)
+        path += part if not path or part.startswith("[") or not part else f".{part}"
+    return path
+
+
+def shown(value: Any) -> str:
+    """Return a value as text, shortened, on one line.
+
+    >>> shown("cm" * 1000)
+    "'cmcmcmcmcmcmcmcmcmcmcmcmcm...mcmcmcmcmcmcmcmcmcmcmcmcmcm'"
+    """
+    short = reprlib.Repr()
+    short.maxstring = short.maxother = short.maxlong = 60
+    short.maxlevel, short.maxdict, short.maxlist = 3, 4, 9
+    text = short.repr(value)
+    return text if len(text) <= 120 else f"{text[:116]} ..."
+
+
+def _cut(key: str) -> str:
+    """Return a key of the path; a path that is already joined stays as it is."""
+    return key if len(key) <= 200 and key.isprintable() else shown(key)

@@ -1,0 +1,168 @@
+"""The kinds of value that a declared field may hold: how each is checked, read and written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+from robsim.base.errors import FileError, InputError
+from robsim.declare.problems import Broken, Misplaced, Problems, joined, shown
+
+Raw = Any  # what a TOML text holds: tables, lists, texts, numbers, truth values
+
+
+class NoText(Exception):
+    """A value that is made of somebody's Python code, which a text cannot hold."""
+
+
+class _Missing:
+    """Stands for a field without a value."""
+
+    def __repr__(self) -> str:
+        return "MISSING"
+
+
+MISSING: Any = _Missing()
+
+
+@dataclass(frozen=True)
+class Live:
+    """A Python object that stands in tables as it is, where no text can say it."""
+
+    value: Any
+
+
+@dataclass(frozen=True)
+class Context:
+    """Where in a text a value stands, and what is known there.
+
+    `facts` are what outer tables say, such as the scene whose joints give numbers their units.
+    """
+
+    problems: Problems
+    path: tuple[str | int, ...] = ()
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+    def at(self, *keys: str | int) -> Context:
+        """Return the context of a value inside."""
+        return replace(self, path=(*self.path, *keys))
+
+    def knowing(self, **facts: Any) -> Context:
+        """Return the same place, where more is known."""
+        return replace(self, facts={**self.facts, **facts})
+
+    def report(self, text: str) -> None:
+        """Add a problem of the value here."""
+        self.problems.add(joined(*self.path), text)
+
+    def blame(self, error: InputError) -> None:
+        """Add an error about the value here, or about what it says is inside."""
+        place, text = (error.path, error.text) if isinstance(error, Misplaced) else ("", str(error))
+        self.problems.add(joined(*self.path, place), text)
+
+    def tried(self, spec: Spec, raw: Raw) -> Any:
+        """Return the value that `raw` says, or MISSING with its problem reported."""
+        if isinstance(raw, Live):
+            return raw.value
+        try:
+            return spec.read(raw, self)
+        except Broken:
+            return MISSING
+        except FileError:
+            raise
+        except InputError as error:
+            self.blame(error)
+            return MISSING
+
+
+class Spec:
+    """What a declared field may hold.
+
+    A field is written under its own name, unless `keys`, `pick` and `put` say otherwise.
+    """
+
+    form: ClassVar[str] = "plain"  # or "list", or "table": by which `OneOf` tells them apart
+    forms: ClassVar[tuple[str, ...]] = ()  # where it is several
+    takes_none: ClassVar[bool] = False  # whether None is checked as well, where it is the default
+    united: ClassVar[bool] = False  # whether a text says it with a unit, and Python without
+
+    def check(self, value: Any, what: str) -> Any:
+        """Return the value as the object keeps it; InputError that names `what`."""
+        return value
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        """Return the value that a text says; InputError with what would be valid."""
+        raise NotImplementedError
+
+    def write(self, value: Any, c: Context) -> Raw:
+        """Return how a text says the value, exactly; NoText if it cannot."""
+        raise NotImplementedError
+
+    def words(self) -> str:
+        """Return what is expected, as a phrase."""
+        raise NotImplementedError
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        """Return a JSON Schema; `define` gives the reference to that of a declared class."""
+        raise NotImplementedError
+
+    def wrong(self) -> Sequence[Raw]:
+        """Return some values that are refused, for tests."""
+        return ()
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        """Return the text in which `new` changes `old`; `loose` where `old` is changes itself."""
+        return new
+
+    def inside(self) -> Sequence[type[Any]]:
+        """Return the declared classes whose tables may stand here."""
+        return ()
+
+    def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
+        """Return the classes that such a raw value may be of."""
+        return self.inside()
+
+    # a field among the keys of its table
+
+    def keys(self, name: str) -> tuple[str, ...]:
+        """Return the keys of the table that say this field."""
+        return (name,)
+
+    def of_key(self, name: str, key: str) -> Spec:
+        """Return what one of its keys may hold."""
+        return self
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        """Return the value of the field from its table; MISSING if it is not there, or wrong."""
+        return c.at(name).tried(self, table[name]) if name in table else MISSING
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        """Write the field into its table; nothing for None."""
+        if value is not None:
+            table[name] = self.saved(value, c.at(name))
+
+    def saved(self, value: Any, c: Context) -> Raw:
+        """Return how a text says a value; the value itself where none can, if that is allowed."""
+        try:
+            return self.write(value, c)
+        except NoText:
+            if not c.facts.get("live"):
+                raise
+            return Live(value)
+
+    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
+        """Take from `table` what makes no sense beside the changes `over`."""
+
+    def properties(self, name: str, define: Any) -> dict[str, Any]:
+        """Return the JSON Schema of each key."""
+        return {name: self.schema(define)}
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        """Return each key with what it holds, for the documentation."""
+        return [(name, self.words())]
+
+
+def expected(words: str, raw: Raw) -> InputError:
+    """Return the error about a value of the wrong kind."""
+    return InputError(f"must be {words}, got {shown(raw)}")

@@ -1,0 +1,296 @@
+"""Tables of a text, read and written by what classes declare of their fields."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from robsim.base.errors import InputError, suggest
+from robsim.base.values import hashable
+from robsim.declare.fields import Field, fields_of
+from robsim.declare.problems import Broken, shown, under
+from robsim.declare.scalars import Text
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+
+LACKING = "missing, and it must be given"
+
+
+def form_of(kind: type[Any]) -> type[Any]:
+    """Return the class that declares how a table of this kind looks: mostly the kind itself."""
+    form: type[Any] = getattr(kind, "text_form", kind)
+    return form
+
+
+def keys_of(kind: type[Any]) -> tuple[str, ...]:
+    """Return the keys of the table of a class."""
+    return tuple(key for each in fields_of(form_of(kind)) for key in each.spec.keys(each.name))
+
+
+def read_table(
+    kind: type[Any], raw: Raw, c: Context, *extra: str, form: type[Any] | None = None
+) -> Any:
+    """Return the object that a table says; Broken or InputError with all that is wrong."""
+    if not isinstance(raw, Mapping):
+        raise expected("a table", raw)
+    form, before = form or form_of(kind), c.problems.seen
+    _report_unknown(form, raw, c, extra)
+    given: dict[str, Any] = {}
+    inner = c.knowing(own=given, also=())
+    if prepare := getattr(form, "text_facts", None):
+        inner = prepare(raw, inner)
+    for each in fields_of(form):
+        value = pick(each, raw, inner)
+        if value is not MISSING:
+            given[each.name] = value
+    if check := getattr(form, "text_check", None):
+        check(raw, inner)
+    if c.problems.seen > before:
+        raise Broken
+    made = form(**given)
+    return made if form is kind else made.made(inner)
+
+
+def pick(each: Field, raw: Mapping[str, Raw], c: Context) -> Any:
+    """Return the value of a field from its table; MISSING if it is not there, or wrong."""
+    before = c.problems.seen
+    value = each.spec.pick(raw, each.name, c)
+    if value is MISSING and each.required and c.problems.seen == before:
+        c.at(each.name).report(LACKING)
+    return value
+
+
+def write_table(value: Any, c: Context, form: type[Any] | None = None) -> dict[str, Raw]:
+    """Return the table that says an object, exactly; NoText if a text cannot."""
+    form = form or form_of(type(value))
+    source = value if form is type(value) else form.of(value, c)
+    own = {each.name: getattr(source, each.name) for each in fields_of(form)}
+    inner = c.knowing(own=own, owner=value)
+    if prepare := getattr(form, "written_facts", None):
+        inner = prepare(value, inner)
+    _check_plain(source, own)
+    table: dict[str, Raw] = {}
+    for each in fields_of(form):
+        each.spec.put(table, each.name, own[each.name], inner)
+    return table
+
+
+def merge_table(kind: type[Any], old: Raw, new: Raw, loose: bool) -> Raw:
+    """Return the table in which `new` changes `old`, and nothing stays that makes no sense."""
+    if not isinstance(old, Mapping) or not isinstance(new, Mapping):
+        return new
+    merged, owners = dict(old), {}
+    for each in fields_of(form_of(kind)):
+        owners |= dict.fromkeys(each.spec.keys(each.name), each)
+        each.spec.beside(merged, each.name, new)
+    for key, raw in new.items():
+        if key in owners and key in merged:
+            with under(key):
+                merged[key] = owners[key].spec.merge(merged[key], raw, loose)
+        else:
+            merged[key] = raw
+    return merged
+
+
+def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: Any) -> None:
+    known = (*extra, *keys_of(form), *c.facts.get("also", ()))
+    for key in raw:
+        if key in known:
+            continue
+        if c.problems.full:
+            c.problems.untold += 1
+            c.problems.seen += 1
+        else:
+            c.at(key).report(f"unknown key {shown(key)}; {suggest(key[:64], known, 'keys')}")
+
+
+def _check_plain(source: Any, own: dict[str, Any]) -> None:
+    """NoText if an object holds what its declared fields do not say."""
+    for each in dataclasses.fields(source):
+        if each.init and each.name not in own:
+            plain, value = each.default, getattr(source, each.name)
+            if type(plain) is not type(value) or hashable(plain) != hashable(value):
+                raise NoText(f"{type(source).__name__} has a {each.name} of its own")
+
+
+@dataclass(frozen=True)
+class Table(Spec):
+    """A table of one class; `says` is the class that declares how it looks, if that is another."""
+
+    kind: type[Any]
+    says: type[Any] | None = None
+    form: ClassVar[str] = "table"
+
+    def check(self, value: Any, what: str) -> Any:
+        if not isinstance(value, self.kind):
+            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+        return value
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        return read_table(self.kind, raw, c, form=self.says)
+
+    def write(self, value: Any, c: Context) -> Raw:
+        if type(value) is not self.kind:
+            raise NoText(f"{type(value).__name__} is Python code")
+        return write_table(value, c, self.says)
+
+    def words(self) -> str:
+        return f"a {self.kind.__name__}"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        reference: dict[str, Any] = define(self.says or self.kind)
+        return reference
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "x", [1]]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        return merge_table(self.says or self.kind, old, new, loose)
+
+    def inside(self) -> Sequence[type[Any]]:
+        return (self.says or self.kind,)
+
+
+@dataclass(frozen=True)
+class ListOf(Spec):
+    """A list of at least and at most so many values; a tuple inside."""
+
+    item: Spec
+    least: int = 0
+    most: int = 10_000
+    alone: bool = False  # whether in Python one value may stand for a list of it
+    form: ClassVar[str] = "list"
+
+    def check(self, value: Any, what: str) -> tuple[Any, ...]:
+        listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+        if self.alone and not listed:
+            value, listed = [value], True
+        if not listed or not self.least <= len(value) <= self.most:
+            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+        return tuple(self.item.check(each, what) for each in value)
+
+    def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+        if not isinstance(raw, list):
+            tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
+            raise expected(
+                f"a list of tables, [[{c.path[-1]}]]," if tables else "a valid list", raw
+            )
+        self._check_count(raw)
+        before = c.problems.seen
+        made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
+        if c.problems.seen > before:
+            raise Broken
+        return tuple(made)
+
+    def write(self, value: Any, c: Context) -> list[Raw]:
+        return [self.item.saved(each, c.at(i)) for i, each in enumerate(value)]
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        if value is not None and len(value):
+            table[name] = self.write(value, c.at(name))
+
+    def words(self) -> str:
+        if self.least == self.most:
+            return f"a list of {self.least}: {self.item.words()}"
+        return f"a list, each {self.item.words()}"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        counts = {"minItems": self.least, "maxItems": self.most}
+        return {"type": "array", "items": self.item.schema(define), **counts}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "x", *([[]] if self.least else [])]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        if isinstance(old, list) and isinstance(new, list) and self.named:
+            return _merge_named(self.item, old, new, loose)
+        if isinstance(old, list) and isinstance(new, Mapping):
+            return _merge_numbered(self.item, old, new, loose)
+        return new
+
+    def inside(self) -> Sequence[type[Any]]:
+        return self.item.inside()
+
+    @property
+    def named(self) -> bool:
+        """Whether the things of the list have names, by which they are changed."""
+        return any(name_key(kind) for kind in self.item.inside())
+
+    def _check_count(self, raw: list[Raw]) -> None:
+        count = len(raw)
+        if not self.least <= count <= self.most:
+            bound = "at least" if count < self.least else "at most"
+            number = self.least if count < self.least else self.most
+            how = f"{bound} {number}" if self.least < self.most else f"{number}"
+            items = "item" if number == 1 else "items"
+            raise InputError(f"must have {how} {items}, not {count}, got {shown(raw)}")
+
+
+NAME = Text(most=200)
+
+
+@dataclass(frozen=True)
+class Names(ListOf):
+    """One name, or a list of names; a tuple inside."""
+
+    item: Spec = NAME
+    least: int = 1
+    alone: bool = True
+    forms: ClassVar[tuple[str, ...]] = ("plain", "list")
+
+    def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+        return super().read([raw] if isinstance(raw, str) else raw, c)
+
+    def words(self) -> str:
+        return "a name, or a list of names"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"anyOf": [{"type": "string"}, super().schema(define)]}
+
+
+def name_key(kind: type[Any]) -> str | None:
+    """Return the key under which things of a class have their name; None if they have none."""
+    return next((key for key in ("name", "robot") if key in keys_of(kind)), None)
+
+
+def label(raw: Raw, number: int) -> str | int:
+    """Return the name of a table, or its number; a library robot has that of its model."""
+    table = raw if isinstance(raw, Mapping) else {}
+    name = next((table[key] for key in ("name", "model", "robot") if key in table), None)
+    return name if isinstance(name, str) and name else number
+
+
+def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> list[Raw]:
+    where: dict[Any, int] = {}
+    for i, table in enumerate(old):
+        where.setdefault(label(table, i), i)
+    merged = list(old)
+    for number, table in enumerate(new):
+        name = label(table, number)
+        with under(name):
+            if isinstance(name, int):
+                raise InputError(f"needs the name of what it changes, got {shown(table)}")
+            if name in where:
+                inside = loose or "model" in merged[where[name]]
+                merged[where[name]] = item.merge(merged[where[name]], table, inside)
+            elif loose:
+                merged.append(table)
+            else:
+                names = [n for n in where if isinstance(n, str)]
+                hint = suggest(name[:64], names, "names")
+                raise InputError(f"there is none to change; {hint}")
+    return merged
+
+
+def _merge_numbered(item: Spec, old: list[Raw], new: Mapping[str, Raw], loose: bool) -> list[Raw]:
+    """Things without names are changed by their numbers: task.tasks.0.gain."""
+    merged = list(old)
+    for number, raw in new.items():
+        with under(number):
+            if not number.isdecimal() or int(number) >= len(old):
+                raise InputError(f"there is none; they are numbered 0 to {len(old) - 1}")
+            merged[int(number)] = item.merge(merged[int(number)], raw, loose)
+    return merged

@@ -1,0 +1,77 @@
+"""Changes from outside a text: task.gain=2 or cameras.eye.size=[320, 240]."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.declare.lookup import NAMED
+from robsim.declare.problems import shown
+
+Changes = Mapping[str, Any] | Iterable[str]
+DEEPEST = 16
+EMPTY = ("shapes", "marks", "distortion", "sources")  # lists that may be made empty
+
+
+def pairs(changes: Changes) -> list[tuple[str, Any]]:
+    """Return (dotted name, value) of each change; InputError if it is none."""
+    if isinstance(changes, Mapping):
+        return [(key, value_of(text)) for key, text in changes.items()]
+    if isinstance(changes, str):
+        changes = [changes]
+    if not isinstance(changes, Iterable):
+        raise InputError(f"{shown(changes)}: expected key=value, or several of them")
+    return [_pair(change) for change in changes]
+
+
+def value_of(text: Any) -> Any:
+    """Return a TOML value; what is none is a text, so that 20 ms needs no quotes within quotes.
+
+    >>> value_of("[1, 2.5]"), value_of("20 ms")
+    ([1, 2.5], '20 ms')
+    """
+    if not isinstance(text, str):
+        return text
+    try:
+        tables = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return tables["value"] if len(tables) == 1 else text
+
+
+def nested(path: Any, value: Any) -> dict[str, Any]:
+    """Return the tables that hold one value.
+
+    >>> nested("cameras.eye.size", [320, 240])
+    {'cameras': [{'name': 'eye', 'size': [320, 240]}]}
+    """
+    keys = path.split(".") if isinstance(path, str) else []
+    if not _can_be_set(keys):
+        example = "task.gain or cameras.NAME.size"
+        raise InputError(f"{shown(path)} cannot be set; expected a path such as {example}")
+    if value in ({}, []) and keys[-1] not in EMPTY:
+        raise InputError(f"{path}: {shown(value)} changes nothing; name the value to change")
+    tables: Any = value
+    for i in range(len(keys) - 1, -1, -1):
+        if i > 0 and keys[i - 1] in NAMED:
+            tables = [{NAMED[keys[i - 1]]: keys[i], **tables}]
+        else:
+            tables = {keys[i]: tables}
+    return dict(tables)
+
+
+def _pair(change: Any) -> tuple[str, Any]:
+    key, equals, text = change.partition("=") if isinstance(change, str) else ("", "", "")
+    if not equals:
+        raise InputError(f"{shown(change)}: expected key=value, as in task.gain=2")
+    return key.strip(), value_of(text.strip())
+
+
+def _can_be_set(keys: list[str]) -> bool:
+    """Return whether these keys lead to a value; not to a whole thing, its name, or the schema."""
+    whole = bool(keys) and all(keys) and len(keys) <= DEEPEST and keys != ["schema"]
+    names = [i + 1 for i, key in enumerate(keys) if key in NAMED]
+    renames = len(keys) - 2 in names and keys[-1] == NAMED[keys[-3]]
+    return whole and len(keys) - 1 not in names and not renames

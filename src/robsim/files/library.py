@@ -1,0 +1,87 @@
+"""Robots that a text takes from elsewhere: of the library by `model`, of a URDF file by `urdf`."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from robsim.base.errors import FileError, InputError
+from robsim.declare.problems import Problems, shown, under
+from robsim.declare.spec import Context
+from robsim.declare.tables import merge_table, write_table
+from robsim.files import robots
+from robsim.files.toml import Tables, parse, read_text
+from robsim.robot.robot import Robot
+from robsim.robot.robot_table import ROBOT, RobotTable
+
+
+def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) -> Any:
+    """Return a list of robots in which `model` and `urdf` are replaced by the robots' own tables.
+
+    What else a table says comes over them; without a name the robot keeps its own. The path of a
+    URDF file is relative to `folder`.
+    """
+    if not isinstance(tables, list):
+        return tables
+    made = []
+    for i, table in enumerate(tables):
+        name = table.get("name", i) if isinstance(table, dict) else i
+        with problems.at(*path, name if isinstance(name, str) else i):
+            made.append(_expanded(table, folder))
+    problems.stop()
+    return made
+
+
+def _expanded(table: Any, folder: Path) -> Any:
+    if isinstance(table, dict) and isinstance(table.get("tools"), list):
+        with under("tools"):
+            table = {**table, "tools": [_expanded(tool, folder) for tool in table["tools"]]}
+    if not isinstance(table, dict) or not table.keys() & {"model", "urdf"}:
+        return table
+    if {"model", "urdf"} <= table.keys():
+        raise InputError("model and urdf: give one of the two only")
+    rest = {key: part for key, part in table.items() if key not in ("model", "urdf")}
+    if "model" in table:
+        with under("model"):
+            return merge_table(RobotTable, _library_tables(table["model"]), rest, False)
+    with under("urdf"):
+        return merge_table(RobotTable, _urdf_tables(table, folder), rest, False)
+
+
+def _library_tables(name: Any) -> Tables:
+    if not isinstance(name, str):
+        raise InputError(f"must be the name of a robot of the library, got {shown(name)}")
+    return _parsed(name)
+
+
+@cache
+def _parsed(name: str) -> Tables:
+    path = robots.file(name)
+    return parse(read_text(path), str(path))
+
+
+def _urdf_tables(table: Tables, folder: Path) -> Tables:
+    """Return the robot of a URDF file link by link; its tip, if the table names none."""
+    if not isinstance(table["urdf"], str):
+        raise InputError(f"must be the path of a URDF file, got {shown(table['urdf'])}")
+    try:
+        robot = Robot.from_urdf(folder / table["urdf"], tip=table.get("tip"))
+    except FileError as error:
+        raise InputError(str(error)) from None
+    return write_table(robot, Context(Problems("urdf")), RobotTable)
+
+
+def read_robot(path: str | os.PathLike[str]) -> Robot:
+    """Return the robot of a file. FileError: it cannot be read, or says what cannot be.
+
+    >>> from robsim import robots
+    >>> read_robot(robots.file("planar_2r")).nq
+    2
+    """
+    problems = Problems(str(path))
+    made = Context(problems).tried(ROBOT, parse(read_text(path), str(path)))
+    problems.stop()
+    robot: Robot = made
+    return robot

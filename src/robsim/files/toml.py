@@ -1,0 +1,78 @@
+"""From a file to the tables of its TOML text, and from tables to a text."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from robsim.base.errors import FileError
+from robsim.declare.problems import shown
+
+Tables = dict[str, Any]
+SCHEMA = 1
+LARGEST_FILE = 4_000_000  # bytes
+# a dotted key of many parts costs the parser the cube of their number
+_PART = r"""(?:"[^"\n]*"|'[^'\n]*'|(?<![\w-])[\w-]+)[ \t]*"""
+_LONG_KEY = re.compile(rf"(?:{_PART}\.[ \t]*){{32}}")
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """Return the text of a file. FileError: missing, a folder, too large, not UTF-8."""
+    try:
+        if Path(path).is_dir():
+            raise FileError(f"{path}: this is a folder; expected a TOML file")
+        if not Path(path).is_file():
+            raise FileError(f"{path}: no such file")
+        with open(path, "rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+    except (OSError, TypeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(f"{shown(str(path))}: cannot be read: {reason}") from None
+    if len(data) > LARGEST_FILE:
+        raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError(
+            f"{path}: not text: byte {error.start} is not UTF-8; expected a TOML file in UTF-8"
+        ) from None
+
+
+def parse(text: str, source: str) -> Tables:
+    """Return the tables of a TOML text. FileError: broken TOML, or another schema."""
+    if len(text) > LARGEST_FILE:
+        raise FileError(f"{source}: larger than {LARGEST_FILE // 1_000_000} MB")
+    if not text.strip():
+        raise FileError(f"{source}: empty; a file starts with schema = {SCHEMA}")
+    if long := _LONG_KEY.search(text):
+        line = text.count("\n", 0, long.start()) + 1
+        raise FileError(f"{source}: not a key that could be valid: {shown(long[0])} (line {line})")
+    try:
+        tables = tomllib.loads(text)
+    except RecursionError:
+        raise FileError(f"{source}: brackets are nested too deeply") from None
+    except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
+        raise FileError(f"{source}: not valid TOML: {error}") from None
+    return _without_schema(tables, source)
+
+
+def write(tables: Tables) -> str:
+    """Return the TOML text of tables."""
+    import tomli_w
+
+    return tomli_w.dumps({"schema": SCHEMA, **tables})
+
+
+def _without_schema(tables: Tables, source: str) -> Tables:
+    if "schema" not in tables:
+        raise FileError(f"{source}: schema: missing; the first line must be schema = {SCHEMA}")
+    number = tables["schema"]
+    if type(number) is not int or number != SCHEMA:
+        raise FileError(
+            f"{source}: schema: {shown(number)} is unknown to this version of RobSim; it reads "
+            f"schema = {SCHEMA}"
+        )
+    return {key: part for key, part in tables.items() if key != "schema"}

@@ -1,0 +1,44 @@
+"""A part of a circle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.declare import Angle, check_fields, register
+from robsim.geometry.curves.curve import Curve, Radius
+
+
+@register("curve", "arc")
+@dataclass(frozen=True)
+class Arc(Curve):
+    """A part of a circle of `radius` metres, by `angle` radians: left if positive, right if not.
+
+    >>> round(Arc(2.0, -math.pi / 2).length, 9)
+    3.141592654
+    """
+
+    radius: Radius
+    angle: Annotated[float, Angle(), "How far it turns: to the left if positive."]
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.angle == 0.0:
+            raise InputError("angle of an arc (radians) must not be 0; a Line goes straight")
+        self.check()
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return self.radius * abs(self.angle)
+
+    @cached_property
+    def pieces(self) -> Array:
+        """One."""
+        return frozen(np.array([[0, 0, 0, 0, math.copysign(1 / self.radius, self.angle), 0, 0.0]]))

@@ -1,0 +1,85 @@
+"""A cable that hangs between two points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.declare import Vector, check_fields, register
+from robsim.geometry.curves.curve import Curve, Extent
+
+
+@register("curve", "catenary")
+@dataclass(frozen=True)
+class Catenary(Curve):
+    """A cable that hangs from `start` to `end`, (x, y) with y up, `length` metres long.
+
+    Its parameter a solves sqrt(length^2 - v^2) = 2 a sinh(h/(2 a)) for h across and v up (e.g.
+    H. M. Irvine, Cable Structures, 1981).
+
+    >>> cable = Catenary((0, 0), (10, 0), 10.2)
+    >>> cable.at(5.1).position.round(3)  # its middle hangs lowest
+    array([ 5.   , -0.872,  0.   ])
+    """
+
+    start: Annotated[Any, Vector("length", 2), "(x, y) where it begins, y up."]
+    end: Annotated[Any, Vector("length", 2), "(x, y) where it ends."]
+    length: Extent
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        length = self.length
+        apart = math.dist(self.start, self.end)
+        if self.end[0] <= self.start[0]:
+            raise InputError(
+                f"a catenary goes to larger x, from {self.start[0]:g} not to {self.end[0]:g}"
+            )
+        if length <= apart * (1 + 1e-9):
+            raise InputError(
+                f"a catenary of {length:g} m does not hang between points {apart:g} m apart; "
+                "make it longer, or take a Line"
+            )
+        self.check()
+
+    @cached_property
+    def parameter(self) -> float:
+        """a, metres: the radius of curvature at the lowest point."""
+        h: float = self.end[0] - self.start[0]
+        v: float = self.end[1] - self.start[1]
+        apart = math.hypot(h, v)
+        ratio = math.sqrt((self.length - v) * (self.length + v)) / h  # sinh(z)/z with z = h/(2a)
+        excess = (self.length - apart) * (self.length + apart) / (h * h) / (ratio + 1.0)
+        z = math.sqrt(6.0 * excess) if ratio < 3.0 else math.log(2.0 * ratio) + 1.0
+        for _ in range(100):  # Newton on a convex function, from the right
+            value, slope = _sinhc_excess(z)
+            step = (value - excess) / slope
+            z -= step
+            if abs(step) <= 1e-16 * z:
+                break
+        return h / (2.0 * z)
+
+    @cached_property
+    def pieces(self) -> Array:
+        """One."""
+        h, v, a = self.end[0] - self.start[0], self.end[1] - self.start[1], self.parameter
+        middle = a * math.atanh(v / self.length)  # of the span, from the lowest point
+        u = a * math.sinh((middle - 0.5 * h) / a)
+        return frozen(np.array([[0.0, *self.start, math.atan2(u, a), 0.0, a, u]]))
+
+
+def _sinhc_excess(z: float) -> tuple[float, float]:
+    """sinh(z)/z - 1 and its derivative, for z > 0, without cancellation."""
+    if z > 1.0:
+        return math.sinh(z) / z - 1.0, (math.cosh(z) - math.sinh(z) / z) / z
+    value = slope = 0.0
+    for n in range(12, 0, -1):  # the terms z^(2n) / (2n + 1)!, nested
+        factor = 1.0 / ((2 * n) * (2 * n + 1))
+        slope = factor * (2.0 * z * (1.0 + value) + z * z * slope)
+        value = factor * z * z * (1.0 + value)
+    return value, slope

@@ -1,0 +1,120 @@
+"""A plane curve by arc length: its pose, curvature, and nearest point."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.errors import InputError
+from robsim.declare import Length, family
+from robsim.geometry.pose import Pose
+from robsim.kernels import curve as kernels
+
+HUGE = 1e150  # its square is a number
+CURVES = family("curve")
+Extent = Annotated[float, Length(above=0), "Its length."]
+Radius = Annotated[float, Length(above=0), "Its radius."]
+
+
+class Curve:
+    """What all curves have in common; a subclass says of which pieces it is made."""
+
+    @cached_property
+    def pieces(self) -> Array:
+        """(P, 7), see `robsim.kernels.curve.Curves`."""
+        raise NotImplementedError
+
+    if TYPE_CHECKING:
+
+        @property
+        def length(self) -> float:
+            """Metres."""
+
+    @cached_property
+    def constants(self) -> kernels.Curves:
+        """For the kernels, as the only curve."""
+        ends = frozen(np.array([0, len(self.pieces)], dtype=np.int64))
+        return kernels.Curves(ends, frozen(np.array([self.length])), self.pieces)
+
+    @cached_property
+    def spans(self) -> Array:
+        """(P,) metres of each piece."""
+        return frozen(np.diff(self.pieces[:, 0], append=self.length))
+
+    @cached_property
+    def bends(self) -> tuple[float, float]:
+        """The lowest and the highest curvature, per metre; 0 is that of the straight ends.
+
+        >>> from robsim.geometry.curves import Arc
+        >>> Arc(2.0, -np.pi).bends
+        (-0.5, 0.0)
+        """
+        lowest = self.pieces[:, 0] - self.pieces[:, 6]  # point of a catenary: it bends most there
+        bends = self.curvature(np.clip(lowest, 0.0, self.length))
+        bends = np.concatenate([[0.0], self.pieces[:, 4], bends[self.pieces[:, 5] > 0]])
+        return float(bends.min()), float(bends.max())
+
+    def at(self, s: ArrayLike) -> Pose:
+        """Pose (..., 4, 4) at arc length s (...,) metres: x along the curve, z out of its plane.
+
+        >>> from robsim.geometry.curves import Arc
+        >>> Arc(2.0, np.pi).at(np.pi).position.round(12)
+        array([2., 2., 0.])
+        """
+        x, y, c, d, _ = self._points(s)
+        T = np.zeros((*x.shape, 4, 4))
+        T[..., 0, 0], T[..., 0, 1], T[..., 1, 0], T[..., 1, 1] = c, -d, d, c
+        T[..., 2, 2] = T[..., 3, 3] = 1.0
+        T[..., 0, 3], T[..., 1, 3] = x, y
+        return Pose(T)
+
+    def curvature(self, s: ArrayLike) -> Array:
+        """(...,) per metre, positive where the curve turns left.
+
+        >>> from robsim.geometry.curves import Arc
+        >>> float(Arc(2.0, np.pi).curvature(1.0))
+        0.5
+        """
+        return self._points(s)[4]
+
+    def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Arc length and distance (...,) of the point of the curve nearest to points (..., 2).
+
+        >>> from robsim.geometry.curves import Line
+        >>> [float(x) for x in Line(3.0).nearest([1.0, 0.5])]
+        [1.0, 0.5]
+        """
+        given = numbers(points, "points", (2,))
+        s = np.linspace(0.0, self.length, max(200, 20 * len(self.pieces)))
+        x, y, *_ = self._points(s)
+        away = np.hypot(given[..., :1] - x, given[..., 1:] - y)
+        best, step = s[away.argmin(axis=-1)], s[1]
+        low, high = np.maximum(best - step, 0.0), np.minimum(best + step, self.length)
+        for _ in range(60):  # bisect on the sign of (p - c(s)) . t(s)
+            middle = 0.5 * (low + high)
+            x, y, c, d, _ = self._points(middle)
+            ahead = (given[..., 0] - x) * c + (given[..., 1] - y) * d > 0
+            low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
+        x, y, *_ = self._points(0.5 * (low + high))
+        return 0.5 * (low + high), np.hypot(given[..., 0] - x, given[..., 1] - y)
+
+    def check(self) -> None:
+        """InputError if its numbers are beyond what can be computed with."""
+        try:
+            with np.errstate(all="ignore"):
+                good = bool((np.abs([*self.pieces.ravel(), self.length]) < HUGE).all())
+        except ArithmeticError:
+            good = False
+        if not good:
+            raise InputError(f"numbers too large or too small for a curve: {self!r:.200}")
+
+    def _points(self, s: ArrayLike) -> tuple[Array, ...]:
+        """x, y, cos, sin, curvature, each (...,)."""
+        given = numbers(s, "arc length s (metres)", ())
+        rows = [kernels.point(self.constants, 0, value) for value in given.ravel().tolist()]
+        columns = np.array(rows).reshape(*given.shape, 5)
+        return tuple(columns[..., i] for i in range(5))

@@ -1,0 +1,32 @@
+"""A straight line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.declare import check_fields, register
+from robsim.geometry.curves.curve import Curve, Extent
+
+
+@register("curve", "line")
+@dataclass(frozen=True)
+class Line(Curve):
+    """Straight along x; `length` in metres.
+
+    >>> Line(3.0).at(2.0).position
+    array([2., 0., 0.])
+    """
+
+    length: Extent
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @cached_property
+    def pieces(self) -> Array:
+        """One."""
+        return frozen(np.zeros((1, 7)))

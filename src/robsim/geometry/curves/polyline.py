@@ -1,0 +1,79 @@
+"""Straight lines with round corners between them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.declare import Length, ListOf, Vector, check_fields, register
+from robsim.geometry.curves.curve import Curve
+
+
+@register("curve", "polyline")
+@dataclass(frozen=True)
+class Polyline(Curve):
+    """Straight from point to point (x, y), each corner an arc of `radius` metres.
+
+    >>> round(Polyline([(0, 0), (1, 0), (1, 1)], radius=0.2).length, 9)  # 0.8 + 0.1 pi + 0.8
+    1.914159265
+    """
+
+    points: Annotated[
+        Any, ListOf(Vector("length", 2), 2, 1000), "(N, 2) points, kept as a tuple of pairs."
+    ]
+    radius: Annotated[float, Length(above=0), "Radius of the corners."]
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        self.check()
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(self._built[1])
+
+    @cached_property
+    def pieces(self) -> Array:
+        """Lines and arcs by turns."""
+        return frozen(self._built[0])
+
+    @cached_property
+    def _built(self) -> tuple[Array, float]:
+        ways = np.diff(np.array(self.points), axis=0)
+        lengths, directions = np.hypot(*ways.T), np.arctan2(ways[:, 1], ways[:, 0])
+        if not lengths.all():
+            i = int(np.argmin(lengths))
+            raise InputError(f"points {i} and {i + 1} of a polyline are one: {self.points[i]}")
+        turns = _wrapped(np.diff(directions))
+        cut = self.radius * np.abs(np.tan(0.5 * turns))  # what each corner takes of its sides
+        before, after = np.r_[0.0, cut], np.r_[cut, 0.0]
+        rest = lengths - before - after
+        if (rest < 0).any():
+            i = int(np.argmin(rest))
+            raise InputError(
+                f"corners of radius {self.radius:g} m do not fit between points {i} and {i + 1} of "
+                f"a polyline, {lengths[i]:g} m apart"
+            )
+        rows, s = [], 0.0
+        for i, direction in enumerate(directions):
+            t = np.array([math.cos(direction), math.sin(direction)])
+            first = np.array(self.points[i]) + before[i] * t
+            rows.append([s, *first, direction, 0.0, 0.0, 0.0])
+            s += rest[i]
+            if i < len(turns) and turns[i] != 0.0:
+                last = np.array(self.points[i + 1]) - after[i] * t
+                k = math.copysign(1.0 / self.radius, turns[i])
+                rows.append([s, *last, direction, k, 0.0, 0.0])
+                s += self.radius * abs(turns[i])
+        return np.array(rows), s
+
+
+def _wrapped(angle: Array) -> Array:
+    """In [-pi, pi]."""
+    return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))

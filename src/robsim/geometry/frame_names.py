@@ -1,0 +1,29 @@
+"""The names (a, b) of the frames of a pose T_a_b."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robsim.base.errors import FrameError
+
+Names = tuple[str, str]
+
+
+def checked_names(frames: Any) -> Names | None:
+    """Return two names as a tuple, or None for none; FrameError for anything else."""
+    named = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
+    if frames is not None and not named:
+        raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
+    return (frames[0], frames[1]) if named else None
+
+
+def joined_names(left: Names | None, right: Names | None) -> Names | None:
+    """Return the names of T_a_b @ T_b_c; FrameError where those in the middle differ."""
+    if left is None or right is None:
+        return None
+    if left[1] != right[0]:
+        raise FrameError(
+            f"cannot join {left[0]}<-{left[1]} with {right[0]}<-{right[1]}: "
+            f"'{left[1]}' does not meet '{right[0]}'"
+        )
+    return left[0], right[1]

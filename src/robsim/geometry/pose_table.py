@@ -1,0 +1,140 @@
+"""Poses in a text: a position and at most one of three rotations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from robsim.base.errors import InputError, suggest
+from robsim.declare import ListOf, Number, Vector
+from robsim.declare.problems import Broken, shown, under
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.geometry.pose import IDENTITY, Pose, one_pose
+
+ROTATION = ListOf(ListOf(Number(), 3, 3), 3, 3)
+KEYS: dict[str, Spec] = {
+    "position": Vector("length"),
+    "rpy": Vector("angle"),
+    "rotvec": Vector("angle"),
+    "rotation": ROTATION,
+}
+MEANINGS = {
+    "position": "Where the origin is.",
+    "rpy": "Roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll).",
+    "rotvec": "The axis of the rotation times its angle.",
+    "rotation": "The rotation matrix, row by row.",
+}
+
+
+@dataclass(frozen=True)
+class PoseTable(Spec):
+    """A pose: a table of its own, or, if `flat`, its keys among those of the table around it."""
+
+    flat: bool = False
+    form: ClassVar[str] = "table"
+
+    def check(self, value: Any, what: str) -> Pose:
+        return one_pose(value, what)
+
+    def read(self, raw: Raw, c: Context) -> Pose:
+        if not isinstance(raw, Mapping):
+            raise expected("a table", raw)
+        before = c.problems.seen
+        for key in raw.keys() - KEYS.keys():
+            c.at(key).report(f"unknown key {shown(key)}; {suggest(key[:64], KEYS, 'keys')}")
+        said = {key: c.at(key).tried(KEYS[key], raw[key]) for key in KEYS if key in raw}
+        if c.problems.seen > before:
+            raise Broken
+        return pose_from(said)
+
+    def write(self, value: Any, c: Context) -> dict[str, Raw]:
+        table: dict[str, Raw] = {}
+        if value.matrix.ndim > 2:
+            raise NoText(f"a text holds one pose, not a batch of shape {value.matrix.shape[:-2]}")
+        if value.position.tobytes() != np.zeros(3).tobytes():  # bit for bit: -0.0 is not 0.0
+            table["position"] = KEYS["position"].write(value.position, c)
+        if value.rotation.tobytes() != np.eye(3).tobytes():
+            table["rotation"] = value.rotation.tolist()
+        return table
+
+    def words(self) -> str:
+        return "a pose: position, and one of rpy, rotvec and rotation"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        properties = {key: spec.schema(define) for key, spec in KEYS.items()}
+        return {"type": "object", "properties": properties, "additionalProperties": False}
+
+    def wrong(self) -> list[Raw]:
+        return [3, {"position": "1 m"}, {"rpy": "0, 0, 0 deg", "rotvec": "0, 0, 0 deg"}]
+
+    def keys(self, name: str) -> tuple[str, ...]:
+        return tuple(KEYS) if self.flat else (name,)
+
+    def of_key(self, name: str, key: str) -> Spec:
+        return KEYS[key] if self.flat else self
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        if not self.flat:
+            return super().pick(table, name, c)
+        said = {key: table[key] for key in KEYS if key in table}
+        return c.tried(self, said) if said else MISSING
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        if value is None:
+            return
+        raw = self.saved(value, c)
+        if self.flat and isinstance(raw, dict):
+            table |= raw
+        elif raw or not self.flat:
+            table[name] = raw
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        if not isinstance(old, Mapping) or not isinstance(new, Mapping):
+            return new
+        merged = dict(old)
+        self._without_rivals(merged, new)
+        return {**merged, **new}
+
+    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
+        if self.flat:
+            self._without_rivals(table, over)
+
+    def properties(self, name: str, define: Any) -> dict[str, Any]:
+        if not self.flat:
+            return super().properties(name, define)
+        return {
+            key: {**spec.schema(define), "description": MEANINGS[key]} for key, spec in KEYS.items()
+        }
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        if not self.flat:
+            return super().rows(name)
+        return [(key, f"{spec.words()}: {MEANINGS[key]}") for key, spec in KEYS.items()]
+
+    @staticmethod
+    def _without_rivals(table: dict[str, Raw], over: Mapping[str, Raw]) -> None:
+        """A rotation said in one way replaces one said in another."""
+        if over.keys() & {"rpy", "rotvec", "rotation"}:
+            for key in ("rpy", "rotvec", "rotation"):
+                table.pop(key, None)
+
+
+def pose_from(said: Mapping[str, Any]) -> Pose:
+    """Return the pose of its keys; InputError for two rotations at once."""
+    given = [key for key in ("rpy", "rotvec", "rotation") if key in said]
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)}: give one rotation only")
+    if not said:
+        return IDENTITY
+    T = np.eye(4)
+    if "rotation" in said:
+        T[:3, :3] = said["rotation"]
+    elif given:
+        T = np.array(Pose.at(**{given[0]: said[given[0]]}))
+    if "position" in said:
+        T[:3, 3] = said["position"]
+    with under("rotation"):
+        return Pose(T)

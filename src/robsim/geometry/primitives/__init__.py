@@ -1,0 +1,11 @@
+"""The bricks that robots are built of: block, wheel, ball, camera body, drawn as wire frames.
+
+Sizes are in metres (in `robsim.classic`, as in the chapter, in centimetres).
+"""
+
+from robsim.geometry.primitives.ball import Ball as Ball
+from robsim.geometry.primitives.block import Block as Block
+from robsim.geometry.primitives.camera_body import CameraBody as CameraBody
+from robsim.geometry.primitives.mesh import Mesh as Mesh
+from robsim.geometry.primitives.primitive import Primitive as Primitive
+from robsim.geometry.primitives.wheel import Wheel as Wheel

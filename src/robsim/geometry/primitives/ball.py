@@ -1,0 +1,43 @@
+"""A ball."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array
+from robsim.declare import register
+from robsim.geometry.primitives.circle import circle
+from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius
+
+
+@register("shape", "ball")
+@dataclass(frozen=True)
+class Ball(Primitive):
+    """A sphere around its origin, drawn as three circles of `n` points, about x, y and z.
+
+    3n vertices, 3n edges; its faces are the three discs. Its inertia is that of the round ball.
+
+    >>> len(Ball(0.1, n=16).edges)
+    48
+    """
+
+    radius: Radius
+    n: Corners = 32
+    color: Colour = "k"
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """The three discs."""
+        n = self.n
+        return tuple(tuple(range(start, start + n)) for start in (0, n, 2 * n))
+
+    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+        r = self.radius
+        return 4 / 3 * np.pi * r * r * r, np.zeros(3), np.full(3, 2 / 5 * r * r)
+
+    def _corners(self) -> Array:
+        flat = np.column_stack([circle(self.radius, self.n), np.zeros(self.n)])
+        return np.concatenate([np.roll(flat, shift, axis=1) for shift in (1, 2, 0)])

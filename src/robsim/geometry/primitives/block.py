@@ -1,0 +1,45 @@
+"""A box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array
+from robsim.declare import register
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
+from robsim.geometry.primitives.tube import RING, SIDES
+
+
+@register("shape", "block")
+@dataclass(frozen=True)
+class Block(Primitive):
+    """A box: x along its length, y along its width, z along its height, origin at its centre.
+
+    8 vertices, 12 edges, 6 faces (chapter, section 2.1).
+
+    >>> block = Block(0.3, 0.2, 0.1, color="r")
+    >>> block.vertices.max(axis=0), len(block.edges), len(block.faces)
+    (array([0.15, 0.1 , 0.05]), 12, 6)
+    """
+
+    length: Size
+    width: Size
+    height: Size
+    color: Colour = "k"
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """Bottom, top, four sides."""
+        return ((3, 2, 1, 0), (4, 5, 6, 7), *SIDES)
+
+    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+        a, b, c = self.length, self.width, self.height
+        return a * b * c, np.zeros(3), principal_moments(a * a / 12, b * b / 12, c * c / 12)
+
+    def _corners(self) -> Array:
+        half = np.array([self.length, self.width, self.height]) / 2
+        return half * [(x, y, z) for z, (x, y) in product((-1, 1), RING)]

@@ -1,0 +1,64 @@
+"""The body of a camera, with a flare as its eye."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array
+from robsim.declare import register
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
+from robsim.geometry.primitives.tube import RING, SIDES
+
+
+@register("shape", "camera")
+@dataclass(frozen=True)
+class CameraBody(Primitive):
+    """A box whose front flares into a larger opening, the eye of the camera.
+
+    The frame sits at the centre of the back face, where the image is formed: z along the length
+    is the optical axis, x along the height, y along the width. 12 vertices, 20 edges, 9 faces:
+    the front is open (chapter, section 2.3). The box is three quarters of the length, the opening
+    1.5 times the box. Its inertia is that of box and flare as if both were solid.
+
+    >>> body = CameraBody(0.08, 0.04, 0.03)
+    >>> len(body.vertices), len(body.edges), len(body.faces)
+    (12, 20, 9)
+    """
+
+    length: Size
+    width: Size
+    height: Size
+    color: Colour = "k"
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """The back, the sides of the box, the sides of the flare."""
+        flare = tuple(tuple(i + 4 for i in side) for side in SIDES)
+        return ((3, 2, 1, 0), *SIDES, *flare)
+
+    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+        """Slices across z, of s times the box, s(z) = 1 in the box and up to 1.5 in the flare.
+
+        With t in [0, 1] along the flare and s = 1 + t / 2, the integrals of s^2, s^2 t, s^2 t^2
+        and s^4 are 19/12, 43/48, 19/30 and 211/80.
+        """
+        box, flare = 0.75 * self.length, 0.25 * self.length
+        area = box + flare * 19 / 12  # all integrals over z, per area of the box
+        first = box * box / 2 + flare * (box * 19 / 12 + flare * 43 / 48)
+        second = box * box * box / 3 + flare * (
+            box * box * 19 / 12 + 2 * box * flare * 43 / 48 + flare * flare * 19 / 30
+        )
+        z, breadth = first / area, (box + flare * 211 / 80) / area
+        x2, y2 = (side * side / 12 * breadth for side in (self.height, self.width))
+        volume = area * self.height * self.width
+        return volume, np.array([0.0, 0.0, z]), principal_moments(x2, y2, second / area - z * z)
+
+    def _corners(self) -> Array:
+        rings = ((1.0, 0.0), (1.0, 0.75), (1.5, 1.0))  # (scale, share of the length)
+        half = np.array([self.height / 2, self.width / 2])
+        return np.array(
+            [(*(scale * half * corner), z * self.length) for scale, z in rings for corner in RING]
+        )

@@ -1,0 +1,24 @@
+"""Circles of n points, as they are drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+
+MOST_POINTS = 4096  # of a circle
+
+
+def circle(radius: float, n: int) -> Array:
+    """Return n points (n, 2) of a circle, the first at angle 0."""
+    angle = 2 * np.pi * np.arange(n) / n
+    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def check_points(n: object, kind: str) -> None:
+    """InputError unless circles can have n points."""
+    if not isinstance(n, int | np.integer) or not 3 <= n <= MOST_POINTS:
+        raise InputError(
+            f"{kind} n must be a whole number of at least 3, got {n!r}; and at most {MOST_POINTS}"
+        )

@@ -1,0 +1,96 @@
+"""A mesh that is named and never opened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+from typing import Annotated, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError
+from robsim.declare import ListOf, Number, Text, register
+from robsim.declare.spec import Spec
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive
+
+SCALE = Number()
+
+
+@dataclass(frozen=True)
+class MeshName(Text):
+    """The name of a mesh, which stays within its package."""
+
+    def check(self, value: Any, what: str) -> str:
+        _check_mesh_name(value)
+        return str(value)
+
+
+@dataclass(frozen=True)
+class Scale(ListOf):
+    """Three numbers other than 0."""
+
+    item: Spec = SCALE
+    least: int = 3
+    most: int = 3
+
+    def check(self, value: Any, what: str) -> tuple[float, ...]:
+        scale = numbers(value, what, (3,))
+        if scale.shape != (3,) or not scale.all():
+            raise InputError(f"{what} must be three numbers other than 0, got {value}")
+        return tuple(scale.tolist())
+
+
+@register("shape", "mesh")
+@dataclass(frozen=True)
+class Mesh(Primitive):
+    """A mesh by the name of its file alone: it is never opened here, and so is not drawn.
+
+    `filename` is "package://name/..." or a name relative to the folder of the model's file; it
+    may climb one folder, to that of the package, and no further. `scale` is along x, y and z.
+    What a mesh weighs is not known: the link says that.
+
+    >>> Mesh("package://arm/meshes/elbow.stl").vertices.shape
+    (0, 3)
+    """
+
+    filename: Annotated[str, MeshName(most=1000), "The name of its file."]
+    scale: Annotated[tuple[float, float, float], Scale(), "Along x, y and z."] = (1.0, 1.0, 1.0)
+    color: Colour = "k"
+    mass: None = field(default=None, kw_only=True)
+    density: None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.mass is not None or self.density is not None:
+            raise InputError("a mesh is not opened, so its inertia is not known: give the link's")
+
+    @property
+    def edges(self) -> Array:
+        """None, (0, 2)."""
+        return np.empty((0, 2), dtype=np.int64)
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """None."""
+        return ()
+
+    def _corners(self) -> Array:
+        return np.empty((0, 3))
+
+
+def _check_mesh_name(name: object) -> None:
+    """InputError unless the name stays within its package, or the package of the model's file."""
+    good = 'expected "package://name/..." or a name relative to the folder of the file'
+    if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
+        raise InputError(f"mesh {name!r:.80}: {good}")
+    package = name.startswith("package://")
+    path = PurePosixPath(name.removeprefix("package://").lstrip("/") if package else name)
+    parts = path.parts
+    if path.is_absolute() or "\\" in name or ":" in str(path) or len(parts) < 1 + package:
+        raise InputError(f"mesh {name!r:.80}: absolute, or not a file name; {good}")
+    depth = -1 if package else 1  # the first part names the package
+    for part in parts:
+        depth += -1 if part == ".." else 1
+        if depth < 0:
+            raise InputError(f"mesh {name!r:.80}: leaves its package by '..'; {good}")

@@ -1,0 +1,111 @@
+"""A wire-frame solid: where it stands, what it weighs, its vertices, edges and faces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.declare import Length, Quantity, Whole, check_fields, family
+from robsim.declare.scalars import Color
+from robsim.geometry.inertia import Inertia
+from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose_table import PoseTable
+
+Face = tuple[int, ...]
+SHAPES = family("shape")
+Size = Annotated[float, Length(above=0), "Its size along one axis."]
+Radius = Annotated[float, Length(above=0), "Its radius."]
+Corners = Annotated[int, Whole(3, 4096), "How many points draw its circle."]
+Colour = Annotated[str, Color, "Its colour, as Matplotlib names it."]
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A wire-frame solid that stands at `pose`; what a subclass adds is its shape.
+
+    It weighs nothing unless its `mass` (kg) is given, or its `density` (kg/m^3): it is solid then,
+    and the same all through.
+    """
+
+    pose: Annotated[Pose, PoseTable(flat=True), "Where it stands."] = field(
+        default=IDENTITY, kw_only=True
+    )
+    mass: Annotated[
+        float | None, Quantity(above=0, dimension="mass"), "What it weighs; None: nothing."
+    ] = field(default=None, kw_only=True)
+    density: Annotated[
+        float | None, Quantity(above=0, dimension="density"), "What it is made of, instead."
+    ] = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.mass is not None and self.density is not None:
+            raise InputError(f"{type(self).__name__}: give its mass or its density, not both")
+
+    def at(self, pose: Any) -> Self:
+        """A copy moved by `pose`, rigidly: each vertex p becomes pose @ p.
+
+        >>> from robsim import Block
+        >>> float(Block(2, 2, 2).at(Pose.at(1, 0, 0)).vertices[:, 0].max())
+        2.0
+        """
+        moved = one_pose(pose, "pose to move a primitive by")
+        return replace(self, pose=moved @ self.pose)
+
+    @property
+    def inertia(self) -> Inertia | None:
+        """Of the solid, in the axes that its pose stands in; None where it weighs nothing.
+
+        >>> from robsim import Block
+        >>> Block(2, 1, 1, mass=12).inertia.tensor.diagonal()
+        array([2., 5., 5.])
+        """
+        if self.mass is None and self.density is None:
+            return None
+        volume, centre, per_mass = self._solid()
+        mass = self.mass or volume * (self.density or 0.0)
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused
+            tensor = np.diag(mass * np.asarray(per_mass))
+        return Inertia(mass, centre, tensor).at(self.pose)
+
+    @cached_property
+    def vertices(self) -> Array:
+        """(V, 3) corner points."""
+        return frozen(self.pose @ self._corners())
+
+    @property
+    def edges(self) -> Array:
+        """(E, 2) pairs of vertex numbers."""
+        return np.array(sorted({tuple(sorted(e)) for e in self._edges()}))
+
+    @property
+    def color(self) -> str:
+        """Of the lines: a letter as in the chapter, or any colour that Matplotlib knows."""
+        raise NotImplementedError
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """Vertex numbers around each face."""
+        raise NotImplementedError
+
+    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+        """Volume, centre of mass, and principal moments per mass along its own axes."""
+        raise NotImplementedError
+
+    def _corners(self) -> Array:
+        raise NotImplementedError
+
+    def _edges(self) -> list[tuple[int, int]]:
+        """By default every side of every face."""
+        return [(a, b) for f in self.faces for a, b in zip(f, f[1:] + f[:1], strict=True)]
+
+
+def principal_moments(x2: float, y2: float, z2: float) -> Array:
+    """Principal moments per mass from the mean squares of the distances along the axes."""
+    return np.array([y2 + z2, x2 + z2, x2 + y2])

@@ -1,0 +1,59 @@
+"""A wheel, which is a flat cylinder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array
+from robsim.declare import register
+from robsim.geometry.primitives.circle import circle
+from robsim.geometry.primitives.primitive import (
+    Colour,
+    Corners,
+    Face,
+    Primitive,
+    Radius,
+    Size,
+    principal_moments,
+)
+
+
+@register("shape", "wheel")
+@dataclass(frozen=True)
+class Wheel(Primitive):
+    """Two circles of `n` points, `width` apart; z is the axis of rotation, x points to angle 0.
+
+    The origin lies midway between the centres. 2n vertices, 2n edges (the two circles), n + 2
+    faces for solid drawing (chapter, section 2.2). Its inertia is that of the round cylinder, not
+    of the prism that is drawn.
+
+    >>> len(Wheel(0.1, 0.02, n=16).edges)
+    32
+    """
+
+    radius: Radius
+    width: Size
+    n: Corners = 32
+    color: Colour = "k"
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """The tread, then the two discs."""
+        n = self.n
+        tread = tuple((i, (i + 1) % n, (i + 1) % n + n, i + n) for i in range(n))
+        return (*tread, tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)))
+
+    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+        r, h = self.radius, self.width
+        return np.pi * r * r * h, np.zeros(3), principal_moments(r * r / 4, r * r / 4, h * h / 12)
+
+    def _corners(self) -> Array:
+        z = np.repeat([-self.width / 2, self.width / 2], self.n)
+        return np.column_stack([np.tile(circle(self.radius, self.n), (2, 1)), z])
+
+    def _edges(self) -> list[tuple[int, int]]:
+        n = self.n
+        return [(i + ring, (i + 1) % n + ring) for ring in (0, n) for i in range(n)]

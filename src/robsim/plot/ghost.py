@@ -1,0 +1,108 @@
+"""The goal of a motion in 3-D: the camera, the target or the tool as it is to stand."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose, is_pose_like, one_pose
+from robsim.plot import wireframe
+from robsim.plot.wireframe import Wire
+from robsim.servo import GoalFeatures, GoalPose, Task, TaughtGoal
+from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AXES = 0.6  # length of the axes of a frame, as a share of the depth of a camera
+
+
+def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: float) -> list[Wire]:
+    """Return what is drawn of a goal, in the frame of the figures; nothing of one without a pose.
+
+    `goal` is q (nq,), a pose in the world, a task or its goal; None takes that of the run. A pose
+    is that of the camera; where the camera stands still that of the target, and in a scene without
+    cameras that of the tip of the first robot. `q` (nq,) is where all else stands, `depth` that of
+    a camera without a body, in metres.
+
+    InputError: anything else.
+    """
+    placed = _of_run(run) if goal is None else _placed(scene, goal, q)
+    return [wire for name, T in placed.items() for wire in _wires(scene, name, T, depth)]
+
+
+def _placed(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
+    """Whose pose in the world a goal tells."""
+    if isinstance(goal, Task):
+        goal = getattr(goal, "goal", None)
+        goal = goal if isinstance(goal, TaughtGoal | GoalPose) else None
+    if goal is None or isinstance(goal, GoalFeatures):
+        return {}
+    if isinstance(goal, TaughtGoal):
+        goal = scene.home if goal.q is None else goal.q
+    if isinstance(goal, GoalPose):
+        return _relative(scene, goal, q)
+    if is_pose_like(goal) and np.shape(goal) != (scene.nq,):
+        return {_mover(scene): one_pose(goal, "goal")}
+    return _at(scene, goal)
+
+
+def _of_run(run: xr.Dataset | None) -> dict[str, Pose]:
+    """The goal pose that a run tells, and of which frame, if it does."""
+    if run is None or "goal_pose" not in run:
+        return {}
+    T = run["goal_pose"].values
+    return {str(run["goal_pose"].attrs["frame"]): Pose(T)} if np.isfinite(T).all() else {}
+
+
+def _movers(scene: Scene) -> list[str]:
+    """Cameras, and objects, that a robot carries; without any the tip of the first robot."""
+    things = [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+    carried = [name for name in things if scene.tree.carried(name).any()]
+    tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
+    return carried or tips or things[:1]
+
+
+def _mover(scene: Scene) -> str:
+    """Whose pose a goal pose is."""
+    found = _movers(scene)
+    if not found:
+        raise InputError("goal: there is nothing in the scene that could go to it")
+    return found[0]
+
+
+def _at(scene: Scene, q: Any) -> dict[str, Pose]:
+    """All that moves, where it is at q (nq,)."""
+    values = scene.coordinates(q, "goal q", limits=False)
+    if values.ndim != 1:
+        raise InputError(f"goal q: expected one of shape ({scene.nq},), got {values.shape}")
+    return {name: scene.pose(name, values) for name in _movers(scene)}
+
+
+def _relative(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
+    """The camera before its target, or, where the camera stands still, the target before it."""
+    targets = [thing.name for thing in scene.objects if len(thing.marks)]
+    if not scene.cameras or not targets:
+        return {}
+    eye, target = scene.cameras[0].name, targets[0]
+    if scene.tree.carried(eye).any():
+        return {eye: Pose(scene.pose(target, q).matrix) @ goal.T_c_o.inv()}
+    return {target: Pose(scene.pose(eye, q).matrix) @ goal.T_c_o}
+
+
+def _wires(scene: Scene, name: str, T_w_f: Pose, depth: float) -> list[Wire]:
+    """The outline of a frame's thing at a pose in the world, or the axes of the frame."""
+    T: Array = scene.display.matrix @ T_w_f.matrix
+    for eye in scene.cameras:
+        if eye.name == name:
+            return [wireframe.camera(eye, T, depth)]
+    robots = {f"{robot.name}.{link.name}": link for robot in scene.robots for link in robot.links}
+    things = {thing.name: thing for thing in scene.objects} | robots
+    shapes = [shape for shape in things[name].shapes if len(shape.edges)]
+    if shapes:
+        return [wireframe.shape_wire(name, shape, T) for shape in shapes]
+    ends = T[:3, 3] + AXES * depth * T[:3, :3].T
+    return [Wire(name, "", np.stack([T[:3, 3], end])[None]) for end in ends]

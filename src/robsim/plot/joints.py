@@ -1,0 +1,107 @@
+"""The joints of a run over time, each beside its limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robsim.base.arrays import Array
+from robsim.plot import history, palette
+from robsim.plot.canvas import checked_panels, new_figure, style, whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.world.scene import Scene
+
+COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels in a row; inches of each, and above
+LEAST = {"deg": 1.0, "m": 0.001, "–": 0.01}  # the span of an axis on which nothing moves
+ROOM = 1.15  # span of an axis, over the widest way of a joint
+
+
+def joints(
+    run: xr.Dataset,
+    scene: Scene | None = None,
+    *,
+    axes: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw every coordinate of a single run over time (s): angles in degrees, lengths in metres.
+
+    All panels of a unit have one scale, so that ways can be compared. With the `scene`, what lies
+    beyond the limits of a joint is grey, and its range stands above the panel. `axes` are as many
+    as coordinates, to draw into, instead of a new figure of `size` (width, height) inches.
+
+    InputError: no single run, or one of another scene.
+
+    >>> from robsim import load_scenario
+    >>> from robsim.files import examples
+    >>> one = load_scenario(examples.path("eye_in_hand"))
+    >>> figure = joints(one.run(duration=0.4), one.scene)
+    >>> figure.axes[0].get_ylabel()
+    'link1 (deg)'
+    """
+    one = history.single(run)
+    limits = None if scene is None else history.limits(one, scene)
+    count = one.sizes["coordinate"]
+    with style():
+        if axes is not None:
+            panels = checked_panels(axes, count, size)
+            draw(panels, one, limits)
+            return whole(panels[0])
+        columns = min(COLUMNS if count != 4 else 2, count)
+        rows = -(-count // columns)
+        figure = new_figure(columns * WIDTH, rows * HEIGHT + TITLE, size)
+        places = figure.subplots(rows, columns, sharex=True, squeeze=False).ravel().tolist()
+        draw(places[:count], one, limits)
+        for i, panel in enumerate(places):
+            panel.set_axis_on() if i < count else panel.set_axis_off()
+            below = i + columns >= count
+            panel.set_xlabel("time (s)" if below else "")
+            panel.tick_params(labelbottom=below)
+        figure.suptitle(history.ending(one) if title is None else title)
+    return figure
+
+
+def draw(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:
+    """Draw each coordinate of one run into axes of its own."""
+    time, names = one["time"].values, one["coordinate"].values.tolist()
+    shown = {"rad": ("deg", np.degrees(1.0)), "m": ("m", 1.0)}
+    units = [shown.get(unit, ("–", 1.0)) for unit in one["coordinate_unit"].values.tolist()]
+    ways = [scale * q for q, (_, scale) in zip(one["q"].values.T, units, strict=True)]
+    spans = dict(LEAST)
+    for way, (unit, _) in zip(ways, units, strict=True):
+        spans[unit] = max(spans[unit], ROOM * float(np.ptp(way)))
+    for i, (axes, way, (unit, scale)) in enumerate(zip(panels, ways, units, strict=True)):
+        _draw_way(axes, time, way, palette.nth(i % 7), names[i])
+        middle = float(way.min() + way.max()) / 2
+        half = spans[unit] / 2
+        axes.set(ylabel=f"{names[i]} ({unit})", ylim=(middle - half, middle + half))
+        if limits is not None:
+            _draw_limits(axes, scale * limits[i], unit)
+
+
+def _draw_way(axes: Axes, time: Array, way: Array, color: str, name: str) -> None:
+    dot: dict[str, Any] = {"marker": "."} if len(time) == 1 else {}
+    axes.plot(time, way, color=color, linewidth=1.8, label=name, **dot)
+    axes.set(xlabel="time (s)", xlim=(0, time[-1] if time[-1] > 0 else 1))
+    axes.grid(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_limits(axes: Axes, limits: Array, unit: str) -> None:
+    """Grey what is beyond (lowest, highest), and write them above."""
+    if not np.isfinite(limits).any():
+        return
+    low, high = axes.get_ylim()
+    for beyond, limit in ((low, limits[0]), (high, limits[1])):
+        if low <= limit <= high:
+            axes.axhspan(*sorted((beyond, limit)), color=palette.LIGHT_GREY, linewidth=0, zorder=0)
+            axes.axhline(limit, color=palette.VERMILLION, linestyle="--", linewidth=1)
+    axes.set_ylim(low, high)
+    text = " to ".join(f"{limit:.4g}" for limit in limits)
+    axes.set_title(f"within {text} {unit}", loc="right", fontsize=8, color="#666666")

@@ -1,0 +1,163 @@
+"""The box of a 3-D drawing: true proportions, a ground, and a view that fills its place."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
+
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError
+from robsim.plot import palette
+
+VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
+FLATTEST = 0.4  # the shortest side of the drawn box, as a share of its longest
+FILLED = 0.72  # share of the user's axes that the box takes; the rest is for its labels
+LABELS = (0.3, 0.52, 0.68, 0.1)  # inches left, below, right and above of the box, for its labels
+GROUND = "#f4f4f1"
+TICK, LABEL = (10.0, 10.0, 18.0), (27.0, 27.0, 42.0)  # points from the edges of x, y, z
+
+
+class InnerTicks(MultipleLocator):
+    """Multiples of a step away from the corners, where the labels of two axes would meet."""
+
+    def tick_values(self, vmin: float, vmax: float) -> list[float]:
+        """Return those in the inner part of the axis."""
+        edge = 0.09 * (vmax - vmin)
+        return [t for t in super().tick_values(vmin, vmax) if vmin + edge <= t <= vmax - edge]
+
+
+def checked_view(view: Any) -> tuple[float, float]:
+    """Return (elevation, azimuth) in degrees, the usual view for None.
+
+    InputError: anything but two finite numbers.
+    """
+    given = numbers(VIEW if view is None else view, "view (elevation, azimuth) in degrees", (2,))
+    if given.ndim != 1:
+        raise InputError(f"view: expected (elevation, azimuth) in degrees, got {view!r:.80}")
+    return float(given[0]), float(given[1])
+
+
+def checked_axes(axes: Any) -> Any:
+    """Return 3-D axes; InputError for others."""
+    if not isinstance(axes, Axes3D):
+        raise InputError(
+            f"ax: expected 3-D axes, as plt.subplots(subplot_kw={{'projection': '3d'}}) gives, "
+            f"got {type(axes).__name__}"
+        )
+    return axes
+
+
+def box(points: Array, bounds: Any = None) -> tuple[Array, Array]:
+    """Return the lowest and highest corner (3,) of a box that holds points (N, 3), in metres.
+
+    It is not too flat, and what is lowest stands on its floor. `bounds` (2, 3) are the corners
+    themselves.
+
+    InputError: bounds that are no two corners, the lower one first.
+    """
+    if bounds is not None:
+        given = numbers(bounds, "bounds (lowest, highest) in metres", (2, 3))
+        if given.ndim != 2 or (given[0] >= given[1]).any():
+            raise InputError(f"bounds: expected the lowest and the highest corner, got {bounds!r}")
+        return given[0], given[1]
+    low, high = points.min(axis=0), points.max(axis=0)
+    longest = float((high - low).max()) or 1.0
+    grow = np.maximum(FLATTEST * longest - (high - low), 0.06 * longest)
+    return low - grow * (0.5, 0.5, 0), high + grow * (0.5, 0.5, 1)
+
+
+def frame(axes: Any, low: Array, high: Array, view: tuple[float, float]) -> None:
+    """Set limits, ticks and view of 3-D axes; one step for all, so that the grid is of squares."""
+    step = np.diff(MaxNLocator(6).tick_values(0, float((high - low).max())))[0]
+    for name, a, b in zip("xyz", low, high, strict=True):
+        getattr(axes, f"set_{name}lim")(a, b)
+        getattr(axes, f"set_{name}label")(f"{name} (m)")
+        axis = getattr(axes, f"{name}axis")
+        axis.set_major_locator(InnerTicks(step))
+        floor = GROUND if name == "z" else "white"
+        axis.pane.set(facecolor=floor, edgecolor=palette.LIGHT_GREY, alpha=1.0)
+    axes.set_aspect("equal")
+    axes.set_proj_type("ortho")  # lengths along an axis can be compared
+    axes.view_init(elev=view[0], azim=view[1])
+    axes.set_box_aspect(high - low)
+
+
+def shape_of(low: Array, high: Array, view: tuple[float, float]) -> float:
+    """Return width over height of the box as it is seen."""
+    width, height = np.ptp(_seen(low, high, view), axis=0)
+    return float(width / height)
+
+
+def fill_axes(axes: Any, low: Array, high: Array) -> None:
+    """Make the box as large as the user's axes allow, with room for its labels."""
+    extent = np.ptp(_drawn(axes, low, high), axis=0)
+    inches = axes.get_window_extent().size / axes.get_figure(root=True).dpi
+    _zoom(axes, low, high, FILLED / float(extent.max()), float(inches.min()))
+
+
+def fill(axes: Any, low: Array, high: Array, width: float, height: float, top: float = 0.0) -> None:
+    """Make the box fill a page of width and height, in inches, but for its labels and the `top`.
+
+    The axes are a square in which the box is not in the middle: the square is put where the box
+    comes to be in the middle of the page.
+    """
+    left, below, right, above = LABELS
+    seen = _drawn(axes, low, high)
+    extent, middle = np.ptp(seen, axis=0), (seen.min(axis=0) + seen.max(axis=0)) / 2
+    free = np.array([width - left - right, height - below - above - top])
+    side = min(width, height)
+    zoom = float((np.maximum(free, 0.3 * side) / (side * extent)).min())
+    centre = np.array([left, below]) + free / 2 - zoom * (middle - 0.5) * side
+    corner = (centre - side / 2) / (width, height)
+    axes.set_position((*corner, side / width, side / height))
+    _zoom(axes, low, high, zoom, side)
+
+
+def _zoom(axes: Any, low: Array, high: Array, zoom: float, side: float) -> None:
+    """Enlarge the box in square axes of `side` inches, and set the labels at their distance.
+
+    Matplotlib puts them away from the middle of the box by a share of its sides, which is another
+    distance on paper for each axis, box and zoom.
+    """
+    seen, sides = _seen(low, high, (axes.elev, axes.azim)), high - low
+    inches = zoom * side * np.ptp(_drawn(axes, low, high), axis=0) / np.ptp(seen, axis=0)
+    axes.set_box_aspect(sides.copy(), zoom=zoom)  # Matplotlib writes into what it is given
+    onto = _directions((axes.elev, axes.azim)) * inches.mean()
+    facing = np.array([np.cos(np.radians(axes.azim)), np.sin(np.radians(axes.azim)), -axes.elev])
+    per_pad = 0.08 * 48 / (2 * 72 * side)
+    for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
+        outside = np.sign(onto[0] if i == 2 else facing) * (np.arange(3) != i)
+        along, away = onto[:, i], onto @ (outside * sides * per_pad)
+        straight = along[0] * away[1] - along[1] * away[0]
+        reach = max(abs(straight) / (np.hypot(*along) or 1.0), 1e-6 / side)
+        axis.set_tick_params(pad=TICK[i] / 72 / reach - 8)
+        axis.labelpad = LABEL[i] / 72 / reach - 21
+
+
+def _drawn(axes: Any, low: Array, high: Array) -> Array:
+    """(8, 2) corners of the box as shares of its square axes, as long as its zoom is 1."""
+    axes.set_box_aspect(high - low)
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
+    shares: Array = axes.transLimits.transform(np.column_stack([x, y]))
+    return shares
+
+
+def _seen(low: Array, high: Array, view: tuple[float, float]) -> Array:
+    """(8, 2) corners of the box, to the right and up, in metres."""
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    out: Array = corners @ _directions(view).T
+    return out
+
+
+def _directions(view: tuple[float, float]) -> Array:
+    """(2, 3): what is to the right and up on paper, in the axes of the figure."""
+    elevation, azimuth = np.radians(view)
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0])
+    ahead = np.array([np.cos(azimuth), np.sin(azimuth), 0])
+    up = np.array([0, 0, np.cos(elevation)]) - np.sin(elevation) * ahead
+    return np.stack([right, up])

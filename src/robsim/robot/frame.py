@@ -1,0 +1,127 @@
+"""Frames of a tree: what hangs from what, in which order, and whose the coordinates are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from robsim.base.errors import FrameError, InputError, suggest
+from robsim.robot.joint import Joint
+from robsim.robot.joints.coupling import Source
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame of the tree: it hangs from `parent` by `joint`."""
+
+    name: str
+    parent: str
+    joint: Joint
+
+    @property
+    def label(self) -> str:
+        """What its coordinates are called: as its joint, if that has a name, else as the frame."""
+        if self.joint.name is None:
+            return self.name
+        prefix, dot, _ = self.name.rpartition(".")
+        return f"{prefix}{dot}{self.joint.name}"
+
+    @property
+    def coordinates(self) -> list[str]:
+        """Names of those that it has of its own."""
+        return [self.label + part for part in self.joint.parts.coordinates]
+
+
+def steers(owner: Frame, name: str) -> bool:
+    """Whether a coordinate of this frame is a steering angle; a link may have that name too."""
+    return owner.joint.steering is not None and name.endswith(".steering")
+
+
+def check_source(frame: Frame, owners: dict[str, Frame]) -> None:
+    """InputError if a frame follows what does not exist, or what nothing can follow."""
+    follows = frame.joint.follows
+    name: str = follows.of  # type: ignore[union-attr]
+    if name not in owners:
+        hint = suggest(name, owners, "coordinates")
+        raise InputError(f"'{frame.name}' follows '{name}', and there is none; {hint}")
+    source = owners[name].joint
+    told = Source(source.model, source.follows, steers(owners[name], name))
+    assert follows is not None
+    if not follows.fits(told):
+        raise InputError(f"'{frame.name}' must follow {follows.wanted}, and '{name}' is none")
+
+
+def _names(frame: Frame) -> list[str]:
+    return [frame.label] if frame.joint.tied else frame.coordinates
+
+
+def owners_of(frames: Iterable[Frame]) -> dict[str, Frame]:
+    """The frame whose joint has a coordinate, by its name; FrameError if two have one name."""
+    found: dict[str, Frame] = {}
+    for frame in frames:
+        for name in _names(frame):
+            if name in found:
+                raise FrameError(f"two coordinates are called '{name}'")
+            found[name] = frame
+    return found
+
+
+def rows_of(frames: Iterable[Frame], first: dict[str | None, tuple[int, int]]) -> dict[str, int]:
+    """The row in q of each coordinate that the tree has of its own, by name."""
+    return {
+        name: first[frame.name][0] + i
+        for frame in frames
+        for i, name in enumerate(frame.coordinates)
+    }
+
+
+def first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
+    """Of each frame, its first coordinate and velocity; under None, how many there are."""
+    first: dict[str | None, tuple[int, int]] = {}
+    nq = nv = 0
+    for frame in frames:
+        if frame.name in first or frame.name == "world":
+            raise FrameError(f"two frames are called '{frame.name}'")
+        first[frame.name] = (nq, nv)
+        own = frame.joint.parts
+        nq, nv = nq + len(own.coordinates), nv + len(own.velocities)
+    return {**first, None: (nq, nv)}
+
+
+def in_order(tied: list[Frame]) -> list[Frame]:
+    """Those that follow others, each after what it follows; names are checked by the robot."""
+    source = {frame.label: frame.joint.follows.of for frame in tied}  # type: ignore[union-attr]
+    depth: dict[str, int] = {}
+    for first in source:
+        chain: dict[str, None] = {}  # a set in order
+        label = first
+        while label in source and label not in depth:
+            if label in chain:
+                raise InputError(f"'{label}' follows itself")
+            chain[label] = None
+            label = source[label]
+        deepest = depth.get(label, -1) + len(chain)
+        depth |= {name: deepest - i for i, name in enumerate(chain)}
+    return sorted(tied, key=lambda frame: depth[frame.label])
+
+
+def parents_first(frames: list[Frame]) -> list[Frame]:
+    """The same frames, each after the one it hangs from."""
+    number = {frame.name: i for i, frame in enumerate(frames)}
+    hung: dict[str, list[int]] = {}
+    for i, frame in enumerate(frames):
+        hung.setdefault(frame.parent, []).append(i)
+    order: list[int] = []
+    layer = hung.pop("world", [])
+    while layer:
+        order += layer
+        layer = sorted(i for k in layer for i in hung.pop(frames[k].name, []))
+    if hung:
+        lost = frames[min(i for some in hung.values() for i in some)]
+        if lost.parent in number:
+            raise FrameError(f"'{lost.name}' hangs from itself, through '{lost.parent}'")
+        raise FrameError(
+            f"'{lost.name}' stands on '{lost.parent}', and there is no such frame; "
+            f"{suggest(lost.parent, ['world', *number], 'frames')}"
+        )
+    return [frames[i] for i in order]

@@ -1,0 +1,51 @@
+"""Wheels that are turned so that all axles meet in one point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from robsim.declare import check_fields, register
+from robsim.kernels import ties as kernels
+from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+
+
+@register("coupling", "ackermann")
+@dataclass(frozen=True)
+class Ackermann(Coupling):
+    """The angle at which a wheel of a car is turned, by the steering angle in the middle.
+
+    All axles point at the centre of the turn; `of` is the name of the steering coordinate, and
+    where the wheel is follows from where its joint stands on the car: in front as a rule.
+
+    >>> Ackermann("body.steering").of
+    'body.steering'
+    """
+
+    code: ClassVar[int] = kernels.ACKERMANN
+    limited: ClassVar[bool] = False
+    on_a_car: ClassVar[bool] = True
+    wanted: ClassVar[str] = "the steering angle of a car"
+    of: Of
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @property
+    def yields(self) -> Literal["an angle", "a length"]:
+        """An angle."""
+        return "an angle"
+
+    @property
+    def told(self) -> str:
+        """The steering angle that it follows."""
+        return f"{self.of}, by Ackermann"
+
+    def fits(self, source: Source) -> bool:
+        """Return whether that is a steering angle."""
+        return source.steers
+
+    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
+        """Return the wheelbase, and where the wheel stands."""
+        assert stand is not None  # it is on a car
+        return stand.wheelbase, stand.x, stand.y

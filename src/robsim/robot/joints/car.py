@@ -1,0 +1,76 @@
+"""Cars: vehicles that turn by their steering angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError
+from robsim.declare import Angle, Length, Quantity, check_fields
+from robsim.geometry.pose import common_lead
+from robsim.kernels import joints as kernels
+from robsim.robot.joints.planar import InPlane
+
+STEERED = 3  # the steering angle among the coordinates
+
+
+@dataclass(frozen=True)
+class Car(InPlane):
+    """A vehicle with steered wheels: x, y, theta, the steering angle; v along x, omega about z."""
+
+    name: ClassVar[str] = "car"
+    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta", ".steering")
+    units: ClassVar[tuple[str, ...]] = ("m", "m", "rad", "rad")
+    velocities: ClassVar[tuple[str, ...]] = (".v", ".omega")
+    rates: ClassVar[tuple[str, ...]] = ("m/s", "rad/s")
+    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (True, 2))
+    code: ClassVar[int] = kernels.CAR
+    wheeled: ClassVar[bool] = True
+    needs: ClassVar[str | None] = "steering"
+
+    def ranges(self, limits: tuple[float, float] | None, part: Steering) -> Array:
+        """Return no limits (4, 2) but those of the steering angle."""
+        rows = super().ranges(limits, part)
+        rows[STEERED] = -part.limit, part.limit
+        return rows
+
+
+@dataclass(frozen=True)
+class Steering:
+    """How a car steers: wheelbase (metres), largest angle (rad), and its rate (rad/s).
+
+    The angle is that of a front wheel in the middle, tan(angle) = wheelbase * omega / v. Between
+    periods it changes by no more than rate * dt, and then it is held.
+
+    >>> Steering(0.5).limit
+    0.6
+    """
+
+    wheelbase: Annotated[float, Length(above=0), "From axle to axle."]
+    limit: Annotated[float, Angle(above=0), "The largest angle."] = 0.6
+    rate: Annotated[float, Quantity(above=0, dimension="turn rate"), "How fast it changes."] = 1.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.limit >= np.pi / 2:
+            raise InputError(f"steering limit must be below a right angle, got {self.limit:g} rad")
+
+    def rates(self, speed: ArrayLike, angle: ArrayLike) -> Array:
+        """Velocities (..., 2) = (v, omega) of a car that is told its speed (m/s) and angle (rad).
+
+        omega = v tan(angle)/wheelbase: the rates of a `Motion`, for a car that goes its own way.
+        InputError: an angle beyond the limit.
+
+        >>> Steering(0.5).rates(1.0, 0.3).round(6)
+        array([1.      , 0.618672])
+        """
+        v, turned = numbers(speed, "speed (m/s)", ()), numbers(angle, "steering angle (rad)", ())
+        if (np.abs(turned) > self.limit).any():
+            far = float(turned.flat[np.abs(turned).argmax()])
+            raise InputError(f"steering angle {far:g} rad: the limit is {self.limit:g} rad")
+        common_lead(v.shape, turned.shape, "speed and steering angle")
+        return np.stack(np.broadcast_arrays(v, v * np.tan(turned) / self.wheelbase), axis=-1)

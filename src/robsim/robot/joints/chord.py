@@ -1,0 +1,104 @@
+"""Coordinates of a body that hangs from a rail by two wheels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from robsim.base.errors import InputError
+from robsim.declare import Length, Word, check_fields, register
+from robsim.geometry.curves import Curve
+from robsim.kernels import ties as kernels
+from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+
+GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
+
+
+@register("coupling", "chord")
+@dataclass(frozen=True)
+class Chord(Coupling):
+    """A coordinate of a body that hangs from a rail by two wheels, `length` apart.
+
+    The first wheel touches the curve of the rail joint `of` at its coordinate s, and its centre
+    lies `radius` beside the curve (metres, to the left of the way); the centre of the second lies
+    `length` from that of the first, as far beside the curve, further along it. A third wheel may
+    touch the curve between them, `at` metres along the chord; by default it is the second. What
+    the coordinate is:
+
+    "angle"   of the chord, from the tangent at the first wheel (radians)
+    "arc"     s of the point where the third wheel touches the curve (metres)
+    "height"  of the centre of the third wheel above the chord (metres)
+    "tilt"    of the tangent where the third wheel touches, from the chord (radians)
+
+    >>> Chord("rear", 0.4, gives="angle").at
+    0.4
+    """
+
+    code: ClassVar[int] = kernels.CHORD
+    limited: ClassVar[bool] = False
+    on_a_curve: ClassVar[bool] = True
+    wanted: ClassVar[str] = "a rail of its own speed"
+    of: Of
+    length: Annotated[float, Length(above=0), "Between the centres of the two wheels."]
+    radius: Annotated[float, Length(), "Of the wheels, to the left of the way."] = 0.0
+    at: Annotated[
+        float | None, Length(above=0), "Where on the chord the third wheel is; None: at its end."
+    ] = None
+    gives: Annotated[
+        Literal["angle", "arc", "height", "tilt"], Word(GIVEN), "What the coordinate is."
+    ] = "arc"
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.at is None:
+            object.__setattr__(self, "at", self.length)
+        elif self.at > self.length:
+            raise InputError(
+                f"chord at must not exceed its length {self.length:g}, got {self.at:g}"
+            )
+
+    @property
+    def yields(self) -> Literal["an angle", "a length"]:
+        """An angle, or a length."""
+        return "an angle" if self.gives in ("angle", "tilt") else "a length"
+
+    @property
+    def given(self) -> int:
+        """The number of what it gives."""
+        return GIVEN.index(self.gives)
+
+    @property
+    def told(self) -> str:
+        """What it gives, of which chord."""
+        return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
+
+    def fits(self, source: Source) -> bool:
+        """Return whether that is a rail that follows nothing."""
+        return source.kind.needs == "curve" and source.follows is None
+
+    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
+        """Return length, radius, and where the third wheel is."""
+        assert self.at is not None  # it was filled in
+        return self.length, self.radius, self.at
+
+    def check(self, name: str, curve: Curve) -> None:
+        """InputError where a wheel does not fit into a bend, or no second wheel is so far away.
+
+        Wheel centres beside a circle of curvature k are on one of radius |1/k - radius|. Around
+        half of it and more, a chord as long as its diameter would jump from one side to the other.
+        """
+        sharpest = max(curve.bends, key=lambda k: k * self.radius)
+        if sharpest * self.radius >= 1.0:
+            raise InputError(
+                f"'{name}': a wheel of radius {abs(self.radius):g} m does not fit into a bend of "
+                f"radius {1 / abs(sharpest):g} m"
+            )
+        k, turn = curve.pieces[:, 4], curve.pieces[:, 4] * curve.spans
+        short = (np.abs(turn) >= np.pi) & (2.0 * (1.0 - self.radius * k) <= self.length * np.abs(k))
+        if short.any():
+            raise InputError(
+                f"'{name}': a chord of {self.length:g} m does not fit on a circle of radius "
+                f"{1 / np.abs(k[short]).max():g} m"
+            )

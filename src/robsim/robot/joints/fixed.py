@@ -1,0 +1,16 @@
+"""Joints that do not move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from robsim.robot.joints.kind import JointKind
+
+
+@dataclass(frozen=True)
+class Fixed(JointKind):
+    """A joint that does not move."""
+
+    name: ClassVar[str] = "fixed"
+    code: ClassVar[int] = 0  # it is folded into the constants of others

@@ -1,0 +1,74 @@
+"""Joints that move freely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import Array, length
+from robsim.base.errors import InputError
+from robsim.kernels import joints as kernels
+from robsim.robot.joints.kind import AROUND, JointKind
+
+
+@dataclass(frozen=True)
+class Floating(JointKind):
+    """A joint that moves freely: position, unit quaternion (x, y, z, w); its body twist."""
+
+    name: ClassVar[str] = "floating"
+    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw")
+    units: ClassVar[tuple[str, ...]] = ("m",) * 3 + ("1",) * 4
+    velocities: ClassVar[tuple[str, ...]] = (".vx", ".vy", ".vz", ".wx", ".wy", ".wz")
+    rates: ClassVar[tuple[str, ...]] = ("m/s",) * 3 + ("rad/s",) * 3
+    moves: ClassVar[tuple[tuple[bool, int], ...]] = tuple(
+        (turns, axis) for turns in (False, True) for axis in range(3)
+    )
+    code: ClassVar[int] = kernels.FLOATING
+    straight: ClassVar[bool] = False
+    roams: ClassVar[bool] = True
+    free: ClassVar[bool] = True
+
+    @property
+    def rest(self) -> Array:
+        """The identity."""
+        return np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+
+    def checked(self, q: Array, what: str, name: str) -> Array:
+        """Return q (..., 7), its quaternion of length 1; InputError if it is far from that."""
+        size = np.linalg.norm(q[..., 3:], axis=-1, keepdims=True)
+        if (np.abs(size - 1) > 1e-6).any():
+            raise InputError(f"{what}: the quaternion of '{name}' must have length 1")
+        if (np.abs(size - 1) <= 1e-12).all():  # what is exact stays as it is
+            return q
+        return np.concatenate([q[..., :3], q[..., 3:] / size], axis=-1)
+
+    def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
+        """Draw positions uniform around home, and rotations uniform over all of them."""
+        place = home[:3, None] + rng.uniform(-AROUND, AROUND, (3, count))
+        turn = rng.standard_normal((4, count))
+        return np.concatenate([place, turn / np.linalg.norm(turn, axis=0)]).T
+
+    def between(self, a: Array, b: Array, share: Array) -> Array:
+        """Return poses on the way from a to b (B, 7), the shorter way round."""
+        b = b.copy()
+        opposite = (a[:, 3:] * b[:, 3:]).sum(axis=1) < 0  # q and -q are one rotation
+        b[:, 3:] *= np.where(opposite, -1.0, 1.0)[:, None]
+        q = super().between(a, b, share)
+        q[:, 3:] /= length(q[:, 3:].T)[:, None]
+        return q
+
+    def distance(self, a: Array, b: Array) -> Array:
+        """Return the larger of the way and the angle between poses (..., 7)."""
+        place, turn, against = (
+            length(np.moveaxis(difference, -1, 0))
+            for difference in (
+                a[..., :3] - b[..., :3],
+                a[..., 3:] - b[..., 3:],
+                a[..., 3:] + b[..., 3:],
+            )
+        )
+        # |a -+ b| = 2 sin(angle/4), for the sign that brings the two together
+        angle = 4.0 * np.arcsin(np.minimum(0.5 * np.minimum(turn, against), 1.0))
+        return np.maximum(place, angle)

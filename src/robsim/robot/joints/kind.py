@@ -1,0 +1,198 @@
+"""What a kind of joint knows: its coordinates, how it moves, samples and wraps."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.kernels import joints as kernels
+
+AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
+UNITS = "rad", "m", "1"
+
+
+class Parts(NamedTuple):
+    """What a kind of joint has of its own; the names follow that of the joint."""
+
+    coordinates: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()  # of the coordinates
+    velocities: tuple[str, ...] = ()
+    rates: tuple[str, ...] = ()  # units of the velocities
+    # what the velocities are: (about an axis, which axis of the moving frame)
+    moves: tuple[tuple[bool, int], ...] = ()
+
+
+class JointKind:
+    """The base of all kinds of joint: how one frame moves against another.
+
+    A kind of the user's own is a frozen dataclass that derives from this; its parameters are its
+    fields. It has a `name`, `coordinates` and their `units`, and the methods `motion` and
+    `twists`, in plain NumPy with the run first, called from several threads with a part of the
+    runs each. Arrays of coordinates q are (B, n), in the order of `coordinates`.
+
+    name         as in messages, and in files once it is registered
+    coordinates  what follows the name of the joint: ("",) for one, (".roll", ".pitch") for several
+    units        of each: "rad", "m" or "1"
+    velocities   likewise; those of the coordinates where they are not given
+    rates        units of the velocities, "rad/s" or "m/s"
+    straight     whether each velocity is the rate of one coordinate: so it is where a kind has no
+                 `integrate` of its own
+    turns        whether it only turns about its z axis by its coordinate, so that a whole turn
+                 changes nothing
+    roams        whether it flies or drives about, as no part of an arm does
+    wheeled      whether it cannot move sideways, (v, omega) being its velocities
+    free         whether its coordinates are a pose: a position and a unit quaternion
+    follower     whether its coordinate may depend on others, as `Mimic` does
+    needs        the field that its `Joint` must have: "curve", "steering" or none
+    """
+
+    name: ClassVar[str] = ""
+    coordinates: ClassVar[tuple[str, ...]] = ()
+    units: ClassVar[tuple[str, ...]] = ()
+    velocities: ClassVar[tuple[str, ...]] = ()
+    rates: ClassVar[tuple[str, ...]] = ()
+    moves: ClassVar[tuple[tuple[bool, int], ...]] = ()
+    code: ClassVar[int] = kernels.OWN  # of its kernel; all kinds without one are OWN
+    straight: ClassVar[bool] = True
+    turns: ClassVar[bool] = False
+    roams: ClassVar[bool] = False
+    wheeled: ClassVar[bool] = False
+    free: ClassVar[bool] = False
+    follower: ClassVar[bool] = False
+    needs: ClassVar[str | None] = None
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Fill in what follows from what the class says."""
+        super().__init_subclass__(**options)
+        own = vars(cls)
+        if "coordinates" in own and "velocities" not in own:
+            cls.velocities = cls.coordinates
+        if "units" in own and "rates" not in own:
+            cls.rates = tuple(f"{unit}/s" for unit in cls.units)
+        if "integrate" in own and "straight" not in own:
+            cls.straight = False
+
+    @property
+    def parts(self) -> Parts:
+        """Its coordinates and velocities, with their units and what they move."""
+        return Parts(self.coordinates, self.units, self.velocities, self.rates, self.moves)
+
+    @property
+    def single(self) -> bool:
+        """Whether it has one coordinate, and that has limits and a drive of its own."""
+        return len(self.coordinates) == 1 and self.straight
+
+    @property
+    def alone(self) -> tuple[int, ...]:
+        """Of each velocity the number of the only coordinate that it changes, or -1."""
+        count = len(self.velocities)
+        return tuple(range(count)) if self.straight else (-1,) * count
+
+    def motion(self, q: Array) -> Array:
+        """Return the pose (B, 4, 4) of the moved frame in that where the joint stands."""
+        raise InputError(f"the motion of a {self.name} joint is compiled; ask Robot.fk")
+
+    def twists(self, q: Array) -> Array:
+        """Return the twist (B, nv, 6) of the moved frame for each velocity of one.
+
+        (v, omega) at the origin of the moved frame and in its own axes: V of T^-1 dT/dt.
+        """
+        raise InputError(f"the twists of a {self.name} joint are compiled; ask Robot.jacobian")
+
+    def integrate(self, q: Array, v: Array, dt: float) -> Array:
+        """Return the coordinates (B, n) after velocities v (B, nv) were held for dt seconds."""
+        return q + v * dt
+
+    @property
+    def rest(self) -> Array:
+        """The coordinates (n,) of a joint at rest."""
+        return np.zeros(len(self.coordinates))
+
+    def span(self, part: Any) -> tuple[float, float] | None:
+        """Return the limits of its coordinate where none are given; `part` is what it needs."""
+        return None
+
+    def ranges(self, limits: tuple[float, float] | None, part: Any) -> Array:
+        """Return the lowest and highest (n, 2) of each coordinate, infinite where there is none.
+
+        `limits` are those of the joint, which only a kind of one coordinate has, and `part` is the
+        curve or the steering of a kind that needs one.
+        """
+        rows = np.empty((len(self.coordinates), 2))
+        rows[:] = (-np.inf, np.inf) if limits is None else limits
+        return rows
+
+    def checked(self, q: Array, what: str, name: str) -> Array:
+        """Return coordinates (..., n) as they are used; InputError for what cannot be."""
+        return q
+
+    def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
+        """Draw coordinates (count, n), uniform within limits (n, 2).
+
+        Where there is none, half a metre or half a turn either way of home (n,).
+        """
+        columns = []
+        for unit, centre, span in zip(self.units, home, limits, strict=True):
+            reach = np.pi if unit == "rad" else AROUND
+            ends = np.where(np.isfinite(span), span, centre + reach * np.array([-1, 1]))
+            columns.append(rng.uniform(ends[0], ends[1], count))
+        return np.stack(columns, axis=1)
+
+    def wrap(self, q: Array, limits: Array) -> Array:
+        """Return coordinates (B, n) of the same pose, within limits (n, 2) where that helps."""
+        low, high = limits.T
+        if not self.turns or not np.isfinite(limits).all():
+            return q
+        turns = np.round((q - 0.5 * (low + high)) / (2.0 * np.pi))
+        return np.asarray(q - 2.0 * np.pi * turns)
+
+    def between(self, a: Array, b: Array, share: Array) -> Array:
+        """Return coordinates on the way from a to b (B, n), where `share` (B,) goes from 0 to 1."""
+        return np.asarray((1.0 - share)[:, None] * a + share[:, None] * b)
+
+    def distance(self, a: Array, b: Array) -> Array:
+        """Return how far coordinates (..., n) are apart, the largest of metres and radians."""
+        return np.asarray((turned(a - b) if self.turns else np.abs(a - b)).max(axis=-1))
+
+
+def turned(angle: Array) -> Array:
+    """Return the smaller turn, from 0 to pi, that leads as far as an angle."""
+    return np.asarray(np.abs(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))))
+
+
+def check_kind(kind: JointKind) -> None:
+    """InputError unless a kind of the user's own says all that it must, and fits together."""
+    who = type(kind).__name__
+    if not kind.name or not isinstance(kind.name, str):
+        raise InputError(f"{who}.name: expected a word such as 'helical', got {kind.name!r:.80}")
+    if kind.code != kernels.OWN:
+        raise InputError(f"{who} derives from a kind that is compiled; derive from JointKind")
+    for method in ("motion", "twists"):
+        if getattr(type(kind), method) is getattr(JointKind, method):
+            raise InputError(f"{who}.{method} is missing")
+    _check_counts(kind, who)
+    for unit in kind.units:
+        if unit not in UNITS:
+            raise InputError(f"{who}.units: expected {', '.join(UNITS)}, got {unit!r:.80}")
+    starts = (".",) if len(kind.coordinates) > 1 else (".", "")
+    for ending in (*kind.coordinates, *kind.velocities):
+        if not isinstance(ending, str) or ending[:1] not in starts:
+            raise InputError(
+                f"{who}: names of several coordinates follow that of the joint after a dot, as in "
+                f"'.roll', got {ending!r:.80}"
+            )
+
+
+def _check_counts(kind: JointKind, who: str) -> None:
+    """InputError unless there are as many units as coordinates, and rates as velocities."""
+    nq, nv = len(kind.coordinates), len(kind.velocities)
+    if not nq or not 0 < nv <= 6 or (nq, nv) != (len(kind.units), len(kind.rates)):
+        raise InputError(
+            f"{who}: expected coordinates and their units, velocities (one to six) and their "
+            f"rates, got {kind.coordinates}, {kind.units}, {kind.velocities}, {kind.rates}"
+        )
+    if kind.straight and nq != nv:
+        raise InputError(f"{who}: {nq} coordinates and {nv} velocities need an integrate(q, v, dt)")

@@ -1,0 +1,58 @@
+"""Coordinates that are linear in another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from robsim.declare import Number, check_fields, register
+from robsim.declare.joints import OfJoint
+from robsim.kernels import ties as kernels
+from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+
+
+@register("coupling", "mimic")
+@dataclass(frozen=True)
+class Mimic(Coupling):
+    """A coordinate that follows another: ratio * q_of + offset; `of` is the name of that one.
+
+    >>> Mimic("finger_left").ratio
+    1.0
+    """
+
+    code: ClassVar[int] = kernels.MIMIC
+    of: Of
+    ratio: Annotated[float, Number(), "Of its change to that of the other."] = 1.0
+    offset: Annotated[float, OfJoint(), "Its value where the other is zero."] = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @property
+    def told(self) -> str:
+        """Ratio, name and offset."""
+        offset = f" {self.offset:+g}" if self.offset else ""
+        return f"{self.ratio:g} {self.of}{offset}"
+
+    def fits(self, source: Source) -> bool:
+        """Return whether that is one coordinate of its own speed, or a steering angle."""
+        rolls = source.follows is not None and not source.follows.tied
+        return source.steers or (source.kind.single and not rolls)
+
+    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
+        """Return ratio and offset."""
+        return self.ratio, self.offset, 0.0
+
+    def source_limits(self, limits: tuple[float, float]) -> tuple[float, float]:
+        """(lowest, highest) of what it follows, where it is within such limits itself.
+
+        >>> Mimic("finger_left", -2.0, 1.0).source_limits((0.0, 2.0))
+        (-0.5, 0.5)
+        """
+        if self.ratio == 0.0:
+            return -np.inf, np.inf
+        with np.errstate(over="ignore"):  # what hardly follows has no say
+            ends = (np.array(limits) - self.offset) / self.ratio + 0.0
+        return float(ends.min()), float(ends.max())

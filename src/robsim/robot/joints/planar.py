@@ -1,0 +1,43 @@
+"""Joints that move in a plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import Array, length
+from robsim.kernels import joints as kernels
+from robsim.robot.joints.kind import AROUND, JointKind, turned
+
+
+class InPlane(JointKind):
+    """A kind whose first coordinates are x, y and the heading theta in the plane z = 0."""
+
+    straight: ClassVar[bool] = False
+    roams: ClassVar[bool] = True
+
+    def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
+        """Draw places uniform around home, any heading; what else there is stays at home."""
+        q = np.repeat(home[:, None], count, axis=1)
+        q[:2] += rng.uniform(-AROUND, AROUND, (2, count))
+        q[2] += rng.uniform(-np.pi, np.pi, count)
+        return q.T
+
+    def distance(self, a: Array, b: Array) -> Array:
+        """Return the larger of the way and the turn from one to the other."""
+        way = length(np.moveaxis(a[..., :2] - b[..., :2], -1, 0))
+        return np.maximum(way, turned(a[..., 2] - b[..., 2]))
+
+
+@dataclass(frozen=True)
+class Planar(InPlane):
+    """A joint that moves in the plane z = 0: x, y, theta; its twist (vx, vy, omega)."""
+
+    name: ClassVar[str] = "planar"
+    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta")
+    units: ClassVar[tuple[str, ...]] = ("m", "m", "rad")
+    velocities: ClassVar[tuple[str, ...]] = (".vx", ".vy", ".omega")
+    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (False, 1), (True, 2))
+    code: ClassVar[int] = kernels.PLANAR

@@ -1,0 +1,21 @@
+"""Joints that slide along one axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from robsim.kernels import joints as kernels
+from robsim.robot.joints.kind import JointKind
+
+
+@dataclass(frozen=True)
+class Prismatic(JointKind):
+    """A joint that slides along z, by a way in metres."""
+
+    name: ClassVar[str] = "prismatic"
+    coordinates: ClassVar[tuple[str, ...]] = ("",)
+    units: ClassVar[tuple[str, ...]] = ("m",)
+    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 2),)
+    code: ClassVar[int] = kernels.PRISMATIC
+    follower: ClassVar[bool] = True

@@ -1,0 +1,22 @@
+"""Joints that turn about one axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from robsim.kernels import joints as kernels
+from robsim.robot.joints.kind import JointKind
+
+
+@dataclass(frozen=True)
+class Revolute(JointKind):
+    """A joint that turns about z, by an angle in radians."""
+
+    name: ClassVar[str] = "revolute"
+    coordinates: ClassVar[tuple[str, ...]] = ("",)
+    units: ClassVar[tuple[str, ...]] = ("rad",)
+    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((True, 2),)
+    code: ClassVar[int] = kernels.REVOLUTE
+    turns: ClassVar[bool] = True
+    follower: ClassVar[bool] = True

@@ -1,0 +1,32 @@
+"""Wheels that roll under their vehicles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from robsim.declare import Length, check_fields, register
+from robsim.robot.joints.coupling import Coupling
+
+
+@register("coupling", "rolling")
+@dataclass(frozen=True)
+class Rolling(Coupling):
+    """The angle of a wheel that rolls without slipping under its vehicle: radius in metres.
+
+    The vehicle is the unicycle or car that carries the wheel, or carries what steers it.
+
+    >>> Rolling(0.1).radius
+    0.1
+    """
+
+    tied: ClassVar[bool] = False  # it remembers how far it has rolled
+    radius: Annotated[float, Length(above=0), "Radius of the wheel."]
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @property
+    def yields(self) -> Literal["an angle", "a length"]:
+        """An angle."""
+        return "an angle"

@@ -1,0 +1,23 @@
+"""Vehicles that drive and turn on the spot, and cannot move sideways."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from robsim.kernels import joints as kernels
+from robsim.robot.joints.planar import InPlane
+
+
+@dataclass(frozen=True)
+class Unicycle(InPlane):
+    """A vehicle that cannot move sideways: x, y, theta; v along its x and omega about its z."""
+
+    name: ClassVar[str] = "unicycle"
+    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta")
+    units: ClassVar[tuple[str, ...]] = ("m", "m", "rad")
+    velocities: ClassVar[tuple[str, ...]] = (".v", ".omega")
+    rates: ClassVar[tuple[str, ...]] = ("m/s", "rad/s")
+    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (True, 2))
+    code: ClassVar[int] = kernels.UNICYCLE
+    wheeled: ClassVar[bool] = True

@@ -1,0 +1,264 @@
+"""What follows from the links of a robot: where they are, how they move, inverse kinematics."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, numbers, runs_first, runs_last
+from robsim.base.errors import FrameError, InputError, suggest
+from robsim.base.values import Value
+from robsim.base.warned import warn_of_degrees
+from robsim.geometry.pose import as_pose, common_lead, homogeneous, is_pose_like
+from robsim.robot.frame import Frame
+from robsim.robot.ik.closed import ClosedIK, solve_closed
+from robsim.robot.ik.numeric import Arm, Effort, IKResult, solve
+from robsim.robot.joint import FIXED, JointKind, Rolling, units_of
+from robsim.robot.limits import check_limits, ranges
+from robsim.robot.link import Link, coordinate_names, velocity_names
+from robsim.robot.tree import Tree
+
+
+class Kinematics(Value):
+    """The coordinates and the motion of a `Robot`."""
+
+    name: str
+    links: tuple[Link, ...]
+    home: Any
+    tip: str
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The robot alone, its base link in the world's place."""
+        base, *others = self.links
+        frames = [Frame(base.name, "world", FIXED)]  # where it stands is the scene's business
+        return Tree([*frames, *(Frame(k.name, k.parent or "world", k.joint) for k in others)])
+
+    @property
+    def nq(self) -> int:
+        """How many coordinates."""
+        return self.tree.nq
+
+    @property
+    def nv(self) -> int:
+        """How many velocities."""
+        return self.tree.nv
+
+    @property
+    def rest(self) -> Array:
+        """All zero, floating joints at the identity."""
+        own = (link.joint.model for link in self.links if link.joint.parts.coordinates)
+        return np.concatenate([np.empty(0), *(kind.rest for kind in own)])
+
+    @property
+    def limits(self) -> Array:
+        """(nq, 2): lowest and highest of each coordinate, infinite where there is none.
+
+        A coordinate that others mimic is also held where they are within theirs.
+        """
+        return self._ranges.copy()
+
+    @cached_property
+    def _ranges(self) -> Array:
+        """The same, read-only."""
+        return ranges(self.links)
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """One name for each coordinate: the link's, with .x and so on where a joint has several."""
+        return coordinate_names(self.links)
+
+    @property
+    def coordinate_units(self) -> tuple[str, ...]:
+        """ "rad", "m", or "1" of each coordinate."""
+        return units_of([link.joint for link in self.links])
+
+    @property
+    def velocity_names(self) -> tuple[str, ...]:
+        """One name for each velocity."""
+        return velocity_names(self.links)
+
+    @property
+    def velocity_units(self) -> tuple[str, ...]:
+        """ "rad/s" or "m/s" of each velocity."""
+        return tuple(unit for link in self.links for unit in link.joint.parts.rates)
+
+    def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
+        """Checked coordinates (..., nq), a copy; a Pose is taken where one joint floats.
+
+        InputError: wrong length, not finite, quaternion without length 1, outside the limits.
+        UnitWarning: an angle that looks like degrees.
+        """
+        values = self._valid(q, what, limits)
+        warn_of_degrees(values[..., self._angles], what)
+        return values
+
+    def _valid(self, q: Any, what: str, limits: bool = True) -> Array:
+        """The same, whatever angles look like."""
+        if self._floats and is_pose_like(q):
+            q = as_pose(q).q
+        values = numbers(q, what, (self.nq,))
+        for kind, rows, name in self._checked:
+            values[..., rows] = kind.checked(values[..., rows], what, name)
+        if limits:
+            names, units = self.coordinate_names, self.coordinate_units
+            check_limits(values, self._ranges, names, units, what, self.name)
+        return values
+
+    def fk(self, q: Any, link: str | None = None) -> Array:
+        """Pose (..., 4, 4) of a link (the last by default) in the base link's frame.
+
+        >>> from robsim import Robot
+        >>> Robot.from_dh([[0, 0, 1, 0]]).fk([np.pi / 2]).round(9)[:3, 3]
+        array([0., 1., 0.])
+        """
+        values = self.coordinates(q, limits=False)
+        bodies = self.tree.bodies(runs_last(values, 1))
+        return homogeneous(self.tree.frame(bodies, self._link(link)), values.shape[:-1])
+
+    def frames(self, q: Any) -> Array:
+        """Poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
+
+        >>> from robsim import Robot
+        >>> Robot.from_dh([[0, 0, 1, 0]] * 2).frames([0.0, 0.0])[:, 0, 3]
+        array([0., 1., 2.])
+        """
+        values = self.coordinates(q, limits=False)
+        bodies = self.tree.bodies(runs_last(values, 1))
+        poses = [self.tree.frame(bodies, link.name) for link in self.links]
+        return np.stack([homogeneous(T, values.shape[:-1]) for T in poses], axis=-3)
+
+    def jacobian(self, q: Any, link: str | None = None) -> Array:
+        """Geometric Jacobian (..., 6, nv): (v, omega) of the link's origin, in base axes.
+
+        >>> from robsim import Robot
+        >>> Robot.from_dh([[0, 0, 1, 0]]).jacobian([0.0])[:, 0]
+        array([0., 1., 0., 0., 0., 1.])
+        """
+        values = self.coordinates(q, limits=False)
+        bodies = self.tree.bodies(runs_last(values, 1))
+        return runs_first(self.tree.jacobian(bodies, self._link(link)), values.shape[:-1])
+
+    def ik(
+        self,
+        T: Any,
+        q0: Any = None,
+        *,
+        link: str | None = None,
+        mask: Any = None,
+        tolerance: float = 1e-8,
+        iterations: int = 40,
+        restarts: int = 100,
+        seed: int = 0,
+        limits: bool = True,
+        threads: int | None = None,
+    ) -> IKResult:
+        """Coordinates that bring a link (the last by default) to poses T (..., 4, 4) in the base.
+
+        q0          (..., nq), where the search begins; None is home
+        mask        what counts: None for the whole pose, "position", "pointing" (position and the
+                    direction of the link's z axis), or six weights of (p_goal - p, rotation vector
+                    of R_goal R'), in the axes of the base: each 0 or from a thousandth of the
+                    largest on
+        tolerance   of `error`, the larger of the metres and the radians that count
+        iterations  of each search at most; it ends sooner where it is not worth going on. The last
+                    one goes on from the best that was found, ten times as long if it has to
+        restarts    how many more searches, from random coordinates, nearest pose first
+        seed        of these; they are the same for every row
+        limits      False to search without them
+        threads     how many; None for one per processor. The result is the same for any number
+
+        Damped least squares with a damping in proportion to the squared error (Chan and Lawrence
+        1988; Sugihara 2011); joints at their limits are held there. What moves freely may take
+        part, a vehicle not. A row has the same bits alone and in any batch. InputError: T is no
+        pose, q0 does not fit, no joint moves the link, it rides on a vehicle.
+
+        >>> from robsim import Pose, Robot
+        >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], home=[0.1, 0.1])
+        >>> found = arm.ik(Pose.at(1, 1, 0), mask="position")
+        >>> bool(found.success), found.reason.name
+        (True, 'SOLVED')
+        """
+        arm = self._arm(link, limits)
+        start = self.home if q0 is None else self.coordinates(q0, "q0", limits=limits)
+        effort = Effort.checked(tolerance, iterations, restarts, seed, threads)
+        return solve(arm, T, start, mask, effort)
+
+    def closed_ik(self, T: Any, *, link: str | None = None, tolerance: float = 1e-9) -> ClosedIK:
+        """All solutions for poses T (..., 4, 4), where the arm has a closed form.
+
+        Six joints with a spherical wrist have eight (Pieper 1968; Paul and Zhang 1986), five like
+        those of the Rhino four (Schilling 1990, section 3.5); axes 2 and 3 are parallel, and axis
+        1 is square to them. The arm is known by its geometry, not by its name. A solution is valid
+        if the entries of its pose differ from T by no more than the tolerance. InputError: T is no
+        pose, or the arm has no such form, and why.
+
+        >>> from robsim import Robot
+        >>> a = np.pi / 2
+        >>> rows = [[0, 0.3, 0, -a], [0, 0, 0.2, 0], [0, 0, 0.2, 0], [0, 0, 0, -a], [0, 0.1, 0, 0]]
+        >>> arm = Robot.from_dh(rows)
+        >>> found = arm.closed_ik(arm.fk([0.1, -1.0, 1.0, 0.5, 0.2]))
+        >>> found.q.shape, found.q[0].round(9)
+        ((4, 5), array([ 0.1, -1. ,  1. ,  0.5,  0.2]))
+        """
+        return solve_closed(self._arm(link, True), T, tolerance)
+
+    def _arm(self, link: str | None, limits: bool) -> Arm:
+        """What inverse kinematics has to know."""
+        if not isinstance(limits, bool | np.bool_):
+            raise InputError(f"limits must be True or False, got {limits!r:.80}")
+        rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
+        names = self.coordinate_units, self.velocity_names
+        return Arm(self.tree, self._link(link), rows, self.home, *names)
+
+    def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
+        """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.
+
+        A floating joint moves by T exp(V dt), a planar one or a unicycle along an arc, a car too,
+        once it has steered; limits of coordinates are not looked at.
+
+        >>> from robsim import Robot
+        >>> Robot.from_dh([[0, 0, 1, 0]]).integrate([0.1], [2.0], 0.5)
+        array([1.1])
+        """
+        start, rate = self.coordinates(q, limits=False), numbers(v, "v", (self.nv,))
+        lead = common_lead(start.shape[:-1], rate.shape[:-1], "q and v")
+        moved = runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
+        rates = runs_last(np.broadcast_to(rate, (*lead, self.nv)), 1)
+        self.tree.advance(moved, rates, float(numbers(dt, "dt", ())))
+        return runs_first(moved, lead)
+
+    def _link(self, name: str | None) -> str:
+        names = [link.name for link in self.links]
+        if name is not None and name not in names:
+            raise FrameError(
+                f"no frame {name!r} in robot '{self.name}'; {suggest(name, names, 'frames')}"
+            )
+        return name or self.tip
+
+    @cached_property
+    def _checked(self) -> list[tuple[JointKind, slice, str]]:
+        """The kinds that look at coordinates themselves, with theirs and the names of the links."""
+        found, start = [], 0
+        for link in self.links:
+            kind, rows = link.joint.model, slice(start, start + len(link.joint.parts.coordinates))
+            if type(kind).checked is not JointKind.checked:
+                found.append((kind, rows, link.name))
+            start = rows.stop
+        return found
+
+    @cached_property
+    def _angles(self) -> list[int]:
+        """Which coordinates are angles that people write by hand: not those of rolling wheels."""
+        own = [link.joint for link in self.links]
+        rolling = [isinstance(joint.follows, Rolling) for joint in own for _ in joint.parts.units]
+        units = zip(self.coordinate_units, rolling, strict=True)
+        return [i for i, (unit, rolls) in enumerate(units) if unit == "rad" and not rolls]
+
+    @cached_property
+    def _floats(self) -> bool:
+        """Whether all that moves is one floating joint, so that a pose says everything."""
+        return [link.joint.model.free for link in self.links if link.joint.moves] == [True]

@@ -1,0 +1,76 @@
+"""Where coordinates may be: limits of joints, and of what mimics them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.robot.joint import LIMIT_SLACK, Mimic
+from robsim.robot.link import Link, coordinate_names
+
+
+def ranges(links: Sequence[Link]) -> Array:
+    """(nq, 2), read-only: lowest and highest of each coordinate, also where others mimic it."""
+    names = coordinate_names(links)
+    own = (link.joint for link in links if link.joint.parts.coordinates)
+    each = (joint.model.ranges(joint.limits, joint.needed) for joint in own)
+    rows = np.concatenate([np.empty((0, 2)), *each])
+    number = {name: i for i, name in enumerate(names)}
+    follows = {link.label: link.joint.follows for link in links}
+    for link in links:
+        if isinstance(link.joint.follows, Mimic) and link.joint.limits is not None:
+            source, (low, high) = _mimicked(link, follows, number)
+            rows[source] = max(rows[source, 0], low), min(rows[source, 1], high)
+    return frozen(rows)
+
+
+def check_ranges(rows: Array, names: Iterable[str], robot: str) -> None:
+    """InputError if a coordinate and those that mimic it have no limits in common."""
+    for name, (low, high) in zip(names, rows, strict=True):
+        if low > high:
+            raise InputError(
+                f"joint '{name}' of '{robot}' and what mimics it are never within their "
+                "limits at once"
+            )
+
+
+def check_limits(
+    q: Array, rows: Array, names: Sequence[str], units: Sequence[str], what: str, robot: str
+) -> None:
+    """InputError for the first coordinate of q (..., nq) that is outside its limits."""
+    low, high = rows[:, 0] - LIMIT_SLACK, rows[:, 1] + LIMIT_SLACK
+    outside = (q < low) | (q > high)
+    if outside.any():
+        where = tuple(int(i) for i in np.argwhere(outside)[0])
+        name, (lo, hi), unit = names[where[-1]], rows[where[-1]], units[where[-1]]
+        row = f" of row {where[:-1]}" if q.ndim > 1 else ""
+        raise InputError(
+            f"{what}{row}: joint '{name}' of '{robot}' is {q[where]:.6g} {unit}, "
+            f"outside its limits [{lo:.6g}, {hi:.6g}] {unit}"
+        )
+
+
+def _mimicked(
+    link: Link, follows: Mapping[str, Any], number: Mapping[str, int]
+) -> tuple[int, tuple[float, float]]:
+    """The coordinate that a link mimics in the end, and what the link's limits are of that one.
+
+    InputError if what is mimicked does not mimic, but follows in
+    another way.
+    """
+    mimic: Any = link.joint.follows
+    assert link.joint.limits is not None
+    limits = link.joint.limits
+    while isinstance(mimic, Mimic):
+        limits = mimic.source_limits(limits)
+        if mimic.of in number:
+            return number[mimic.of], limits
+        mimic = follows[mimic.of]
+    raise InputError(
+        f"limits of '{link.name}' are not looked at, because what it mimics follows by "
+        f"{type(mimic).__name__}: limit '{mimic.of}'"
+    )

@@ -1,0 +1,181 @@
+"""How a text says a link on its joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+
+from robsim.base.errors import InputError
+from robsim.declare import Angle, Choice, Length, ListOf, Name, Number, Table
+from robsim.declare.joints import OfJoint, unit_of
+from robsim.declare.problems import Broken, under
+from robsim.declare.scalars import coordinate, written
+from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+from robsim.geometry.curves.curve import CURVES
+from robsim.geometry.inertia import Inertia
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.primitives.primitive import SHAPES, Primitive
+from robsim.robot.dh import dh_constants
+from robsim.robot.joint import Joint, Steering
+from robsim.robot.joints.coupling import COUPLINGS
+from robsim.robot.joints.kind import JointKind
+from robsim.robot.joints.registry import JOINTS, KINDS, kind_of
+from robsim.robot.link import Link
+
+SHAPE = Choice(SHAPES, short=False)
+SHAPE_LIST = ListOf(SHAPE, most=256)
+LABEL = Name()
+
+
+@dataclass(frozen=True)
+class JointChoice(Choice):
+    """A kind of joint: its name, or a table with its parameters."""
+
+    __hash__ = Choice.__hash__
+
+    def write(self, value: Any, c: Context) -> Raw:
+        kind = kind_of(value)
+        return super().write(kind, c)
+
+
+@dataclass(frozen=True)
+class DHRow:
+    """One row of a Denavit-Hartenberg table."""
+
+    theta: Annotated[float, Angle(), "The turn about z."]
+    d: Annotated[float, Length(), "The way along z."]
+    a: Annotated[float, Length(), "The way along x."]
+    alpha: Annotated[float, Angle(), "The turn about x."]
+
+
+@dataclass(frozen=True)
+class Span(Spec):
+    """The lowest and the highest coordinate of a joint, in its unit."""
+
+    united: ClassVar[bool] = True
+    form: ClassVar[str] = "list"
+
+    def read(self, raw: Raw, c: Context) -> tuple[float, ...]:
+        if not isinstance(raw, list) or len(raw) != 2:
+            raise expected("a list of 2 items, [lowest, highest]", raw)
+        before = c.problems.seen
+        for i, text in enumerate(raw):
+            if not isinstance(text, str):
+                c.at(i).report(str(expected("a string with a unit", text)))
+        if c.problems.seen > before:
+            raise Broken
+        unit, made = unit_of(c), []
+        for i, text in enumerate(raw):
+            with under(i):
+                made.append(coordinate(text, unit))
+        return tuple(made)
+
+    def write(self, value: Any, c: Context) -> list[str]:
+        return [written(x, unit_of(c)) for x in value]
+
+    def words(self) -> str:
+        return "[lowest, highest] in the unit of the joint"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, [], ["1 kg", "2 kg"]]
+
+
+@dataclass(frozen=True)
+class LinkTable:
+    """A link on its joint: the constants of the joint are a row `dh`, or `place` and `tail`."""
+
+    name: Annotated[str, LABEL, "Its name."]
+    parent: Annotated[str | None, LABEL, "What it hangs from; None: the link before it."] = None
+    joint: Annotated[Any, JointChoice(JOINTS), "How it moves."] = "fixed"
+    joint_name: Annotated[str | None, LABEL, "Of the coordinates; None: that of the link."] = None
+    speed: Annotated[float | None, OfJoint("/s", above=0), "What the drive can do."] = None
+    effort: Annotated[float | None, Number(above=0), "Likewise, in N m or N."] = None
+    curve: Annotated[Any, Choice(CURVES, short=False), "What a rail follows."] = None
+    steering: Annotated[Steering | None, Table(Steering), "How a car steers."] = None
+    follows: Annotated[Any, Choice(COUPLINGS, short=False), "On what its coordinate depends."] = (
+        None
+    )
+    dh: Annotated[DHRow | None, Table(DHRow), "A row of Denavit-Hartenberg constants."] = None
+    place: Annotated[Pose | None, PoseTable(), "From the parent to where it moves."] = None
+    tail: Annotated[Pose | None, PoseTable(), "From where it moves to the link."] = None
+    limits: Annotated[Any, Span(), "The lowest and the highest coordinate."] = None
+    shapes: Annotated[tuple[Primitive, ...], SHAPE_LIST, "What is to be seen of it."] = ()
+    inertia: Annotated[Inertia | None, Table(Inertia), "What it weighs, and how."] = None
+
+    @classmethod
+    def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
+        """Note the kind of joint, which has the unit of what else is said of it."""
+        said = raw.get("joint", "fixed")
+        name = said.get("kind") if isinstance(said, Mapping) else said
+        kind = KINDS.get(name) if isinstance(name, str) else None
+        return c.knowing(joint=kind and _bare(kind))
+
+    @classmethod
+    def written_facts(cls, value: Link, c: Context) -> Context:
+        """Likewise of a link that is written."""
+        return c.knowing(joint=value.joint.model)
+
+    def made(self, c: Context) -> Link:
+        """Return the link."""
+        limits = self.limits
+        with under("limits") if limits is not None else under():
+            joint = Joint(
+                self.joint,
+                *self._constants(c.facts.get("convention", "standard")),
+                limits,
+                name=self.joint_name,
+                speed=self.speed,
+                effort=self.effort,
+                curve=self.curve,
+                steering=self.steering,
+                follows=self.follows,
+            )
+        return Link(self.name, self.parent, joint, self.shapes, self.inertia)
+
+    @classmethod
+    def of(cls, value: Link, c: Context) -> LinkTable:
+        """Return what says a link."""
+        if type(value) is not Link or type(value.joint) is not Joint:
+            raise NoText(f"{type(value).__name__} is Python code")
+        joint = value.joint
+        return cls(
+            value.name,
+            value.parent,
+            joint.kind,
+            joint.name,
+            joint.speed,
+            joint.effort,
+            joint.curve,
+            joint.steering,
+            joint.follows,
+            None,
+            None if joint.place == IDENTITY else joint.place,
+            None if joint.tail == IDENTITY else joint.tail,
+            joint.limits,
+            value.shapes,
+            value.inertia,
+        )
+
+    def _constants(self, convention: str) -> tuple[Pose, Pose]:
+        """(place, tail) of the joint."""
+        if self.dh is None:
+            return self.place or IDENTITY, self.tail or IDENTITY
+        if self.place is not None or self.tail is not None:
+            raise InputError("dh and place or tail: give one of the two only")
+        kind = kind_of(self.joint).name
+        if kind not in ("fixed", "revolute", "prismatic"):
+            raise InputError(f"a {kind} joint has place and tail, not dh")
+        row = np.array([self.dh.theta, self.dh.d, self.dh.a, self.dh.alpha])
+        return dh_constants(row, convention, kind)
+
+
+def _bare(kind: type[JointKind]) -> JointKind:
+    """Return a kind whose units are known, whatever its parameters."""
+    return kind.__new__(kind)

@@ -1,0 +1,92 @@
+"""The joints of a tree that have coordinates of their own, and those of kinds of the user's own."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.kernels.tree import Bodies
+from robsim.robot.joints.kind import JointKind
+
+
+class Member(NamedTuple):
+    """A joint that has coordinates of its own."""
+
+    body: int
+    kind: JointKind
+    q: slice  # its rows among the coordinates of the tree
+    v: slice  # and among the velocities
+    rolls: bool  # whether it is a wheel that rolls under its vehicle
+
+
+class OwnMotion(NamedTuple):
+    """A joint whose kind is the user's own: what it does is written where the kernels read it.
+
+    The twist of each of its velocities is six moves along and about the axes of its body, whose
+    ratios are the components of the twist.
+    """
+
+    member: Member
+    first: int  # row of the first of these ratios
+
+    @property
+    def moves(self) -> list[tuple[int, int, int, int, int]]:
+        """Of each velocity and each component: velocity, body, whether it turns, axis, ratio."""
+        body, v = self.member.body, self.member.v
+        return [
+            (j, body, c // 3, c % 3, self.first + 6 * (j - v.start) + c)
+            for j in range(v.start, v.stop)
+            for c in range(6)
+        ]
+
+    def put(self, q: Array, out: Bodies) -> None:
+        """Write its motion at coordinates q[n, b] where its pose will be, and its ratios."""
+        some, nv = _rows(q, self.member.q), self.member.v.stop - self.member.v.start
+        T = _called(self.member.kind, "motion", (4, 4), some)
+        out.poses[self.member.body] = T[:, :3].transpose(1, 2, 0)
+        twists = _called(self.member.kind, "twists", (nv, 6), some)
+        out.ratio[self.first : self.first + 6 * nv] = twists.reshape(len(some), 6 * nv).T
+
+    def advance(self, q: Array, v: Array, dt: float) -> None:
+        """Move its rows of q[n, b] by velocities v[m, b] held for dt, in place."""
+        some, rates = _rows(q, self.member.q), _rows(v, self.member.v)
+        kind = self.member.kind
+        q[self.member.q] = _called(kind, "integrate", some.shape[1:], some, rates, dt).T
+
+
+def _rows(values: Array, rows: slice) -> Array:
+    """A copy with the run first."""
+    return np.ascontiguousarray(values[rows].T)
+
+
+def _called(kind: JointKind, method: str, shape: tuple[int, ...], q: Array, *others: Any) -> Array:
+    """What a method returns for each run, NaN for one that is over or has gone wrong.
+
+    InputError if it is of another shape.
+    """
+    fine = np.isfinite(q).all(axis=1)
+    for other in others[:-1]:
+        fine &= np.isfinite(other).all(axis=1)
+    if fine.all():
+        return _returned(kind, method, getattr(kind, method)(q, *others), (len(q), *shape))
+    out = np.full((len(q), *shape), np.nan)
+    if fine.any():
+        some = (array[fine] for array in (q, *others[:-1]))
+        given = getattr(kind, method)(*some, *others[-1:])
+        out[fine] = _returned(kind, method, given, (int(fine.sum()), *shape))
+    return out
+
+
+def _returned(kind: JointKind, method: str, given: Any, shape: tuple[int, ...]) -> Array:
+    """What a method returned; InputError if it is of another shape."""
+    try:
+        values = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):  # no numbers, or rows of unequal lengths
+        values = np.empty(())
+    if values.shape != shape:
+        got = f"shape {values.shape}" if values.ndim else f"{given!r:.80}"
+        raise InputError(f"{type(kind).__name__}.{method}: expected shape {shape}, got {got}")
+    return values

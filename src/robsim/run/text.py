@@ -1,0 +1,255 @@
+"""How a text says an experiment: a scene, a task, a start, what is imperfect, and how long."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+
+from robsim.base.errors import InputError
+from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
+from robsim.declare.joints import PerJoint, coordinates
+from robsim.declare.problems import Broken, Problems, shown
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.declare.tables import keys_of, merge_table, read_table, write_table
+from robsim.files.library import expanded
+from robsim.files.toml import write
+from robsim.geometry.pose import Pose
+from robsim.geometry.pose_table import PoseTable
+from robsim.run.record import LONGEST
+from robsim.servo.goals.goal import start_of
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.world.actuation import Actuation
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
+
+SCENE = keys_of(Scene)
+
+
+@dataclass(frozen=True)
+class RecordSpec(Spec):
+    """What is kept of a run."""
+
+    form: ClassVar[str] = "plain"
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        whole = isinstance(raw, int) and not isinstance(raw, bool) and raw >= 1
+        if whole or raw in ("all", "summary"):
+            return raw
+        raise InputError(f"{shown(raw)}: expected {self.words()}")
+
+    def write(self, value: Any, c: Context) -> Any:
+        return value if isinstance(value, str) else int(value)
+
+    def words(self) -> str:
+        return '"all", "summary" or a whole number n, to keep every n-th step'
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"anyOf": [{"enum": ["all", "summary"]}, {"type": "integer", "minimum": 1}]}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [0, "some", True]
+
+
+@dataclass(frozen=True)
+class StartTable:
+    """Where a run starts; home, if nothing is said."""
+
+    q: Annotated[Any, PerJoint(coordinates), "One number for each joint."] = None
+    pose: Annotated[Pose | None, PoseTable(flat=True), "Of a scene whose only joint floats."] = None
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """How long it goes, and what is kept."""
+
+    dt: Annotated[float | None, Time(above=0), "Control period."] = None
+    duration: Annotated[float | None, Time(above=0), "How long it takes at most."] = None
+    seed: Annotated[int | None, Whole(0, 2**64 - 1), "Of all that is random."] = None
+    hold: Annotated[bool | None, Flag(), "Whether it goes on after convergence."] = None
+    record: Annotated[Any, RecordSpec(), "What is kept."] = None
+
+    @classmethod
+    def text_check(cls, raw: Mapping[str, Raw], c: Context) -> None:
+        """Report more steps than a run can have."""
+        own = c.facts["own"]
+        dt, duration = own.get("dt", 0.04), own.get("duration", 10.0)
+        if duration / dt > LONGEST:
+            c.report(
+                f"duration {duration:g} s in periods of {dt:g} s are more than {LONGEST} steps"
+            )
+
+
+@dataclass(frozen=True)
+class BeliefTables(Spec):
+    """What is believed otherwise than it is: tables as those of the scene."""
+
+    form: ClassVar[str] = "table"
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        raise NotImplementedError  # it is read before all else: see `read_experiment`
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        return MISSING
+
+    def words(self) -> str:
+        return "tables as those of the scene: [[belief.cameras]]"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return define(Scene)  # type: ignore[no-any-return]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        return merge_table(Scene, old, new, True)
+
+    def inside(self) -> Sequence[type[Any]]:
+        return (Scene,)
+
+
+@dataclass(frozen=True)
+class TaskTable:
+    """The part of a text that is not its scene."""
+
+    task: Annotated[Any, TaskChoice(TASKS), "What is to be done."]
+    title: Annotated[str | None, Text(), "What it shows, in a line."] = None
+    belief: Annotated[Any, BeliefTables(), "What the controller believes of the scene."] = None
+    start: Annotated[Any, Table(StartTable), "Where the run starts."] = None
+    sensing: Annotated[Any, Table(Sensing), "What is wrong with the images."] = None
+    actuation: Annotated[Any, Table(Actuation), "What is wrong with the joints."] = None
+    run: Annotated[Any, Table(RunTable), "How long it goes, and what is kept."] = None
+
+
+@dataclass(frozen=True)
+class ExperimentTable(TaskTable):
+    """A whole text: a scene, and what is done in it."""
+
+    robots: Annotated[Any, fields_of(Scene)[0].spec, "What moves on joints."] = ()
+    objects: Annotated[Any, fields_of(Scene)[1].spec, "What is looked at, and stands about."] = ()
+    cameras: Annotated[Any, fields_of(Scene)[2].spec, "What looks."] = ()
+    motions: Annotated[Any, fields_of(Scene)[3].spec, "Robots that move on their own."] = ()
+    display: Annotated[Any, PoseTable(), "The world in the frame of the figures."] = None
+
+
+def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
+    """Return the fields of an experiment from tables; FileError with all that is wrong."""
+    problems, folder = Problems(source), Path(source).parent
+    tables = {**tables, "robots": expanded(tables.get("robots", []), problems, folder, "robots")}
+    c = Context(problems)
+    scene = c.tried(Table(Scene), {key: tables[key] for key in SCENE if key in tables})
+    scene = None if scene is MISSING else scene
+
+    def believed(raw: Raw, at: Context) -> Scene:
+        return _belief(tables, raw, at, folder)
+
+    c = c.knowing(scene=scene, believed=believed, belief=None)
+    rest = {key: raw for key, raw in tables.items() if key not in SCENE}
+    if "belief" in rest and scene is not None:
+        c = c.knowing(belief=_tried(believed, rest["belief"], c.at("belief")))
+    found: Any = MISSING
+    with suppress(Broken):
+        found = read_table(TaskTable, rest, c, *SCENE)
+    made = None if found is MISSING or scene is None else _fields(scene, found, c)
+    problems.stop()
+    assert made is not None
+    return made
+
+
+def write_experiment(
+    scene: Scene, task: Any, start: Any, settings: Mapping[str, Any], live: bool = False
+) -> dict[str, Raw]:
+    """Return the tables of an experiment, exactly; NoText if it holds somebody's Python code.
+
+    With `live`, what no text can say stands in the tables as the object that it is.
+    """
+    c = Context(Problems("<text>"), facts={"scene": scene, "live": live})
+    belief = _common_belief(task)
+    said = TaskTable(
+        task,
+        settings.get("title"),
+        start=None if start is None else StartTable(start),
+        sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
+        actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
+        run=RunTable(**{name: settings[name] for name in _RUN}),
+    )
+    tables = {**write_table(scene, c), **write_table(said, c.knowing(apart=belief is None))}
+    if belief is not None:
+        tables["belief"] = {"complete": True, **write_table(belief, c.knowing(scene=belief))}
+    return tables
+
+
+_RUN = tuple(each.name for each in fields_of(RunTable))
+
+
+def _fields(scene: Scene, found: TaskTable, c: Context) -> dict[str, Any] | None:
+    start: StartTable = found.start or StartTable()
+    made = {"scene": scene, "task": found.task, "title": found.title, "start": None}
+    with c.problems.at("start"):
+        made["start"] = start_of(start.q, start.pose, scene, "q")
+    for name in ("sensing", "actuation"):
+        if getattr(found, name) is not None:
+            made[name] = getattr(found, name)
+    told = vars(found.run or RunTable())
+    return {**made, **{name: value for name, value in told.items() if value is not None}}
+
+
+def _belief(truth: Mapping[str, Raw], raw: Raw, c: Context, folder: Path) -> Scene:
+    """Return the believed scene: what a table says over what is true, or alone if complete."""
+    if not isinstance(raw, Mapping):
+        raise InputError(f"must be a table, as in [[belief.cameras]], got {shown(raw)}")
+    rest = {key: part for key, part in raw.items() if key != "complete"}
+    complete = raw.get("complete", False)
+    if not isinstance(complete, bool):
+        c.at("complete").report(str(expected("a valid boolean", complete)))
+    if complete is not True:
+        true = {key: truth[key] for key in SCENE if key in truth}
+        rest = merge_table(Scene, true, rest, False)
+    robots = expanded(rest.get("robots", []), c.problems, folder, *c.path, "robots")
+    scene: Scene = read_table(Scene, {**rest, "robots": robots}, c)
+    return scene
+
+
+def _tried(believed: Any, raw: Raw, c: Context) -> Any:
+    with c.problems.at(*c.path):
+        return believed(raw, c)
+    return None
+
+
+def _common_belief(task: Any) -> Scene | None:
+    """Return what all servo tasks within a task believe; None if nothing, or not the same."""
+    beliefs = _beliefs(task)
+    agreed = all(_same(each, beliefs[0]) for each in beliefs)
+    return beliefs[0] if beliefs and agreed else None
+
+
+def _beliefs(task: Any) -> list[Scene | None]:
+    if hasattr(task, "inner"):
+        return [belief for each in task.inner for belief in _beliefs(each)]
+    return [task.belief] if hasattr(task, "belief") else []
+
+
+def _same(a: Scene | None, b: Scene | None) -> bool:
+    """Return whether two beliefs are one to the last bit: -0.0 is not 0.0."""
+    if a is None or b is None or a is b:
+        return a is b
+    return a == b and repr(_tables(a)) == repr(_tables(b))
+
+
+def _tables(scene: Scene) -> dict[str, Raw]:
+    c = Context(Problems("<text>"), facts={"scene": scene, "live": True})
+    return write_table(scene, c)
+
+
+def text_of(scene: Scene, task: Any, start: Any, settings: Mapping[str, Any]) -> str:
+    """Return the exact TOML text of an experiment.
+
+    InputError: it is made of Python code that no text can hold, or has several starts.
+    """
+    if np.ndim(start) > 1:
+        raise InputError(f"a text holds one start, not a batch of shape {np.shape(start)}")
+    try:
+        return write(write_experiment(scene, task, start, settings))
+    except NoText as reason:
+        raise InputError(f"this experiment has no text: {reason}") from None

@@ -1,0 +1,98 @@
+"""A feature block bound to a scene: what its feature measures there, in its checked shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, last_view
+from robsim.base.errors import InputError
+from robsim.features import Feature, Observation
+from robsim.features.numeric import interaction
+from robsim.kernels.sight import Projection
+from robsim.servo.returned import returned
+from robsim.servo.sight import Key, Sight, relative
+
+
+@dataclass(frozen=True, eq=False)
+class BoundBlock:
+    """A feature block in a scene: its feature, measured by one camera or a pair."""
+
+    feature: Feature
+    sights: tuple[Sight, ...]  # as believed
+    marks: NDArray[np.int64] | None
+    components: NDArray[np.int64] | None
+    weight: float
+    k: int | None = None  # how many numbers its feature gives, once that is known
+
+    @property
+    def name(self) -> str:
+        """Of the feature's class."""
+        return type(self.feature).__name__
+
+    def towards(self, goal: Observation) -> BoundBlock:
+        """The same, measured relative to what is seen at the goal, where the feature can."""
+        towards = getattr(self.feature, "towards", None)
+        if towards is None:
+            return self
+        feature = towards(goal)
+        if not isinstance(feature, Feature):
+            raise InputError(f"{self.name}.towards returned {feature!r:.80}, and no feature")
+        return replace(self, feature=feature)
+
+    def counted(self, goal: Observation) -> BoundBlock:
+        """The same, with the size that s has at the goal and must keep."""
+        whole = replace(self, components=None)
+        return replace(self, k=len(whole.measure(goal)))
+
+    def observation(
+        self, seen: dict[Key, Observation], projections: dict[Key, Projection]
+    ) -> Observation:
+        """What the feature is shown, where things stand as believed."""
+        first, *others = (sight.key for sight in self.sights)
+        one = seen[first]
+        for second in others:  # at most one
+            between = relative(projections[first].T_w_c, projections[second].T_w_c)
+            one = replace(one, other=seen[second], between_last=between)
+        return one if self.marks is None else one.some(self.marks)
+
+    @property
+    def size(self) -> int:
+        """How many numbers are chosen."""
+        return len(self.components) if self.components is not None else self.k or 0
+
+    def measure(self, seen: Observation) -> Array:
+        """S (k, B) of the chosen components."""
+        return self._checked(self.feature.measure(seen), seen)
+
+    def interaction(self, seen: Observation) -> Array:
+        """L (k, 6, B) of the chosen components, for the first camera's twist."""
+        return self._checked(interaction(self.feature, seen), seen, 6)
+
+    def lost(self, blind: Observation) -> NDArray[np.bool_]:
+        """(k, B) what is NaN where marks are, if not all is."""
+        try:
+            gone = np.isnan(self.measure(blind))
+        except np.linalg.LinAlgError:  # of a user's feature: LAPACK takes no NaN for any run
+            return np.zeros((self.size, blind.pixels_last.shape[-1]), dtype=np.bool_)
+        return np.asarray(gone & ~gone.all(axis=0))
+
+    def _checked(self, value: Any, seen: Observation, *tail: int) -> Array:
+        """The chosen components of what a method returned, the run last; shapes must be right."""
+        k = "k" if self.k is None else self.k
+        wanted = (seen.pixels_last.shape[-1], k, *tail)
+        array = returned(value, f"{self.name}: a method", wanted)
+        return np.array(self._chosen(last_view(array)), order="C")  # theirs may be used again
+
+    def _chosen(self, array: Array) -> Array:
+        if self.components is None:
+            return array
+        if self.components.max() >= len(array):
+            raise InputError(
+                f"{self.name} has {len(array)} components, numbered from 0; "
+                f"there is no {self.components.max()}"
+            )
+        return array[self.components]

@@ -1,0 +1,55 @@
+"""The family of tasks, and how a text says one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.declare import Choice, family
+from robsim.declare.joints import Axes, check_later
+from robsim.declare.problems import Broken
+from robsim.declare.spec import Context, NoText, Raw
+
+TASKS = family("task")
+DEEPEST = 64  # keys of the path to a task within tasks
+
+
+@dataclass(frozen=True)
+class TaskChoice(Choice):
+    """A task; numbers of joints are checked once it is known which it commands."""
+
+    short: bool = False
+
+    __hash__ = Choice.__hash__
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        if len(c.path) > DEEPEST:
+            raise InputError("tasks within tasks are nested too deeply")
+        later: list[Any] = []
+        made = super().read(raw, c.knowing(later=later))
+        if later and c.facts.get("scene") is not None:
+            before = c.problems.seen
+            try:
+                check_later(later, commanded_by(made, c.facts["scene"]))
+            except InputError as error:
+                later[0][2].blame(error)
+            if c.problems.seen > before:
+                raise Broken
+        return made
+
+    def write(self, value: Any, c: Context) -> Raw:
+        def commanded() -> Axes:
+            try:
+                return commanded_by(value, c.facts["scene"])
+            except InputError as error:
+                raise NoText(str(error)) from None
+
+        return super().write(value, c.knowing(commanded=commanded))
+
+
+def commanded_by(task: Any, scene: Any) -> Axes:
+    """Return units and names of the velocities that a task commands."""
+    columns = task.columns(scene)
+    units = [scene.velocity_units[i] for i in columns]
+    return Axes(units, [scene.velocity_names[i] for i in columns])

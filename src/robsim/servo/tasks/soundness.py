@@ -1,0 +1,142 @@
+"""Whether a task is sound in a scene: contradictions are errors, weaknesses are warnings."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import GoalError, InputError, RankWarning
+from robsim.base.warned import callers
+from robsim.servo.goals.goal import Goal, GoalFeatures
+from robsim.servo.laws.broyden import Broyden
+from robsim.servo.laws.depths import Depth
+from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward
+from robsim.servo.laws.inverse import JacobianTranspose, PseudoInverse, rank
+from robsim.servo.regulated import Regulated
+from robsim.servo.servo_controller import Servo
+
+
+def check_law(
+    law: Any, inverse: Any, feed_forward: FeedForward, interaction: Any, regulated: Regulated
+) -> None:
+    """InputError for a law and its settings that contradict one another in this scene."""
+    in_camera = bool(getattr(law, "in_camera", False))
+    name = type(law).__name__
+    if feed_forward is not None and isinstance(inverse, JacobianTranspose):
+        raise InputError(
+            "the transpose gives a direction, not the motion that cancels what the target does: "
+            "use inverse='pseudo_inverse' or 'damped' with feed_forward"
+        )
+    if in_camera and not regulated.as_one:
+        raise InputError(
+            f"{name} commands the twist of one camera, and the cameras of this task do not move "
+            "as one against their targets: use law='joint'"
+        )
+    if isinstance(interaction, Broyden):
+        if in_camera:
+            raise InputError(
+                f"Broyden's rule learns how the joints move the features, and {name} asks how "
+                "the camera does: use law='joint'"
+            )
+        _check_broyden(interaction, feed_forward, regulated)
+    elif isinstance(interaction, np.ndarray):
+        _check_constant(interaction, regulated)
+
+
+def check_own_law(name: str, inverse: Any, feed_forward: FeedForward, interaction: Any) -> None:
+    """InputError for settings that a task `name` with a law of its own would ignore."""
+    if feed_forward is not None:
+        raise InputError(f"{name} has a law of its own, which knows no feed_forward: leave it out")
+    if not isinstance(inverse, PseudoInverse):
+        raise InputError(f"{name} has a law of its own, whose inverses are truncated: leave it so")
+    if isinstance(interaction, Broyden):
+        raise InputError(f"{name} has a law of its own, which has no use for Broyden's rule")
+
+
+def _check_broyden(rule: Broyden, feed_forward: FeedForward, regulated: Regulated) -> None:
+    k, n = regulated.k, regulated.columns.size
+    if rule.start is not None and rule.start.shape != (k, n):
+        raise InputError(
+            f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
+            f"velocities, got {rule.start.shape}"
+        )
+    if isinstance(feed_forward, EstimatedMotion):
+        raise InputError(
+            "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
+            "use one of them"
+        )
+
+
+def _check_constant(L: Array, regulated: Regulated) -> None:
+    if not regulated.as_one:
+        raise InputError(
+            "a constant interaction matrix is for cameras that move as one; these do not"
+        )
+    if L.shape != (regulated.k, 6):
+        raise InputError(
+            f"interaction: expected shape ({regulated.k}, 6), a row for each of the "
+            f"{regulated.k} features, got {L.shape}"
+        )
+    if not rank(np.ascontiguousarray(L[..., None]))[0]:
+        raise InputError("interaction: a constant matrix of zeros commands nothing")
+
+
+def check_goal(goal: Goal, depth: Depth, interaction: Any, regulated: Regulated) -> None:
+    """InputError if the goal cannot be what the task wants of it."""
+    by_name = isinstance(interaction, str)
+    if not isinstance(goal, GoalFeatures):
+        if not np.isfinite(regulated.at_goal.L).all():
+            raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
+    elif any(getattr(part.feature, "uses_pose", False) for part in regulated.parts):
+        raise GoalError("the goal of a pose is a pose: give GoalPose(T_c_o), not GoalFeatures(s)")
+    elif depth == "goal" or (by_name and interaction != "current"):
+        raise InputError(
+            "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
+            "goal that is shown or computed"
+        )
+
+
+def warn_of_rank(controller: Servo) -> None:
+    """RankWarning if the features leave motions free that the joints can make."""
+    regulated, first = controller.regulated, controller.sights[0]
+    full = min(6 * regulated.motions, controller.columns.size)
+    found = controller.full_rank
+    if regulated.q_goal is None and regulated.given is None and regulated.as_one:
+        found = min(found, int(rank(regulated.at_goal.L)[0]))  # there is no Jacobian at the goal
+    if found < full:
+        marks = np.unique(first.target.marks, axis=0)
+        cause = "its marks lie on one line; " if collinear(marks) else ""
+        few = cause or len(marks) < 3
+        advice = "at least three marks that are not on one line"
+        if not few:
+            advice = "more features, or command fewer joints"
+        warnings.warn(
+            f"the features of '{first.target.name}' fix only {found} of the {full} "
+            f"motions of camera '{first.eye.name}' at the goal: {cause}"
+            f"use {advice}",
+            RankWarning,
+            stacklevel=callers(),
+        )
+
+
+def warn_of_wheels(controller: Servo) -> None:
+    """RankWarning if a unicycle or a car alone is asked for more than two numbers."""
+    columns = controller.columns
+    kinds = controller.scene.tree.kinds(columns)
+    if all(kind.wheeled for kind in kinds) and controller.k > columns.size:
+        steers = any(kind.needs == "steering" for kind in kinds)
+        warnings.warn(
+            f"a {'car' if steers else 'unicycle'} cannot move sideways, and no smooth law drives "
+            f"it to a pose (Brockett 1983): use {'' if steers else 'Docking, or '}no more features "
+            "than it has velocities",
+            RankWarning,
+            stacklevel=callers(),
+        )
+
+
+def collinear(marks: Any) -> bool:
+    """Whether marks (N, 3) lie on one line."""
+    return int(np.linalg.matrix_rank(marks - marks[:1], tol=1e-9)) < 2

@@ -1,0 +1,114 @@
+"""How a text says the intrinsics of a camera: K, or focal, center and skew."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.declare import ListOf, Number
+from robsim.declare.spec import MISSING, Context, Raw, Spec
+
+FOCAL_LENGTH = Number(above=0, unit="px")
+PAIR = ListOf(Number(unit="px"), 2, 2)
+
+
+@dataclass(frozen=True)
+class Focal(ListOf):
+    """Two focal lengths in pixels; one number is both."""
+
+    item: Spec = FOCAL_LENGTH
+    least: int = 2
+    most: int = 2
+
+    def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+        plain = isinstance(raw, int | float) and not isinstance(raw, bool)
+        return super().read([raw, raw] if plain else raw, c)
+
+    def words(self) -> str:
+        return "[fx, fy] in pixels, or one number for both"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"anyOf": [{"type": "number"}, super().schema(define)]}
+
+
+KEYS: dict[str, Spec] = {
+    "K": ListOf(ListOf(Number(), 3, 3), 3, 3),
+    "focal": Focal(),
+    "center": PAIR,
+    "skew": Number(unit="px"),
+}
+MEANINGS = {
+    "K": "The matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.",
+    "focal": "The focal lengths, instead of K.",
+    "center": "The principal point; without it the middle of the image.",
+    "skew": "The skew of the axes of the image.",
+}
+PARTS = ("focal", "center", "skew")
+
+
+@dataclass(frozen=True)
+class Intrinsics(Spec):
+    """The matrix K, whose keys stand among those of the camera."""
+
+    def keys(self, name: str) -> tuple[str, ...]:
+        return tuple(KEYS)
+
+    def of_key(self, name: str, key: str) -> Spec:
+        return KEYS[key]
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        before = c.problems.seen
+        said = {key: c.at(key).tried(KEYS[key], table[key]) for key in KEYS if key in table}
+        if c.problems.seen > before:
+            return MISSING
+        try:
+            return _matrix(said, c.facts["own"].get("size"))
+        except InputError as error:
+            c.blame(error)
+            return MISSING
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        table["K"] = value.tolist()
+
+    def words(self) -> str:
+        return "K, or focal and its companions"
+
+    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
+        """One way to say it replaces the other; K is taken apart where a part of it changes."""
+        if "K" in over:
+            for key in PARTS:
+                table.pop(key, None)
+        elif over.keys() & set(PARTS) and "K" in table:
+            try:
+                (fx, skew, cx), (_, fy, cy), _ = table["K"]
+            except (TypeError, ValueError):
+                return
+            del table["K"]
+            table |= {"focal": [fx, fy], "center": [cx, cy], "skew": skew}
+
+    def properties(self, name: str, define: Any) -> dict[str, Any]:
+        return {
+            key: {**spec.schema(define), "description": MEANINGS[key]} for key, spec in KEYS.items()
+        }
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        return [(key, f"{spec.words()}: {MEANINGS[key]}") for key, spec in KEYS.items()]
+
+
+def _matrix(said: Mapping[str, Any], size: Any) -> list[list[float]]:
+    parts = [key for key in PARTS if key in said]
+    if "K" in said:
+        if parts:
+            raise InputError(f"K and {', '.join(parts)}: give K alone, or focal and its companions")
+        return [list(row) for row in said["K"]]
+    if "focal" not in said:
+        raise InputError(
+            "focal is missing: give K = [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] "
+            "or focal = [fx, fy], in pixels"
+        )
+    if "center" not in said and size is None:
+        raise InputError("center is missing: give it, or size, whose middle it then is")
+    (fx, fy), (cx, cy) = said["focal"], said.get("center") or [(n - 1) / 2 for n in size or ()]
+    return [[fx, said.get("skew", 0.0), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]

@@ -1,0 +1,135 @@
+"""The minima of the reprojection error of a target: starts, their refinement, and their order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, runs_first, runs_last
+from robsim.kernels import camera as camera_kernels
+from robsim.kernels.pose import fit_pose
+from robsim.vision.camera import Camera
+from robsim.vision.image import normalised
+from robsim.vision.orthography import mirrored, orthographic_poses
+from robsim.vision.three_marks import three_marks_poses
+
+POINT = 1e-12  # normalised: an image no larger is one point
+ASIDE = 1e8  # normalised: what is so far from the axis is no image
+SAME = 1e-3  # radians, and of the distance: nearer minima are one
+EXACT = 1e-6  # pixels: what three marks' minima may leave over and still be poses of theirs
+CHUNK = 32  # poses that are refined together
+ROUNDS = 10  # of 30 updates; a start on the wrong side of a thick far target takes some
+ARRIVED = 1e-9  # radians, and of the distance: a round that moves a pose by less is its last
+
+
+def all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
+    """T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4) of the minima, the best first.
+
+    Of marks p (N, 3) and pixels u (B, N, 2); NaN and inf where an image shows nothing.
+    """
+    x = normalised(u, camera)
+    T, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
+    seen = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)  # no NaN
+    with np.errstate(all="ignore"):  # a start that is not finite leads nowhere
+        T[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
+    return T, squares
+
+
+def _minima(p: Array, x: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
+    """T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4) of the minima, the best first."""
+    T = _refined(p, x, _starts(p, x))
+    squares = _squares(p, T, u, camera)
+    if len(p) == 3:  # exact poses, or what is nearest to one
+        exact = squares.min(1, keepdims=True) + 2 * len(p) * EXACT**2
+        squares = np.where(squares <= exact, squares, np.inf)
+    T, squares = _sorted(T, squares)
+    for k in range(1, T.shape[1]):
+        again = (_apart(T[:, :k], T[:, k, None]) < SAME).any(1)
+        squares[again, k] = np.inf
+    T, squares = _sorted(T, squares)
+    T[np.isinf(squares)] = np.nan
+    return T[:, :4], squares[:, :4]
+
+
+def _starts(p: Array, x: Array) -> Array:
+    """T_c_o (B, k, 3, 4); finite, if only as a start that leads nowhere."""
+    three = _largest_triangle(p)
+    exact = three_marks_poses(p[three], x[:, three])
+    if len(p) > 3:
+        found = _normalised_squares(p, exact, x).argmin(1)
+        best = exact[np.arange(len(x)), found, None]
+        exact = np.concatenate([best, mirrored(p, best)], axis=1)
+    poses = np.concatenate([orthographic_poses(p, x), exact], axis=1)
+    return np.where(np.isfinite(poses).all((-1, -2), keepdims=True), poses, 0.0)
+
+
+def _largest_triangle(p: Array) -> NDArray[np.int64]:
+    """The three marks of the largest triangle that has the two of the longest distance."""
+    between = np.linalg.norm(p[:, None] - p, axis=-1)
+    i, j = np.unravel_index(between.argmax(), between.shape)
+    k = np.linalg.norm(np.cross(p - p[i], p[j] - p[i]), axis=-1).argmax()
+    return np.array([i, j, k])
+
+
+def _refined(p: Array, x: Array, starts: Array) -> Array:
+    """The minima (B, k, 3, 4) to which the starts lead; those that are not there yet go on."""
+    T = starts.reshape(-1, 3, 4).copy()
+    images = np.repeat(x, starts.shape[1], axis=0)
+    going = np.flatnonzero(T.any((1, 2)))
+    for _ in range(ROUNDS):
+        moved = _fitted(p, images[going], T[going])
+        far = _apart(moved, T[going]) > ARRIVED  # false where NaN
+        T[going], going = moved, going[far]
+    return T.reshape(starts.shape)
+
+
+def _fitted(p: Array, images: Array, guess: Array) -> Array:
+    """T (n, 3, 4) after at most 30 updates, a few at a time: none waits long for a slow one."""
+    out = np.empty_like(guess)
+    for first in range(0, len(images), CHUNK):
+        some = slice(first, first + CHUNK)
+        start = runs_last(guess[some], 2)
+        T = np.empty_like(start)
+        fit_pose(p, runs_last(images[some], 2), start, T)
+        out[some] = runs_first(T)
+    return out
+
+
+def in_camera(p: Array, T: Array) -> Array:
+    """Marks (..., N, 3) in camera axes."""
+    return p @ np.swapaxes(T[..., :3], -1, -2) + T[..., None, :, 3]
+
+
+def _normalised_squares(p: Array, T: Array, x: Array) -> Array:
+    """Sums (B, k) of squared distances at unit depth; inf where a mark is behind."""
+    X = in_camera(p, T)
+    depth = np.where(X[..., 2:] > 0, X[..., 2:], np.nan)
+    squares = np.square(X[..., :2] / depth - x[:, None]).sum((-1, -2))
+    return np.where(np.isnan(squares), np.inf, squares)
+
+
+def in_image(p: Array, T: Array, camera: Camera) -> Array:
+    """(B, k, N, 2) where marks are seen from poses (B, k, 3, 4); NaN where they are behind."""
+    X = runs_last(in_camera(p, T), 2)
+    pixels = np.empty((X.shape[0], 2, X.shape[2]))
+    camera_kernels.project(X, camera.K, camera.lens, pixels)
+    return runs_first(pixels, T.shape[:2])
+
+
+def _squares(p: Array, T: Array, u: Array, camera: Camera) -> Array:
+    """Sums (B, k) of squared distances in the image; inf where a mark is behind."""
+    squares = np.square(in_image(p, T, camera) - u[:, None]).sum((-1, -2))
+    return np.where(np.isnan(squares), np.inf, squares)
+
+
+def _sorted(T: Array, squares: Array) -> tuple[Array, Array]:
+    """Both with the least error first."""
+    order, rows = np.argsort(squares, axis=1, kind="stable"), np.arange(len(T))[:, None]
+    return T[rows, order], squares[rows, order]
+
+
+def _apart(A: Array, B: Array) -> Array:
+    """Radians of rotation, or the distance of the positions over that from the camera, if more."""
+    chord = np.sqrt(np.square(A[..., :3] - B[..., :3]).sum((-1, -2)) / 2)
+    shift = np.sqrt(np.square(A[..., 3] - B[..., 3]).sum(-1) / np.square(B[..., 3]).sum(-1))
+    return np.asarray(np.maximum(chord, shift))

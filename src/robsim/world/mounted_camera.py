@@ -1,0 +1,74 @@
+"""A camera that is mounted somewhere in a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+
+from robsim.base.errors import InputError
+from robsim.base.names import checked_name
+from robsim.declare import ListOf, Name, Number, Table
+from robsim.declare.problems import under
+from robsim.declare.scalars import Reference
+from robsim.declare.spec import Context, NoText
+from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.primitives import CameraBody
+from robsim.vision.camera import SIZE, Camera
+from robsim.vision.intrinsics import Intrinsics
+
+
+@dataclass(frozen=True)
+class CameraTable:
+    """How a text says a camera where it is mounted."""
+
+    name: Annotated[str, Name(), "Its name."]
+    on: Annotated[str, Reference, "The frame that carries it."] = "world"
+    pose: Annotated[Pose, PoseTable(flat=True), "Its axes on that frame."] = IDENTITY
+    size: Annotated[Any, SIZE, "[width, height]; None: an image without border."] = None
+    K: Annotated[Any, Intrinsics(), "The matrix of the intrinsics."] = None
+    distortion: Annotated[
+        tuple[float, ...],
+        ListOf(Number(), most=14),
+        "k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six that it may write after these are zero.",
+    ] = ()
+    body: Annotated[Any, Table(CameraBody), "What is to be seen of it."] = None
+
+    def made(self, c: Context) -> MountedCamera:
+        """Return the camera where it is mounted."""
+        with under("K"):
+            lens = Camera(np.array(self.K), self.size, body=self.body)
+        with under("distortion"):
+            lens = replace(lens, distortion=self.distortion)
+        return MountedCamera(self.name, lens, self.on, self.pose)
+
+    @classmethod
+    def of(cls, value: MountedCamera, c: Context) -> CameraTable:
+        """Return what says a camera."""
+        lens = value.camera
+        if type(lens) is not Camera:
+            raise NoText(f"{type(lens).__name__} is Python code")
+        return cls(value.name, value.on, value.pose, lens.size, lens.K, lens.distortion, lens.body)
+
+
+@dataclass(frozen=True)
+class MountedCamera:
+    """A camera in the scene, its axes at `pose` (the hand-eye pose) on the frame `on`.
+
+    >>> MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.tool").on
+    'arm.tool'
+    """
+
+    name: str
+    camera: Camera
+    on: str = "world"
+    pose: Pose = IDENTITY
+    text_form: ClassVar[type[Any]] = CameraTable
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "camera")
+        if not isinstance(self.camera, Camera):
+            raise InputError(f"camera '{self.name}' needs a Camera, got {self.camera!r:.80}")
+        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))

@@ -1,0 +1,76 @@
+"""A thing in a scene, with marks to look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from robsim.base.arrays import frozen, numbers
+from robsim.base.errors import InputError
+from robsim.base.names import checked_name
+from robsim.base.values import Value
+from robsim.declare import ListOf, Name, Vector
+from robsim.declare.scalars import Reference
+from robsim.declare.spec import Context, Raw, Spec
+from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose_table import PoseTable
+from robsim.robot.link import checked_shapes
+from robsim.robot.link_table import SHAPE_LIST
+
+MOST_MARKS = 10_000
+POSITION = Vector("length")
+
+
+@dataclass(frozen=True)
+class MarkList(ListOf):
+    """Points in the axes of the object; an array (N, 3) inside."""
+
+    item: Spec = POSITION
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        return np.array(super().read(raw, c)).reshape(-1, 3)
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        table[name] = self.write(value, c.at(name))  # also where there are none
+
+    def words(self) -> str:
+        return 'a list of points, as in ["0, 0, 1 cm"]'
+
+
+MARKS = MarkList()
+
+
+@dataclass(frozen=True, eq=False)
+class Object(Value):
+    """A thing in the scene: shapes to draw and `marks` (N, 3) to look at, in its own axes.
+
+    It stands at `pose` on the frame `on`: "world", another object, or a link such as
+    "rhino_xr4.tool". Without marks given, the vertices of its shapes are its marks.
+
+    >>> from robsim.geometry.primitives import Block
+    >>> Object("cube", Block(0.05, 0.05, 0.05)).marks.shape
+    (8, 3)
+    """
+
+    name: Annotated[str, Name(), "Its name."]
+    shapes: Annotated[Any, SHAPE_LIST, "What is to be seen of it."] = ()
+    marks: Annotated[Any, MARKS, "(N, 3) points to look at; None: the vertices of its shapes."] = (
+        None
+    )
+    pose: Annotated[Pose, PoseTable(flat=True), "Where it stands."] = IDENTITY
+    on: Annotated[str, Reference, "The frame on which it stands."] = "world"
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "object")
+        shapes = checked_shapes(self.shapes, f"object '{self.name}'")
+        marks = self.marks
+        if marks is None:
+            marks = np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
+        marks = numbers(marks, f"marks of '{self.name}'", ("N", 3))
+        if marks.ndim != 2:
+            raise InputError(f"marks of '{self.name}': expected shape (N, 3), got {marks.shape}")
+        object.__setattr__(self, "shapes", shapes)
+        object.__setattr__(self, "marks", frozen(marks))
+        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))

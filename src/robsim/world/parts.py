@@ -1,0 +1,77 @@
+"""The robots, objects, cameras and motions of a scene: found by name, their coordinates checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError, suggest
+from robsim.robot.robot import Robot
+from robsim.world.motion import Motion
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+
+T = TypeVar("T", Robot, Object, MountedCamera, Motion)
+KINDS: dict[str, type[Any]] = {
+    "robots": Robot,
+    "objects": Object,
+    "cameras": MountedCamera,
+    "motions": Motion,
+}
+
+
+def pick(parts: Sequence[T], name: str | None, kind: str) -> T:
+    """Return the part of that name, or the only one; InputError if there is none."""
+    names = [p.name for p in parts]
+    if name is None and not parts:
+        lack = " with marks" if kind == "object" else ""
+        raise InputError(f"the scene has no {kind}{lack}")
+    if name is None and len(parts) == 1:
+        return parts[0]
+    if name is None:
+        raise InputError(f"name the {kind}: the scene has {len(parts)} ({', '.join(names)})")
+    if name not in names:
+        raise InputError(f"no {kind} {name!r} in the scene; {suggest(name, names, kind + 's')}")
+    return parts[names.index(name)]
+
+
+def put_in_place(parts: dict[str, list[Any]], part: Any) -> None:
+    """Replace the part of the same name and kind; InputError if there is none."""
+    kind = next((kind for kind in KINDS if isinstance(part, KINDS[kind])), None)
+    if kind is None:
+        raise InputError(f"expected a Robot, Object, MountedCamera or Motion, got {part!r:.80}")
+    known = [p.name for p in parts[kind]]
+    if part.name not in known:
+        raise InputError(
+            f"the scene has no {kind[:-1]} '{part.name}' to replace; "
+            f"{suggest(part.name, known, kind)}"
+        )
+    parts[kind][known.index(part.name)] = part
+
+
+def coordinates_of(robots: Sequence[Robot], q: Any, what: str, limits: bool) -> Array:
+    """Return checked q (..., nq) of all robots, from an array or {robot: q}."""
+    if isinstance(q, Mapping):
+        return _joined([r.coordinates(q.get(r.name, r.home), what, limits) for r in robots], what)
+    if len(robots) == 1:
+        return robots[0].coordinates(q, what, limits)
+    values = numbers(q, what, (sum(robot.nq for robot in robots),))
+    start = 0
+    for robot in robots:
+        robot.coordinates(values[..., start : start + robot.nq], what, limits)
+        start += robot.nq
+    return values
+
+
+def _joined(parts: Sequence[Array], what: str) -> Array:
+    """(..., nq) of parts (..., n) whose leading shapes are made one."""
+    sizes = [p.shape[:-1] for p in parts]
+    try:
+        lead = np.broadcast_shapes(*sizes)
+    except ValueError:
+        raise InputError(f"{what}: batches of unequal shapes {sizes}") from None
+    wide = [np.broadcast_to(p, (*lead, p.shape[-1])) for p in parts]
+    return np.concatenate([np.empty((*lead, 0)), *wide], -1)

@@ -1,0 +1,82 @@
+"""What a notebook or an interpreter shows of a robot, a scene, an explanation and a comparison."""
+
+import re
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.analysis.explanation.finding import Finding
+from robsim.base.html import table
+
+
+def cells(html):
+    """Texts of all cells, row by row."""
+    rows = re.findall(r"<tr>(.*?)</tr>", html)
+    return [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in rows]
+
+
+ARM = rs.Robot.from_dh(
+    [[0, 0, 1, 0], [0, 0, 1, 0]], limits=[[-1, 1], [-np.inf, np.inf]], name="arm"
+)
+
+
+def test_a_robot_is_a_line_and_a_table_of_its_coordinates():
+    assert repr(ARM) == "<Robot 'arm': 3 links to 'link2', coordinates: link1, link2>"
+    head, first, second = cells(ARM._repr_html_())
+    assert head == ["coordinate", "lowest", "highest", "home"]
+    assert first == ["link1", "-57.3°", "57.3°", "0°"]
+    assert second == ["link2", "", "", "0°"]
+
+
+def test_a_robot_of_many_joints_is_a_line_too():
+    text = repr(rs.Robot.from_dh([[0, 0, 1, 0]] * 30, name="snake"))
+    assert text.endswith("link7, link8, ... (30 in all)>") and "\n" not in text
+    post = rs.Robot("post", [rs.Link("base")])
+    assert repr(post) == "<Robot 'post': one link to 'base', coordinates: none>"
+
+
+def test_a_scene_is_a_line_for_each_thing():
+    lens = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480))
+    dot = rs.Object("dot", marks=[[1, 0, 2]])
+    scene = rs.Scene(ARM, dot, rs.MountedCamera("eye", lens, "arm.link2"))
+    assert repr(scene).splitlines() == [
+        "<Scene",
+        "  robot 'arm' on world: coordinates: link1, link2",
+        "  object 'dot' on world: one mark",
+        "  camera 'eye' on arm.link2: 640 x 480 px>",
+    ]
+    assert cells(scene._repr_html_())[3] == ["camera", "eye", "arm.link2", "640 x 480 px"]
+    many = rs.Scene(objects=[rs.Object(f"thing{i}", marks=[[0, 0, i]]) for i in range(40)])
+    assert len(repr(many).splitlines()) == 14 and repr(many).endswith("... (40 in all)>")
+
+
+def test_an_explanation_is_a_table_of_reasons_and_advice():
+    cause, advice = Finding("noise", "a < b & c"), Finding("gain", "Try gain=0.5.")
+    found = rs.Explanation(
+        rs.Outcome.LOCAL_MINIMUM, "It stopped.", 1.0, (cause,), (advice,), ("so",)
+    )
+    assert cells(found._repr_html_()) == [
+        ["Why", "a &lt; b &amp; c"],
+        ["Note", "so"],
+        ["Try", "Try gain=0.5."],
+    ]
+    assert len(repr(found).splitlines()) == 1
+
+
+def test_a_comparison_is_the_table_that_it_prints():
+    one = rs.load_scenario(rs.examples.path("camera_retreat"))
+    tasks = {"<b>image</b>": rs.IBVS(one.task.goal), "pose": rs.PBVS(one.task.goal)}
+    found = rs.compare(one.scene, tasks, one.q0, duration=1)
+    head, first, second = cells(found._repr_html_())
+    assert head[:2] == ["scheme", "outcome"] and len(head) == len(first) == len(second)
+    assert (first[0], second[0]) == ("&lt;b&gt;image&lt;/b&gt;", "pose")
+    printed = str(found).splitlines()[2].split()
+    assert [text for text in first[2:] if text != "-"][-1] == [t for t in printed if t != "-"][-1]
+
+
+@pytest.mark.parametrize("text", ["<script>", 'a "b"', "x & y", "<img src=x onerror=y>"])
+def test_every_text_is_escaped(text):
+    html = table(text, [(text, 3)], (text, text), text)
+    assert text not in html
+    assert "<td" in html and "<br>" in table("two\nlines", [])
