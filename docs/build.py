@@ -26,14 +26,15 @@ GROUPS = {
     "Shapes, poses, curves": "Pose Block Wheel Ball CameraBody Mesh Inertia curves units clearance",
     "Scenes and cameras": "Scene Object MountedCamera Camera Visibility Motion",
     "Imperfection": "Sensing Occlusion Actuation",
-    "Servo tasks": "IBVS PBVS Hybrid Partitioned Placing Docking ServoTask Priorities Switch Parallel "
-    "ErrorBelow NearBorder",
+    "Servo tasks": "IBVS PBVS Hybrid Partitioned Placing Docking ServoTask Priorities Switch "
+    "Parallel ErrorBelow NearBorder",
     "Goals": "TaughtGoal GoalPose GoalFeatures",
     "Features": "FeatureBlock Points PixelPoints Polar Spherical LogDepth Points3D StereoPoints "
-    "Segments Lines VanishingPoint Ellipse Sphere RegionMoments PointMoments DecoupledMoments ThetaU "
-    "Translation Observation",
-    "Laws and what they are made of": "JointLaw CameraLaw PartitionedLaw ControlState PseudoInverse "
-    "DampedInverse JacobianTranspose AdaptiveGain Broyden DepthFilter EstimatedMotion",
+    "Segments Lines VanishingPoint Ellipse Sphere RegionMoments PointMoments DecoupledMoments "
+    "ThetaU Translation Observation",
+    "Laws and what they are made of": "JointLaw CameraLaw PartitionedLaw ControlState "
+    "PseudoInverse DampedInverse JacobianTranspose AdaptiveGain Broyden DepthFilter "
+    "EstimatedMotion",
     "What is done to a command": "SpeedLimit AvoidLimits Posture LargeProjection",
     "Trajectories": "FollowJoints FollowPath trajectory",
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
@@ -43,7 +44,7 @@ GROUPS = {
     "Your own parts": "declare testing",
     "The chapter": "classic",
     "Errors and warnings": "RobSimError InputError UnitError FrameError GoalError FileError "
-    "RankWarning FileWarning",
+    "RankWarning UnitWarning FileWarning",
 }
 TABLES = {
     "A whole file": ExperimentTable,
@@ -71,8 +72,8 @@ def reference() -> str:
     lines = [
         "# Reference",
         "",
-        "Every public name of `robsim`, by what it is for. `help(robsim.NAME)` says all of it. This",
-        "page is written by `docs/build.py`.",
+        "Every public name of `robsim`, by what it is for. `help(robsim.NAME)` says all of it.",
+        "This page is written by `docs/build.py`.",
     ]
     for title, names in GROUPS.items():
         lines += ["", f"## {title}", "", "| name | |", "| --- | --- |"]
@@ -85,10 +86,10 @@ def kinds() -> str:
     lines = [
         "# Tables of a scenario file",
         "",
-        "What may stand in each table of a scenario file, as the classes declare it: every kind that",
-        "RobSim brings, with its keys. The same names are the dotted names of `--set`, `--vary` and",
-        "`Experiment.at`. This page is written by `docs/build.py`; [scenario.md](scenario.md) explains",
-        "and shows the tables.",
+        "What may stand in each table of a scenario file, as the classes declare it: every kind",
+        "that RobSim brings, with its keys. The same names are the dotted names of `--set`,",
+        "`--vary` and `Experiment.at`. This page is written by `docs/build.py`;",
+        "[scenario.md](scenario.md) explains and shows the tables.",
     ]
     for title, kind in TABLES.items():
         lines += ["", f"## {title}", "", markdown(kind)]

@@ -29,6 +29,7 @@ from robsim.base.errors import Interrupted as Interrupted
 from robsim.base.errors import RankWarning as RankWarning
 from robsim.base.errors import RobSimError as RobSimError
 from robsim.base.errors import UnitError as UnitError
+from robsim.base.errors import UnitWarning as UnitWarning
 from robsim.features import DecoupledMoments as DecoupledMoments
 from robsim.features import Ellipse as Ellipse
 from robsim.features import Lines as Lines

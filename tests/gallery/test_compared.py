@@ -106,7 +106,7 @@ def test_the_partitioned_scheme_pays_with_the_longest_way(seven):
 def gains():
     one = scenario("adaptive_gain")
     first = one.run(duration=0.01).error_norm.values[0]
-    constant = float(one.task.gain.of(np.array([first]))[0])
+    constant = float(one.task.gain.at(np.array([first]))[0])
     tasks = {"adaptive": one.task, "constant": rs.PBVS(one.task.goal, gain=constant)}
     return one.task.gain, rs.compare(one.scene, tasks, one.start, dt=0.01, duration=40)
 
@@ -123,10 +123,10 @@ def test_the_time_is_the_integral_of_the_gain(gains):
     """dx/dt = -gain(x) x for x = ||e||, so that t = integral of dx/(gain(x) x); a held command
     contracts by 1 - gain dt instead of exp(-gain dt), at gain 4 and 10 ms by 2 percent more."""
     gain, found = gains
-    for run, rate in zip(found.runs.values(), (gain.of, None), strict=True):
+    for run, rate in zip(found.runs.values(), (gain.at, None), strict=True):
         error = run.error.values[0]
         norm = np.linalg.norm(error)
-        constant = float(gain.of(np.array([norm]))[0])
+        constant = float(gain.at(np.array([norm]))[0])
         last = 1e-5 * norm / np.abs(error).max()  # e keeps its direction; max|e| < 1e-5 ends it
         x = np.geomspace(last, norm, 20_001)
         log, slow = np.log(x), 1 / (rate(x) if rate else np.full(x.shape, constant))
