@@ -21,6 +21,7 @@ from robsim.declare.spec import Live
 from robsim.declare.tables import merge_table
 from robsim.files.changes import Changes, nested, pairs
 from robsim.files.toml import Tables, parse, read_text, write
+from robsim.run import overview
 from robsim.run.record import Record
 from robsim.run.simulate import Progress, check, simulate
 from robsim.run.text import ExperimentTable, read_experiment, text_of, write_experiment
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 _PERFECT, _EXACT = Sensing(), Actuation()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Value):
     """A scene, a task, a start, what is imperfect, and how long: one frozen value.
 
@@ -82,6 +83,14 @@ class Experiment(Value):
         object.__setattr__(self, "start", start)
         if self.title is not None and not isinstance(self.title, str):
             raise InputError(f"title: expected a text, got {self.title!r:.80}")
+
+    def __repr__(self) -> str:
+        """Return a few lines: the scene, the task, and the settings."""
+        return overview.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table for notebooks."""
+        return overview.table(self)
 
     @classmethod
     def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Experiment:
