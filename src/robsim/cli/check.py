@@ -1,4 +1,4 @@
-"""The command `check`: read a scenario and try it without simulating."""
+"""The command `check`: read a scenario and check it without simulating."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `explain`: why a run ended as it did."""
+"""The command `explain`: print why a run ended as it did."""
 
 from __future__ import annotations
 
