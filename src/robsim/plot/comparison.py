@@ -45,7 +45,7 @@ def comparison(comparison: Comparison, *, size: Any = None, title: str | None = 
     >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("camera_retreat"))
     >>> tasks = {"image": IBVS(one.task.goal), "pose": PBVS(one.task.goal)}
-    >>> figure = comparison(compare(one.scene, tasks, one.q0, duration=2))
+    >>> figure = comparison(compare(one.scene, tasks, one.start, duration=2))
     >>> [axes.get_title() for axes in figure.axes[:2]]
     ['image\\ntime limit after 2 s', 'pose\\ntime limit after 2 s']
     """
