@@ -52,23 +52,25 @@ C = TypeVar("C", bound=CameraBody)
 
 @dataclass(frozen=True)
 class ClassicCamera(CameraBody):
-    """A camera body that knows its `intrinsics` (f, px, py, alpha, u0, v0); see `init_cam`."""
+    """A camera body with its `intrinsics` (f, px, py, alpha, u0, v0); see `init_cam`."""
 
     intrinsics: tuple[float, ...] = field(kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        chapter_intrinsics(*self.intrinsics)  # refuses what makes no camera
+        chapter_intrinsics(*self.intrinsics)  # raises InputError for invalid parameters
         object.__setattr__(self, "intrinsics", tuple(float(value) for value in self.intrinsics))
 
     @cached_property
     def Ki(self) -> Array:
-        """(3, 3), the matrix of the chapter's eq. (10), as `point_view` takes it."""
+        """The intrinsic matrix (3, 3) of the chapter's eq. (10), as `point_view` takes it."""
         return frozen(chapter_intrinsics(*self.intrinsics))
 
 
 def init_block(L: float, W: float, H: float, color: str) -> Block:
-    """A block of length L along x, width W along y and height H along z; cm, origin at its centre.
+    """Return a block of length L along x, width W along y and height H along z, in cm.
+
+    The origin is its centre.
 
     `color` is any colour of Matplotlib, such as "r".
 
@@ -79,7 +81,7 @@ def init_block(L: float, W: float, H: float, color: str) -> Block:
 
 
 def init_circ(R: float, W: float, n: int, color: str) -> Wheel:
-    """A wheel: two circles of radius R and n points each, W apart along z, the rotation axis; cm.
+    """Return a wheel: two circles of radius R and n points each, W apart along z, in cm.
 
     The origin lies midway between the centres, x points to the first point of each circle.
 
@@ -101,7 +103,7 @@ def init_cam(
     v0: float,
     color: str,
 ) -> ClassicCamera:
-    """A camera of length L along z (the optical axis), height H along x and width W along y; cm.
+    """Return a camera of length L along z, height H along x and width W along y, in cm.
 
     The origin is the centre of the back face. f, the focal length, and px, py, the sizes of a
     pixel, share one unit of length; alpha is the skew angle in radians; (u0, v0) = (row, column)
@@ -116,7 +118,9 @@ def init_cam(
 
 
 def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
-    """The block with every point p moved to R p + t: R (3, 3) a rotation, t (3,) or (3, 1) in cm.
+    """Return the block with every point p moved to R p + t.
+
+    R (3, 3) is a rotation, and t is (3,) or (3, 1) in cm.
 
     >>> move_block(init_block(30, 20, 10, "r"), np.eye(3), [0, 0, 5]).vertices.max(axis=0)
     array([15., 10., 10.])
@@ -125,7 +129,9 @@ def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
 
 
 def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
-    """The wheel with every point p moved to R p + t: R (3, 3) a rotation, t (3,) or (3, 1) in cm.
+    """Return the wheel with every point p moved to R p + t.
+
+    R (3, 3) is a rotation, and t is (3,) or (3, 1) in cm.
 
     >>> move_circ(init_circ(10, 4, 16, "k"), np.eye(3), [[0], [0], [2]]).vertices[0]
     array([10.,  0.,  0.])
@@ -134,7 +140,9 @@ def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
 
 
 def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
-    """The camera with every point p moved to R p + t: R (3, 3) a rotation, t (3,) or (3, 1) in cm.
+    """Return the camera with every point p moved to R p + t.
+
+    R (3, 3) is a rotation, and t is (3,) or (3, 1) in cm.
 
     `cam.pose` is then T_c, the pose of the camera in the base frame.
 
@@ -183,7 +191,7 @@ def plot_cam(cam: CameraBody) -> list[LineCollection]:
 
 
 def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: Any) -> Array:
-    """The pixel (u, v) = (row, column) at which a camera sees a point: the chapter's eq. (10).
+    """Return the pixel (u, v) = (row, column) at which a camera sees a point: eq. (10).
 
     u = u0 - X f / (Z px cos alpha), v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
 
@@ -208,7 +216,7 @@ def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: Any) -> Array:
 
 
 def _camera(Ki: ArrayLike) -> Camera:
-    """The camera that sees by a matrix of the chapter."""
+    """Return the camera with an intrinsic matrix of the chapter."""
     matrix = numbers(Ki, "Ki", (3, 3))
     if matrix.ndim != 2:
         raise InputError(f"Ki: expected one matrix of shape (3, 3), got {matrix.shape}")
@@ -229,7 +237,7 @@ def _checked(given: P, kind: type[Primitive], what: str) -> P:
 
 
 def _moved(primitive: P, R: ArrayLike, t: ArrayLike) -> P:
-    """A copy of the primitive, moved rigidly."""
+    """Return a copy of the primitive, moved rigidly."""
     T = np.eye(4)
     T[:3, :3] = _shaped(R, "R", (3, 3))
     T[:3, 3] = _shaped(t, "t", (3,), (3, 1)).ravel()
@@ -245,7 +253,7 @@ def _shaped(value: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
 
 
 def _rigid(T: Array, what: str) -> Pose:
-    """The pose of a matrix; an error names `what` holds the rotation."""
+    """Return the pose of a matrix; an error names the argument `what`."""
     try:
         return Pose(T)
     except InputError as error:
@@ -270,7 +278,7 @@ def _drawn(primitive: Block | Wheel | CameraBody) -> list[LineCollection]:
 
 
 def _solid_axes() -> Any:
-    """The current axes if they are 3-D, or others of its figure that are, or new ones."""
+    """Return the current axes if 3-D, else others of the figure that are, else new ones."""
     import matplotlib.pyplot as plt
 
     figure = plt.gcf()

@@ -1,4 +1,4 @@
-"""Checks for your own features, laws and joints: each returns sentences, none if all is well.
+"""Checks for your own features, laws and joints; each returns a list of problems, empty if none.
 
 >>> from robsim import Points, JointLaw
 >>> check_feature(Points()), check_law(JointLaw())
@@ -34,7 +34,7 @@ STEPS = (1e-2, 5e-3, 2.5e-3)  # of camera motion, metres and radians
 def check_feature(
     feature: Feature, marks: Any = MARKS, seed: int = 0, runs: int = RUNS, *, bits: bool = False
 ) -> list[str]:
-    """Whether measure and interaction fit together, and rows do not depend on the batch.
+    """Check that a feature's interaction is the derivative of measure, run by run.
 
     L is compared with central differences of s along each of the six camera motions; their
     error must shrink with the square of the step, which a wrong sign or factor cannot do. A row
@@ -49,17 +49,17 @@ def check_feature(
         feature = feature.towards(goal.observed(feature))
     seen = views.observed(feature)
     problems = _attributes(feature)
-    s, said = _call(feature, "measure", seen, (runs, None))
-    if said:
-        return [*problems, *said]
+    s, failures = _call(feature, "measure", seen, (runs, None))
+    if failures:
+        return [*problems, *failures]
     problems += _batch(
         lambda rows: feature.measure(views.some(rows).observed(feature)), s, "measure", least
     )
     if not hasattr(feature, "interaction"):
         return problems
-    L, said = _call(feature, "interaction", seen, (runs, s.shape[1], 6))
-    if said:
-        return [*problems, *said]
+    L, failures = _call(feature, "interaction", seen, (runs, s.shape[1], 6))
+    if failures:
+        return [*problems, *failures]
     problems += _compare_with_differences(feature, views, L)
     problems += _batch(
         lambda rows: feature.interaction(views.some(rows).observed(feature)),
@@ -73,13 +73,13 @@ def check_feature(
 def check_law(
     law: Law, joints: int = 6, features: int = 8, seed: int = 0, *, bits: bool = False
 ) -> list[str]:
-    """Whether a law gives finite commands of the right shape, zero for no error, descending.
+    """Check that a law returns finite velocities that reduce the error, zero at the goal.
 
     A run alone may differ from the same run in a batch by rounding, 1e-12 of the largest velocity;
     with `bits` it must be the same to the last bit, as of RobSim's own laws: only then do the runs
     of a simulation not depend on how they are divided among threads.
 
-    Descending means e' L J qdot < 0: for an exact model the error begins to shrink. The goal is
+    The error decreases where e' L J qdot < 0 with an exact model. The goal is
     s = 0, and q has as many coordinates as there are joints.
     """
     rng = np.random.default_rng(seed)
@@ -94,13 +94,13 @@ def check_law(
         )
 
     name = type(law).__name__
-    qd, said = _call(law, "command", state(slice(None)), (RUNS, joints))
-    if said:
-        return said
+    qd, failures = _call(law, "command", state(slice(None)), (RUNS, joints))
+    if failures:
+        return failures
     least = 0.0 if bits else ROUNDING
     problems = _batch(lambda rows: law.command(state(rows)), qd, f"{name}.command", least)
-    at_rest, said = _call(law, "command", state(slice(None), 0.0), (RUNS, joints))
-    if said or np.abs(at_rest).max() > 1e-12:
+    at_rest, failures = _call(law, "command", state(slice(None), 0.0), (RUNS, joints))
+    if failures or np.abs(at_rest).max() > 1e-12:
         problems.append(f"{name}.command does not give zero velocity for zero error")
     rate = np.einsum("kb,kcb,cjb,bj->b", e, L, J, qd)
     if (rate >= 0).any():
@@ -114,7 +114,7 @@ def check_law(
 def check_joint(
     kind: JointKind, seed: int = 0, runs: int = RUNS, *, bits: bool = False
 ) -> list[str]:
-    """Whether motion, twists and integrate fit together, and rows do not depend on the batch.
+    """Check that a joint's twists are the derivative of its motion, row by row.
 
     At random coordinates the motion is a pose, and the twist of each velocity is compared with
     central differences of it, whose error must shrink with the square of the step. Rows alone may
@@ -127,9 +127,9 @@ def check_joint(
     q = kind.sample(np.random.default_rng(seed), runs, kind.rest, kind.ranges(None, None))
     nv, name = len(kind.velocities), type(kind).__name__
     T, problems = _call(kind, "motion", q, (runs, 4, 4))
-    V, said = _call(kind, "twists", q, (runs, nv, 6))
-    if problems or said:
-        return problems + said
+    V, failures = _call(kind, "twists", q, (runs, nv, 6))
+    if problems or failures:
+        return problems + failures
     rigid = np.abs(np.einsum("bij,bkj->bik", T[:, :3, :3], T[:, :3, :3]) - np.eye(3)).max()
     if rigid > 1e-12 or (T[:, 3] != [0, 0, 0, 1]).any() or (np.linalg.det(T) < 0).any():
         return [
@@ -145,14 +145,14 @@ def check_joint(
 
 @dataclass(frozen=True)
 class _Views:
-    """Random views of some marks: one camera, and a second one beside it."""
+    """Random views of some marks, from one camera and from a second one beside it."""
 
     marks: Array  # (N, 3)
     T_c_o: Array  # (3, 4, B)
 
     @classmethod
     def random(cls, marks: Any, seed: int, runs: int, rotation: float = 0.6) -> _Views:
-        """The target one to two metres in front of the camera, turned by up to `rotation`."""
+        """Return views with the target 1.2 to 1.8 m ahead, turned by up to `rotation` rad."""
         rng = np.random.default_rng(seed)
         if isinstance(marks, int):
             marks = rng.uniform(-0.3, 0.3, size=(marks, 3))
@@ -162,16 +162,16 @@ class _Views:
         return cls(numbers(marks, "marks", ("N", 3)), runs_last(T[:, :3], 2))
 
     def some(self, rows: Any) -> _Views:
-        """Those of some runs."""
+        """Return the views of some runs."""
         return _Views(self.marks, np.ascontiguousarray(self.T_c_o[..., rows]))
 
     def moved(self, twist: Array) -> _Views:
-        """After the camera moved by exp(twist)."""
+        """Return the views after the camera moved by exp(twist)."""
         T = Pose.exp(twist).inv().matrix @ homogeneous(self.T_c_o)
         return _Views(self.marks, runs_last(T[:, :3], 2))
 
     def observed(self, feature: Feature) -> Observation:
-        """What the feature is shown."""
+        """Return the observation that the feature gets."""
         seen = self._by(CAMERA)
         if getattr(feature, "cameras", 1) == 2:
             T = BETWEEN.inv().matrix @ homogeneous(self.T_c_o)
@@ -206,7 +206,7 @@ def _attributes(feature: Feature) -> list[str]:
 def _call(
     owner: Any, method: str, given: Any, shape: tuple[int | None, ...]
 ) -> tuple[Array, list[str]]:
-    """What a method returns, and what is wrong with it."""
+    """Return what a method returns, and a list of what is wrong with it."""
     who = f"{type(owner).__name__}.{method}"
     if not callable(getattr(owner, method, None)):
         return np.empty(0), [f"{who} is missing"]
@@ -247,7 +247,10 @@ def _off(feature: Feature, views: _Views, step: float, L: Array) -> Array:
 def _second_order(
     who: str, errors: Array, minus: float, scale: float, of: str = "motion"
 ) -> list[str]:
-    """Whether errors of differences fall with the square of the step; `minus`: of the opposite."""
+    """Check that errors of differences fall with the square of the step.
+
+    `minus` is the error of the opposite sign.
+    """
     if errors[-1] < 1e-9 * scale or errors[-1] < 0.3 * errors[0]:
         return []
     hint = "; the sign is flipped" if minus < 1e-3 * scale else ""
@@ -258,7 +261,7 @@ def _second_order(
 
 
 def _twist_errors(kind: JointKind, q: Array, V: Array) -> Iterator[tuple[Array, float, float]]:
-    """Of each velocity, how far its twist is from differences, the opposite, and its scale."""
+    """Yield, for each velocity, the error of its twist, that of its opposite, and a scale."""
     axes = Pose(kind.motion(q)).rotation
     for j in range(V.shape[1]):
         found = []
@@ -273,7 +276,7 @@ def _twist_errors(kind: JointKind, q: Array, V: Array) -> Iterator[tuple[Array, 
 
 
 def _differences(feature: Feature, views: _Views, step: float) -> Array:
-    """(B, k, 6) central differences of s along the six camera motions."""
+    """Return central differences (B, k, 6) of s along the six camera motions."""
     columns = []
     for axis in range(6):
         V = np.zeros(6)
@@ -285,7 +288,7 @@ def _differences(feature: Feature, views: _Views, step: float) -> Array:
 
 
 def _batch(call: Callable[[Any], Any], all_rows: Array, who: str, share: float) -> list[str]:
-    """Whether each row alone is the same as in the batch, to a share of the largest number."""
+    """Check that each row alone is the same as in the batch, to a share of the largest number."""
     allowed = share * np.abs(all_rows).max(initial=0.0)
     for b in range(len(all_rows)):
         alone = np.asarray(call(slice(b, b + 1)), dtype=np.float64)

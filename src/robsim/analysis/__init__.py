@@ -1,1 +1,1 @@
-"""What a run or a task is like: compared, diagnosed, explained, and where its equilibria are."""
+"""Analysis of runs and tasks: comparison, diagnosis, explanation, equilibria and workspaces."""

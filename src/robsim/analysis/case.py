@@ -1,4 +1,4 @@
-"""One run with everything that made it: to be repeated, also with something changed."""
+"""A recorded run with all that is needed to repeat it, unchanged or with changes."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
 
 ENDS = ("q_end", "outcome", "end_time")
-LONGEST = 50_000  # instants that are kept with all that was computed in them, some 10 kB each
+LONGEST = 50_000  # control periods at most, as each keeps about 10 kB
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A scene, a task, a start and the other keywords of `simulate`, for a single run."""
+    """The scene, task, start and other keywords of `simulate` that make a single run."""
 
     scene: Scene
     task: Task
@@ -43,28 +43,31 @@ class Case:
 
     @property
     def dt(self) -> float:
-        """Control period in seconds."""
+        """The control period in seconds."""
         return float(self.settings["dt"])
 
     @property
     def sensing(self) -> Sensing:
-        """What is wrong with the images."""
+        """The imperfections of the images."""
         return self.settings["sensing"] or Sensing()
 
     @property
     def actuation(self) -> Actuation:
-        """What is wrong with the joints."""
+        """The imperfections of the joints."""
         return self.settings["actuation"] or Actuation()
 
     def but(self, **changes: Any) -> Case:
-        """The same with another scene, task or start, or with other keywords of `simulate`."""
+        """Return the case with another scene, task or start, or other keywords of `simulate`."""
         own = {key: changes.pop(key) for key in ("scene", "task", "q0") if key in changes}
         return replace(self, **own, settings=self.settings | changes)
 
     def advanced(self, record: Any = "summary", on_step: OnStep | None = None) -> Loop:
-        """The loop after its run. InputError or GoalError: this cannot be run."""
+        """Simulate the case and return the loop at its end.
+
+        InputError or GoalError: the case cannot be simulated.
+        """
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # it was given when the run was made
+            warnings.simplefilter("ignore", RankWarning)  # the original run gave the warning
             loop = loop_of(
                 self.scene, self.task, self.q0, record=record, on_step=on_step, **self.settings
             )
@@ -74,7 +77,7 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Repeated:
-    """A case after its run: all that was recorded, and what its controller decided."""
+    """A case after its run: every recorded snapshot, and the decisions of its controller."""
 
     case: Case
     loop: Loop
@@ -91,9 +94,11 @@ def case_of(
     sensing: Sensing | None = None,
     actuation: Actuation | None = None,
 ) -> Case:
-    """What made a single run: its own text, or what is given where it is Python code.
+    """Return the case of a single run, from its own text or from what is given.
 
-    InputError: no run, a batch of several, or one that does not say how it was made.
+    `scene` and `task`, with `sensing` and `actuation`, are needed where they are Python code.
+
+    InputError: not a run, a batch of several runs, or a run without the text of its experiment.
     """
     check_run(run)
     one = _single(run)
@@ -124,7 +129,7 @@ def case_of(
 
 
 def repeated(case: Case, run: xr.Dataset) -> Repeated:
-    """The run once more, watched; InputError unless it ends with the same bits."""
+    """Simulate a run again and keep every step; InputError unless it ends with the same bits."""
     one = _single(run)
     outcome, seconds = _ended(one)
     periods = round(seconds / case.dt)
@@ -163,7 +168,7 @@ def _own_experiment(one: xr.Dataset) -> Experiment:
 
 
 def _ended(one: xr.Dataset) -> tuple[Outcome, float]:
-    """How and when (s) a single run ended."""
+    """Return how and when (s) a single run ended."""
     try:
         outcome, seconds = Outcome(int(one["outcome"])), float(one["end_time"])
     except KeyError:

@@ -1,4 +1,4 @@
-"""Of which kind each equilibrium is, by its error and by how the closed loop moves near it."""
+"""Classification of equilibria by their error and by the eigenvalues of the closed loop."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from robsim.analysis.equilibrium import Kind
 from robsim.analysis.field import STEP, Field
 from robsim.base.arrays import Array, first_view, length
 
-SAME = 1e-5  # metres and radians between two that are one
+SAME = 1e-5  # metres and radians within which two states count as equal
 FREE = 1e-4  # an eigenvalue below this share of the controller's pace counts as zero
-ROUGH = 0.02  # how far f ahead and behind may differ in size, as a share, where f is smooth
+ROUGH = 0.02  # largest second difference of f over the first where f counts as smooth
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Distinct states in which nothing is commanded, and what the controller makes of them."""
+    """Distinct states in which nothing is commanded, with their errors and eigenvalues."""
 
     q: Array  # (nq, E)
     error_norm: Array  # (E,)
@@ -29,7 +29,7 @@ class Points:
 
 
 def distinct(field: Field, q: Array) -> Points:
-    """Each state once."""
+    """Return the points at states q (nq, B), of which equal ones are kept once."""
     kept, rest = [], q
     while rest.shape[1]:
         kept.append(rest[:, :1])
@@ -44,9 +44,9 @@ def distinct(field: Field, q: Array) -> Points:
 
 
 def eigenvalues(field: Field, q: Array) -> NDArray[np.complex128]:
-    """Of df/dq (n, E), sorted by real part; NaN where f is not smooth.
+    """Return the eigenvalues (n, E) of df/dq, sorted by real part; NaN where f is not smooth.
 
-    A unicycle has a coordinate more than velocities, and one more eigenvalue, which is zero.
+    A unicycle has one coordinate more than velocities, which adds an eigenvalue zero.
     """
     ahead, behind = field.differences(q)
     size = np.abs(ahead - behind).max(axis=(0, 1))
@@ -60,7 +60,9 @@ def eigenvalues(field: Field, q: Array) -> NDArray[np.complex128]:
 
 
 def sets(points: Points) -> NDArray[np.int64]:
-    """(E,) the first point of the set to which each belongs: itself, where none is free.
+    """Return, for each point, the first point of the set of equilibria to which it belongs.
+
+    The result is (E,), and a point without free eigenvalues is its own set.
 
     Along a set of equilibria with L' e = 0 the norm of the error does not change, as its
     differential is e' L dq: degenerate points of one norm are listed once.
@@ -75,7 +77,7 @@ def sets(points: Points) -> NDArray[np.int64]:
 
 
 def kinds(field: Field, points: Points) -> list[Kind]:
-    """What each point is."""
+    """Return the kind of each point."""
     away = np.zeros(points.zero.size, dtype=np.bool_)
     if field.true_goal is not None:
         far = field.pose(points.q).matrix - field.true_goal.matrix

@@ -1,4 +1,4 @@
-"""Whether things touch: the distance between the shapes of two of them, by separating axes."""
+"""The distance between the shapes of two things, by the separating axis theorem."""
 
 from __future__ import annotations
 
@@ -14,48 +14,48 @@ from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Ball, Block, CameraBody, Primitive, Wheel
 from robsim.world.scene import Scene
 
-ROWS = 256  # configurations that are looked at together, so that they fit into the cache
-PARALLEL = 1e-9  # the sine of an angle below which two edges give no axis
+ROWS = 256  # configurations at a time, so that they fit into the cache
+PARALLEL = 1e-9  # sine of the angle below which two edges count as parallel
 
 
 class Hull(NamedTuple):
-    """The convex hull of a primitive; of faces and edges that are parallel, one stands for all."""
+    """The convex hull of a primitive; parallel faces and parallel edges are listed once."""
 
     points: Array  # (V, 3)
     normals: Array  # (F, 3) of its faces, unit
     edges: Array  # (E, 3) along its edges, unit
     centre: Array  # (3,) of a ball around it
     radius: float
-    beyond: float  # metres by which it reaches past its points, in all directions
+    beyond: float  # metres from its points to its surface: the radius of a ball, else 0
 
 
 class Solid(NamedTuple):
-    """A hull, and where the frame that carries it stands at each configuration."""
+    """A hull with the pose of the frame that carries it, at each configuration."""
 
     hull: Hull
     pose: Array  # (B, 4, 4) in the world
 
     @property
     def centres(self) -> Array:
-        """(B, 3) of the ball, in the world."""
+        """The centres (B, 3) of the bounding ball, in the world."""
         centres: Array = self.pose[:, :3, :3] @ self.hull.centre + self.pose[:, :3, 3]
         return centres
 
 
 def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
-    """Distance (...,) in metres, or less, between the shapes of two things at q (..., nq).
+    """Return a lower bound (...,) of the distance in metres between two things at q (..., nq).
 
     A thing is a robot "crawler", one of its links "crawler.arm", an object, a camera with a body,
-    or a list of such names. Above 0 they are apart by at least as much; at 0 they touch; below 0
-    they overlap, and to move one by as much would part them.
+    or a list of such names. A positive value is a lower bound of the distance, 0 means that they
+    touch, and a negative value is minus the length of a motion that separates them.
 
-    Two convex polytopes are apart if and only if they are so along the normal of a face of either
-    or across an edge of each (S. Gottschalk, M. C. Lin and D. Manocha, OBBTree: a hierarchical
-    structure for rapid interference detection, SIGGRAPH 1996). The gap along any axis is never more
-    than the distance. It is the distance itself where a face or two crossing edges are nearest,
-    and less where a corner faces a corner or the side of an edge. Each shape counts as its convex
-    hull, and a wheel as the prism around its circle: what is found is never too large.
-    Of a mesh, whose file is never opened, nothing is known, and it is refused.
+    Two convex polytopes are disjoint if and only if their projections are, on the normal of a face
+    of either or on the cross product of an edge of each (S. Gottschalk, M. C. Lin and D. Manocha,
+    OBBTree: a hierarchical structure for rapid interference detection, SIGGRAPH 1996). The gap
+    along any axis is never more than the distance. It is the distance itself where a face or two
+    crossing edges are nearest, and less where a corner faces a corner or the side of an edge. Each
+    shape counts as its convex hull, and a wheel as the prism around its circle, so that the bound
+    holds. A mesh, whose file is never opened, raises InputError.
 
     >>> from robsim import Block, Object
     >>> cubes = [Object(n, Block(1, 1, 1), pose=Pose.at(x, 0, 0)) for n, x in [("a", 0), ("b", 3)]]
@@ -79,7 +79,7 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
 
 
 def _lower(firsts: list[Solid], seconds: list[Solid], least: Array) -> None:
-    """Lower each of `least` (B,) to the gap of the nearest pair there."""
+    """Lower each of `least` (B,) in place to the gap of the nearest pair of solids there."""
     for a in firsts:
         for b in seconds:
             away = _length(b.centres - a.centres) - a.hull.radius - b.hull.radius
@@ -90,7 +90,7 @@ def _lower(firsts: list[Solid], seconds: list[Solid], least: Array) -> None:
 
 
 def _gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
-    """(B,) the widest gap between two hulls along any of their axes, in axes of the first."""
+    """Return the widest gap (B,) between two hulls along any of their axes."""
     R, p = T_a_b[:, :3, :3], T_a_b[:, :3, 3]
     turned = np.swapaxes(R, 1, 2)
     across = np.cross(a.edges[:, None], (b.edges @ turned)[:, None])
@@ -107,7 +107,7 @@ def _gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
 
 
 def _units(vectors: Array) -> tuple[Array, Any]:
-    """Vectors (..., 3) of length 1, and which of them (...,) were long enough for that."""
+    """Return unit vectors (..., 3), and whether each vector (...,) was long enough to normalise."""
     size = _length(vectors)
     enough = size > PARALLEL
     return vectors / np.where(enough, size, 1.0)[..., None], enough
@@ -119,16 +119,16 @@ def _length(vectors: Array) -> Array:
 
 
 def _relative(A: Array, B: Array) -> Array:
-    """T_a_b (B, 4, 4) of two poses in the world."""
+    """Return T_a_b (B, 4, 4) of two poses (B, 4, 4) in the world."""
     T: Array = np.asarray(Pose(A).inv().matrix) @ B
     return T
 
 
-# which shapes
+# ---- selection of shapes ----
 
 
 def _hulls(scene: Scene, given: Any) -> dict[str, list[Hull]]:
-    """Of some things, by the name of the frame that carries them; InputError if there are none."""
+    """Return the hulls of named things by their frames; InputError if a name has none."""
     names = [given] if isinstance(given, str) else given
     if not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
         raise InputError(f"expected the name of a robot, link or object, or several, got {given!r}")
@@ -148,7 +148,7 @@ def _hulls(scene: Scene, given: Any) -> dict[str, list[Hull]]:
 
 
 def _shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
-    """All shapes of a scene, by the name of the frame that carries them."""
+    """Return all shapes of a scene by the name of the frame that carries them."""
     bodies = {eye.name: eye.camera.drawn(IDENTITY) for eye in scene.cameras}
     return {
         **{f"{robot.name}.{k.name}": k.shapes for robot in scene.robots for k in robot.links},
@@ -164,11 +164,11 @@ def _solids(scene: Scene, named: dict[str, list[Hull]], q: Array) -> Iterator[So
             yield from (Solid(each, pose) for each in hulls)
 
 
-# hulls
+# ---- hulls ----
 
 
 def hull(shape: Primitive) -> Hull:
-    """The hull of a primitive where it stands on its frame.
+    """Return the hull of a primitive in the axes of the frame that carries it.
 
     >>> [len(part) for part in hull(Block(1, 2, 3))[:3]]
     [8, 3, 3]
@@ -184,12 +184,12 @@ def hull(shape: Primitive) -> Hull:
 
 
 def _parts(own: Primitive) -> tuple[Array, Array, Array]:
-    """Points, and the directions of normals and edges, of a shape in its own axes."""
+    """Return points, normals and edge directions of a shape in its own axes."""
     if isinstance(own, Block):
         return own.vertices, np.eye(3), np.eye(3)
     if isinstance(own, Wheel):
         return _prism(own)
-    if isinstance(own, Ball):  # a point, and all that is near it
+    if isinstance(own, Ball):  # its centre; the radius is in `beyond`
         return np.zeros((1, 3)), np.eye(3), np.empty((0, 3))
     if isinstance(own, CameraBody):
         return _frustum(own.vertices)
@@ -197,10 +197,13 @@ def _parts(own: Primitive) -> tuple[Array, Array, Array]:
 
 
 def _prism(wheel: Wheel) -> tuple[Array, Array, Array]:
-    """Around its circle: the sides touch that in their middle, the corners are R/cos(pi/n) away."""
+    """Return the prism around a wheel's circle: points, normals and edge directions.
+
+    Its sides touch the circle in their middles, so its corners are R/cos(pi/n) from the axis.
+    """
     n, z = wheel.n, [[0.0, 0.0, 1.0]]
     corner = 2 * np.pi * np.arange(n) / n
-    side = (corner + np.pi / n)[: n if n % 2 else n // 2]  # of an even number two are parallel
+    side = (corner + np.pi / n)[: n if n % 2 else n // 2]  # opposite sides are parallel for even n
     ring = _on_circle(corner) * wheel.radius / np.cos(np.pi / n)
     ends = [ring + np.array([0.0, 0.0, end * wheel.width / 2]) for end in (-1, 1)]
     normals, along = _on_circle(side), _on_circle(side + np.pi / 2)
@@ -212,7 +215,7 @@ def _on_circle(angle: Array) -> Array:
 
 
 def _frustum(corners: Array) -> tuple[Array, Array, Array]:
-    """From the back of a camera to its opening, the widest; the box lies inside."""
+    """Return the frustum from a camera's back to its opening, which encloses the box."""
     back, front = corners[:4], corners[8:]
     slants, sides = front - back, np.diff(back, axis=0, append=back[:1])
     normals = np.cross(sides, slants)

@@ -1,4 +1,4 @@
-"""`compare`: several tasks from the same start, measured alike."""
+"""`compare`: simulate several tasks from the same start and measure them alike."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from robsim.run.simulate import Progress, check_progress, simulate
 from robsim.servo import Task
 from robsim.world.scene import Scene
 
-_OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are no settings
-NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # at time 0
+_OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are not settings
+NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
 
 
 def compare(
@@ -69,9 +69,9 @@ def compared(schemes: Sequence[Scheme], progress: Progress | None = None) -> Com
     runs: dict[str, xr.Dataset] = {}
     found: dict[str, Measures] = {}
     for i, scheme in enumerate(schemes):
-        told, name = share_of(progress, i / len(schemes), 1 / len(schemes)), scheme.name
+        share_progress, name = share_of(progress, i / len(schemes), 1 / len(schemes)), scheme.name
         try:
-            runs[name], found[name] = run_and_measure(scheme, told)
+            runs[name], found[name] = run_and_measure(scheme, share_progress)
         except Interrupted as stop:
             runs[name], found[name] = stop.run
             message = "stopped by the user; what was simulated so far is in .run"
@@ -98,7 +98,7 @@ def _check(schemes: Sequence[Scheme]) -> None:
 def _comparison(
     schemes: Sequence[Scheme], runs: dict[str, xr.Dataset], found: dict[str, Measures]
 ) -> Comparison:
-    """The comparison of those that were run."""
+    """Return the comparison of the schemes that were run."""
     done = [scheme for scheme in schemes if scheme.name in runs]
     first = runs[done[0].name]
     dims = ("scheme", *(("run",) if "run" in first.dims else ()))
@@ -126,7 +126,7 @@ def _comparison(
 
 
 def _began(run: xr.Dataset) -> NDArray[np.bool_]:
-    """() or (B,): whether a start was in sight and within limits, so that a scheme had its turn."""
+    """Return whether each start, () or (B,), was in sight and within the joint limits."""
     at_once = run["end_time"].values == 0.0
     return np.asarray(~(at_once & np.isin(run["outcome"].values, NO_START)))
 
@@ -136,7 +136,7 @@ def _attributes(key: str) -> dict[str, str]:
 
 
 def _differences(schemes: Sequence[Scheme]) -> Iterable[str]:
-    """What besides the task is not the same for all."""
+    """Yield a note for everything but the task that differs between schemes."""
     first, *others = schemes
     differ = {
         "another scene": [each.name for each in others if each.scene != first.scene],

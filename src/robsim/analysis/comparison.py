@@ -1,4 +1,4 @@
-"""`Comparison`: what `compare` found, as data and as a table."""
+"""`Comparison`: the runs and measures of several schemes, as data and as a table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The runs of several schemes, and their measures; as text, a table.
+    """The runs and measures of several schemes; printed as a table.
 
     `runs` and `scenes` are by the name of the scheme. `data` has a variable for each measure (see
     `robsim.analysis.measures`), with dims (scheme,) or of batches (scheme, run), NaN where a
@@ -36,7 +36,7 @@ class Comparison:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the schemes, in the order given."""
+        """The names of the schemes, in the order given."""
         return tuple(self.runs)
 
     @property
@@ -57,7 +57,7 @@ class Comparison:
         return self.data["began"].sum("run") if self.batch else self.data["began"].astype(int)
 
     def quantile(self, share: float = 0.5) -> xr.Dataset:
-        """Of a batch, for each scheme the quantile of each measure over the runs that converged.
+        """Return, for each scheme of a batch, a quantile of each measure over converged runs.
 
         0.5 is the median. Of single runs: their measures. InputError: a share beyond 0 and 1.
         """
@@ -71,7 +71,7 @@ class Comparison:
         return xr.Dataset(found, attrs=self.data.attrs)
 
     def csv(self) -> str:
-        """The table as comma-separated values, with all measures, in full precision."""
+        """Return the table as comma-separated values, with all measures, in full precision."""
         text = io.StringIO()
         rows = csv.writer(text, lineterminator="\n")
         units = [f"{name} ({each.unit})" for name, each in MEASURES.items()]
@@ -79,12 +79,12 @@ class Comparison:
         numbers = self.quantile()
         for i, name in enumerate(self.names):
             values = [float(numbers[key][i]) for key in MEASURES]
-            told = ["" if np.isnan(value) else repr(value) for value in values]
-            rows.writerow([name, *self._endings(i), *told])
+            texts = ["" if np.isnan(value) else repr(value) for value in values]
+            rows.writerow([name, *self._endings(i), *texts])
         return text.getvalue()
 
     def __str__(self) -> str:
-        """Return the table; what is undefined for every scheme is left out."""
+        """Return the table; measures that are undefined for every scheme are left out."""
         return "\n".join([*_aligned(self._columns()), *self._denominators(), *self.notes])
 
     def _repr_html_(self) -> str:
@@ -97,7 +97,7 @@ class Comparison:
         return table("Comparison", rows, head, "\n".join([*self._denominators(), *self.notes]))
 
     def _columns(self) -> list[list[str]]:
-        """Each with its name, its unit, and a text for each scheme."""
+        """Return columns of text: the name, the unit, and the value of each scheme."""
         numbers = self.quantile()
         shown = {key: each for key, each in MEASURES.items() if each.short}
         shown = {key: each for key, each in shown.items() if np.isfinite(numbers[key]).any()}
@@ -111,21 +111,21 @@ class Comparison:
         return columns
 
     def __repr__(self) -> str:
-        """Also where a notebook shows it."""
+        """Return the table, also where a notebook shows it as text."""
         return str(self)
 
     def _heads(self, *of_batch: str) -> tuple[str, ...]:
         return of_batch if self.batch else ("outcome",)
 
     def _endings(self, i: int) -> tuple[str, ...]:
-        """How a scheme fared, below these heads."""
+        """Return the outcome of a scheme, in the columns that `_heads` names."""
         if not self.batch:
             return (Outcome(int(self.data["outcome"][i])).words,)
         share = float(self.converged()[i])
         return "-" if np.isnan(share) else f"{share:.4g}", str(int(self.began()[i]))
 
     def _denominators(self) -> list[str]:
-        """What the numbers of a batch are about, and which starts are not among them."""
+        """Return notes on the runs that the numbers of a batch count."""
         if not self.batch:
             return []
         count = self.data.sizes["run"]
@@ -139,7 +139,7 @@ class Comparison:
         ]
 
     def _not_begun(self, i: int) -> str:
-        """How many starts of a scheme could not begin, and why; nothing where all could."""
+        """Return how many starts of a scheme could not begin, and why; empty if all could."""
         began, endings = self.data["began"].values[i], self.data["outcome"].values[i]
         counts = [(outcome, int((endings[~began] == outcome).sum())) for outcome in Outcome]
         why = ", ".join(f"{count} {outcome.words}" for outcome, count in counts if count)
@@ -148,14 +148,14 @@ class Comparison:
 
 
 def _quantile(values: xr.DataArray, share: float) -> xr.DataArray:
-    """Along the runs; NaN counts nothing, and is all there is where there is nothing else."""
+    """Return the quantile of each row over its finite values; NaN for a row without any."""
     rows = [row[np.isfinite(row)] for row in values.values]
     found = [float(np.quantile(row, share)) if row.size else np.nan for row in rows]
     return xr.DataArray(found, {"scheme": values["scheme"]}, attrs=values.attrs)
 
 
 def _text(value: float) -> str:
-    """Three digits; "-" where there is nothing, or what is nothing but rounding."""
+    """Return a number to three digits; "-" for NaN, and "0" for rounding errors."""
     if np.isnan(value):
         return "-"
     if abs(value) < 1e-9:
@@ -164,7 +164,7 @@ def _text(value: float) -> str:
 
 
 def _aligned(columns: list[list[str]]) -> list[str]:
-    """Lines of text from columns of it; the first two to the left, numbers to the right."""
+    """Return the lines of a table; the first two columns flush left, the others flush right."""
     widths = [max(map(len, column)) for column in columns]
     padded = [
         [text.ljust(width) if i < 2 else text.rjust(width) for text in column]

@@ -1,4 +1,4 @@
-"""What a run was like inside: its Lyapunov function, ranks, stability and margins over time."""
+"""Diagnosis of a run over time: Lyapunov function, ranks, stability and margins."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ def diagnose(
     sensing: Sensing | None = None,
     actuation: Actuation | None = None,
 ) -> xr.Dataset:
-    """What the controller of a single run knew and what was true, at each recorded instant.
+    """Return what the controller of a run used and what was true, at each recorded instant.
 
     The run is repeated from its own text, with the same bits, or from `scene` and `task`, with
-    `sensing` and `actuation`, where these are Python code. Of a summary every instant is given.
+    `sensing` and `actuation`, where these are Python code. For a summary every instant is given.
     Lhat and Jhat are what the law was given, L and J what was true, all with the weights of the
     task; V and its rate are those of the unweighted true error.
 
@@ -100,7 +100,7 @@ def diagnose(
 
 
 def diagnosed(again: Repeated) -> xr.Dataset:
-    """The diagnosis of a repeated run, of every instant."""
+    """Return the diagnosis of a repeated run, at every instant."""
     import xarray as xr
 
     T = len(again.snapshots)
@@ -138,7 +138,7 @@ def _lyapunov(truth: Truth | None, rates: Array) -> dict[str, Array]:
 
 
 def _conditions(again: Repeated) -> dict[str, Array]:
-    """Ranks and singular values of what the law was given."""
+    """Return ranks and singular values of the matrices that the law was given."""
     controller, basis = again.loop.controller, bases(again)
     task_jacobian = _over_time([one.command.task_jacobian for one in again.snapshots])
     found: dict[str, Array] = {}
@@ -164,7 +164,7 @@ def _rank(values: Array, rcond: float) -> Array:
 
 
 def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
-    """What the loop makes of an error and of a motion, to first order."""
+    """Return the first-order stability measures of the closed loop."""
     T, basis = len(again.snapshots), bases(again)
     found = {name: np.full(T, np.nan) for name in ("stability", "stability_motion", "contraction")}
     controller = again.loop.controller
@@ -189,7 +189,7 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
 
 
 def law_map(law: Law, state: ControlState) -> Array:
-    """(n, k): what a law that is linear in the error commands of each unit error, at gain 1."""
+    """Return the matrix (n, k) that a law, linear in the error, applies to it at gain 1."""
     k = state.error_last.shape[0]
 
     def wide(array: Array) -> Array:
@@ -207,7 +207,7 @@ def law_map(law: Law, state: ControlState) -> Array:
 
 
 def over_motions(P: Array, task_jacobian: Array) -> Array:
-    """P task_jacobian (n, n) within the range of P (n, k): the motions that can be commanded."""
+    """Return P task_jacobian restricted to the range of P (n, k): the motions commanded."""
     U, sigma, _ = np.linalg.svd(P, full_matrices=False)
     U = U[:, sigma > RCOND * sigma.max(initial=0.0)]
     M: Array = U.T @ P @ task_jacobian @ U
@@ -215,7 +215,7 @@ def over_motions(P: Array, task_jacobian: Array) -> Array:
 
 
 def least_eigenvalue(M: Array) -> float:
-    """Of the symmetric part."""
+    """Return the least eigenvalue of the symmetric part of M."""
     return float(np.linalg.eigvalsh(0.5 * (M + M.T)).min(initial=np.inf))
 
 
@@ -231,7 +231,7 @@ def _margins(again: Repeated, q: Array) -> dict[str, NDArray[Any]]:
 
 
 def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Least distance (T,) from a border, and of which mark."""
+    """Return the least distance (T,) of a mark from its image border, and which mark."""
     each = []
     for sight in again.loop.controller.sights:
         low, high = sight.eye.camera.border.T[:, None, :, None]
@@ -243,14 +243,14 @@ def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]
 
 
 def _limit_margins(limits: Array, q: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Least share (T,) of its range between a coordinate and a limit, and which coordinate."""
+    """Return the least distance (T,) from a limit as a share of its range, and where."""
     low, high = limits[:, :1], limits[:, 1:]
     span = np.where(np.isfinite(high - low), high - low, 1.0)
     return _least(np.minimum(q - low, high - q) / span)
 
 
 def _least(margins: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Least finite margin of (N, T) and its row; NaN and -1 where there is none."""
+    """Return the least finite margin of (N, T) and its row; NaN and -1 where there is none."""
     if not len(margins):
         return np.full(margins.shape[1], np.nan), np.full(margins.shape[1], -1)
     least, row = margins.min(axis=0), margins.argmin(axis=0)
@@ -268,7 +268,7 @@ def _singularity(again: Repeated, truth: Truth | None, T: int) -> Array:
 
 
 def singular_values(A: Array) -> Array:
-    """(T, min(m, n)) of A (T, m, n), largest first; NaN where A is not finite."""
+    """Return singular values (T, min(m, n)) of A (T, m, n), largest first; NaN if not finite."""
     there = np.isfinite(A).all(axis=(1, 2))
     sigma = np.full((len(A), min(A.shape[1:])), np.nan)
     sigma[there] = np.linalg.svd(A[there], compute_uv=False)
@@ -276,11 +276,11 @@ def singular_values(A: Array) -> Array:
 
 
 def bases(again: Repeated) -> list[Basis] | None:
-    """What each command is based on, if it is that of one servo task."""
+    """Return what each command is based on; None unless the run is of one servo task."""
     found = [decision.basis for decision in again.decisions]
     return found if all(isinstance(one, Basis) for one in found) else None
 
 
 def _over_time(arrays: list[Array]) -> Any:
-    """(T, ...) of arrays with one run at the end."""
+    """Return (T, ...) of T arrays whose last axis has a single run."""
     return np.stack([array[..., 0] for array in arrays])

@@ -1,4 +1,4 @@
-"""Random numbers for studies: the same bits for the same seed, however many are drawn."""
+"""Random numbers for studies, which depend on the seed and the row but not on the count."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import numpy as np
 from robsim.base.arrays import Array, runs_first
 from robsim.kernels import random
 
-WORKSPACE, PROBES = 16, 17  # streams; those below are for what sensors do in a run
+WORKSPACE, PROBES = 16, 17  # streams; those below 16 are for sensors in a run
 
 
 def uniform(seed: int, stream: int, count: int, n: int) -> Array:
-    """(count, n) numbers between 0 and 1, exclusive: row by row, whatever the count.
+    """Return (count, n) uniform numbers in (0, 1), of which a row does not depend on the count.
 
     >>> bool((uniform(1, WORKSPACE, 9, 3)[:5] == uniform(1, WORKSPACE, 5, 3)).all())
     True

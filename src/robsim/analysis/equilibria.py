@@ -1,4 +1,4 @@
-"""Equilibria of a task: where it commands no motion, and whether runs end there."""
+"""Search for the equilibria of a task, and for the share of the runs that end at each."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from robsim.world.scene import Scene
 
 NEAR = 0.02  # metres and radians from an equilibrium, within which a run has ended there
 CHUNK = 256  # runs in lockstep
-PAIRS = 200  # of ends, at least, between which Newton's method starts
-PERIODS = 0.02  # of a run's step, in units of the time 1/rate of the fastest motion
-PATIENCE = 100.0  # the duration of a run, in units of the time 1/pace of the slowest
-LONGEST = 20_000  # steps
-MOST = 1_000_001  # starts that are drawn are fewer
+PAIRS = 200  # least number of pairs of ends between which Newton's method starts
+PERIODS = 0.02  # control period of a run, in time constants 1/rate of the fastest motion
+PATIENCE = 100.0  # duration of a run, in time constants 1/pace of the slowest motion
+LONGEST = 20_000  # control periods of a run, at most
+MOST = 1_000_001  # upper bound, exclusive, of the number of drawn starts
 
 
 def equilibria(
@@ -43,16 +43,16 @@ def equilibria(
     dt: float | None = None,
     duration: float | None = None,
 ) -> Equilibria:
-    """The states in which a task commands no motion, found from many starts and classified.
+    """Find states in which a task commands no motion, from many starts, and classify them.
 
     From every start a run goes to its end, as in `simulate`, though no image has a border and no
     joint a limit. Newton's method then looks for f(q) = 0, with qdot = f(q) what the task commands,
     from all ends, from all starts, from states at random between two ends, where saddles are, and
-    from the goal where it was shown. What is found depends on the starts: nobody promises that it
-    is all there is. Each one is classified by its error and by the eigenvalues of df/dq. Spurious
-    minima: Chaumette 1998, "Potential problems of stability and convergence in image-based and
-    position-based visual servoing"; all equilibria of points: Colotti et al. 2024, "Determination
-    of all stable and unstable equilibria for image-point-based visual servoing".
+    from the goal where it was taught. The result depends on the starts and may not be complete.
+    Each one is classified by its error and by the eigenvalues of df/dq. Spurious minima: Chaumette
+    1998, "Potential problems of stability and convergence in image-based and position-based visual
+    servoing"; all equilibria of points: Colotti et al. 2024, "Determination of all stable and
+    unstable equilibria for image-point-based visual servoing".
 
     starts     (B, nq) coordinates, or {robot: q}; None: they are drawn
     count      how many are drawn
@@ -69,7 +69,7 @@ def equilibria(
                less (with the transpose, the rate of the slowest feature stands for the gain)
 
     InputError: a task that remembers (Broyden, DepthFilter, estimated feed-forward, a smooth
-    start, a latched switch), a scene that moves on its own, or starts of no use.
+    start, a latched switch), a scene that moves on its own, or unusable starts.
 
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("local_minimum"))
@@ -81,7 +81,7 @@ def equilibria(
     real = task.bind(scene)  # with the errors and warnings of a run
     field = Field.of(scene, task)
     count, seed = whole(count, "count", 1, MOST), whole(seed, "seed", 0, 2**64)
-    with np.errstate(all="ignore"):  # a state of no use is data
+    with np.errstate(all="ignore"):  # unusable states give NaN
         q0 = drawn(field, count, seed, distance, cone) if starts is None else _given(field, starts)
         return _found(real, field, q0, seed, *_times(field, q0, dt, duration))
 
@@ -89,7 +89,7 @@ def equilibria(
 def _found(
     real: Controller, field: Field, q0: Array, seed: int, dt: float, steps: int
 ) -> Equilibria:
-    """From starts q0 (nq, B), by runs of so many steps and by Newton's method."""
+    """Return what runs and Newton's method find from starts q0 (nq, B)."""
     field.check_forgetful(q0)
     ends, outcomes = _runs(field, q0, dt, steps)
     seeds = [q0, ends, _between(field, ends, seed)]
@@ -100,7 +100,7 @@ def _found(
 
 
 def _given(field: Field, starts: Any) -> Array:
-    """Checked starts (nq, B)."""
+    """Return the given starts as (nq, B); InputError if they are of no use."""
     given = field.scene.coordinates(starts, "starts", limits=False)
     if given.ndim != 2 or not given.size:
         raise InputError(f"starts: expected shape (B, {field.scene.nq}), got {given.shape}")
@@ -112,7 +112,7 @@ def _given(field: Field, starts: Any) -> Array:
 
 
 def _times(field: Field, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
-    """Period, and how many of them; by the fastest and the slowest motion where not given."""
+    """Return the period and the number of periods, by default from the rates of the task."""
     if dt is None:
         rates = np.abs(eigenvalues(field, q0 if field.goal is None else field.goal)).max(axis=0)
         fastest = np.median(rates[np.isfinite(rates)]) if np.isfinite(rates).any() else 0.0
@@ -124,7 +124,7 @@ def _times(field: Field, q0: Array, dt: Any, duration: Any) -> tuple[float, int]
 
 
 def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArray[np.int8]]:
-    """Where the runs end (nq, B), and why."""
+    """Return the states (nq, B) where the runs end, and their outcomes (B,)."""
     loop = Loop(field.controller, runs_first(q0), dt, steps)
     loop.limits = np.full(loop.limits.shape, [-np.inf, np.inf])
     rows = np.arange(q0.shape[1])
@@ -134,7 +134,7 @@ def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArra
 
 
 def _between(field: Field, ends: Array, seed: int) -> Array:
-    """States between the ends of runs, drawn at random: a saddle parts two basins."""
+    """Return states at random between the ends of runs: a saddle separates two basins."""
     rng, pairs = np.random.default_rng([seed, 1]), max(PAIRS, ends.shape[1])
     i, j = rng.integers(ends.shape[1], size=(2, pairs))
     return field.between(ends[:, i], ends[:, j], rng.uniform(size=pairs))
@@ -143,7 +143,7 @@ def _between(field: Field, ends: Array, seed: int) -> Array:
 def _result(
     real: Controller, field: Field, q: Array, q0: Array, ends: Array, outcomes: NDArray[np.int8]
 ) -> Equilibria:
-    """All that was found, each set once, in order."""
+    """Return the equilibria that were found, each set once, in order."""
     starts = frozen(runs_first(q0))
     if not q.shape[1]:
         return Equilibria((), starts, frozen(np.full(len(starts), -1)), frozen(outcomes))
@@ -166,13 +166,13 @@ def _result(
         )
         for i in listed
     ]
-    number = np.full(first.size + 1, -1)  # the last is for runs that ended at none
+    number = np.full(first.size + 1, -1)  # the last entry is for runs that ended at none
     number[listed] = np.arange(len(listed))
     return Equilibria(tuple(found), starts, frozen(number[ended]), frozen(outcomes))
 
 
 def _order(field: Field, points: Points, named: list[Kind], counts: Any) -> list[int]:
-    """Numbers of the points: by kind, the shown goal first, then by share, then by error."""
+    """Return indices of the points by kind, taught goal first, then by share, then by error."""
     ranks = np.array([KINDS.index(kind) for kind in named])
     other = np.zeros(ranks.size) if field.goal is None else field.apart(points.q, field.goal)[:, 0]
     order = np.lexsort(np.array([points.error_norm, -counts, other > SAME, ranks]))
@@ -180,7 +180,7 @@ def _order(field: Field, points: Points, named: list[Kind], counts: Any) -> list
 
 
 def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
-    """(E,) whether all joints are within their limits and all marks in their images."""
+    """Return whether (E,) all joints are within their limits and all marks in their images."""
     low, high = real.scene.limits.T[..., None]
     within = (low - LIMIT_SLACK <= q) & (q <= high + LIMIT_SLACK)
     seen = [sight.project(q).visibility == Visibility.IN_IMAGE for sight in real.sights]
@@ -188,6 +188,6 @@ def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
 
 
 def _ended(field: Field, points: Points, first: Any, ends: Array) -> NDArray[np.int64]:
-    """(B,) the first point of the set near which each run ended; -1 if near none."""
+    """Return the first point (B,) of the set near which each run ended; -1 if near none."""
     far = field.apart(ends, points.q)
     return np.where(far.min(axis=1) < NEAR, first[far.argmin(axis=1)], -1)

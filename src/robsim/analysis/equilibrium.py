@@ -1,4 +1,4 @@
-"""What `equilibria` returns: states in which a task commands no motion."""
+"""`Equilibrium` and `Equilibria`: the result of `equilibria`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.run.outcome import Outcome
 
 Kind = Literal["goal", "false goal", "minimum", "degenerate", "saddle", "source", "not smooth"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-ROWS = 20  # of the table that is printed
+ROWS = 20  # of the printed table, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Equilibrium(Value):
                   "not smooth": f has no derivative there
     error_norm    ||e||, in the unit of the features
     eigenvalues   (n,) of the closed loop df/dq, complex, per second, the slowest to decay last;
-                  NaN where f has no derivative; a unicycle, which has a coordinate more than
+                  NaN where f has no derivative; a unicycle, which has one coordinate more than
                   velocities, adds a zero
     free          how many eigenvalues count as zero: below a ten-thousandth of the slowest rate at
                   which the error is to decay, which is the gain where the inverse is no transpose
@@ -52,7 +52,7 @@ class Equilibrium(Value):
 
     @property
     def stable(self) -> bool:
-        """Whether every motion decays."""
+        """Whether every small motion decays."""
         return not self.free and bool((self.eigenvalues.real < 0).all())
 
     def __str__(self) -> str:
@@ -70,14 +70,14 @@ class Equilibrium(Value):
 
 @dataclass(frozen=True, eq=False)
 class Equilibria(Value, Sequence[Equilibrium]):
-    """The equilibria that were found: goals first, then traps, then what repels.
+    """The equilibria that were found: goals first, then minima, then the unstable ones.
 
     The table that `print` shows has in each row the kind, the share of the starts, ||e||, the
     smallest and the largest real part of the eigenvalues (* where some are complex), the pose of
     the target in the camera as position and rotation vector, and whether it is outside of the
     limits of a joint or of an image.
 
-    found      what they are
+    found      the equilibria
     starts     (B, nq) where the runs started
     ends       (B,) number of the equilibrium at which each run ended; -1 for none of them
     outcomes   (B,) `Outcome` of each run
@@ -102,7 +102,7 @@ class Equilibria(Value, Sequence[Equilibrium]):
         return iter(self.found)
 
     def of(self, kind: Kind) -> tuple[Equilibrium, ...]:
-        """All of a kind."""
+        """Return all equilibria of one kind."""
         return tuple(each for each in self.found if each.kind == kind)
 
     @property
@@ -115,17 +115,17 @@ class Equilibria(Value, Sequence[Equilibrium]):
 
     @property
     def minima(self) -> tuple[Equilibrium, ...]:
-        """The traps: runs end there, and the error is not zero."""
+        """The minima with non-zero error, at which runs end."""
         return self.of("minimum")
 
     @property
     def saddles(self) -> tuple[Equilibrium, ...]:
-        """What attracts from some sides and repels to others."""
+        """The saddles, which attract along some directions and repel along others."""
         return self.of("saddle")
 
     @property
     def lost(self) -> float:
-        """The share of the starts whose runs ended at none of them."""
+        """The share of the starts whose runs ended at none of the equilibria."""
         return float((self.ends < 0).mean())
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""`explain`: what happened in a run, when, why, and what to try."""
+"""`explain`: report what happened in a run, when, why, and what to try."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ _WELL = (Outcome.CONVERGED, Outcome.RUNNING)
 
 @dataclass(frozen=True)
 class Explanation:
-    """What happened in a run, when, why, and what to try; `print` it to read it.
+    """An account of what happened in a run, when, why, and what to try.
 
     outcome  how the run ended
     what     a sentence
     when     seconds since the start
-    causes   why, the most telling first; of a run that converged, what is notable about it
+    causes   reasons, most important first; for a run that converged, what is notable
     advice   changes with which the same run converges
-    remarks  what else is worth knowing
+    remarks  further observations
 
     >>> Explanation(Outcome.CONVERGED, "After 1 s the run converged.", 1.0)
     Explanation(CONVERGED after 1 s: 0 causes, 0 pieces of advice)
@@ -55,7 +55,7 @@ class Explanation:
     remarks: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """A few plain sentences, a line for each finding."""
+        """Return a few plain sentences, one line for each finding."""
         why = "Note" if self.outcome in _WELL else "Why"
         lines = [self.what, *(f"{why}: {cause.sentence}" for cause in self.causes)]
         lines += [f"Note: {remark}" for remark in self.remarks]
@@ -71,7 +71,7 @@ class Explanation:
         return table(self.what, rows)
 
     def __repr__(self) -> str:
-        """Return one line."""
+        """Return one line: the outcome, and how many causes and pieces of advice."""
         return (
             f"Explanation({self.outcome.name} after {self.when:g} s: {len(self.causes)} causes, "
             f"{len(self.advice)} pieces of advice)"
@@ -87,16 +87,17 @@ def explain(
     actuation: Actuation | None = None,
     experiments: bool = True,
 ) -> Explanation:
-    """Why a single run ended as it did, by repeating it with one thing changed at a time.
+    """Explain why a single run ended as it did, by repeating it with one change at a time.
 
-    What is wrong with images, joints, depths and beliefs is put right, all of it and piece by
-    piece: a cause is what the run converges without. If nothing of that is the cause, it is read
-    from the `diagnose` of the run: null spaces, lost ranks, retreat, loop gain, limits. The advice
-    are other gains, interaction matrices and laws with which the same start was found to converge.
-    Without `experiments` nothing is changed, only read.
+    The imperfections of images, joints, depths and beliefs are removed, together and one by one: a
+    cause is one without which the run converges. If none is the cause, reasons are read from the
+    `diagnose` of the run: null spaces, lost ranks, retreat, loop gain, limits. The advice are other
+    gains, interaction matrices and laws with which the same start was found to converge. Without
+    `experiments` nothing is changed, only read.
 
-    The run says how it was made; where scene or task are Python code, give them, and `sensing` and
-    `actuation`, as they were. InputError: no single run, or one that cannot be repeated.
+    The run contains the text of its experiment; where scene or task are Python code, give them,
+    with `sensing` and `actuation`, as they were. InputError: no single run, or one that cannot be
+    repeated.
 
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
@@ -134,10 +135,10 @@ def _ended(inquiry: Inquiry) -> bool:
 
 
 def _all_right(case: Case, wrong: list[Removal]) -> str:
-    """How a run ends that fails also with everything put right."""
+    """Return how a run ends that fails even with every imperfection removed."""
     trial = tried(without(patient(case), wrong))
     if trial is None:
-        return "with all of it put right the run makes no sense"
+        return "with all of it put right the run cannot be simulated"
     if trial.converged:
         return "but only time is lacking"
     return f"with all of it put right the run ends as {trial.outcome.name} {trial.end}"
@@ -146,7 +147,7 @@ def _all_right(case: Case, wrong: list[Removal]) -> str:
 def _remarks(
     case: Case, found: Attribution, wrong: list[Removal], experiments: bool
 ) -> tuple[str, ...]:
-    """What of the things that are wrong is not the cause."""
+    """Return remarks on the imperfections that are not the cause."""
     if not wrong:
         return ()
     names = listed([one.name for one in wrong])
@@ -165,7 +166,7 @@ def _remarks(
 
 
 def _left_alone(inquiry: Inquiry, run: xr.Dataset) -> tuple[str, ...]:
-    """How a run that was stopped would have ended."""
+    """Return how a run that was stopped would have ended."""
     if inquiry.outcome is not Outcome.RUNNING or not inquiry.experiments:
         return ()
     case: Case = inquiry.case.but(duration=float(run.attrs["duration"]) - 0.5 * inquiry.case.dt)

@@ -1,4 +1,4 @@
-"""The vector field of a task: which velocities it commands at any state, and how they change."""
+"""The vector field of a task: the commanded velocities at any state, and their derivatives."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ STEP = 1e-5  # metres and radians, of central differences
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """qdot = f(q) of a task that remembers nothing, in a scene whose images have no border.
+    """The vector field qdot = f(q) of a task without memory, with borderless images.
 
     Coordinates q are (nq, B), and tangent coordinates (n, B) are those of the commanded
     velocities: q moves by dq along the motion of velocities dq that are held for one second.
@@ -43,7 +43,7 @@ class Field:
 
     @classmethod
     def of(cls, scene: Scene, task: Task) -> Field:
-        """The field of a task; InputError if it remembers something or the scene moves alone."""
+        """Return the field of a task; InputError if it has memory or the scene moves on its own."""
         if scene.motions:
             raise InputError(
                 f"equilibria: robot '{scene.motions[0].robot}' moves on its own, and a scene "
@@ -55,30 +55,30 @@ class Field:
                 "not on the state alone; leave that out"
             )
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # given where the user bound the task
+            warnings.simplefilter("ignore", RankWarning)  # given when the user's task was bound
             return cls(_borderless_task(task).bind(_borderless(scene)))
 
     @property
     def scene(self) -> Scene:
-        """The true one, its images without border."""
+        """The true scene, with images without border."""
         scene: Scene = self.controller.scene
         return scene
 
     @property
     def n(self) -> int:
-        """How many velocities are commanded."""
+        """The number of commanded velocities."""
         return int(self.controller.columns.size)
 
     @cached_property
     def unreached(self) -> int:
-        """How many coordinates no command changes at once: the way sideways of each unicycle."""
+        """The number of coordinates without a velocity: the sideways one of each unicycle."""
         tree = self.scene.tree
         bodies = np.unique(tree.owners[self.controller.columns])
         return sum(tree.models[body].wheeled for body in bodies)
 
     @cached_property
     def goal_pose(self) -> Pose:
-        """T_c_o of the first camera and target at the goal, as believed; of numbers, at home."""
+        """The believed T_c_o of the first camera and target at the goal; at home for numbers."""
         sight = self.controller.sights[0]
         if self._regulated is not None:
             T_c_o = self._regulated.goals[sight.key].guess_last
@@ -88,12 +88,12 @@ class Field:
 
     @property
     def goal(self) -> Array | None:
-        """Coordinates (nq, 1) at which the goal was shown, if it was."""
+        """The coordinates (nq, 1) at which the goal was taught, if it was."""
         return None if self._regulated is None else self._regulated.q_goal
 
     @property
     def true_goal(self) -> Pose | None:
-        """T_c_o where the goal was shown, or computed by a belief that is the truth; else None."""
+        """The true T_c_o at a goal that was taught or computed from true beliefs; else None."""
         if self.goal is not None:
             return self.pose(self.goal)[0]
         regulated = self._regulated
@@ -101,37 +101,37 @@ class Field:
         return self.goal_pose if known else None
 
     def pose(self, q: Array) -> Pose:
-        """T_c_o (B) of the first target in the first camera."""
+        """Return T_c_o (B) of the first target in the first camera."""
         seen = self.controller.sights[0].project(q)
         return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o)))
 
     @property
     def _regulated(self) -> Regulated | None:
-        """Of the first of all tasks; None if it is of the user's own kind."""
+        """The features of the first servo task; None for a user's own kind of task."""
         part: Any = self.controller
         while hasattr(part, "parts"):
             part = part.parts[0]
         return part.regulated if isinstance(part, Servo) else None
 
     def command(self, q: Array) -> Command:
-        """What the controller makes of states as if each were the first instant of a run."""
+        """Return the command at states q (nq, B), each as the first instant of a run."""
         return self.controller.control(self._measurement(q))
 
     def rates(self, q: Array) -> Array:
-        """F (n, B), NaN where a mark is not in front of its camera: there nothing is asked."""
+        """Return f (n, B), NaN where a mark is not in front of its camera."""
         out, front = np.full((self.n, q.shape[1]), np.nan), self.in_front(q)
         if front.any():
-            with np.errstate(all="ignore"):  # a state of no use is data
+            with np.errstate(all="ignore"):  # unusable states give NaN
                 out[:, front] = self.command(some_runs(q, front)).qd
         return out
 
     def in_front(self, q: Array) -> Any:
-        """Whether (B,) every camera of the task has all its marks in front."""
+        """Return whether (B,) every camera of the task has all its marks in front."""
         depths = [sight.project(q).depth.min(axis=0) for sight in self.controller.sights]
         return np.min(depths, axis=0) > 0
 
     def moved(self, q: Array, dq: Array) -> Array:
-        """The states (nq, B) that lie dq (n, B) away."""
+        """Return the states (nq, B) moved by tangent coordinates dq (n, B)."""
         out = q.copy()
         velocities = np.zeros((self.scene.nv, q.shape[1]))
         velocities[self.controller.columns] = dq
@@ -139,23 +139,26 @@ class Field:
         return out
 
     def within_limits(self, q: Array) -> Array:
-        """The states, their joints turned fully about as often as brings them into their limits."""
+        """Return the states with joints turned by full turns into their limits, if possible."""
         limits, out = self.scene.limits, q.copy()
         for _, kind, rows, *_ in self.scene.tree.members:
             out[rows] = kind.wrap(q[rows].T, limits[rows]).T
         return out
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
-        """States (nq, B) on the way from a to b (nq, B): coordinates in proportion, (B,) 0 to 1."""
+        """Return states (nq, B) between a and b (nq, B), at shares (B,) from 0 to 1."""
         out = np.empty(a.shape)
         for _, kind, rows, *_ in self.scene.tree.members:
             out[rows] = kind.between(a[rows].T, b[rows].T, share).T
         return out
 
     def differences(self, q: Array) -> tuple[Array, Array]:
-        """F (n, n, B) after a STEP along (second index) each commanded velocity, and against it."""
+        """Return f (n, n, B) at states a STEP ahead and behind along each commanded velocity.
+
+        The second index is that of the velocity.
+        """
         n, runs = self.n, q.shape[1]
-        shape = n, 2, n, runs  # of tangent coordinate, sign, velocity, run
+        shape = n, 2, n, runs  # tangent coordinate, sign, velocity, run
         steps = np.zeros(shape)
         for j in range(n):
             steps[j, :, j] = np.array([[STEP], [-STEP]])
@@ -167,12 +170,12 @@ class Field:
         return ahead, behind
 
     def jacobian(self, q: Array) -> Array:
-        """Df/dq (n, n, B) by central differences: how the closed loop moves near a state."""
+        """Return df/dq (n, n, B) by central differences."""
         ahead, behind = self.differences(q)
         return (ahead - behind) / (2.0 * STEP)
 
     def apart(self, a: Array, b: Array) -> Array:
-        """How far (A, B) states (nq, A) and (nq, B) are apart, the largest of metres and radians.
+        """Return distances (A, B) between states (nq, A) and (nq, B), the largest of m and rad.
 
         A turn is compared modulo 2 pi, a floating joint by its way and its angle; how far the
         wheels of vehicles have turned does not count.
@@ -189,7 +192,7 @@ class Field:
         return Measurement(0, 1.0, q, projections, pixels, {})
 
     def check_forgetful(self, q: Array) -> None:
-        """InputError if a law of the user keeps something of states q for the next instant."""
+        """Raise InputError if a law stores something in the memory at states q."""
         now = self._measurement(q)
         with np.errstate(all="ignore"):
             self.controller.control(now)
@@ -202,7 +205,7 @@ class Field:
 
 
 def _memories(task: Any) -> Iterator[str]:
-    """What of a task, or of the tasks in it, depends on more than the state."""
+    """Yield the parts of a task, or of tasks in it, that depend on more than the state."""
     if isinstance(task, Switch) and task.latch:
         yield "Switch with latch=True"
     if isinstance(task, FollowJoints | FollowPath):
@@ -222,14 +225,14 @@ def _memories(task: Any) -> Iterator[str]:
 
 
 def _parts(task: Any) -> dict[str, Any]:
-    """The tasks of a task of several, by the names of their fields."""
+    """Return the tasks within a task, by the names of their fields."""
     return {
         name: getattr(task, name) for name in ("first", "second", "tasks") if hasattr(task, name)
     }
 
 
 def _borderless_task(task: Any) -> Any:
-    """The same task, with a believed scene whose images have no border either."""
+    """Return the task with a believed scene whose images have no border either."""
     changes = {
         name: tuple(map(_borderless_task, part))
         if isinstance(part, tuple)
@@ -238,7 +241,7 @@ def _borderless_task(task: Any) -> Any:
     }
     if isinstance(getattr(task, "belief", None), Scene):
         changes["belief"] = _borderless(task.belief)
-    whole = not changes or not is_dataclass(task)  # a task of a user may be of any class
+    whole = not changes or not is_dataclass(task)  # a user's task need not be a dataclass
     return task if whole else replace(task, **changes)
 
 
@@ -248,7 +251,7 @@ def _borderless(scene: Scene) -> Scene:
 
 
 def _kept(memory: dict[str, Any]) -> Iterator[str]:
-    """Names of all that is remembered."""
+    """Yield the names of everything in a memory."""
     for name, value in memory.items():
         if isinstance(value, dict):
             yield from _kept(value)

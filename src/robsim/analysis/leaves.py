@@ -1,4 +1,4 @@
-"""The servo tasks of which a task is made: those that a switch or an order of tasks holds."""
+"""The servo tasks within a task, such as those of a switch or of a list of priorities."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def leaves(task: Task) -> list[ServoTask]:
 
 
 def changed(task: Task, change: Change) -> Task:
-    """Return the task with every servo task in it changed."""
+    """Return the task with `change` applied to every servo task in it."""
     if isinstance(task, ServoTask):
         return change(task)
     outer: Any = task

@@ -1,4 +1,4 @@
-"""How well a link can move at a configuration, and how far the nearest singularity is."""
+"""Manipulability of a link, its condition number, and its distance from singularities."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from robsim.robot.robot import Robot
 
 Axes = Literal["all", "linear", "angular"]
 ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}  # of (v, omega)
-TRIED, SPREAD = 8, 2.0  # configurations for the rank: how many, and how far from home (m, rad)
-NOTHING = 1e-9  # a singular value below this share of the largest is rounding
+TRIED, SPREAD = 8, 2.0  # configurations for the rank, and their distance from home (m, rad)
+NOTHING = 1e-9  # singular values below this share of the largest count as zero
 
 
 def manipulability(
     robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
 ) -> Array:
-    """How freely the link moves at q: the product (...,) of the singular values of its Jacobian.
+    """Return the product (...,) of the singular values of a link's Jacobian at q.
 
     Up to a constant it is the volume of the ellipsoid of its velocities at joint velocities of unit
     length, and zero at singularities. Where J has no more rows than columns it is the measure
@@ -50,7 +50,7 @@ def manipulability(
 def singularity_distance(
     robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
 ) -> Array:
-    """The smallest singular value (...,) of the link's Jacobian: 0 where it loses a direction.
+    """Return the smallest singular value (...,) of a link's Jacobian; 0 at a singularity.
 
     It is the distance from J to the nearest matrix that is singular, in the spectral norm (Eckart
     and Young 1936), and the speed of the link in its slowest direction at joint velocities of unit
@@ -74,7 +74,7 @@ def singularity_distance(
 def condition_number(
     robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
 ) -> Array:
-    """The largest singular value (...,) of the link's Jacobian over the smallest.
+    """Return the largest singular value (...,) of a link's Jacobian over the smallest.
 
     1 where the link moves equally well in all directions (isotropic: Salisbury and Craig 1982,
     "Articulated hands: force control and kinematic issues"); without bound near singularities,
@@ -95,7 +95,9 @@ def condition_number(
 def singular_values(
     robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
 ) -> Array:
-    """(..., r) of the link's Jacobian, the largest first: as many as it has rank almost everywhere.
+    """Return singular values (..., r) of a link's Jacobian, largest first.
+
+    r is the rank that the Jacobian has almost everywhere.
 
     Arguments as in `manipulability`.
     """
@@ -110,7 +112,7 @@ def singular_values(
 
 
 def _spectrum(robot: Robot, q: Array, link: str | None, axes: Axes, unit: float) -> Array:
-    """All singular values of J, with lengths in units of `unit` metres."""
+    """Return all singular values of J, with lengths in units of `unit` metres."""
     J = robot.jacobian(q, link)
     J[..., :3, :] /= unit
     J[..., [name == "m/s" for name in robot.velocity_units]] *= unit
@@ -118,13 +120,13 @@ def _spectrum(robot: Robot, q: Array, link: str | None, axes: Axes, unit: float)
 
 
 def _tried(robot: Robot) -> Array:
-    """(TRIED, nq) configurations around home, always the same."""
+    """Return (TRIED, nq) fixed configurations around home."""
     rates = SPREAD * (2 * uniform(0, PROBES, TRIED, robot.nv) - 1)
     return robot.integrate(robot.home, rates, 1.0)
 
 
 def _rank(values: Array) -> int:
-    """The highest rank among some configurations."""
+    """Return the highest rank among some configurations, from their singular values."""
     if not values.size:
         return 0
     largest = values.max()

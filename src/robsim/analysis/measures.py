@@ -1,4 +1,4 @@
-"""Measures of visual servoing: what a recorded run was like, as one number for each run.
+"""Performance measures of visual servoing: one number for each recorded run.
 
 They are in the spirit of Gans, Hutchinson and Corke 2003, "Performance tests for visual servo
 control systems, with application to partitioned approaches to visual servo control": how long it
@@ -6,8 +6,8 @@ took, how far the marks strayed in the image, and how far the camera strayed in 
 `Recorded` runs and gives (B,), NaN where it is undefined. What happens on the way is that of the
 recorded instants, so that only record="all" misses nothing.
 
-"The camera" is whatever moves: where the camera stands still and the target is carried, ways and
-rotations are those of the target, as in `path_length` of a run.
+"The camera" is the frame that moves: where the camera stands still and the target is carried, ways
+and rotations are those of the target, as in `path_length` of a run.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-SPOT = 1e-3  # of the distance to the target: a way that is shorter than this is a turn on the spot
+SPOT = 1e-3  # share of the distance to the target below which a path is a turn on the spot
 
 
 def time_to_converge(of: Recorded) -> Array:
-    """Seconds until every error was below its tolerance; NaN if it never was, or with hold."""
+    """The time in seconds until every error is below its tolerance; NaN if never, or with hold."""
     if of.run.attrs.get("hold"):
         return np.full(of.runs, np.nan)
     return np.where(of.converged, of.each("end_time"), np.nan)
 
 
 def pixel_error(of: Recorded) -> Array:
-    """Pixels: the largest distance of a mark from its goal at the end."""
+    """The largest distance in pixels of a mark from its goal at the end."""
     return np.array(of.each("pixel_error"))
 
 
 def distance_to_goal(of: Recorded) -> Array:
-    """Metres from where the camera ended to its goal; NaN where no pose is known."""
+    """The distance in metres of the camera from its goal at the end; NaN where unknown."""
     return np.array(of.each("distance_to_goal"))
 
 
 def angle_to_goal(of: Recorded) -> Array:
-    """Radians from the pose in which the camera ended to that of its goal."""
+    """The angle in radians between the camera and its goal at the end; NaN where unknown."""
     return np.array(of.each("angle_to_goal"))
 
 
@@ -59,7 +59,7 @@ def image_excursion(of: Recorded) -> Array:
 
 
 def image_detour(of: Recorded) -> Array:
-    """Pixels: the largest distance of a mark from the straight line from its start to its goal."""
+    """The largest distance in pixels of a mark from the straight line between start and goal."""
     start = np.moveaxis(of.each("pixels")[:, 0], 0, -1)
     chord = of.run["pixels_goal"].values[..., None] - start
     square = _dot(chord, chord)
@@ -70,12 +70,12 @@ def image_detour(of: Recorded) -> Array:
 
 
 def path_length(of: Recorded) -> Array:
-    """Metres that the camera went."""
+    """The length of the camera's path in metres."""
     return np.array(of.each("path_length"))
 
 
 def path_ratio(of: Recorded) -> Array:
-    """Path length over the straight distance from start to end; NaN for a turn on the spot."""
+    """The path length over the straight distance from start to end; NaN for a turn on the spot."""
     start, end = (of.poses(of.mover, of.at_once(q))[:, 3] for q in ("q0", "q_end"))
     straight = length(end - start)
     far = straight > SPOT * np.nan_to_num(of.first(of.away))
@@ -83,7 +83,7 @@ def path_ratio(of: Recorded) -> Array:
 
 
 def retreat(of: Recorded) -> Array:
-    """Metres by which camera and target were at most farther apart than at the start and the goal.
+    """The distance in metres by which the camera backed away beyond its start and its goal.
 
     The distance is that of the camera from the middle of the marks. Where the pose of the goal is
     not known, it is that at the end of a run that converged.
@@ -98,43 +98,49 @@ def retreat(of: Recorded) -> Array:
 
 
 def rotation(of: Recorded) -> Array:
-    """Radians through which the camera turned, forth and back."""
+    """The total angle in radians through which the camera turned, back and forth."""
     R = of.way[:, :3].reshape(9, -1)
     return of.total(angle(R[:, 1:] - R[:, :-1]))
 
 
 def peak_speed(of: Recorded) -> Array:
-    """The largest |v| of the camera, metres per second."""
+    """The largest linear speed |v| of the camera in metres per second."""
     return of.worst(length(of.twists[:3]))
 
 
 def peak_turn_rate(of: Recorded) -> Array:
-    """The largest |omega| of the camera, radians per second."""
+    """The largest angular speed |omega| of the camera in radians per second."""
     return of.worst(length(of.twists[3:]))
 
 
 def effort_linear(of: Recorded) -> Array:
-    """Integral of the squared velocities in m/s that are commanded, m^2/s; NaN without any."""
+    """The integral of the squared commanded velocities in m/s, in m^2/s; NaN without any."""
     return _integral(of, "m/s", of.qd[:, :-1] ** 2)
 
 
 def effort_angular(of: Recorded) -> Array:
-    """Integral of the squared velocities in rad/s that are commanded, rad^2/s."""
+    """The integral of the squared commanded velocities in rad/s, in rad^2/s; NaN without any."""
     return _integral(of, "rad/s", of.qd[:, :-1] ** 2)
 
 
 def travel_linear(of: Recorded) -> Array:
-    """Metres that joints went, forth and back; of a flying camera, along its three axes."""
+    """The distance in metres that joints moved, back and forth; NaN without any such joint.
+
+    A flying camera moves along its three axes.
+    """
     return _integral(of, "m/s", _speeds(of))
 
 
 def travel_angular(of: Recorded) -> Array:
-    """Radians that joints turned, forth and back; of a flying camera, about its three axes."""
+    """The angle in radians that joints turned, back and forth; NaN without any such joint.
+
+    A flying camera turns about its three axes.
+    """
     return _integral(of, "rad/s", _speeds(of))
 
 
 def border_margin(of: Recorded) -> Array:
-    """Pixels: the smallest distance of a mark from the border of its image, negative outside."""
+    """The smallest distance in pixels of a mark from its image border; negative outside."""
     names = of.run["mark_camera"].values.tolist()
     borders = np.array([of.scene.camera(name).camera.border for name in names])
     if not np.isfinite(borders).any():
@@ -146,7 +152,7 @@ def border_margin(of: Recorded) -> Array:
 
 
 def limit_margin(of: Recorded) -> Array:
-    """The smallest distance of a joint from its limits, as a share of its range; NaN without."""
+    """The least distance of a joint from its limits, as a share of its range; NaN if unlimited."""
     low, high = of.scene.limits.T[..., None]
     limited = (np.isfinite(low) & np.isfinite(high))[:, 0]
     if not limited.any():
@@ -157,16 +163,16 @@ def limit_margin(of: Recorded) -> Array:
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure, its unit, and how it is called."""
+    """A measure with its function, its unit and its labels."""
 
     of: Callable[[Recorded], Array]
     unit: str
     label: str
-    short: str = ""  # in a table; what has none is in the data only
+    short: str = ""  # head of its column in a table; measures without one are left out
 
     @property
     def meaning(self) -> str:
-        """The first sentence of its function."""
+        """The first line of the docstring of its function."""
         return str(self.of.__doc__).split("\n", maxsplit=1)[0]
 
 
@@ -193,7 +199,7 @@ MEASURES = {
 
 
 def moving_path(run: xr.Dataset, scene: Scene) -> Array:
-    """Return (B, moments, 3) where the moving frame was, in the world; NaN after a run's end."""
+    """Return positions (B, moments, 3) of the moving frame in the world; NaN after a run's end."""
     of = Recorded(run, scene)
     way = np.full((*of.live.shape, 3), np.nan)
     way[of.live] = of.way[:, 3].T
@@ -201,19 +207,19 @@ def moving_path(run: xr.Dataset, scene: Scene) -> Array:
 
 
 def pixels_away(run: xr.Dataset) -> Array:
-    """Return (B, moments, marks) distances of the marks from their goals, in pixels."""
+    """Return distances (B, moments, marks) of the marks from their goals, in pixels."""
     away = np.moveaxis(run["pixels"].values - run["pixels_goal"].values, -1, 0)
     return length(away) if "run" in run["pixels"].dims else length(away)[None]
 
 
 def _speeds(of: Recorded) -> Array:
-    """(nv, M - 1) of the joints until the next moment; of those that lag the mean of both."""
+    """Return joint speeds (nv, M - 1) until the next moment; the mean of both ends if they lag."""
     speeds = np.abs(of.velocities)
     return 0.5 * (speeds[:, :-1] + speeds[:, 1:]) if "qd_actual" in of.run else speeds[:, :-1]
 
 
 def _integral(of: Recorded, unit: str, values: Array) -> Array:
-    """Of what there is for each velocity (nv, M - 1), over those commanded that have a unit.
+    """Return the integral of values (nv, M - 1), over the commanded velocities of a unit.
 
     Each value is held until the next moment of its run, as commands are.
     """
@@ -227,15 +233,15 @@ def _integral(of: Recorded, unit: str, values: Array) -> Array:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Inner products (N, M) of (N, 2, M)."""
+    """Return inner products (N, M) of vectors (N, 2, M)."""
     return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1])
 
 
 def _lengths(v: Array) -> Array:
-    """Lengths (N, M) of (N, 2, M)."""
+    """Return lengths (N, M) of vectors (N, 2, M)."""
     return length(np.moveaxis(v, 1, 0))
 
 
 def _largest(values: Array) -> Array:
-    """(M,) of (n, M)."""
+    """Return the largest (M,) of values (n, M)."""
     return np.asarray(values.max(axis=0, initial=-np.inf))

@@ -1,4 +1,4 @@
-"""Newton's method for f(q) = 0, for many starts at once."""
+"""Damped Newton's method for f(q) = 0, from many starts at once."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from robsim.analysis.field import Field
 from robsim.base.arrays import Array, first_view, length, some_runs
 
 ITERATIONS = 40
-LONGEST = 0.5  # metres or radians of one step
-SHORTER = np.array([1.0, 0.5, 0.2, 0.05])  # shares of a step that are tried
+LONGEST = 0.5  # metres or radians, the longest step
+SHORTER = np.array([1.0, 0.5, 0.2, 0.05])  # shares of a step, of which the best is taken
 RCOND = 1e-7  # singular values of df/dq below this share of the largest count as zero
-RESIDUAL = 1e-11  # of f = 0, metres or radians in 1/pace
+RESIDUAL = 1e-11  # norm of f over the pace, below which a state is an equilibrium
 
 
 def refined(field: Field, q: Array) -> Array:
-    """The equilibria (nq, E) near states (nq, B); a state from which none is found is left out.
+    """Return equilibria (nq, E) near states (nq, B); states from which none is found are left out.
 
     Damped Newton steps dq = -(df/dq)^+ f: of some shares of a step the one with the smallest
     residual ||f|| is taken, and a run for which none makes it smaller is given up.
@@ -23,7 +23,7 @@ def refined(field: Field, q: Array) -> Array:
     q, found, enough = q.copy(), [], RESIDUAL * field.controller.pace
     f = field.rates(q)
     for _ in range(ITERATIONS):
-        residual = length(f)  # NaN where given up
+        residual = length(f)  # NaN for states that were given up
         there, going = residual <= enough, residual > enough
         found.append(q[:, there])
         q, f = (some_runs(array, going) for array in (q, f))
@@ -34,13 +34,16 @@ def refined(field: Field, q: Array) -> Array:
 
 
 def _turned(field: Field, q: Array, enough: float) -> Array:
-    """Within the limits where that is an equilibrium too: a secondary motion may not have turns."""
+    """Return states turned into the joint limits, where they are equilibria there too.
+
+    A secondary motion may depend on full turns of a joint.
+    """
     turned = field.within_limits(q)
     return np.where(length(field.rates(turned)) <= enough, turned, q)
 
 
 def _step(field: Field, q: Array, f: Array) -> tuple[Array, Array]:
-    """The next states and their f, NaN where no share of the step helps."""
+    """Return the next states and their f, which is NaN where no share of the step reduces it."""
     J = first_view(field.jacobian(q))
     usable = np.asarray(np.isfinite(J).all(axis=(1, 2)))
     inverse = np.linalg.pinv(np.where(usable[:, None, None], J, 0.0), rcond=RCOND)

@@ -1,4 +1,4 @@
-"""The recorded moments of runs, one after another, with what their measures share."""
+"""The recorded moments of runs in one array, with quantities that several measures need."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A run or a batch in its scene. M moments are those until each run's end, run by run.
+    """A run or a batch in its scene, with the M moments before each run's end, run by run.
 
-    Their arrays have the moment last. What ends early costs little: nothing is computed of the NaN
-    that follow an end. Poses and velocities come from the record as far as it has them.
+    Arrays have the moment as last axis, without the NaN that follow a run's end. Poses and
+    velocities are taken from the record where it has them, else computed.
     """
 
     run: xr.Dataset
@@ -33,42 +33,42 @@ class Recorded:
 
     @property
     def runs(self) -> int:
-        """How many."""
+        """The number of runs, B."""
         return int(self.run.sizes.get("run", 1))
 
     def each(self, name: str) -> Any:
-        """A variable with the run first; a single run is a batch of one."""
+        """Return a variable with the run as first axis; a single run is a batch of one."""
         variable = self.run[name]
         return variable.values if "run" in variable.dims else variable.values[None]
 
     def moments(self, name: str) -> Array:
-        """(..., M) of a variable with the dimension time."""
+        """Return (..., M) of a variable that has the dimension time."""
         values = self.each(name)
         rows = values.reshape(self.live.size, math.prod(values.shape[2:])).take(self._rows, axis=0)
         return np.ascontiguousarray(rows.T).reshape(*values.shape[2:], len(rows))
 
     @cached_property
     def q(self) -> Array:
-        """(nq, M)."""
+        """The coordinates (nq, M)."""
         return self.moments("q")
 
     @cached_property
     def qd(self) -> Array:
-        """(nv, M) as commanded."""
+        """The commanded velocities (nv, M)."""
         return self.moments("qd")
 
     @cached_property
     def pixels(self) -> Array:
-        """(N, 2, M) of the marks."""
+        """The pixels (N, 2, M) of the marks."""
         return self.moments("pixels")
 
     def at_once(self, name: str) -> Array:
-        """(..., B) of a variable that has one value for each run."""
+        """Return (..., B) of a variable that has one value for each run."""
         return np.ascontiguousarray(np.moveaxis(self.each(name), 0, -1))
 
     @cached_property
     def live(self) -> NDArray[np.bool_]:
-        """(B, moments): until the end of each run."""
+        """Whether each moment (B, moments) is before the end of its run."""
         q = self.each("q")
         alive = np.isfinite(q[..., 0])
         for i in range(1, q.shape[-1]):  # faster than all() along a short axis
@@ -77,58 +77,61 @@ class Recorded:
 
     @cached_property
     def _rows(self) -> NDArray[np.int64]:
-        """(M,) numbers of the moments among all (B * moments) that there is room for."""
+        """The indices (M,) of the live moments among all B * moments."""
         return np.flatnonzero(self.live)
 
     @cached_property
     def owner(self) -> NDArray[np.int64]:
-        """(M,) the run of each moment."""
+        """The run (M,) to which each moment belongs."""
         return np.repeat(np.arange(self.runs), self._counts)
 
     @cached_property
     def going(self) -> NDArray[np.bool_]:
-        """(M - 1,): whether the next moment is of the same run."""
+        """Whether the next moment (M - 1,) belongs to the same run."""
         same: NDArray[np.bool_] = self.owner[1:] == self.owner[:-1]
         return same
 
     @cached_property
     def held(self) -> Array:
-        """(M - 1,) seconds until the next moment of the same run; 0 where there is none."""
+        """The time (M - 1,) in seconds until the next moment of the same run; 0 at its end."""
         time = self.run["time"].values[self._rows % self.live.shape[1]]
         return np.where(self.going, np.diff(time), 0.0)
 
     @cached_property
     def converged(self) -> NDArray[np.bool_]:
-        """(B,)."""
+        """Whether each run (B,) converged."""
         arrived: NDArray[np.bool_] = self.each("outcome") == Outcome.CONVERGED
         return arrived
 
     @cached_property
     def _starts(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Which runs have moments, and the first moment of each of these."""
+        """Which runs (B,) have moments, and the index of the first moment of each of these."""
         there = self._counts > 0
         return there, (np.cumsum(self._counts) - self._counts)[there]
 
     @cached_property
     def _counts(self) -> NDArray[np.int64]:
-        """(B,) how many moments each run has."""
+        """The number (B,) of moments of each run."""
         return np.asarray(self.live.sum(axis=1))
 
     def spread(self, values: Array) -> Array:
-        """(..., M) of (..., B): the number of its run for each moment."""
+        """Return (..., M) of (..., B): for each moment the value of its run."""
         return np.repeat(values, self._counts, axis=-1)
 
-    # Reductions go run by run, so that a run has the same bits alone and in any batch.
+    # Reductions work run by run, so that a run gives the same bits alone and in any batch.
 
     def first(self, values: Array) -> Array:
-        """(B,) of (M,): at the first moment of each run; NaN without any."""
+        """Return (B,) of (M,): the value at the first moment of each run; NaN without any."""
         there, starts = self._starts
         found = np.full(self.runs, np.nan)
         found[there] = values[starts]
         return found
 
     def worst(self, values: Array) -> Array:
-        """(B,) largest of (M,), in which NaN and -inf count nothing; NaN if there is no more."""
+        """Return the largest (B,) of values (M,) over each run; NaN and -inf are ignored.
+
+        A run without any other value gives NaN.
+        """
         there, starts = self._starts
         found = np.full(self.runs, np.nan)
         if starts.size:
@@ -138,7 +141,7 @@ class Recorded:
         return found
 
     def total(self, values: Array) -> Array:
-        """(B,) sums of (M - 1,), a number for each moment until the next; NaN counts nothing."""
+        """Return the sum (B,) of values (M - 1,) over each run; NaN is ignored."""
         there, starts = self._starts
         found = np.zeros(self.runs)
         if starts.size:
@@ -150,12 +153,12 @@ class Recorded:
 
     @property
     def pair(self) -> tuple[str, str]:
-        """Names of the first camera and of the target that it sees."""
+        """The names of the first camera and of the target that it sees."""
         return str(self.run["mark_camera"].values[0]), str(self.run["mark_target"].values[0])
 
     @cached_property
     def mover(self) -> str:
-        """The camera; or the target, where the camera stands still; else what is moved."""
+        """The name of the camera or, if it stands still, of the target or the recorded frame."""
         if "frame_pose" in self.run:
             return str(self.run["frame_pose"].attrs["frame"])
         camera, target = self.pair
@@ -164,26 +167,26 @@ class Recorded:
 
     @cached_property
     def _kept(self) -> str | None:
-        """How the variables of the mover are called; None where it is not what is recorded."""
+        """The prefix of the mover's recorded variables; None where they are not recorded."""
         if "frame_pose" in self.run:
             return "frame"
         return "camera" if self.mover == self.pair[0] else None
 
     @cached_property
     def way(self) -> Array:
-        """(3, 4, M) poses of the mover in the world."""
+        """The poses (3, 4, M) of the mover in the world."""
         if self._kept:
             return self.moments(f"{self._kept}_pose")[:3]
         return self.poses(self.mover, self.q)
 
     @cached_property
     def velocities(self) -> Array:
-        """(nv, M) of the joints: as commanded, where they follow at once."""
+        """The joint velocities (nv, M), which are the commanded ones if joints do not lag."""
         return self.moments("qd_actual") if "qd_actual" in self.run else self.qd
 
     @cached_property
     def twists(self) -> Array:
-        """(6, M) of the mover; in its own axes or the world's, which have the same lengths."""
+        """The twists (6, M) of the mover, in its own axes or the world's: norms are the same."""
         if self._kept:
             return self.moments(f"{self._kept}_velocity")
         tree, twist = self.scene.tree, np.zeros((6, self.q.shape[1]))
@@ -194,7 +197,7 @@ class Recorded:
 
     @cached_property
     def away(self) -> Array:
-        """(M,) metres from the camera to the middle of the marks."""
+        """The distances (M,) in metres from the camera to the middle of the marks."""
         if not self.run.sizes["mark"]:
             return np.full(len(self.owner), np.nan)
         camera, _ = self.pair
@@ -202,11 +205,11 @@ class Recorded:
         return self.distance(eye[:, 3], self.q)
 
     def distance(self, eye: Array, q: Array) -> Array:
-        """(n,) metres from places (3, n) to the middle of the target's marks at q (nq, n)."""
+        """Return the distance (n,) in metres from points (3, n) to the marks at q (nq, n)."""
         return length(self._middle(self.poses(self.pair[1], q)) - eye)
 
     def _middle(self, T: Array) -> Array:
-        """(3, n) middle of the marks of a target that stands at T (3, 4, n)."""
+        """Return the middle (3, n) of the marks of a target with pose T (3, 4, n)."""
         place = T[:3, 3]
         for j, along in enumerate(self.scene.object(self.pair[1]).marks.mean(axis=0)):
             place = place + along * T[:3, j]
@@ -214,14 +217,14 @@ class Recorded:
 
     @cached_property
     def goal_distance(self) -> Array:
-        """(B,) metres from the camera to the middle of the marks at the goal; NaN if not known."""
+        """The distances (B,) in metres from the camera to the marks at the goal; NaN if unknown."""
         goal, q = self.at_once("goal_pose"), self.at_once("q_end")
         if self.run["goal_pose"].attrs["frame"] == self.pair[0]:
             return self.distance(goal[:3, 3], q)
         return length(self._middle(goal) - self.poses(self.pair[0], q)[:, 3])
 
     def poses(self, frame: str, q: Array) -> Array:
-        """(3, 4, n) of a frame in the world at q (nq, n); of one that nothing moves, once."""
+        """Return poses (3, 4, n) of a frame in the world at q (nq, n)."""
         tree = self.scene.tree
         if tree.carries(frame).any():
             return tree.frame(tree.bodies(q), frame)
@@ -230,7 +233,7 @@ class Recorded:
 
 
 def blocks(run: xr.Dataset) -> Iterator[xr.Dataset]:
-    """Some runs at a time, as many as have some ten thousand moments."""
+    """Yield a few runs at a time, with about `BLOCK` moments in all."""
     if "run" not in run.dims:
         yield run
         return
@@ -240,5 +243,5 @@ def blocks(run: xr.Dataset) -> Iterator[xr.Dataset]:
 
 
 def runs_in_a_block(moments: int) -> int:
-    """How many runs of so many moments are measured at a time."""
+    """Return how many runs of so many moments are measured at a time."""
     return max(1, BLOCK // moments)

@@ -1,4 +1,4 @@
-"""One of the schemes that are compared, and how it is run and measured."""
+"""One of the schemes that are compared, and how it is simulated and measured."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Measures = dict[str, Array]  # (B,) of each measure
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """One of those that are compared: a task in a scene, from a start, with keywords of simulate.
+    """One of the schemes that are compared: scene, task, start, and keywords of simulate.
 
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
@@ -54,23 +54,23 @@ class Scheme:
             )
 
     def check(self) -> None:
-        """Bind the task and try start and settings, as a run would; errors name the scheme."""
+        """Bind the task and check start and settings, as a run would; errors name the scheme."""
         self._named(self._try)
 
     def run(self, progress: Progress | None = None) -> xr.Dataset:
-        """Simulate it."""
-        told = {**self.settings, "progress": progress}
-        run: xr.Dataset = self._named(partial(simulate, self.scene, self.task, self.q0, **told))
+        """Simulate the scheme and return its run."""
+        settings = {**self.settings, "progress": progress}
+        run: xr.Dataset = self._named(partial(simulate, self.scene, self.task, self.q0, **settings))
         return run
 
     @property
     def start(self) -> Array:
-        """(nq,) or (B, nq)."""
+        """The start (nq,) or the batch of starts (B, nq)."""
         return self.scene.coordinates(self.scene.home if self.q0 is None else self.q0, "q0")
 
     def _try(self) -> None:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # it comes with the run
+            warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
             check(self.scene, self.task, self.q0, self.settings)
 
     def _named(self, what: Any) -> Any:
@@ -81,7 +81,7 @@ class Scheme:
 
 
 def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Dataset, Measures]:
-    """Return the run of a scheme and its measures; Interrupted holds both as far as they came.
+    """Return the run of a scheme and its measures; Interrupted holds what there is.
 
     With record="summary" every instant is measured, some runs at a time, and the ends are kept.
     """
@@ -95,24 +95,24 @@ def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Datas
 
 
 def measured(scheme: Scheme, run: xr.Dataset) -> Measures:
-    """Return the measures of a run or a batch; threads take some runs at a time."""
+    """Return the measures of a run or a batch, computed by several threads."""
     with ThreadPoolExecutor(processors()) as pool:
         parts = list(pool.map(_of, (Recorded(part, scheme.scene) for part in blocks(run))))
     return joined(parts)
 
 
 def joined(parts: list[Measures]) -> Measures:
-    """Return the measures of runs one after another."""
+    """Return the measures of several batches as those of one."""
     return {key: np.concatenate([part[key] for part in parts]) for key in MEASURES}
 
 
 def _of(some: Recorded) -> Measures:
-    with np.errstate(all="ignore"):  # a run that went wrong is data
+    with np.errstate(all="ignore"):  # failed runs give NaN
         return {key: each.of(some) for key, each in MEASURES.items()}
 
 
 def _summarised(scheme: Scheme, progress: Progress | None) -> tuple[Run, Measures]:
-    """All parts of a scheme, of whose runs nothing is kept but measures and ends."""
+    """Simulate a scheme in parts, of which only measures and ends are kept."""
     ends: list[xr.Dataset] = []
     found: list[Measures] = []
 
@@ -121,8 +121,8 @@ def _summarised(scheme: Scheme, progress: Progress | None) -> tuple[Run, Measure
         ends.append(_end(run))
 
     try:
-        for part, told in _parts(scheme, progress):
-            keep(part.run(told) if not found else _quietly(part, told))
+        for part, report in _parts(scheme, progress):
+            keep(part.run(report) if not found else _quietly(part, report))
     except Interrupted as stop:
         keep(stop.run)
         raise Interrupted(str(stop), (_as_summary(scheme, ends), _whole(scheme, found))) from None
@@ -130,14 +130,14 @@ def _summarised(scheme: Scheme, progress: Progress | None) -> tuple[Run, Measure
 
 
 def _whole(scheme: Scheme, found: list[Measures]) -> Measures:
-    """The measures of all starts; NaN of those that an interruption left."""
+    """Return the measures of all starts; NaN for those that were not simulated."""
     parts = joined(found)
     missing = (scheme.start[..., 0].size - len(parts["time"]),)
     return {key: np.append(values, np.full(missing, np.nan)) for key, values in parts.items()}
 
 
 def _parts(scheme: Scheme, progress: Progress | None) -> Iterator[tuple[Scheme, Progress | None]]:
-    """The scheme from some of its starts at a time, all instants recorded."""
+    """Yield the scheme with a few of its starts at a time, with all instants recorded."""
     starts, settings = scheme.start, {**scheme.settings, "record": "all"}
     if starts.ndim == 1:
         yield replace(scheme, settings=settings), progress
@@ -150,22 +150,22 @@ def _parts(scheme: Scheme, progress: Progress | None) -> Iterator[tuple[Scheme, 
 
 
 def share_of(progress: Progress | None, begin: float, width: float) -> Progress | None:
-    """Return the progress of a part, which begins at a share of the whole, as that of the whole."""
+    """Return a progress callback that maps the progress of a part onto that of the whole."""
     if progress is None:
         return None
-    told = progress
-    return lambda share: told(min(begin + width * share, 1.0))
+    report = progress
+    return lambda share: report(min(begin + width * share, 1.0))
 
 
 def _end(run: xr.Dataset) -> xr.Dataset:
-    """The instant at which each run ended, as a summary has it."""
+    """Return the instant at which each run ended, as a summary has it."""
     step = (run["end_time"] / float(run.attrs["dt"])).round().fillna(0).astype(int)
     ended = run.isel(time=step.drop_vars("time", errors="ignore")).drop_vars("time")
     return ended.transpose("run", ...) if "run" in run.dims else ended
 
 
 def _as_summary(scheme: Scheme, ends: list[xr.Dataset]) -> Run:
-    """Ends one after another, with what a summary of the first start says of all."""
+    """Join the ends of all parts into the dataset that a summary is."""
     batch = scheme.start.ndim > 1
     like = _quietly(replace(scheme, q0=scheme.start[:1] if batch else scheme.start))
     whole = _concatenated(ends, int(like["run"][0]), len(scheme.start)) if batch else ends[0]
@@ -173,14 +173,14 @@ def _as_summary(scheme: Scheme, ends: list[xr.Dataset]) -> Run:
 
 
 def _quietly(scheme: Scheme, progress: Progress | None = None) -> xr.Dataset:
-    """Its run; what is weak about the task was told with the first part."""
+    """Simulate a scheme without rank warnings, which were given with the first part."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RankWarning)
         return scheme.run(progress)
 
 
 def _concatenated(ends: list[xr.Dataset], first: int, count: int) -> xr.Dataset:
-    """The runs of several batches; those that an interruption left are NaN, and running."""
+    """Return several batches as one; runs that are missing are NaN, with outcome RUNNING."""
     how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
     whole: xr.Dataset = xr.concat(ends, "run", join="override", **how)
     if whole.sizes["run"] == count:

@@ -1,4 +1,4 @@
-"""Where runs may start: around the goal for a flying camera, anywhere for other robots."""
+"""Random starts: around the goal for a flying camera, within joint limits for other robots."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous
 
-ROUNDS = 100  # of draws, before too few of them see the marks
+ROUNDS = 100  # of draws at most
 Draw = Callable[[np.random.Generator, int], Array]
 
 
 def drawn(field: Field, count: int, seed: int, distance: Any, cone: Any) -> Array:
-    """Starts (nq, count) from which every camera has all its marks in front; see `equilibria`."""
+    """Return starts (nq, count) with all marks in front of their cameras; see `equilibria`."""
     draw = _around_the_goal(field, *_cap(distance, cone)) if _flies(field) else _anywhere(field)
     rng, kept, found = np.random.default_rng(seed), [], 0
     for _ in range(ROUNDS):
@@ -33,7 +33,7 @@ def drawn(field: Field, count: int, seed: int, distance: Any, cone: Any) -> Arra
 
 
 def _cap(distance: Any, cone: Any) -> tuple[float, float, float]:
-    """Nearest and farthest, and the half angle of the cone; or an InputError."""
+    """Return the nearest and farthest distance and the half angle of the cone; or InputError."""
     pair, angle = numbers(distance, "distance", (2,)), numbers(cone, "cone (radians)", ())
     if pair.ndim != 1 or not 0 < pair[0] <= pair[1]:
         raise InputError(
@@ -46,7 +46,7 @@ def _cap(distance: Any, cone: Any) -> tuple[float, float, float]:
 
 
 def _flies(field: Field) -> bool:
-    """Whether one floating joint, which hangs from the world, carries the first camera."""
+    """Return whether a single floating joint on the world carries the first camera."""
     tree, columns = field.scene.tree, field.controller.columns
     body, _ = tree.find(field.controller.sights[0].eye.name)
     free = tree.models[body].free and tree.parent[body] == 0
@@ -54,7 +54,7 @@ def _flies(field: Field) -> bool:
 
 
 def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw:
-    """Poses that look at the middle of the marks, in a cone about the line of sight at the goal."""
+    """Return a function that draws poses of a camera that looks at the middle of the marks."""
     sight, tree = field.controller.sights[0], field.scene.tree
     home = runs_last(field.scene.home, 1)
     body, T_b_c = tree.find(sight.eye.name)
@@ -83,7 +83,7 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
 
 
 def _in_cone(axis: Array, cone: float, rng: np.random.Generator, count: int) -> Array:
-    """Unit vectors (count, 3), uniform on the part of the sphere within `cone` of the axis."""
+    """Return unit vectors (count, 3), uniform on the sphere within the angle `cone` of the axis."""
     along, round_ = rng.uniform(np.cos(cone), 1.0, count), rng.uniform(-np.pi, np.pi, count)
     turn = _facing(axis[None], np.zeros(1))[0]
     across = np.sqrt(1.0 - along**2)
@@ -92,7 +92,7 @@ def _in_cone(axis: Array, cone: float, rng: np.random.Generator, count: int) -> 
 
 
 def _facing(z: Array, roll: Array) -> Array:
-    """Rotations (B, 3, 3) whose third axes are z (B, 3), turned about them by `roll`."""
+    """Return rotations (B, 3, 3) with third axes z (B, 3), turned about them by `roll`."""
     helper = np.eye(3)[np.argmin(np.abs(z), axis=1)]
     x = np.cross(helper, z)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
@@ -101,7 +101,10 @@ def _facing(z: Array, roll: Array) -> Array:
 
 
 def _anywhere(field: Field) -> Draw:
-    """Coordinates of what is commanded, uniform within their limits; the others at home."""
+    """Return a function that draws commanded coordinates uniformly within their limits.
+
+    The other coordinates stay at home.
+    """
     scene, tree = field.scene, field.scene.tree
     home = runs_last(scene.home, 1)
     bodies = np.unique(tree.owners[field.controller.columns])

@@ -1,4 +1,4 @@
-"""What a task regulates as things truly are: no wrong belief, no wrong depth, no noise."""
+"""The true error and Jacobian of a task, without wrong beliefs, wrong depths or noise."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class Truth:
-    """Instants of a run, first axis time: e, L for the first camera's twist, and L J.
+    """The true error e, L of the first camera's twist, and L J, at T instants of a run.
 
-    L is weighted as the law weighs it, and so are `weights`; the rest is not. `rates` are de/dt
-    for each velocity of the scene, also of those that nobody commands.
+    Only L is multiplied by `weights`, those of the law. `rates` are de/dt for each velocity of the
+    scene, also for those that are not commanded.
     """
 
     error: Array  # (T, k)
@@ -30,12 +30,12 @@ class Truth:
 
 
 def true_task(task: ServoTask) -> ServoTask:
-    """The same task of a controller that knows the scene and the depth, with L current."""
+    """Return the task with the true scene and depth, and with L current."""
     return replace(task, belief=None, depth="true", depth_scale=1.0, interaction="current")
 
 
 def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
-    """Of coordinates q (nq, T); None where a goal cannot be seen by the true camera.
+    """Return the truth at coordinates q (nq, T); None where a true camera cannot see the goal.
 
     Errors of several tasks are stacked.
     """

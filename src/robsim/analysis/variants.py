@@ -1,4 +1,4 @@
-"""Which schemes a command line asks for: files, and what is varied in them."""
+"""The schemes that a command line asks for: scenario files, and values varied in them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robsim.base.errors import InputError
 
 
 class Variant(NamedTuple):
-    """A scheme: its name, which is that of a file as well, and how it is read."""
+    """A scheme: its name, its scenario file, and the changes made to it."""
 
     name: str
     file: Path
@@ -19,7 +19,7 @@ class Variant(NamedTuple):
 
 
 def variants(files: Sequence[Path], vary: str | None = None) -> list[Variant]:
-    """One for each file, or with `vary` ("key=value,value,...") one for each file and value.
+    """Return one variant for each file or, with `vary` ("key=value,value,..."), file and value.
 
     The name is the file's stem, or the value, or of several files both; equal names are numbered.
 
@@ -37,7 +37,7 @@ def variants(files: Sequence[Path], vary: str | None = None) -> list[Variant]:
 
 
 def _changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
-    """(value, change) of each value; without any, one that changes nothing."""
+    """Return (value, changes) for each value; without `vary`, one pair that changes nothing."""
     if vary is None:
         return [("", ())]
     key, equals, text = vary.partition("=")
@@ -50,7 +50,7 @@ def _changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
 
 
 def _split(text: str) -> list[str]:
-    """At commas, but for those within brackets, braces or quotes."""
+    """Split at commas that are not within brackets, braces or quotes."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
@@ -66,12 +66,12 @@ def _split(text: str) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """As the name of a file, which has no room for everything."""
+    """Return the text with only those characters that are safe in the name of a file."""
     return re.sub(r"[^\w.+]+", "-", text).strip("-.")[:60] or "scheme"
 
 
 def _free(name: str, taken: Sequence[Variant]) -> str:
-    """The name, numbered if it is taken; a file of measures is called comparison already."""
+    """Return the name, numbered if it is taken; "comparison" is reserved."""
     names = {variant.name for variant in taken} | {"comparison"}
     numbered = (name if i == 1 else f"{name}-{i}" for i in range(1, len(names) + 2))
     return next(each for each in numbered if each not in names)

@@ -1,4 +1,4 @@
-"""Where a link can be: configurations drawn within the limits, and where they bring it."""
+"""Sampling of a robot's workspace: configurations drawn within limits, and a link's positions."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.robot.robot import Robot
 
-MOST = 1_000_001  # configurations are fewer
+MOST = 1_000_001  # upper bound, exclusive, of the number of configurations
 CHUNK = 8192  # configurations at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Workspace(Value):
-    """What `workspace` returns: configurations of a robot, and where one of its links is in them.
+    """The result of `workspace`: configurations of a robot, and positions of one of its links.
 
-    robot            whose it is
-    link             whose origin the points are
-    axes             which velocities the manipulability is of
+    robot            the robot
+    link             the link whose origins are the points
+    axes             the velocities of the manipulability: "all", "linear" or "angular"
     q                (count, nq) configurations
     points           (count, 3) in metres, in the axes of the robot's base
-    manipulability   (count,) at each, as `manipulability` gives it
+    manipulability   (count,) as `manipulability` returns it
     """
 
     robot: Robot
@@ -56,14 +56,14 @@ def workspace(
     axes: Axes = "linear",
     length: float = 1.0,
 ) -> Workspace:
-    """Where a link can be: all joints uniform within their limits, independently of each other.
+    """Sample where a link can be, with joints uniform and independent within their limits.
 
-    A revolute joint without limits makes one turn about home. What is drawn depends on the seed and
-    on nothing else: more configurations begin with the same ones. Nothing is known of collisions.
+    A revolute joint without limits makes one turn about home. Row i of the draw depends only on the
+    seed, so that a larger count adds configurations to a smaller one. Collisions are ignored.
 
-    count    configurations
+    count    number of configurations
     seed     of the drawing
-    link     whose origin is followed; the tip by default
+    link     the link whose origin is sampled; the tip by default
     axes, length   of the manipulability, as in `manipulability`
 
     InputError: another joint has no limits.
@@ -88,7 +88,7 @@ def workspace(
 
 
 def _ranges(robot: Robot) -> tuple[Array, Array]:
-    """Lowest and highest (nq,) of each coordinate."""
+    """Return the lowest and the highest value (nq,) of each coordinate."""
     if not robot.nq:
         raise InputError(f"robot '{robot.name}' has no joint that moves, and so no workspace")
     low, high = robot.limits.T.copy()

@@ -1,4 +1,4 @@
-"""The command `check`: read a scenario and try it without simulating."""
+"""The command `check`: read a scenario and check it without simulating."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robsim.cli.scenarios import check_colors, load
 @click.argument("file", type=click.Path(path_type=Path))
 @changes
 def command(file: Path, changes: tuple[str, ...]) -> None:
-    """Read FILE and try its goal, start and settings without simulating."""
+    """Read FILE and check its goal, start and settings without simulating."""
     scenario = load(file, changes)
     with warnings_as_lines():
         scenario.check()

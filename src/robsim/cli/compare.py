@@ -1,4 +1,4 @@
-"""The command `compare`: several scenarios beside each other."""
+"""The command `compare`: simulate several scenarios and compare them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,10 @@ def command(
 
 
 def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
-    """Run all, write, draw and print the table. What was simulated before Ctrl-C is kept."""
+    """Run all schemes, write and draw the results, and print the table.
+
+    What was simulated before Ctrl-C is kept.
+    """
     from robsim.analysis.compare import compared
     from robsim.analysis.scheme import Scheme
 
@@ -81,7 +84,7 @@ def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> N
 
 
 def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> bool:
-    """Write runs, measures and table whole; tells whether Ctrl-C came meanwhile."""
+    """Write runs, measures and table completely; return whether Ctrl-C came meanwhile."""
     from robsim.files.netcdf import save_run
 
     with undisturbed() as stops:

@@ -1,4 +1,4 @@
-"""The command `demo`: the experiment of the chapter."""
+"""The command `demo`: simulate the experiment of the chapter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `examples`: the scenarios that come with RobSim."""
+"""The command `examples`: list or copy the scenarios that come with RobSim."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `explain`: why a run ended as it did."""
+"""The command `explain`: print why a run ended as it did."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.cli.files import exists
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option("--no-experiments", is_flag=True, help="Only read the run; repeat nothing.")
 def command(run: Path, no_experiments: bool) -> None:
-    """Say why RUN, a run.nc or the folder that holds it, ended as it did, and what to try."""
+    """Explain why RUN, a run.nc or the folder of one, ended as it did, and what to try."""
     from robsim.analysis.explain import explain as explained
     from robsim.files.netcdf import open_run
 

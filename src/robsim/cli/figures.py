@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
-    """The figures, an image for each camera; of a batch, images alone; of a summary, none."""
+    """Write the figures of a run: all of a single run, images of a batch, none of a summary."""
     from robsim import plot
 
     if "time" not in result.dims:
-        return  # of a summary there is nothing to draw
+        return  # a summary has nothing to draw
     cameras = list(dict.fromkeys(result.mark_camera.values.tolist()))
     names = [f"image_{camera}" if i else "image" for i, camera in enumerate(cameras)]
     scene, task = scenario.scene, scenario.task
@@ -35,7 +35,10 @@ def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
 
 
 def _moving_frame(result: xr.Dataset, scenario: Experiment) -> str | None:
-    """Whose velocity is shown: None for the camera; where that stands, what carries the target."""
+    """Return the frame whose velocity is drawn; None for the camera.
+
+    Where the camera stands still, it is the frame that carries the target.
+    """
     if not result.sizes["mark"]:
         return None
     scene, target = scenario.scene, str(result.mark_target.values[0])

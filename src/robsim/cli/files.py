@@ -1,4 +1,4 @@
-"""Files and folders that commands write: found writable first, and never written over unasked."""
+"""Files and folders that commands write: checked to be writable, never overwritten unasked."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from robsim.base.errors import FileError
 
 
 def free_folder(name: str) -> Path:
-    """The first of name, name-2, name-3, ... that does not exist."""
+    """Return the first of name, name-2, name-3, ... that does not exist."""
     candidates = (Path(name if i == 1 else f"{name}-{i}") for i in range(1, 10_000))
     return next(folder for folder in candidates if not exists(folder))
 
 
 def folder_for(folder: Path, force: bool, files: Sequence[str]) -> Path:
-    """The folder, made and found writable before anything is computed."""
+    """Create the folder and return it, once it is found to be writable."""
     taken = [name for name in files if exists(folder / name)]
     if taken and not force:
         raise FileError(
@@ -30,7 +30,7 @@ def folder_for(folder: Path, force: bool, files: Sequence[str]) -> Path:
 
 
 def free_file(output: Path | None, name: str, force: bool) -> Path:
-    """Where a file of this name goes: `output`, or into it if that is a folder."""
+    """Return the path for a file of this name: `output`, or a file in that folder."""
     target = output or Path(name)
     target = target / name if exists(target) and target.is_dir() else target
     if exists(target) and not force:
@@ -39,7 +39,7 @@ def free_file(output: Path | None, name: str, force: bool) -> Path:
 
 
 def write(path: Path, text: str) -> None:
-    """A text, and the folders that it needs."""
+    """Write a text to a file, and create the folders that it needs."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -47,7 +47,7 @@ def write(path: Path, text: str) -> None:
 
 @contextmanager
 def writing(path: Path) -> Iterator[Path]:
-    """What the system refuses is a FileError that names the path."""
+    """Raise FileError, which names the path, where the system refuses to write."""
     try:
         yield path
     except OSError as error:
@@ -55,6 +55,6 @@ def writing(path: Path) -> Iterator[Path]:
 
 
 def exists(path: Path) -> bool:
-    """Whether there is such a file or folder."""
+    """Return whether there is such a file or folder."""
     with writing(path):  # a name may be too long even to ask
         return path.exists()

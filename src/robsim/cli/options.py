@@ -14,7 +14,7 @@ force = click.option("--force", is_flag=True, help="Write over an existing file.
 
 
 def output(command: Any) -> Any:
-    """Add where results go, and whether figures are drawn."""
+    """Add the options for the output folder, for overwriting, and for figures."""
     command = click.option("--no-figures", is_flag=True, help="Write the run only.")(command)
     command = click.option("--force", is_flag=True, help="Write over an existing run.")(command)
     return click.option(

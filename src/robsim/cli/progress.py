@@ -1,4 +1,4 @@
-"""A simulation in front of a user: progress, warnings as lines, and what Ctrl-C leaves."""
+"""Feedback while a command simulates: progress, warnings, and interruption by Ctrl-C."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STOPPED = 130  # exit status: the shell's number for Ctrl-C
 
 
 def finished(work: Callable[[Any], Any], save: Callable[[Any], bool], folder: Path) -> Any:
-    """What `work` makes with a bar of progress. After Ctrl-C, what there is is saved."""
+    """Return the result of `work`, with a progress bar; after Ctrl-C, save what there is."""
     try:
         with warnings_as_lines(), _progress() as progress:
             return work(progress)
@@ -34,7 +34,7 @@ def finished(work: Callable[[Any], Any], save: Callable[[Any], bool], folder: Pa
 
 @contextmanager
 def drawing(what: str) -> Iterator[None]:
-    """Ctrl-C ends the command; the files are there."""
+    """End the command on Ctrl-C while figures are drawn; the data are written by then."""
     try:
         yield
     except KeyboardInterrupt:
@@ -44,7 +44,7 @@ def drawing(what: str) -> Iterator[None]:
 
 @contextmanager
 def _progress() -> Iterator[Any]:
-    """A progress bar on a terminal, silence elsewhere."""
+    """Yield a function that shows progress on a terminal; None elsewhere."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -59,7 +59,7 @@ def _progress() -> Iterator[Any]:
 
 @contextmanager
 def warnings_as_lines() -> Iterator[None]:
-    """A warning is a line for the user, not a line of our source."""
+    """Print warnings as lines for the user, without a line of source code."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RankWarning)
         try:

@@ -1,4 +1,4 @@
-"""What the command line says of a run when it is over."""
+"""The report of a run on the command line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def report(result: xr.Dataset, folder: Path) -> None:
-    """Say how a run ended, or how many of a batch ended how."""
+    """Print how a run ended, or how many runs of a batch ended in each way."""
     from robsim.run.ends import elsewhere
 
     if "run" in result.dims:
@@ -33,18 +33,18 @@ def report(result: xr.Dataset, folder: Path) -> None:
         away = float(result.pixel_error)
         if not math.isnan(away):  # a goal given as numbers has no image
             click.echo(f"final error  {away:.3g} px")
-        _tell_pose(result, folder)
+        _print_pose(result, folder)
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
     click.echo(f"results      {folder}")
 
 
-def _tell_pose(result: xr.Dataset, folder: Path) -> None:
-    """How far from its goal it ended in space, and a warning where the features do not say so."""
+def _print_pose(result: xr.Dataset, folder: Path) -> None:
+    """Print how far from its goal a run ended in space, with a note if that is notable."""
     from robsim.analysis.explanation.wording import away
     from robsim.run.ends import elsewhere
 
     metres, radians = float(result.distance_to_goal), float(result.angle_to_goal)
-    if math.isnan(metres):  # of a goal that is no pose
+    if math.isnan(metres):  # the goal is not a pose
         return
     who = result.goal_pose.attrs["frame"]
     click.echo(f"final pose   {who} {away(metres, radians)} from its goal")

@@ -1,4 +1,4 @@
-"""A robot of the library as text: what it is, its joints, where its tip is, and its sources."""
+"""The description of a library robot as text: its joints, its tip and its sources."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 
 WIDTH = 100  # of a line of prose
-# what a joint does with the z of its place, by what it moves
+# how a joint moves with respect to the z axis of its place
 _AXIS: dict[tuple[tuple[bool, int], ...], str] = {((True, 2),): "about", ((False, 2),): "along"}
 _DH = "{:>9}  {:>9}  {:>9}  {:>9}"
 
 
 def robot_table(name: str) -> str:
-    """All that `robsim robots NAME` prints, in metres and degrees.
+    """Return the text that `robsim robots NAME` prints, in metres and degrees.
 
     >>> print(robot_table("planar_2r").splitlines()[5])
     upper  revolute          0          0          1          0  -180 to 180 deg  30 deg
@@ -37,12 +37,12 @@ def robot_table(name: str) -> str:
 
 
 def _joints(robot: Robot, file: dict[str, Any]) -> list[str]:
-    """One row for each link but the base, under a head."""
+    """Return a table with a head and one row for each link but the base."""
     dh = {table["name"]: table["dh"] for table in file["links"] if "dh" in table}
-    told = _DH.format("theta deg", "d m", "a m", "alpha deg")
+    head = _DH.format("theta deg", "d m", "a m", "alpha deg")
     tied = any(link.joint.follows and not _mine(robot, link) for link in robot.links)
     last = "home, or what it follows" if tied else "home"
-    rows = [["link", "joint", told if dh else "place in its parent", "limits", last]]
+    rows = [["link", "joint", head if dh else "place in its parent", "limits", last]]
     for above, link in zip(robot.links, robot.links[1:], strict=False):
         name = link.name if link.parent == above.name else f"{link.name} on {link.parent}"
         place = _row(dh[link.name]) if link.name in dh else _place(link)
@@ -52,14 +52,14 @@ def _joints(robot: Robot, file: dict[str, Any]) -> list[str]:
 
 
 def _row(dh: dict[str, str]) -> str:
-    """A row of a Denavit-Hartenberg table."""
+    """Return a row of Denavit-Hartenberg parameters."""
     angles = [f"{np.degrees(units.parse(dh[key], 'angle')):.6g}" for key in ("theta", "alpha")]
     lengths = [f"{units.parse(dh[key], 'length'):.6g}" for key in ("d", "a")]
     return _DH.format(angles[0], *lengths, angles[1])
 
 
 def _place(link: Link) -> str:
-    """Where a joint is in the axes of the parent, and which way it moves."""
+    """Return where a joint is in the axes of the parent, and its direction of motion."""
     joint = link.joint
     pose = joint.place if joint.model.moves in _AXIS else joint.place @ joint.tail
     where = f"at {_vector(pose.position)} m"
@@ -92,20 +92,20 @@ def _home(robot: Robot, link: Link) -> str:
 
 
 def _mine(robot: Robot, link: Link) -> list[int]:
-    """Which of the coordinates are those of a link's joint."""
+    """Return the indices of the coordinates of a link's joint."""
     names = robot.coordinate_names
     return [i for i, name in enumerate(names) if name.split(".")[0] == link.name]
 
 
 def _shown(value: float, unit: str) -> tuple[str, str]:
-    """A coordinate in degrees or metres, and which it is."""
+    """Return a coordinate in degrees or metres, and its unit."""
     if unit == "rad":
         return f"{np.degrees(value) + 0.0:.6g}", "deg"
     return f"{value + 0.0:.6g}", "m" if unit == "m" else ""
 
 
 def _tip(robot: Robot) -> list[str]:
-    """Where the tip is at home, in the base."""
+    """Return the pose of the tip at home, in the base."""
     T = robot.fk(robot.home)
     axes = ", ".join(f"{name} along {_vector(T[:3, i])}" for i, name in enumerate("xyz"))
     return [f"{robot.tip} at home: {_vector(T[:3, 3])} m in the base", f"its axes: {axes}"]

@@ -1,4 +1,4 @@
-"""The command `robots`: the robots that come with RobSim."""
+"""The command `robots`: list or describe the robots that come with RobSim."""
 
 from __future__ import annotations
 

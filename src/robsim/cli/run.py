@@ -39,7 +39,10 @@ def command(
 
 
 def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
-    """Run, write, draw and say how it went. What was simulated before Ctrl-C is kept."""
+    """Run a scenario, write and draw the results, and print a report.
+
+    What was simulated before Ctrl-C is kept.
+    """
     if figures:
         check_colors(scenario)
     click.echo(scenario.title or "simulating")
@@ -56,7 +59,7 @@ def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
 
 
 def _save(result: xr.Dataset, scenario: Experiment, folder: Path) -> bool:
-    """Write run and scenario whole; tells whether Ctrl-C came meanwhile."""
+    """Write run and scenario completely; return whether Ctrl-C came meanwhile."""
     from robsim.files.netcdf import save_run
 
     with undisturbed() as stops:

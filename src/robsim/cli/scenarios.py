@@ -1,4 +1,4 @@
-"""Experiments as commands need them: read with changes, colours known, kernels compiled."""
+"""Loading of scenarios for commands, with checks of colours and compiled kernels."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ COMPILING = "compiling the kernels, once on this machine: this takes a few secon
 
 
 def load(file: Path, changes: tuple[str, ...]) -> Experiment:
-    """The scenario of a file, with KEY=VALUE changes."""
+    """Return the experiment in a scenario file, with KEY=VALUE changes."""
     from robsim.run.experiment import load_scenario
 
     return load_scenario(file, set=list(changes))
 
 
 def check_colors(scenario: Experiment) -> None:
-    """Raise FileError for an unknown colour; only Matplotlib knows, asked before the simulation."""
+    """Raise FileError for a colour that Matplotlib does not know, before simulating."""
     from robsim.plot.palette import color
 
     scene = scenario.scene
@@ -38,7 +38,7 @@ def check_colors(scenario: Experiment) -> None:
 
 
 def must_compile(scenario: Experiment) -> bool:
-    """Whether kernels have to be compiled before it runs."""
+    """Return whether kernels have to be compiled before the experiment runs."""
     from robsim.run.loop import worth_compiling
 
     steps = scenario.duration / scenario.dt

@@ -1,4 +1,4 @@
-"""Where figures come from: their look, and whether pyplot keeps them."""
+"""Creation of figures: their style, their size, and whether pyplot manages them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _SMALLEST, _LARGEST = 0.5, 100.0  # inches
 
 
 class Sheet(Figure):
-    """A figure that nobody but the caller keeps; the last line of a notebook's cell shows it."""
+    """A figure that pyplot does not manage, and that notebooks display as a cell's value."""
 
     def _repr_png_(self) -> bytes:
         """Return the figure as PNG, for notebooks in which Matplotlib only writes files."""
@@ -45,7 +45,7 @@ class Sheet(Figure):
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw in the look of our figures; what the user has set comes back afterwards.
+    """Draw in RobSim's style, and restore the user's settings afterwards.
 
     Only our own settings are put back: choosing a backend may switch pyplot to interactive, and
     rc_context would undo that.
@@ -62,10 +62,10 @@ def style() -> Iterator[None]:
 def new_figure(width: float, height: float, size: Any = None) -> Figure:
     """Return an empty figure of width and height, or of the `size` (width, height); inches.
 
-    Where Matplotlib opens windows, pyplot knows it, so that plt.show() shows it. Where it only
-    writes files, and in notebooks, which show the value of a cell, nobody but the caller keeps it.
+    Where Matplotlib opens windows, pyplot manages the figure, so that plt.show() shows it. Where it
+    only writes files, and in notebooks, only the caller keeps it.
 
-    InputError: a size that is no pair of 0.5 to 100 inches.
+    InputError: a size that is not a pair of 0.5 to 100 inches.
     """
     inches = (width, height) if size is None else _checked_size(size)
     backend = plt.get_backend().lower()
@@ -87,7 +87,7 @@ def _checked_size(size: Any) -> tuple[float, float]:
 def checked_panels(axes: Any, count: int, size: Any) -> list[Axes]:
     """Return the user's axes as a list of `count`.
 
-    InputError: another number of them, no axes at all, or a size for axes that have one.
+    InputError: a wrong number of axes, something else, or a size, which axes already have.
     """
     if size is not None:
         raise InputError("size is that of a new figure: leave it out where axes are given")
@@ -100,12 +100,12 @@ def checked_panels(axes: Any, count: int, size: Any) -> list[Axes]:
 
 
 def whole(axes: Axes) -> Figure:
-    """Return the figure that axes stand in."""
+    """Return the figure that contains the axes."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     return figure
 
 
 def set_title(axes: Axes, default: str, title: str | None) -> None:
-    """Write the user's title, or the default where it is None."""
+    """Set the user's title, or the default where it is None."""
     axes.set_title(default if title is None else title)

@@ -1,4 +1,4 @@
-"""Several schemes beside each other: images, errors, measures and ways, or their distributions."""
+"""Figures of a comparison: images, errors, measures and paths, or their distributions."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ if TYPE_CHECKING:
     from robsim.analysis.comparison import Comparison
     from robsim.world.scene import Scene
 
-IN_A_ROW, BELOW = 7, 4.4  # images in a row; inches, the height of what is below them
+IN_A_ROW, BELOW = 7, 4.4  # images in a row; height in inches of the panels below them
 SHOWN = ("time", "image_excursion", "image_detour", "path_length", "retreat", "rotation")
 EFFORTS = ("effort_angular", "effort_linear")
 MARGINS = ("border_margin", "limit_margin")
-NOTHING = 1e-9  # below it a measure is rounding
+NOTHING = 1e-9  # measures below this are rounding errors
 _MARKERS = "osD^v<>"
 
 
 def comparison(comparison: Comparison, *, size: Any = None, title: str | None = None) -> Figure:
-    """Draw what `compare` found on one slide; each scheme keeps its colour, line and marker.
+    """Draw a comparison on one slide; each scheme keeps its colour, line and marker.
 
-    Of single runs: the image of each (asterisks are the start, squares the goal, circles the end),
-    the distance of the farthest mark from its goal over time, the measures as shares of the
-    largest among the schemes (hollow where the run did not converge), and the way of the camera in
-    the two axes of the world in which it goes farthest. Of batches: how the runs ended, and the
-    distribution of each measure over those that converged: the median, the quartiles as a box, and
-    5 to 95 percent as whiskers. Outcomes are blue where a run converged, and of warm colours where
-    it did not. `size` is (width, height) of the figure in inches.
+    For single runs: the image of each (asterisks are the start, squares the goal, circles the end),
+    the distance of the farthest mark from its goal over time, the measures as shares of the largest
+    among the schemes (hollow where the run did not converge), and the path of the camera in the two
+    world axes in which it goes farthest. For batches: how the runs ended, and the distribution of
+    each measure over those that converged: the median, the quartiles as a box, and 5 to 95 percent
+    as whiskers. Converged runs are blue, and failures have warm colours. `size` is (width,
+    height) of the figure in inches.
 
     >>> from robsim import IBVS, PBVS, compare, load_scenario
     >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("camera_retreat"))
     >>> tasks = {"image": IBVS(one.task.goal), "pose": PBVS(one.task.goal)}
-    >>> figure = comparison(compare(one.scene, tasks, one.q0, duration=2))
+    >>> figure = comparison(compare(one.scene, tasks, one.start, duration=2))
     >>> [axes.get_title() for axes in figure.axes[:2]]
     ['image\\ntime limit after 2 s', 'pose\\ntime limit after 2 s']
     """
@@ -59,7 +59,7 @@ def comparison(comparison: Comparison, *, size: Any = None, title: str | None = 
 
 
 def look(i: int) -> dict[str, Any]:
-    """Return colour, line and marker (at its end) of the i-th scheme."""
+    """Return the colour, line style and end marker of the i-th scheme."""
     line, marker = palette.LINES[i % len(palette.LINES)], _MARKERS[i % len(_MARKERS)]
     color = {"color": palette.nth(i), "linewidth": 1.8}
     return {**color, "linestyle": line, "marker": marker, "markevery": [-1], "markersize": 6}
@@ -85,7 +85,7 @@ def _slide(found: Comparison, size: Any) -> Figure:
 
 
 def _draw_images(figure: Figure, grid: Any, found: Comparison) -> None:
-    """The image of each run, all of one camera in one frame."""
+    """Draw the image of each run; all images of one camera have the same limits."""
     places: dict[tuple[Any, ...], list[Axes]] = {}
     for i, (name, run) in enumerate(found.runs.items()):
         axes, one = figure.add_subplot(grid[divmod(i, grid.ncols)]), history.single(run)
@@ -102,7 +102,7 @@ def _draw_images(figure: Figure, grid: Any, found: Comparison) -> None:
 
 
 def _draw_image(axes: Axes, view: xr.Dataset, color: str) -> None:
-    """The ways of the marks of one run in the image of its first camera."""
+    """Draw the paths of the marks of one run in the image of its first camera."""
     way, goal = view["pixels"].values, view["pixels_goal"].values
     for n in range(way.shape[1]):
         axes.plot(*way[:, n].T, color=color, linewidth=1.3)
@@ -116,7 +116,7 @@ def _draw_image(axes: Axes, view: xr.Dataset, color: str) -> None:
 
 
 def _draw_errors(axes: Axes, found: Comparison) -> None:
-    """The distance of the farthest mark from its goal; of what has no goal image, the error."""
+    """Draw the farthest mark's distance from its goal, or the error without a goal image."""
     seen = all(np.isfinite(run["pixels_goal"]).all() for run in found.runs.values())
     low, high = np.inf, 0.0
     for i, (name, run) in enumerate(found.runs.items()):
@@ -135,7 +135,7 @@ def _draw_errors(axes: Axes, found: Comparison) -> None:
 
 
 def normalised(found: Comparison) -> dict[str, tuple[float, Array]]:
-    """Return {measure: (its largest value, shares of it (schemes,))} where less is better."""
+    """Return {measure: (largest value, shares of it (schemes,))} of measures to minimise."""
     shares = {}
     for key in (*SHOWN, *EFFORTS):
         values = found.data[key].values
@@ -146,7 +146,7 @@ def normalised(found: Comparison) -> dict[str, tuple[float, Array]]:
 
 
 def _draw_measures(axes: Axes, found: Comparison) -> None:
-    """A dot for each scheme; in a row that several share, one beside the other."""
+    """Draw each measure as a row with one dot for each scheme."""
     shares, count = normalised(found), len(found.names)
     ended = found.data["outcome"].values == Outcome.CONVERGED
     for i in range(count):
@@ -170,18 +170,18 @@ def _draw_measures(axes: Axes, found: Comparison) -> None:
 
 
 def _row_label(key: str, largest: float) -> str:
-    """The name of a measure, and what 1 stands for."""
+    """Return the label of a measure, with the value that 1 stands for."""
     return f"{MEASURES[key].label}\n1 = {largest:.3g} {_unit(key)}".rstrip()
 
 
 def _unit(key: str) -> str:
-    """Of a measure, as it is written in a figure."""
+    """Return the unit of a measure as it is written in a figure; "" for none."""
     unit = MEASURES[key].unit.replace("^2", "²")
     return "" if unit == "1" else unit
 
 
 def _draw_ways(axes: Axes, found: Comparison) -> None:
-    """Where the camera went, in the two axes of the world in which it went farthest."""
+    """Draw the camera paths in the two world axes of largest extent."""
     ways = {name: _way(run, found.scenes[name]) for name, run in found.runs.items()}
     spans = np.ptp(np.concatenate(list(ways.values())), axis=0)
     across, up = sorted(np.argsort(-spans, kind="stable")[:2])
@@ -198,13 +198,13 @@ def _draw_ways(axes: Axes, found: Comparison) -> None:
 
 
 def _way(run: xr.Dataset, scene: Scene) -> Array:
-    """(moments, 3) of one run, as long as it lasted."""
+    """Return the path (moments, 3) of one run, up to its end."""
     way: Array = moving_path(history.single(run), scene)[0]
     return way
 
 
 def _open(axes: Axes, grid: Literal["x", "both"]) -> None:
-    """Grid lines instead of a frame."""
+    """Show grid lines instead of a frame."""
     axes.grid(True, axis=grid)
     axes.spines[["top", "right"]].set_visible(False)
 
@@ -229,13 +229,13 @@ def _distributions(found: Comparison, size: Any) -> Figure:
 
 
 def _varies(values: Array) -> bool:
-    """Whether there is anything to tell apart."""
+    """Return whether finite values differ by more than rounding."""
     shown = values[np.isfinite(values)]
     return bool(shown.size) and float(np.ptp(shown)) > NOTHING * max(1.0, np.abs(shown).max())
 
 
 def _draw_endings(axes: Axes, found: Comparison) -> None:
-    """The share of each outcome, as bars one after the other, with a hatch for each."""
+    """Draw the share of each outcome as stacked bars, each with its own hatch."""
     outcomes = found.data["outcome"].values
     left = np.zeros(len(outcomes))
     several = [outcome for outcome in palette.OUTCOMES if (outcomes == outcome).any()]
@@ -253,7 +253,7 @@ def _draw_endings(axes: Axes, found: Comparison) -> None:
 
 
 def _draw_boxes(axes: Axes, values: Array, key: str) -> None:
-    """A box for each scheme from values (schemes, runs), NaN where a run did not converge."""
+    """Draw a box for each scheme of values (schemes, runs); NaN is left out."""
     rows = [row[np.isfinite(row)] for row in values]
     line = {"linewidth": 1.2}
     boxes: Any = axes.boxplot(

@@ -1,4 +1,4 @@
-"""The diagnosis of a run over time: V, conditions, stability and margins."""
+"""Figure of a diagnosis over time: V, condition numbers, stability and margins."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.plot.canvas import checked_panels, new_figure, style, whole
 if TYPE_CHECKING:
     import xarray as xr
 
-LOWEST = 1e-16  # of the largest V: below it there is rounding only
+LOWEST = 1e-16  # share of the largest V below which values are rounding errors
 DRAWN = (
     "lyapunov",
     "condition_interaction",
@@ -33,10 +33,10 @@ DEEP = 3.0  # how far below zero stability is shown
 def diagnosis(
     diagnosis: xr.Dataset, *, axes: Any = None, size: Any = None, title: str | None = None
 ) -> Figure:
-    """Draw what `diagnose` found of a run, over time (s), on one slide.
+    """Draw the diagnosis of a run over time (s) on one slide.
 
     V, on a logarithmic scale; the condition numbers of L and L J as the law was given them; the
-    eigenvalues that tell whether every motion is made smaller (above zero, shaded where it is not)
+    eigenvalues that show whether every motion is made smaller (above zero, shaded where it is not)
     and whether the loop contracts in a period (below one); and what is left to the border of an
     image (px, left) and to a joint limit (percent of its range, right). `axes` are four to draw
     into, instead of a new figure of `size` (width, height) inches.
@@ -130,14 +130,14 @@ def _draw_margins(axes: Axes, found: xr.Dataset) -> None:
 
 
 def _from_zero(axes: Axes, values: Array) -> None:
-    """So that what is left is seen; what is less than nothing as well."""
+    """Set the axis to start at zero, or at the least value where that is negative."""
     shown = values[np.isfinite(values)]
     if shown.size:
         axes.set_ylim(min(0.0, 1.05 * shown.min()), 1.05 * max(shown.max(), 1e-9))
 
 
 def _logarithmic(axes: Axes, values: Array, wide: bool = False) -> None:
-    """At least a decade; with `wide` room for a legend."""
+    """Set a logarithmic axis of at least a decade; `wide` leaves room for a legend."""
     shown = values[np.isfinite(values) & (values > LOWEST * np.nanmax(values, initial=0.0))]
     if shown.size and shown.max() > 0:
         low, high = np.floor(np.log10(shown.min())), np.ceil(np.log10(shown.max()) + 1e-9)
@@ -149,5 +149,5 @@ def _legend(axes: Axes) -> None:
 
 
 def _dot(time: Array) -> dict[str, Any]:
-    """A line of one point is not seen without a marker."""
+    """Return the line style, with a marker for a line of a single point."""
     return {"linewidth": 1.8} if len(time) > 1 else {"marker": "."}

@@ -1,4 +1,4 @@
-"""The goal of a motion in 3-D: the camera, the target or the tool as it is to stand."""
+"""The goal of a motion in 3-D: outlines of the camera, target or tool at the goal."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ AXES = 0.6  # length of the axes of a frame, as a share of the depth of a camera
 
 
 def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: float) -> list[Wire]:
-    """Return what is drawn of a goal, in the frame of the figures; nothing of one without a pose.
+    """Return the outlines of a goal, in the frame of the figures; none for one without a pose.
 
     `goal` is q (nq,), a pose in the world, a task or its goal; None takes that of the run. A pose
     is that of the camera; where the camera stands still that of the target, and in a scene without
-    cameras that of the tip of the first robot. `q` (nq,) is where all else stands, `depth` that of
-    a camera without a body, in metres.
+    cameras that of the tip of the first robot. `q` (nq,) is the configuration of all else, and
+    `depth` is that of a camera without a body, in metres.
 
     InputError: anything else.
     """
@@ -35,7 +35,7 @@ def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: flo
 
 
 def _placed(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
-    """Whose pose in the world a goal tells."""
+    """Return the poses in the world that a goal determines, by frame."""
     if isinstance(goal, Task):
         goal = getattr(goal, "goal", None)
         goal = goal if isinstance(goal, TaughtGoal | GoalPose) else None
@@ -51,7 +51,7 @@ def _placed(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
 
 
 def _of_run(run: xr.Dataset | None) -> dict[str, Pose]:
-    """The goal pose that a run tells, and of which frame, if it does."""
+    """Return the goal pose recorded in a run, by its frame; empty if there is none."""
     if run is None or "goal_pose" not in run:
         return {}
     T = run["goal_pose"].values
@@ -59,7 +59,7 @@ def _of_run(run: xr.Dataset | None) -> dict[str, Pose]:
 
 
 def _movers(scene: Scene) -> list[str]:
-    """Cameras, and objects, that a robot carries; without any the tip of the first robot."""
+    """Return cameras and objects that robots carry; without any, the tip of the first robot."""
     things = [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
     carried = [name for name in things if scene.tree.carried(name).any()]
     tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
@@ -67,7 +67,7 @@ def _movers(scene: Scene) -> list[str]:
 
 
 def _mover(scene: Scene) -> str:
-    """Whose pose a goal pose is."""
+    """Return the frame to which a goal pose refers."""
     found = _movers(scene)
     if not found:
         raise InputError("goal: there is nothing in the scene that could go to it")
@@ -75,7 +75,7 @@ def _mover(scene: Scene) -> str:
 
 
 def _at(scene: Scene, q: Any) -> dict[str, Pose]:
-    """All that moves, where it is at q (nq,)."""
+    """Return the poses of all moving frames at q (nq,)."""
     values = scene.coordinates(q, "goal q", limits=False)
     if values.ndim != 1:
         raise InputError(f"goal q: expected one of shape ({scene.nq},), got {values.shape}")
@@ -83,7 +83,7 @@ def _at(scene: Scene, q: Any) -> dict[str, Pose]:
 
 
 def _relative(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
-    """The camera before its target, or, where the camera stands still, the target before it."""
+    """Return the goal pose of the camera or, where the camera stands still, of the target."""
     targets = [thing.name for thing in scene.objects if len(thing.marks)]
     if not scene.cameras or not targets:
         return {}
@@ -94,7 +94,7 @@ def _relative(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
 
 
 def _wires(scene: Scene, name: str, T_w_f: Pose, depth: float) -> list[Wire]:
-    """The outline of a frame's thing at a pose in the world, or the axes of the frame."""
+    """Return the outline of what a frame carries at a pose in the world, or the frame's axes."""
     T: Array = scene.display.matrix @ T_w_f.matrix
     for eye in scene.cameras:
         if eye.name == name:

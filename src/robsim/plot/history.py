@@ -1,4 +1,4 @@
-"""What the figures read from a run."""
+"""Extraction of data from runs for the figures."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 def checked_scene(scene: object) -> None:
-    """Raise InputError if this is no Scene."""
+    """Raise InputError if this is not a Scene."""
     if not isinstance(scene, Scene):
         raise InputError(f"expected a Scene, got {scene!r:.80}")
 
 
 def checked(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
-    """Return the run as it is; InputError if it is none, or (`timed`) only a summary of one."""
+    """Return the run as it is; InputError if it is not a run or, with `timed`, only a summary."""
     if not {"q", "q0", "outcome"} <= set(getattr(run, "data_vars", ())):
         raise InputError(
             f"expected a run as simulate returns it, got {type(run).__name__}; of a mission, draw "
@@ -50,7 +50,7 @@ def single(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
 
 
 def configurations(run: xr.Dataset, scene: Scene) -> Array:
-    """Return (moments, nq): what was recorded of a single run, with its start and its end."""
+    """Return the recorded coordinates (moments, nq) of a run, with its start and end."""
     _checked_coordinates(run, scene)
     q = np.vstack([run["q0"].values, run["q"].values.reshape(-1, scene.nq), run["q_end"].values])
     alive: Array = q[np.isfinite(q).all(axis=1)]
@@ -65,7 +65,7 @@ def _checked_coordinates(run: xr.Dataset, scene: Scene) -> None:
 
 
 def limits(run: xr.Dataset, scene: Scene) -> Array:
-    """Return (nq, 2): lowest and highest of each coordinate of a run, infinite where there is none.
+    """Return the lowest and highest value (nq, 2) of each coordinate; infinite without limits.
 
     InputError: no scene, or another one than that of the run.
     """
@@ -75,7 +75,7 @@ def limits(run: xr.Dataset, scene: Scene) -> Array:
 
 
 def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
-    """Return (moments, 6): v and omega of the origin of a frame, in world axes."""
+    """Return the velocity (moments, 6), v and omega, of a frame's origin in world axes."""
     checked_scene(scene)
     _checked_coordinates(run, scene)
     bodies = scene.tree.bodies(np.ascontiguousarray(run["q"].values.T))
@@ -97,14 +97,14 @@ def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
         raise InputError(f"no camera {name!r} in the run; {suggest(name, cameras, 'cameras')}")
     one = run.isel(mark=np.flatnonzero(run["mark_camera"].values == name))
     suffix = "" if name == cameras[0] else f"_{name}"
-    told = {key: run.attrs.get(f"{key}{suffix}") for key in ("image_size", "image_centre")}
+    attributes = {key: run.attrs.get(f"{key}{suffix}") for key in ("image_size", "image_centre")}
     first, targets = first_numbers(run), one["mark_target"].values.tolist()
     numbers = [first[t] + targets[:i].count(t) for i, t in enumerate(targets)]
-    return one.assign_coords(mark_number=("mark", numbers)).assign_attrs(told)
+    return one.assign_coords(mark_number=("mark", numbers)).assign_attrs(attributes)
 
 
 def first_numbers(run: xr.Dataset) -> dict[str, int]:
-    """Return the number of each target's first mark, where the marks of all are counted."""
+    """Return the number of each target's first mark, counted over all targets."""
     keys = zip(run["mark_target"].values.tolist(), run["mark_camera"].values.tolist(), strict=True)
     counts = Counter(keys)
     first, after = {}, 0
@@ -115,7 +115,7 @@ def first_numbers(run: xr.Dataset) -> dict[str, int]:
 
 
 def ending(run: xr.Dataset) -> str:
-    """Return why and when a single run ended, as a title.
+    """Return how and when a single run ended, as a title.
 
     >>> import xarray as xr
     >>> ending(xr.Dataset({"outcome": 1, "end_time": 2.52}))

@@ -1,4 +1,4 @@
-"""The outline of points in a plane."""
+"""The convex hull of points in a plane."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def outline(points: Array) -> Array:
 
 
 def _half_hull(ordered: Array) -> list[Array]:
-    """Corners from the first point to the last but one, those that turn left."""
+    """Return the corners of one half of the hull, without the last point."""
     hull: list[Array] = []
     for point in ordered:
         while len(hull) > 1 and np.linalg.det([hull[-1] - hull[-2], point - hull[-1]]) <= 0:

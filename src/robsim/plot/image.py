@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from robsim.world.scene import Scene
 
 WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: figure, image, and what is above and below it
-MOST_RUNS = 50  # of a batch, so that lines can be told apart
-MOST_NUMBERS = 12  # of marks that are numbered
+MOST_RUNS = 50  # at most of a batch, to keep lines distinguishable
+MOST_NUMBERS = 12  # largest number of marks for which their numbers are drawn
 _MARKERS: dict[str, dict[str, Any]] = {
     "start": {"marker": palette.ASTERISK, "markersize": 9},
     "end": {"marker": "o", "markersize": 6},
@@ -49,18 +49,18 @@ def image(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the image of a run, in pixels: ways of the marks from start (asterisk) to end (circle).
+    """Draw the image of a run in pixels: mark paths from start (asterisk) to end (circle).
 
     Squares joined by an outline are the goal, the plus is the image centre (where the optical axis
     meets the image), the frame is the border of the image; each mark has the colour it has in
-    `scene` and in the images of the other cameras. Of a batch, up to 50 runs are laid over each
+    `scene` and in the images of the other cameras. Up to 50 runs of a batch are drawn over each
     other. With the `scene`, the edges of the targets of a single run are drawn as they are seen at
     the start (dashed) and at the end. `camera` is by default the first of the run.
 
     ax      axes to draw into, instead of a new figure
     size    (width, height) of the figure, inches
 
-    InputError: no camera of that name, and which there are.
+    InputError: no camera of that name; the message lists the cameras.
 
     >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.run.simulate import simulate
@@ -96,7 +96,7 @@ def draw(
 ) -> None:
     """Draw the image of one camera into axes."""
     view = history.seen_by(history.checked(run), camera)
-    tracks, told = _tracks(view)
+    tracks, description = _tracks(view)
     numbers, goal, alone = view["mark_number"].values, view["pixels_goal"].values, len(tracks) == 1
     draw_goal(axes, goal, [palette.nth(number) for number in numbers], view["mark_target"].values)
     if scene is not None and alone:
@@ -110,13 +110,13 @@ def draw(
     frame(axes, seen, size, centre)
     several = len(set(run["mark_camera"].values.tolist())) > 1
     name = view["mark_camera"].values[0] if several else "image"
-    set_title(axes, f"{name}: {told}", title)
+    set_title(axes, f"{name}: {description}", title)
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
     _legend(axes, [name for name in _MARKERS if not unknown.get(name, False)])
 
 
 def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> None:
-    """Draw where the marks (N, 2) are to be: squares, and an outline around those of a target."""
+    """Draw the goals (N, 2) of the marks as squares, with an outline around each target."""
     for pixel, color in zip(goal, colors, strict=True):
         axes.plot(*pixel, color=color, zorder=1.5, **_MARKERS["goal"])
     for target in dict.fromkeys(targets.tolist()):
@@ -127,7 +127,7 @@ def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> N
 
 
 def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
-    """The edges of the targets of a single run as the camera sees them at its start and its end."""
+    """Draw the edges of the targets of a single run, as seen at its start and its end."""
     camera, names = str(view["mark_camera"].values[0]), view["mark_target"].values.tolist()
     states = history.configurations(history.single(view), scene)
     looks = ((states[0], {"linestyle": (0, (4, 2))}), (states[-1], {"linestyle": "-"}))
@@ -138,7 +138,7 @@ def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
 
 
 def edges_seen(scene: Scene, q: Array, camera: str, target: str) -> Array:
-    """Return the edges (E, 2, 2) of a target in pixels, those that are all before the camera."""
+    """Return the edges (E, 2, 2) of a target in pixels that are wholly before the camera."""
     T = Pose(scene.pose(target, q).matrix)
     ends = [shape.at(T).vertices[shape.edges] for shape in scene.object(target).shapes]
     points = np.concatenate([np.empty((0, 2, 3)), *ends])
@@ -149,7 +149,7 @@ def edges_seen(scene: Scene, q: Array, camera: str, target: str) -> Array:
 
 
 def _legend(axes: Axes, names: list[str]) -> None:
-    """What the markers mean, below the image."""
+    """Draw the legend of the markers below the image."""
     look = {"color": palette.BLACK, "linestyle": "none"}
     axes.legend(
         handles=[Line2D([], [], label=name, **(look | _MARKERS[name])) for name in names],
@@ -162,7 +162,7 @@ def _legend(axes: Axes, names: list[str]) -> None:
 
 
 def _tracks(run: xr.Dataset) -> tuple[Array, str]:
-    """(runs, moments, marks, 2) pixels of some runs, and what they are."""
+    """Return the pixels (runs, moments, marks, 2) of some runs, and their description."""
     if run.sizes.get("run", 1) == 1:
         one = history.single(run)
         return one["pixels"].values[None], history.ending(one)
@@ -173,7 +173,7 @@ def _tracks(run: xr.Dataset) -> tuple[Array, str]:
 
 
 def _draw_track(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:
-    """The ways (moments, marks, 2) of the marks of one run, each with its start and its end."""
+    """Draw the paths (moments, marks, 2) of the marks of one run, with starts and ends."""
     width, scale = (1.6, 1.0) if alone else (0.5, 0.6)
     for number, way in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
         color, seen = palette.nth(number), way[np.isfinite(way).all(axis=1)]
@@ -184,7 +184,7 @@ def _draw_track(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:
 
 
 def _draw_numbers(axes: Axes, track: Array, numbers: Array) -> None:
-    """The number of each mark, from 0, where it starts, on the side from which it leaves."""
+    """Write the number of each mark, from 0, beside its start."""
     for number, way in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
         seen = way[np.isfinite(way).all(axis=1)]
         if len(seen):
@@ -196,14 +196,14 @@ def _draw_numbers(axes: Axes, track: Array, numbers: Array) -> None:
 
 
 def frame(axes: Axes, seen: Array, size: Any, centre: Any) -> None:
-    """Let rows grow downwards, pixels be square, and the border of the image be in view."""
+    """Set the axes of an image: rows grow downwards, pixels are square, the border is in view."""
     points = seen[np.isfinite(seen).all(axis=1)]
     if centre is not None:
         axes.plot(*centre, color=palette.BLACK, linestyle="none", **_MARKERS["image centre"])
         points = np.vstack([points, centre])
     if size is not None:
         low, high = np.full(2, -0.5), np.asarray(size) - 0.5
-        points = np.clip(points, low - size, high + size)  # what is farther out is not shown
+        points = np.clip(points, low - size, high + size)  # points farther out are not shown
         points = np.vstack([points, low, high])
         axes.add_patch(Rectangle((-0.5, -0.5), *size, facecolor="w", edgecolor="k", zorder=0))
         axes.set_facecolor(palette.FAINT)

@@ -1,4 +1,4 @@
-"""The joints of a run over time, each beside its limits."""
+"""The joints of a run over time, with their limits."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels in a row; inches of each, and above
+COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels in a row; inches of panel and title
 LEAST = {"deg": 1.0, "m": 0.001, "–": 0.01}  # the span of an axis on which nothing moves
-ROOM = 1.15  # span of an axis, over the widest way of a joint
+ROOM = 1.15  # span of an axis over the largest range of a joint
 
 
 def joints(
@@ -32,11 +32,11 @@ def joints(
 ) -> Figure:
     """Draw every coordinate of a single run over time (s): angles in degrees, lengths in metres.
 
-    All panels of a unit have one scale, so that ways can be compared. With the `scene`, what lies
-    beyond the limits of a joint is grey, and its range stands above the panel. `axes` are as many
-    as coordinates, to draw into, instead of a new figure of `size` (width, height) inches.
+    All panels of a unit have one scale, so that motions can be compared. With the `scene`, what
+    lies beyond the limits of a joint is grey, and its range stands above the panel. `axes` are as
+    many as coordinates, to draw into, instead of a new figure of `size` (width, height) inches.
 
-    InputError: no single run, or one of another scene.
+    InputError: not a single run, or a run of another scene.
 
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
@@ -94,7 +94,7 @@ def _draw_way(axes: Axes, time: Array, way: Array, color: str, name: str) -> Non
 
 
 def _draw_limits(axes: Axes, limits: Array, unit: str) -> None:
-    """Grey what is beyond (lowest, highest), and write them above."""
+    """Shade what is beyond the limits (lowest, highest), and write them above."""
     if not np.isfinite(limits).any():
         return
     low, high = axes.get_ylim()

@@ -1,4 +1,4 @@
-"""Moments of a motion side by side, in true proportions: what a robot does, step by step."""
+"""Moments of a motion side by side, drawn to scale."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.plot.wireframe import displayed
 from robsim.world.scene import Scene
 
-# rows: to the right of the picture, up, and towards who looks, in the axes of the figures
+# rows: to the right of the picture, up, and towards the viewer, in the axes of the figures
 VIEWS = {
     "right": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]),
     "left": np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]]),
@@ -30,15 +30,15 @@ VIEWS = {
 NAMES = {"right": "from the right", "left": "from the left", "front": "from the front"} | {
     name: f"from {name}" for name in ("behind", "above")
 }
-PALE = 0.62  # how much white there is in a face that is looked at straight; others have less
+PALE = 0.62  # share of white in a face seen at a right angle; others have less
 WIDEST = 13.0  # inches
 TEXT = 0.4  # inches above the pictures
 
 
 class Face(NamedTuple):
-    """A face of a solid as it is seen, its corners as (n, 2) metres."""
+    """A visible face of a solid, with corners (n, 2) in metres."""
 
-    depth: float  # of its middle, towards who looks
+    depth: float  # of its middle, towards the viewer
     outline: Array
     edges: list[Array]  # those of the solid that border it
     color: str
@@ -57,13 +57,14 @@ def moments(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the scene at each of q (n, nq) side by side, without perspective; all in one scale.
+    """Draw the scene at each of q (n, nq) side by side, in parallel projection and one scale.
 
-    A picture is `extent` = (width, height) metres large, and its middle is the frame `around`; what
-    is half a width nearer or farther than that is left out. `views` are the rows of pictures: from
-    the "right" of the x axis, from the "left", "behind", "front" or "above". A camera without a
-    body is not drawn. Axes are in metres of the frame of `scene.display`. `axes` are as many as
-    pictures, row by row, to draw into, instead of a new figure of `size` (width, height) inches.
+    A picture is `extent` = (width, height) metres large, and its middle is the frame `around`;
+    shapes more than half a width nearer or farther than that are left out. `views` are the rows of
+    pictures: from the "right" of the x axis, from the "left", "behind", "front" or "above". A
+    camera without a body is not drawn. Axes are in metres of the frame of `scene.display`. `axes`
+    are as many as pictures, row by row, to draw into, instead of a new figure of `size` (width,
+    height) inches.
 
     >>> from robsim import Robot, Scene
     >>> arm = Robot.from_dh([[0, 0, 1, 0]])
@@ -100,7 +101,7 @@ def moments(
 
 
 def _check_texts(views: Any, titles: Any, states: int) -> None:
-    """InputError for views that do not exist, or titles that are not as many as moments."""
+    """Raise InputError for views that do not exist, or for a wrong number of titles."""
     if not isinstance(views, list | tuple) or not views:
         raise InputError(f"views: expected a list, such as ['right'], got {views!r:.80}")
     for view in views:
@@ -113,7 +114,7 @@ def _check_texts(views: Any, titles: Any, states: int) -> None:
 
 
 def _extent(extent: Any) -> tuple[float, float]:
-    """Width and height in metres."""
+    """Return the checked width and height in metres."""
     given = numbers(extent, "extent (width, height) in metres", (2,))
     if given.ndim != 1 or (given <= 0).any():
         raise InputError(f"extent: expected (width, height) in metres, got {extent!r:.80}")
@@ -121,7 +122,7 @@ def _extent(extent: Any) -> tuple[float, float]:
 
 
 def _faces(scene: Scene, q: Array, view: Array, middle: float, reach: float) -> list[Face]:
-    """What is seen, the farthest first, so that what is near covers it."""
+    """Return the visible faces, farthest first, so that nearer ones cover them."""
     faces = [
         face
         for solid, color in _solids(scene, q)
@@ -143,7 +144,7 @@ def _draw(axes: Any, faces: list[Face]) -> None:
 
 
 def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
-    """The faces of a solid that are turned to who looks; one looks into the eye of a camera."""
+    """Yield the faces of a solid that are turned towards the viewer; of a camera, all faces."""
     points = solid.vertices @ view.T
     borders = {tuple(sorted(edge)) for edge in solid.edges.tolist()}
     for face in solid.faces:
@@ -158,7 +159,7 @@ def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
 
 
 def _solids(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
-    """Every shape where it stands, with its colour."""
+    """Yield every shape at its pose, with its colour."""
     parts = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
     parts += [(thing.name, thing.shapes) for thing in scene.objects]
     bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
@@ -182,7 +183,7 @@ def _frame(axes: Any, middle: Array, width: float, height: float) -> None:
 
 
 def _scale(axes: Any, width: float, height: float) -> None:
-    """A bar of a round length at the lower right."""
+    """Draw a scale bar of a round length at the lower right."""
     length = 10.0 ** np.floor(np.log10(width / 2))
     length *= max(m for m in (1, 2, 5) if m * length <= width / 2)
     right, low = axes.get_xlim()[1] - 0.05 * width, axes.get_ylim()[0] + 0.05 * height

@@ -36,10 +36,10 @@ _LETTERS = {
     "w": LIGHT_GREY,
 }
 CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
-GOAL = "#d6007a"  # where things are to be; nothing else has it
-MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # where the others are taken
-TINTS = (0.0, 0.5, -0.4)  # share of white of the first seven colours, of the next; below 0 black
-OUTCOMES = {  # colour and hatch; blue where it worked, warm where not, apart in lightness too
+GOAL = "#d6007a"  # reserved for goals
+MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # used when the others are taken
+TINTS = (0.0, 0.5, -0.4)  # share of white in each seven colours; below 0 of black
+OUTCOMES = {  # colour and hatch: blue for success, else warm; lightness differs too
     Outcome.CONVERGED: (BLUE, ""),
     Outcome.TIME_LIMIT: ("#f5d3b3", ""),
     Outcome.OUT_OF_IMAGE: (ORANGE, "///"),
@@ -74,7 +74,7 @@ def color(name: str) -> str:
 
 
 def nth(i: int) -> str:
-    """Return the colour of the i-th mark or link, from 0; they repeat after twenty-one.
+    """Return the colour of the i-th mark or link, from 0; colours repeat after twenty-one.
 
     After seven colours come seven lighter ones, then seven darker ones.
 
@@ -86,7 +86,7 @@ def nth(i: int) -> str:
 
 
 def link(i: int) -> str:
-    """Return the colour of the i-th link of a robot without colours: the base, 0, alone is black.
+    """Return the colour of the i-th link of a robot without colours; only the base, 0, is black.
 
     >>> link(0), link(1) == nth(0), link(7) == nth(7)
     ('#000000', True, True)
@@ -96,7 +96,7 @@ def link(i: int) -> str:
 
 
 def tinted(color: str, share: float) -> str:
-    """Return a colour with a share of white in it, or of black below 0.
+    """Return a colour mixed with a share of white, or of black below 0.
 
     Black itself becomes grey where it is to be darkened.
 

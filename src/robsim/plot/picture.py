@@ -1,4 +1,4 @@
-"""What the 3-D window shows of a scene: at one moment, or from start to end of a run."""
+"""The contents of the 3-D window, at one moment or from start to end of a run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STILL = 1e-6  # metres
 
 @dataclass(frozen=True)
 class Picture:
-    """What is drawn: solids as they are, those that were elsewhere before, marks, and paths."""
+    """The contents of a 3-D figure: solids, their outlines at the start, marks and paths."""
 
     solid: list[Wire]
     before: list[Wire]
@@ -36,14 +36,14 @@ class Picture:
 
     @property
     def points(self) -> Array:
-        """Return (N, 3) all that must be in view; the origin if there is nothing."""
+        """The points (N, 3) that must be in view; the origin if there are none."""
         wires = [wire.points for wire in (*self.solid, *self.before, *self.goal)]
         points = np.concatenate([self.marks, *self.paths.values(), *wires])
         return points if len(points) else np.zeros((1, 3))
 
 
 def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -> Picture:
-    """Return the scene at q (nq,), home by default, or from start to end of one run.
+    """Return the picture of a scene at q (nq,), home by default, or over one run.
 
     `goal` is as in `ghosts`.
 
@@ -64,7 +64,7 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -
 
 
 def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
-    """(moments, nq): one, or those of a run."""
+    """Return the configurations (moments, nq): one, or those of a run."""
     if run is not None:
         if q is not None:
             raise InputError("give q or run, not both: a run brings its own q")
@@ -76,7 +76,7 @@ def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
 
 
 def _ways(scene: Scene, states: Array) -> dict[str, Array]:
-    """(moments, 3) ways of the origins of all frames of the scene."""
+    """Return the paths (moments, 3) of the origins of all frames of the scene."""
     links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
     frames = [*links, *_things(scene)]
     return {name: wireframe.displayed(scene, name, states)[:, :3, 3] for name in frames}
@@ -87,6 +87,6 @@ def _things(scene: Scene) -> list[str]:
 
 
 def _size(points: list[Array]) -> float:
-    """The longest side of the box around all points, metres; 1 if there is none."""
+    """Return the longest side in metres of the box around all points; 1 if there are none."""
     found = np.concatenate(points)
     return (float(np.ptp(found, axis=0).max()) if len(found) else 0.0) or 1.0

@@ -1,4 +1,4 @@
-"""One robot in 3-D, alone."""
+"""A single robot in 3-D."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def robot(
 ) -> Figure:
     """Draw a robot in 3-D at q (nq,), home by default: its links, in the axes of its base.
 
-    What has neither shapes nor links to draw lines between, as a camera that flies, is shown by the
-    axes of its tip. The keywords are those of `scene`; a goal is q (nq,), or a pose of the
+    A robot with neither shapes nor links to draw lines between, such as a flying camera, is shown
+    by the axes of its tip. The keywords are those of `scene`; a goal is q (nq,), or a pose of the
     tip.
 
     >>> from robsim.files import robots
@@ -51,7 +51,7 @@ def robot(
 
 
 def _axes(scene: Scene, picture: Picture, robot: Robot, q: Any) -> Picture:
-    """The same picture with the axes of the tip."""
+    """Return the picture with the axes of the tip added."""
     T = displayed(scene, f"{robot.name}.{robot.tip}", scene.home if q is None else q)
     ends = T[:3, 3] + AXES * T[:3, :3].T
     wires = [

@@ -1,4 +1,4 @@
-"""One figure that tells a run: the scene, the image, the velocities and the error."""
+"""A summary figure of a run: the scene, the image, the velocities and the error."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def run(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the run of a scene on one slide: `scene`, `image` and `velocity` together.
+    """Draw a run on one slide: `scene`, `image` and `velocity` together.
 
-    `camera` is whose image is shown, `frame` whose velocity, as in `image` and `velocity`; `goal`
+    `camera` selects the image and `frame` the velocity, as in `image` and `velocity`; `goal`
     and `view` are as in `scene`, and `size` is (width, height) in inches. Without a camera there is
     no image.
 
@@ -62,8 +62,8 @@ def run(
         if drawn:
             draw_image(places[1].add_subplot(), one, camera, scene, title="")
         draw_velocity(below.subplots(1, 3), one, scene, frame)
-        told = f"{history.ending(one)}; path {float(one['path_length']):.3g} m"
-        figure.suptitle(told if title is None else title)
+        heading = f"{history.ending(one)}; path {float(one['path_length']):.3g} m"
+        figure.suptitle(heading if title is None else title)
         figure.draw_without_rendering()  # now every part has its size
         arrange(places[0], solid, picture)
     return figure

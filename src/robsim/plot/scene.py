@@ -45,19 +45,19 @@ def scene(
     """Draw the scene in 3-D, in metres: at q (nq,), home by default, or over one `run`.
 
     Every solid has its own colour (a robot all in black, the default, gets a colour per link; one
-    of any other single colour is one entry of the legend); marks are asterisks. Of a run the start
-    is dashed, the end solid, and the paths of cameras and objects are lines. Everything is seen
+    of any other single colour is one entry of the legend); marks are asterisks. The start of a run
+    is dashed, its end solid, and the paths of cameras and objects are lines. Everything is seen
     from the frame of `scene.display`; the ground is as high as the lowest point.
 
     goal    drawn as a dotted outline: q (nq,), a task, its goal, or a pose in the world: of the
             camera; where that stands still of the target; without cameras of the robot's tip.
-            None takes that of the run, where it tells it
+            None takes that of the run, if it has one
     ax      3-D axes to draw into, instead of a new figure
     view    (elevation, azimuth) in degrees, (22, -55) by default
-    bounds  (lowest, highest) corner of the box, (2, 3) in metres, so that several figures have one
+    bounds  (lowest, highest) corner of the box, (2, 3) in metres, to give several figures the same
     size    (width, height) of the figure, inches
 
-    InputError: what cannot be drawn, and what is expected.
+    InputError: something that cannot be drawn; the message says what is expected.
 
     >>> from robsim import Robot, Scene
     >>> figure = scene(Scene(Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]])), q=[0.5, 1.0])
@@ -77,7 +77,7 @@ def drawn(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the picture into a figure of its own, or into the user's axes."""
+    """Draw the picture into a new figure, or into the user's axes."""
     seen, (low, high) = space.checked_view(view), space.box(picture.points, bounds)
     with style():
         if ax is not None:
@@ -108,9 +108,9 @@ def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: An
 def arrange(
     figure: Figure | SubFigure, axes: Any, picture: Picture, box: Any = None, top: float = 0.0
 ) -> None:
-    """Make what was drawn fill the figure, or the part of it, but for `top` inches.
+    """Make a drawing fill the figure, or its part of it, except for `top` inches.
 
-    The legend is on the right. The figure has its size by then.
+    The legend is on the right. The figure must have its final size.
     """
     low, high = space.box(picture.points) if box is None else box
     width, height = (float(side) / figure.dpi for side in (figure.bbox.width, figure.bbox.height))
@@ -125,7 +125,7 @@ def arrange(
 
 
 def width_of(picture: Picture, height: float, view: Any = None, box: Any = None) -> float:
-    """Return the inches that picture and legend take where they are to be as high as this."""
+    """Return the width in inches that picture and legend take at a height in inches."""
     low, high = space.box(picture.points) if box is None else box
     left, below, right, above = space.LABELS
     shape = space.shape_of(low, high, space.checked_view(view))
@@ -134,7 +134,7 @@ def width_of(picture: Picture, height: float, view: Any = None, box: Any = None)
 
 
 def legend_width(picture: Picture) -> float:
-    """Return the inches that the legend takes."""
+    """Return the width of the legend in inches."""
     names = [name for name, _ in _handles(picture)]
     columns = -(-len(names) // ROWS)
     return columns * (0.6 + 0.07 * max(map(len, names))) if names else 0.0
@@ -160,7 +160,7 @@ def _draw(axes: Any, picture: Picture, box: Any, view: tuple[float, float]) -> N
 
 
 def _path_colors(picture: Picture) -> list[str]:
-    """A colour for each path, that no solid has."""
+    """Return a colour for each path, different from those of the solids."""
     taken = [wire.color for wire in picture.solid]
     for _ in picture.paths:
         taken.append(palette.unused([*taken, palette.BLACK]))
@@ -180,10 +180,10 @@ def _legend(axes: Any, picture: Picture, place: dict[str, Any]) -> None:
 
 
 def _named(wires: list[Wire]) -> dict[str, list[str]]:
-    """{colour: names}, each name once.
+    """Return {colour: names}, with each name once.
 
-    What has several colours stands under that of which there is most, but not under the only one
-    of another thing if there is a choice.
+    A thing of several colours is listed under its most frequent one, but if possible not under the
+    single colour of another thing.
     """
     amounts: dict[str, dict[str, float]] = {}
     for wire in wires:
@@ -199,7 +199,7 @@ def _named(wires: list[Wire]) -> dict[str, list[str]]:
 
 
 def _handles(picture: Picture) -> list[tuple[str, Any]]:
-    """An entry for each colour: what several things share is one."""
+    """Return a legend entry for each colour; things of one colour share an entry."""
     thick: dict[str, Any] = {"linewidth": 5, "solid_capstyle": "butt"}
     handles: list[tuple[str, Any]] = [
         (_joined(names), Line2D([], [], color=palette.tinted(color, 0.15), **thick))
@@ -218,7 +218,7 @@ def _handles(picture: Picture) -> list[tuple[str, Any]]:
 
 
 def _joined(names: list[str]) -> str:
-    """Up to three names; of more the first, the last and how many there are between."""
+    """Return up to three names; of more, the first, the last and their number."""
     if len(names) <= 3:
         return ", ".join(names)
     return f"{names[0]} … {names[-1]} ({len(names)})"

@@ -17,7 +17,7 @@ from robsim.plot import palette
 from robsim.plot.wireframe import Wire
 
 LIGHT = np.array([0.35, -0.55, 0.76])  # towards the lamp, in the axes of the figures
-AMBIENT = 0.62  # how bright a face is that is turned away from it; 1 in full light
+AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 in full light
 PALE, GREY = (
     0.25,
     0.38,
@@ -27,7 +27,7 @@ GROUNDED, SHADED, LINED, SHEER = 1, 4, 5, 6  # the order in which they are drawn
 
 
 class Solids(Poly3DCollection):  # type: ignore[misc]
-    """The faces of several solids, sorted by their distance all together; `labels` says whose."""
+    """The faces of several solids, sorted by depth together; `labels` names their solids."""
 
     def __init__(self, wires: Sequence[Wire]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
@@ -45,16 +45,16 @@ class Solids(Poly3DCollection):  # type: ignore[misc]
 
 
 def _padded(faces: Sequence[Array]) -> list[Array]:
-    """Return faces with equally many corners, each repeated about equally often.
+    """Return faces with equal numbers of corners, by repeating corners evenly.
 
-    Matplotlib pads faces of unequal size with whatever is in the memory.
+    Matplotlib pads faces of unequal size with uninitialised memory.
     """
     most = max(len(face) for face in faces)
     return [face[np.arange(most) * len(face) // most] for face in faces]
 
 
 def shaded(color: str, face: Array) -> tuple[float, float, float]:
-    """Return the colour of a face (n, 3) under a lamp: the more it looks at it, the brighter."""
+    """Return the colour of a face (n, 3) under a lamp; faces turned towards it are brighter."""
     normal = np.cross(face[1] - face[0], face[2] - face[1])
     cosine = float(normal @ LIGHT) / (float(np.linalg.norm(normal) * np.linalg.norm(LIGHT)) or 1.0)
     bright = AMBIENT + (1 - AMBIENT) * max(cosine, 0.0)
@@ -65,7 +65,7 @@ def shaded(color: str, face: Array) -> tuple[float, float, float]:
 
 
 def draw(axes: Any, wires: Sequence[Wire]) -> None:
-    """Draw solids: shaded where they have faces, by their lines where not."""
+    """Draw solids, shaded where they have faces, else as lines."""
     dense = [wire for wire in wires if wire.faces and not wire.sheer]
     if dense:
         _add(axes, Solids(dense))
@@ -80,7 +80,7 @@ def draw(axes: Any, wires: Sequence[Wire]) -> None:
 
 
 def draw_shadows(axes: Any, wires: Sequence[Wire], ground: float) -> None:
-    """Draw what a lamp straight above throws on the ground, at this height in metres."""
+    """Draw the shadows of a lamp straight above, on ground at a height in metres."""
     faces = [face for wire in wires if not wire.sheer for face in wire.faces]
     flat = [np.column_stack([face[:, :2], np.full(len(face), ground)]) for face in faces]
     look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
@@ -94,7 +94,7 @@ def draw_shadows(axes: Any, wires: Sequence[Wire], ground: float) -> None:
 
 
 def draw_outline(axes: Any, wire: Wire, label: str, look: dict[str, Any]) -> None:
-    """Draw the edges of a solid alone, in a look as that of a line."""
+    """Draw only the edges of a solid, with the properties of a line."""
     plural = {f"{name}s": value for name, value in look.items() if name != "zorder"}
     lines = Line3DCollection(wire.segments, **plural, zorder=look["zorder"], label=label)
     _add(axes, lines)

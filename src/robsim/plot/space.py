@@ -1,4 +1,4 @@
-"""The box of a 3-D drawing: true proportions, a ground, and a view that fills its place."""
+"""The box of a 3-D drawing: true proportions, a ground, and a view that fills the axes."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ TICK, LABEL = (10.0, 10.0, 18.0), (27.0, 27.0, 42.0)  # points from the edges of
 
 
 class InnerTicks(MultipleLocator):
-    """Multiples of a step away from the corners, where the labels of two axes would meet."""
+    """Tick locator at multiples of a step, except near corners, where labels would overlap."""
 
     def tick_values(self, vmin: float, vmax: float) -> list[float]:
-        """Return those in the inner part of the axis."""
+        """Return the ticks in the inner part of the axis."""
         edge = 0.09 * (vmax - vmin)
         return [t for t in super().tick_values(vmin, vmax) if vmin + edge <= t <= vmax - edge]
 
 
 def checked_view(view: Any) -> tuple[float, float]:
-    """Return (elevation, azimuth) in degrees, the usual view for None.
+    """Return the view (elevation, azimuth) in degrees; None is the default view.
 
     InputError: anything but two finite numbers.
     """
@@ -42,7 +42,7 @@ def checked_view(view: Any) -> tuple[float, float]:
 
 
 def checked_axes(axes: Any) -> Any:
-    """Return 3-D axes; InputError for others."""
+    """Return the axes; InputError unless they are 3-D."""
     if not isinstance(axes, Axes3D):
         raise InputError(
             f"ax: expected 3-D axes, as plt.subplots(subplot_kw={{'projection': '3d'}}) gives, "
@@ -54,10 +54,10 @@ def checked_axes(axes: Any) -> Any:
 def box(points: Array, bounds: Any = None) -> tuple[Array, Array]:
     """Return the lowest and highest corner (3,) of a box that holds points (N, 3), in metres.
 
-    It is not too flat, and what is lowest stands on its floor. `bounds` (2, 3) are the corners
-    themselves.
+    No side is too short, and the lowest point is on the floor. `bounds` (2, 3) overrides the
+    corners.
 
-    InputError: bounds that are no two corners, the lower one first.
+    InputError: bounds that are not two corners, the lower one first.
     """
     if bounds is not None:
         given = numbers(bounds, "bounds (lowest, highest) in metres", (2, 3))
@@ -71,7 +71,7 @@ def box(points: Array, bounds: Any = None) -> tuple[Array, Array]:
 
 
 def frame(axes: Any, low: Array, high: Array, view: tuple[float, float]) -> None:
-    """Set limits, ticks and view of 3-D axes; one step for all, so that the grid is of squares."""
+    """Set limits, ticks and view of 3-D axes, with one tick step for a square grid."""
     step = np.diff(MaxNLocator(6).tick_values(0, float((high - low).max())))[0]
     for name, a, b in zip("xyz", low, high, strict=True):
         getattr(axes, f"set_{name}lim")(a, b)
@@ -87,7 +87,7 @@ def frame(axes: Any, low: Array, high: Array, view: tuple[float, float]) -> None
 
 
 def shape_of(low: Array, high: Array, view: tuple[float, float]) -> float:
-    """Return width over height of the box as it is seen."""
+    """Return width over height of the projected box."""
     width, height = np.ptp(_seen(low, high, view), axis=0)
     return float(width / height)
 
@@ -100,10 +100,10 @@ def fill_axes(axes: Any, low: Array, high: Array) -> None:
 
 
 def fill(axes: Any, low: Array, high: Array, width: float, height: float, top: float = 0.0) -> None:
-    """Make the box fill a page of width and height, in inches, but for its labels and the `top`.
+    """Make the box fill a page of width and height in inches, except for labels and `top`.
 
-    The axes are a square in which the box is not in the middle: the square is put where the box
-    comes to be in the middle of the page.
+    The box is not centred in its square axes: the axes are moved so that the box is centred on the
+    page.
     """
     left, below, right, above = LABELS
     seen = _drawn(axes, low, high)
@@ -118,10 +118,10 @@ def fill(axes: Any, low: Array, high: Array, width: float, height: float, top: f
 
 
 def _zoom(axes: Any, low: Array, high: Array, zoom: float, side: float) -> None:
-    """Enlarge the box in square axes of `side` inches, and set the labels at their distance.
+    """Enlarge the box in square axes of `side` inches, at a fixed distance of the labels.
 
-    Matplotlib puts them away from the middle of the box by a share of its sides, which is another
-    distance on paper for each axis, box and zoom.
+    Matplotlib sets the distance of labels as a share of the sides of the box, which differs on
+    paper for each axis, box and zoom.
     """
     seen, sides = _seen(low, high, (axes.elev, axes.azim)), high - low
     inches = zoom * side * np.ptp(_drawn(axes, low, high), axis=0) / np.ptp(seen, axis=0)
@@ -139,7 +139,7 @@ def _zoom(axes: Any, low: Array, high: Array, zoom: float, side: float) -> None:
 
 
 def _drawn(axes: Any, low: Array, high: Array) -> Array:
-    """(8, 2) corners of the box as shares of its square axes, as long as its zoom is 1."""
+    """Return the corners (8, 2) of the box at zoom 1, as shares of its square axes."""
     axes.set_box_aspect(high - low)
     corners = np.array(list(product(*zip(low, high, strict=True))))
     x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
@@ -148,14 +148,14 @@ def _drawn(axes: Any, low: Array, high: Array) -> Array:
 
 
 def _seen(low: Array, high: Array, view: tuple[float, float]) -> Array:
-    """(8, 2) corners of the box, to the right and up, in metres."""
+    """Return the corners (8, 2) of the projected box in metres, to the right and up."""
     corners = np.array(list(product(*zip(low, high, strict=True))))
     out: Array = corners @ _directions(view).T
     return out
 
 
 def _directions(view: tuple[float, float]) -> Array:
-    """(2, 3): what is to the right and up on paper, in the axes of the figure."""
+    """Return the directions (2, 3) to the right and up on paper, in axes of the figure."""
     elevation, azimuth = np.radians(view)
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0])
     ahead = np.array([np.cos(azimuth), np.sin(azimuth), 0])

@@ -32,11 +32,11 @@ def velocity(
 ) -> Figure:
     """Draw camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
 
-    Of a run without a camera, it is that of the frame that is moved, in its own axes.
-    With a `frame` of the `scene`, such as "rhino_xr4.tool": the velocity of its origin, in world
-    axes. The error is on a logarithmic scale, where an exponential decay is a straight line: bold
-    its norm, thin the sizes of its components, with a line style for each unit. `axes` are three
-    to draw into, instead of a new figure of `size` (width, height) inches.
+    For a run without a camera, the velocity is that of the moved frame, in its own axes. With a
+    `frame` of the `scene`, such as "rhino_xr4.tool": the velocity of its origin, in world axes. The
+    error is on a logarithmic scale, where an exponential decay is a straight line: bold its norm,
+    thin the sizes of its components, with a line style for each unit. `axes` are three to draw
+    into, instead of a new figure of `size` (width, height) inches.
 
     InputError: a frame without a scene, or one that the scene does not have; another scene's run.
 
@@ -85,7 +85,7 @@ def draw(
 
 
 def _motion(one: xr.Dataset, scene: Scene | None, frame: str | None) -> tuple[Array, str]:
-    """(moments, 6) twists that are drawn, and what their labels say of them."""
+    """Return the twists (moments, 6) to draw, and the suffix of their labels."""
     if frame is None and "frame_velocity" in one:
         moved = one["frame_velocity"]
         return moved.values, f" of {moved.attrs['frame']}\nin its own axes"
@@ -97,7 +97,7 @@ def _motion(one: xr.Dataset, scene: Scene | None, frame: str | None) -> tuple[Ar
 
 
 def _draw_vector(axes: Axes, time: Array, values: Array, symbol: str) -> None:
-    """Three components (moments, 3), which differ in colour and in line style."""
+    """Draw three components (moments, 3), with different colours and line styles."""
     axes.axhline(0.0, color=palette.GREY, linewidth=0.6)
     for i, (color, line) in enumerate(palette.COMPONENTS):
         label = f"${symbol}_{'xyz'[i]}$"
@@ -105,7 +105,7 @@ def _draw_vector(axes: Axes, time: Array, values: Array, symbol: str) -> None:
 
 
 def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[str]) -> None:
-    """Norm (moments,) and sizes of the components (moments, k), logarithmic unless all zero."""
+    """Draw the norm (moments,) and magnitudes (moments, k), logarithmic unless all are 0."""
     axes.plot(time, norm, color=palette.BLACK, linewidth=2, label="norm", zorder=3, **_dot(time))
     several = list(dict.fromkeys(units))
     for unit, line in zip(several, cycle(palette.LINES)):
@@ -119,5 +119,5 @@ def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[
 
 
 def _dot(time: Array) -> dict[str, Any]:
-    """A line of one point is not seen without a marker."""
+    """Return a marker for a line of a single point, which would be invisible without one."""
     return {"marker": "."} if len(time) == 1 else {}

@@ -16,15 +16,15 @@ from robsim.vision.camera import Camera
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.scene import Scene
 
-MOST_LINKS = 16  # of a robot that has a legend for each
+MOST_LINKS = 16  # of a robot with a legend entry for each link, at most
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
 
 @dataclass(frozen=True)
 class Wire:
-    """One solid: its edges as segments (E, 2, 3) and its faces, each (n, 3); metres.
+    """A solid with its edges as segments (E, 2, 3) and its faces, each (n, 3), in metres.
 
-    `bordered` says of each face whether all its sides are edges. What is `sheer` is seen through.
+    `bordered` tells for each face whether all its sides are edges. A `sheer` solid is transparent.
     """
 
     label: str
@@ -36,14 +36,16 @@ class Wire:
 
     @property
     def points(self) -> Array:
-        """Return the ends of all edges (2 E, 3)."""
+        """The end points (2 E, 3) of all edges."""
         return self.segments.reshape(-1, 3)
 
 
 def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
-    """Return all solids at q (nq,). A camera without a body is a pyramid, `depth` metres deep.
+    """Return all solids at q (nq,), with a pyramid for a camera without a body.
 
-    A black camera among other black things takes a colour that nothing else has.
+    The pyramid is `depth` metres deep.
+
+    A black camera among other black things gets an unused colour.
     """
     drawn = [wire for robot in scene.robots for wire in _robot(scene, robot, q)]
     for thing in scene.objects:
@@ -82,10 +84,9 @@ def displayed(scene: Scene, frame: str, q: Array) -> Array:
 
 
 def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
-    """Link by link its shapes; of a robot that has none, lines from frame to frame.
+    """Yield the shapes of a robot link by link; without any, lines from frame to frame.
 
-    Among several robots each has one colour, and one entry in the legend. A mesh is a name alone:
-    nothing of it is drawn.
+    Among several robots each has one colour, and one entry in the legend. Meshes are not drawn.
     """
     drawn = {link.name: [s for s in link.shapes if len(s.edges)] for link in robot.links}
     shapes = [shape for each in drawn.values() for shape in each]
@@ -104,7 +105,7 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
 
 
 def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None) -> Wire:
-    """Return a primitive at T (4, 4), in its own colour or another."""
+    """Return the wire of a primitive at T (4, 4), in its own colour or another."""
     corners, edges = shape.at(T).vertices, {tuple(edge) for edge in shape.edges.tolist()}
     faces = tuple(corners[list(face)] for face in shape.faces)
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in shape.faces]
@@ -113,7 +114,7 @@ def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None)
 
 
 def camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
-    """Return the body of a camera at T (4, 4), or the pyramid of what it sees."""
+    """Return the body of a camera at T (4, 4), or the pyramid of its field of view."""
     body = eye.camera.drawn(T)
     if body is not None:
         return shape_wire(eye.name, body, IDENTITY.matrix)
@@ -125,7 +126,7 @@ def camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
 
 
 def _corner_rays(camera: Camera) -> Array:
-    """(4, 3) points at unit depth that the corners of the image see, around the image."""
+    """Return the points (4, 3) at unit depth on the rays through the image corners."""
     corners = np.array(_BORDERLESS)
     if camera.size is not None:
         (left, right), (top, bottom) = camera.border
@@ -134,6 +135,6 @@ def _corner_rays(camera: Camera) -> Array:
 
 
 def _moved(points: Array, T: Array) -> Array:
-    """T @ p for points (N, 3)."""
+    """Return points (N, 3) transformed by T."""
     out: Array = points @ T[:3, :3].T + T[:3, 3]
     return out

@@ -1,4 +1,4 @@
-"""Where a link can be, from the side and from above, coloured by how well it moves there."""
+"""The workspace of a link from the side and from above, coloured by manipulability."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from robsim.plot import palette, wireframe
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.world.scene import Scene
 
-FLAT = 1e-6  # metres: what is thinner lies in a plane, and is seen from one side alone
+FLAT = 1e-6  # metres below which a workspace is flat, and drawn from one side
 AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # of all dots together and of one, in square points
 VIEWS = {"from the side": (0, 2), "from above": (0, 1), "from the front": (1, 2)}  # right, up
-COLORS = "viridis"  # grows in lightness, and people with any colour vision read it
+COLORS = "viridis"  # increases in lightness, and is readable with any colour vision
 
 
 def workspace(
     workspace: Workspace, *, axes: Any = None, size: Any = None, title: str | None = None
 ) -> Figure:
-    """Draw where a link can be, as `robsim.workspace` found it, from the side and from above.
+    """Draw the result of `robsim.workspace` from the side and from above.
 
     Each dot is a configuration; its colour is the manipulability there, and where dots lie over
-    each other the best is on top. The robot stands at home. What lies in a plane is seen from one
-    side. `axes` are two (one for what lies in a plane) to draw into, instead of a new figure of
-    `size` (width, height) inches.
+    each other the best is on top. The robot stands at home. A flat workspace is drawn from one
+    side. `axes` are two (one for a flat workspace) to draw into, instead of a new figure of `size`
+    (width, height) inches.
 
     >>> import robsim
     >>> figure = workspace(robsim.workspace(robsim.files.robots.panda(), count=500))
@@ -51,8 +51,8 @@ def workspace(
             panels = [figure.add_subplot(1, len(views), 1)]
             for i in range(1, len(views)):  # both have x to the right, and one scale
                 panels.append(figure.add_subplot(1, len(views), i + 1, sharex=panels[0]))
-            told = f"{workspace.robot.name}, {len(workspace.q)} configurations"
-            figure.suptitle(told if title is None else title)
+            heading = f"{workspace.robot.name}, {len(workspace.q)} configurations"
+            figure.suptitle(heading if title is None else title)
         for panel, view in zip(panels, views, strict=True):
             dots = _draw(panel, view, workspace, lines)
         figure.colorbar(dots, ax=panels, label=_label(workspace), shrink=0.8, aspect=30)
@@ -65,7 +65,7 @@ def _label(found: Workspace) -> str:
 
 
 def _views(points: Array) -> list[str]:
-    """Which views are worth a panel."""
+    """Return the views to draw: two, or the one along the normal of a flat workspace."""
     x, y, z = np.ptp(points, axis=0) > FLAT
     if x and y and z:
         return ["from the side", "from above"]
@@ -73,14 +73,14 @@ def _views(points: Array) -> list[str]:
 
 
 def _robot(found: Workspace) -> Array:
-    """(segments, 2, 3) of the robot at home, in the axes of its base."""
+    """Return the segments (segments, 2, 3) of the robot at home, in the axes of its base."""
     alone = Scene((replace(found.robot, base=IDENTITY, on="world"),))
     wires = wireframe.wires(alone, alone.home, 0.0)
     return np.concatenate([np.empty((0, 2, 3)), *(wire.segments for wire in wires)])
 
 
 def _draw(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
-    """Dots, the best last, and the robot over them, in true proportions."""
+    """Draw the dots to scale, the best last, and the robot over them."""
     right, up = VIEWS[view]
     order = np.argsort(found.manipulability, kind="stable")
     size = np.clip(AREA / len(order), SMALLEST, LARGEST)
@@ -93,7 +93,7 @@ def _draw(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
         vmin=0.0,
         vmax=float(found.manipulability.max()) or 1.0,
         linewidths=0,
-        rasterized=True,  # ten thousand dots make a heavy drawing
+        rasterized=True,  # ten thousand dots as vectors would make large files
     )
     for color, width in (("white", 2.6), (palette.BLACK, 1.0)):  # readable on any colour
         axes.add_collection(

@@ -1,1 +1,1 @@
-"""Why a run ended as it did: by repeating it with one thing changed at a time, and by reading."""
+"""Explanations of how runs end, from trial runs with single changes and from the diagnosis."""

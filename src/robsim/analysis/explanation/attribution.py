@@ -1,4 +1,4 @@
-"""Which of the things that are wrong in a run are the cause: those without which it goes well."""
+"""Attribution of a failure to imperfections: those whose removal makes the run succeed."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from robsim.analysis.explanation.removal import (
 )
 from robsim.analysis.explanation.wording import listed
 
-Cure = Callable[[Case], Trial | None]  # the trial of a case, if it goes well
+Cure = Callable[[Case], Trial | None]  # returns the trial of a case if it succeeds
 
 
 @dataclass(frozen=True)
 class Attribution:
-    """The causes that were found, and which of the other things do no harm."""
+    """The causes that were found, and the imperfections that do no harm."""
 
     causes: tuple[Finding, ...] = ()
     harmless: tuple[Removal, ...] = ()
-    one_too_many: tuple[Removal, ...] = ()  # of which it is enough to put one right
+    one_too_many: tuple[Removal, ...] = ()  # causes of which removing any one is enough
 
 
 def converges(trial: Trial) -> str:
-    """How it goes when it goes well."""
+    """Return the clause that says how a run that converges ends."""
     return f"the same run {trial.ending}"
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """What it is for a run to go well, and the words for it."""
+    """What counts as success of a run, and the clause that describes it."""
 
     cured: Cure = cures
     so: Callable[[Trial], str] = converges
 
     def attributed(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
-        """Put things right and look whether it goes well: all, one by one, then the fewest.
+        """Find the causes by removing imperfections: all, then one by one, then the fewest.
 
-        First in the time that the run had, then in three times that, unless that alone is enough.
+        Trials have the duration of the run, and then three times that, unless more time is enough.
         """
         cases = (case, patient(case)) if wrong else ()
         able = [c for c in cases if not self.cured(c) and self.cured(without(c, wrong))]
@@ -55,19 +55,20 @@ class Criterion:
         return self._all(able[0], wrong) if able else Attribution()
 
     def _each(self, alone: Sequence[tuple[Removal, Trial | None]]) -> Attribution:
-        """Some of the things that are wrong are enough to be put right."""
+        """Return the attribution where removing a single imperfection is enough."""
         found = [(one, trial) for one, trial in alone if trial]
         causes = tuple(self._alone(*pair, several=len(found) > 1) for pair in found)
         harmless = tuple(one for one, trial in alone if not trial)
         return Attribution(causes, harmless, tuple(one for one, _ in found) if found[1:] else ())
 
     def _all(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
-        """None of them is enough."""
+        """Return the attribution where no single removal is enough."""
         needed = self._fewest(case, wrong)
         trial = self.cured(without(case, needed))
         assert trial is not None
         end, ends = outcome(case), {one: outcome(one.change(case)) for one in needed}
-        needed.sort(key=lambda one: ends[one] in (None, end))  # first what alone changes the end
+        # first those whose removal alone changes the outcome
+        needed.sort(key=lambda one: ends[one] in (None, end))
         other = ends[needed[0]]
         alone = ""
         if other not in (None, end):
@@ -83,7 +84,7 @@ class Criterion:
         return Finding(one.about, f"{one.sentence} {only}", evidence)
 
     def _fewest(self, case: Case, wrong: Sequence[Removal]) -> list[Removal]:
-        """What must be put right together: all that cannot be left wrong."""
+        """Return a minimal set of imperfections that must be removed together."""
         needed = list(wrong)
         for one in wrong:
             fewer = [other for other in needed if other is not one]

@@ -1,4 +1,4 @@
-"""What a controller believes wrongly, piece by piece, and the belief with that piece put right."""
+"""The differences between a controller's belief and the true scene, and their corrections."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FeatureBlock = Robot | Object | MountedCamera
 
 
 def false_beliefs(case: Case) -> list[Removal]:
-    """Every piece of a belief of the task that differs from the scene, each once."""
+    """Return every part of a task's belief that differs from the scene, each once."""
     found: dict[str, Removal] = {}
     for leaf in leaves(case.task):
         if leaf.belief is not None:
@@ -52,7 +52,7 @@ def _camera(believed: MountedCamera, true: MountedCamera) -> Iterator[Removal]:
 
 
 def _lens(mine: Camera, real: Camera) -> str:
-    """What of the intrinsics is wrong."""
+    """Return a description of the intrinsics that are wrong."""
     intrinsics = [_intrinsics(camera) for camera in (mine, real)]
     return "; ".join(
         f"{noun} {believed}, in truth {intrinsics[1][noun]}"
@@ -119,7 +119,7 @@ def _false(
 
 
 def _right(true: FeatureBlock, *fields: str) -> Change:
-    """The change that gives these fields of the believed part their true values."""
+    """Return the change that gives fields of a believed part their true values."""
     values = {name: getattr(true, name) for name in fields}
 
     def part_of(belief: Scene) -> Any:

@@ -1,4 +1,4 @@
-"""Changes of a case that take away what stands in its way, or that are another way to servo."""
+"""Changes of a case that remove obstacles or change the control scheme."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from robsim.servo import AdaptiveGain, ServoTask
 
 
 def without_border(case: Case) -> Case:
-    """Cameras whose images have no border."""
+    """Return the case with cameras whose images have no border."""
     eyes = [replace(eye, camera=replace(eye.camera, size=None)) for eye in case.scene.cameras]
     return case.but(scene=case.scene.replacing(*eyes))
 
 
 def larger_image(case: Case) -> Case:
-    """Images twice as wide and high about their centres, of cameras with the same focal length."""
+    """Return the case with images twice as wide and high, at the same focal length."""
     eyes = []
     for eye in case.scene.cameras:
         camera = eye.camera
@@ -31,7 +31,7 @@ def larger_image(case: Case) -> Case:
 
 
 def without_limits(case: Case) -> Case:
-    """Joints that turn and slide as far as they like."""
+    """Return the case without joint limits."""
     free = [_unlimited(robot) for robot in case.scene.robots]
     return case.but(scene=case.scene.replacing(*free))
 
@@ -42,7 +42,7 @@ def _unlimited(robot: Robot) -> Robot:
 
 
 def with_gain(case: Case, factor: float) -> Case | None:
-    """So many times the gain; None if the task has no gain to change."""
+    """Return the case with its gain times a factor; None if it has no gain to change."""
 
     def change(leaf: ServoTask) -> ServoTask:
         gain = leaf.gain
@@ -57,7 +57,7 @@ def with_gain(case: Case, factor: float) -> Case | None:
 
 
 def with_leaves(case: Case, **values: Any) -> Case | None:
-    """Other fields of every servo task; None if one of them does not have these."""
+    """Return the case with other fields in every servo task; None if one lacks them."""
     return _leaves(case, lambda leaf: replace(leaf, **values))
 
 
@@ -66,5 +66,5 @@ def _leaves(case: Case, change: Any) -> Case | None:
         return None
     try:
         return case.but(task=changed(case.task, change))
-    except (TypeError, ValueError):  # a field that this kind of task decides itself
+    except (TypeError, ValueError):  # this kind of task does not let the field be chosen
         return None

@@ -1,4 +1,4 @@
-"""Whether V has a minimum where a run stands still: its curvature along the joints."""
+"""The curvature of V at the end of a run, which shows whether V has a minimum there."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ STEP = 1e-5  # rad or m; central differences
 
 
 def least_curvature(inquiry: Inquiry) -> float:
-    """Least eigenvalue of the Hessian of V, over the largest |eigenvalue|; NaN if V is not known.
+    """Return the least eigenvalue of the Hessian of V over its largest magnitude.
 
-    In the commanded joints at the end of the run, from differences of the gradient (L J)' e.
+    The Hessian is over the commanded joints at the end of the run, from differences of the
+    gradient (L J)' e; NaN if V is not known.
     """
     columns = inquiry.again.loop.controller.columns
     n, q = columns.size, inquiry.again.snapshots[-1].q
@@ -31,7 +32,7 @@ def least_curvature(inquiry: Inquiry) -> float:
 
 
 def _moved(inquiry: Inquiry, q: Array, steps: Array) -> Array:
-    """(nq, B) from q (nq, 1), by steps (n, B) of the commanded velocities."""
+    """Return states (nq, B): q (nq, 1) moved by steps (n, B) of the commanded velocities."""
     scene, controller = inquiry.case.scene, inquiry.again.loop.controller
     out = np.repeat(q, steps.shape[1], axis=1)
     velocities = np.zeros((scene.nv, steps.shape[1]))

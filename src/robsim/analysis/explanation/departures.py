@@ -1,4 +1,4 @@
-"""Why a camera lost its target, or a joint left its range: obstacles, and detours to them."""
+"""Reasons why a camera lost its target or a joint passed a limit: obstacles and detours."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import degrees, movers, number
 
-RETREAT = 1.5  # times as far as at start and goal: a retreat
-ROLL = np.pi / 3  # about the optical axis from here on a cause of retreat
+RETREAT = 1.5  # times the larger distance of start and goal, from which it is a retreat
+ROLL = np.pi / 3  # rotation about the optical axis from which it explains a retreat
 
 
 def blind_start(inquiry: Inquiry) -> Finding | None:
-    """A start that does not see the target."""
+    """Report a start from which the camera does not see the target."""
     if inquiry.end > 0:
         return None
     sentence = "The run starts where the camera does not see all marks: take another start."
@@ -23,7 +23,7 @@ def blind_start(inquiry: Inquiry) -> Finding | None:
 
 
 def pose_features(inquiry: Inquiry) -> Finding | None:
-    """A scheme that does not look at the image."""
+    """Report a position-based scheme, which does not control the image."""
     if not _by_pose(inquiry):
         return None
     return Finding(
@@ -39,7 +39,7 @@ def _by_pose(inquiry: Inquiry) -> bool:
 
 
 def retreat(inquiry: Inquiry) -> Finding | None:
-    """A camera that backed away, as it does for rotations about its axis."""
+    """Report a camera that backed away, as it does for rotations about the optical axis."""
     depths, goal, turn = inquiry.depths, inquiry.goal_pose, inquiry.turn
     here = float(depths[0])
     if goal is not None:
@@ -61,7 +61,7 @@ def retreat(inquiry: Inquiry) -> Finding | None:
 
 
 def roll(inquiry: Inquiry) -> Finding | None:
-    """A large rotation about the optical axis, without a retreat."""
+    """Report a large rotation about the optical axis without a retreat."""
     turn = inquiry.turn
     if turn is None or abs(turn[2]) < ROLL or _by_pose(inquiry) or retreat(inquiry):
         return None
@@ -74,7 +74,7 @@ def roll(inquiry: Inquiry) -> Finding | None:
 
 
 def border_alone(inquiry: Inquiry) -> Finding | None:
-    """Whether the border of the image is the only obstacle."""
+    """Report the image border where it is the only obstacle."""
     trial = inquiry.trial(without_border)
     if trial is None or not trial.converged:
         return None
@@ -86,7 +86,7 @@ def border_alone(inquiry: Inquiry) -> Finding | None:
 
 
 def limit_alone(inquiry: Inquiry) -> Finding | None:
-    """Whether the limits of the joints are the only obstacle."""
+    """Report whether the passed joint limit is the only obstacle."""
     name, side, limit, _, _ = beyond_limit(inquiry)
     trial = inquiry.trial(without_limits)
     if trial is None:
@@ -107,14 +107,14 @@ def limit_alone(inquiry: Inquiry) -> Finding | None:
 
 
 def own_motion(inquiry: Inquiry) -> Finding | None:
-    """Something else moves."""
+    """Report robots that move on their own."""
     if not inquiry.case.scene.motions:
         return None
     return Finding("own motion", f"{movers(inquiry.case.scene)} meanwhile.")
 
 
 def near_border(inquiry: Inquiry) -> Finding | None:
-    """A mark that was close to being lost."""
+    """Report a mark that came close to the border of its image."""
     margins = inquiry.diagnosis["border_margin"].values
     if not np.isfinite(margins).any():
         return None

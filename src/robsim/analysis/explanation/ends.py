@@ -1,4 +1,4 @@
-"""What happened, and when: a sentence for each outcome."""
+"""A sentence on what happened and when, for each outcome of a run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.vision.camera import Visibility
 
 
 def what_happened(inquiry: Inquiry) -> str:
-    """One sentence."""
+    """Return a sentence that says how and when the run ended."""
     return _SENTENCES[inquiry.outcome](inquiry)
 
 
@@ -71,7 +71,7 @@ def _behind(inquiry: Inquiry) -> str:
 
 
 def lost_mark(inquiry: Inquiry, flag: Visibility) -> tuple[Sight, int, np.ndarray]:
-    """Who does not see which mark at the end, and its pixel."""
+    """Return the sight and the mark that is lost at the end, and its pixel."""
     projections = inquiry.again.snapshots[-1].projections
     for sight in inquiry.again.loop.controller.sights:
         gone = np.flatnonzero(projections[sight.key].visibility[:, 0] == flag)
@@ -90,7 +90,7 @@ def _joint_limit(inquiry: Inquiry) -> str:
 
 
 def beyond_limit(inquiry: Inquiry) -> tuple[str, str, float, str, float]:
-    """Name of the coordinate that is beyond a limit, which, where, its unit, and its speed."""
+    """Return the coordinate beyond a limit: its name, the side, the limit, unit and speed."""
     scene, last = inquiry.case.scene, inquiry.again.snapshots[-1]
     q, limits = last.q[:, 0], scene.limits
     below, above = limits[:, 0] - q, q - limits[:, 1]
@@ -125,7 +125,7 @@ def _not_finite(inquiry: Inquiry) -> str:
 
 
 def not_finite(inquiry: Inquiry) -> str:
-    """What it was."""
+    """Return which quantity is not finite at the end."""
     last = inquiry.again.snapshots[-1]
     if not np.isfinite(last.q).all():
         return "the state"
@@ -143,7 +143,7 @@ def _time_limit(inquiry: Inquiry) -> str:
 
 
 def _course(inquiry: Inquiry) -> str:
-    """What the error did in the last third."""
+    """Return how the error behaves in the last third of the run."""
     third = inquiry.errors[-max(len(inquiry.errors) // 3, 3) :]
     low, high = float(third.min()), float(third.max())
     if inquiry.falls:

@@ -1,4 +1,4 @@
-"""Where a camera stands that has converged: where it was meant to, or elsewhere, and why."""
+"""Comparison of the final camera pose with the intended one, and causes of a difference."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from robsim.run import ends
 from robsim.run.loop import Loop
 from robsim.servo.controller import Controller
 
-FAR, TURNED = 1e-3, 2e-3  # metres and radians: what is worth a word
-BETTER = 0.1  # of what a camera is off: then it stands where it should
+FAR, TURNED = 1e-3, 2e-3  # metres and radians above which a distance is reported
+BETTER = 0.1  # share of its distance below which the camera counts as at its goal
 
 
 def final_pose(inquiry: Inquiry) -> list[Finding]:
-    """That it stands elsewhere, and what of the things that are wrong is the cause of that."""
+    """Report a converged run that stands away from its goal pose, and the cause."""
     loop = inquiry.again.loop
     off, full = miss(loop), _determined(loop.controller)
     far, turned = (FAR, TURNED) if full else (ends.FAR, ends.TURNED)
@@ -34,7 +34,7 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     if not (off[0] > far or off[1] > turned):
         return []
     wrong = imperfections(inquiry.again)
-    first = _told(loop.controller, off, bool(wrong))
+    first = _displaced(loop.controller, off, bool(wrong))
     if not full:
         return [first, _undetermined(inquiry)]
     if not inquiry.experiments:
@@ -45,13 +45,13 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
 
 
 def _determined(controller: Controller) -> bool:
-    """Whether features at their goal mean a pose there, or one of a few."""
+    """Return whether features at their goal determine the pose, up to a few solutions."""
     commanded = controller.columns.size >= 6 and not ends.free_motions(controller)
     return commanded or controller.full_rank >= 6
 
 
-def _told(controller: Controller, off: tuple[float, float], wrong: bool) -> Finding:
-    """By how much it stands elsewhere."""
+def _displaced(controller: Controller, off: tuple[float, float], wrong: bool) -> Finding:
+    """Report how far from the goal pose the run ended."""
     part = ends.regarded(controller)
     who = "the camera" if part.moving == part.frame else f"'{part.moving}'"
     as_seen = "as the controller sees and believes it" if wrong else "but not in space"
@@ -63,7 +63,7 @@ def _told(controller: Controller, off: tuple[float, float], wrong: bool) -> Find
 
 
 def _undetermined(inquiry: Inquiry) -> Finding:
-    """Why features that are met do not tell the pose."""
+    """Report why features at their goal do not determine the pose."""
     controller = inquiry.again.loop.controller
     free, count = ends.free_motions(controller), controller.columns.size
     if free:
@@ -80,7 +80,7 @@ def _undetermined(inquiry: Inquiry) -> Finding:
 
 
 def _more(inquiry: Inquiry) -> str:
-    """What would tell the poses apart."""
+    """Return advice on what would tell the poses apart."""
     marks = inquiry.sight.target.marks
     if np.linalg.matrix_rank(marks - marks[0], tol=1e-9) < 2:
         return "Three marks or more that are not on one line tell these apart."
@@ -88,7 +88,7 @@ def _more(inquiry: Inquiry) -> str:
 
 
 def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]:
-    """Why a camera stands elsewhere that is not misled."""
+    """Report why a camera ends away from its goal pose without any imperfection."""
     finer = 1e-3 * inquiry.tolerance
     case = with_leaves(patient(inquiry.case), tolerance=finer)
     if case is None or not cures(case):
@@ -109,13 +109,16 @@ def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]
 
 
 def miss(loop: Loop) -> tuple[float, float]:
-    """How far (m) and how much turned (rad) the first camera stands from its goal at the end."""
+    """Return the distance (m) and angle (rad) of the first camera from its goal at the end."""
     _, metres, radians = ends.off_goal(loop.controller, runs_last(loop.recorder.last.q[:, 0], 1))
     return float(metres[0]), float(radians[0])
 
 
 def _nearer(off: tuple[float, float], depth: float) -> Cure:
-    """What brings the camera nearer; a translation counts as the angle at which it is seen."""
+    """Return the test whether a change brings the camera nearer to its goal pose.
+
+    A translation counts as the angle at which it is seen.
+    """
 
     def apparent(miss: tuple[float, float]) -> float:
         return max(miss[0] / depth, miss[1])

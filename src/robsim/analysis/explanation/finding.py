@@ -1,4 +1,4 @@
-"""What an explanation is made of."""
+"""`Finding`: one element of an explanation."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Finding:
-    """One cause, remark or piece of advice: a sentence, and the numbers it rests on.
+    """A cause, a remark or a piece of advice, as a sentence with the numbers behind it.
 
     about     a short name of what it is about, such as "latency" or "joint limit"
-    evidence  numbers by name, in the units that the sentence says
+    evidence  numbers by name, in the units given in the sentence
 
     >>> Finding("noise", "The pixels are noisy.", {"noise_px": 0.5}).evidence["noise_px"]
     0.5

@@ -1,4 +1,4 @@
-"""Why an error grew: the gain, the interaction matrix, or a number that is none."""
+"""Reasons why an error grew: the gain, the interaction matrix, or values that are not finite."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from robsim.analysis.explanation.wording import number
 
 
 def loop_gain(inquiry: Inquiry) -> Finding | None:
-    """A gain that is too high for the period."""
+    """Report a gain that is too high for the control period."""
     radius = inquiry.diagnosis["contraction"].values
     motion = inquiry.diagnosis["stability_motion"].values
     product = views.gain_of(inquiry.case) * inquiry.case.dt
     known = np.isfinite(radius)
-    ideal = abs(1 - product)  # where Lhat is L
+    ideal = abs(1 - product)  # if Lhat = L
     value = float(np.median(radius[known])) if known.any() else ideal
     shrinks = known.any() and np.median(motion[known]) > 0
     if not (value > 1 and (shrinks or product > 2)):
@@ -35,7 +35,7 @@ def loop_gain(inquiry: Inquiry) -> Finding | None:
 
 
 def misled(inquiry: Inquiry) -> Finding | None:
-    """An Lhat that is too far from L: some motion is steered away from the goal."""
+    """Report an Lhat too far from L, by which some motions lead away from the goal."""
     radius = inquiry.diagnosis["contraction"].values
     motion = inquiry.diagnosis["stability_motion"].values
     known = np.isfinite(motion)
@@ -53,7 +53,7 @@ def misled(inquiry: Inquiry) -> Finding | None:
 
 
 def growing(inquiry: Inquiry) -> Finding | None:
-    """An error that grew before the end."""
+    """Report an error that grew during the run."""
     V = inquiry.diagnosis["lyapunov"].values
     if not np.isfinite(V).all() or V[-1] <= 1.05 * V[0]:
         return None
@@ -65,7 +65,7 @@ def growing(inquiry: Inquiry) -> Finding | None:
 
 
 def singular_feature(inquiry: Inquiry) -> Finding | None:
-    """What features say about where they are not finite."""
+    """Report the features, the law or the state that is not finite."""
     servo = inquiry.servo
     what = not_finite(inquiry)
     if servo is None:

@@ -1,4 +1,4 @@
-"""What is wrong with images, joints, depths and beliefs of a run, and what moves on its own."""
+"""The imperfections of a run: in images, joints, depths and beliefs, and own motions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Stating = Callable[[Repeated], Statement]
 
 
 def imperfections(again: Repeated) -> list[Removal]:
-    """All that is wrong in a run, in the order in which it is put right."""
+    """Return every imperfection of a run, in the order in which they are removed."""
     return [
         *_of("sensing", Sensing(), SENSING, again),
         *_of("actuation", Actuation(), ACTUATION, again),
@@ -136,7 +136,7 @@ def _acceleration(again: Repeated) -> Statement:
 
 
 def _cut(again: Repeated, which: str) -> Statement:
-    """How often the joints did not move as commanded."""
+    """State how often a joint limit of this kind changed the command."""
     columns, scene = again.loop.controller.columns, again.case.scene
     limit = again.case.actuation.limits(which, scene.nv)[columns]
     periods = max(len(again.snapshots) - 1, 1)
@@ -181,7 +181,7 @@ ACTUATION: dict[str, tuple[str, Stating]] = {
 
 
 def _floor(again: Repeated, what: str) -> Statement:
-    """Something that lets no error vanish, with the median of max|e| over the last third."""
+    """State an imperfection that keeps the error from vanishing, with its final size."""
     if again.outcome is not Outcome.TIME_LIMIT:
         return f"{what}.", {}
     sizes, tolerance = views.largest_errors(again), again.loop.controller.tolerance

@@ -1,4 +1,4 @@
-"""A run that is asked about: repeated, diagnosed, and repeated again with changes."""
+"""`Inquiry`: a run to be explained, with its diagnosis and trial runs with changes."""
 
 from __future__ import annotations
 
@@ -33,48 +33,48 @@ class Inquiry:
 
     @property
     def case(self) -> Case:
-        """What made the run."""
+        """The case that made the run."""
         return self.again.case
 
     @property
     def outcome(self) -> Outcome:
-        """How it ended."""
+        """The outcome of the run."""
         return self.again.outcome
 
     @cached_property
     def diagnosis(self) -> xr.Dataset:
-        """Of every instant."""
+        """The diagnosis at every instant."""
         return diagnosed(self.again)
 
     @cached_property
     def servo(self) -> Servo | None:
-        """The controller, if it is that of one servo task."""
+        """The controller; None unless it is that of one servo task."""
         return views.servo_of(self.again)
 
     @property
     def last(self) -> Basis | None:
-        """What the last command is based on, if it is that of one servo task."""
+        """What the last command is based on; None unless the run is of one servo task."""
         basis = self.again.decisions[-1].basis
         return basis if isinstance(basis, Basis) else None
 
     @cached_property
     def errors(self) -> Array:
-        """(T,) max|e| as measured."""
+        """The largest measured error max|e| (T,) at each instant."""
         return views.largest_errors(self.again)
 
     @cached_property
     def depths(self) -> Array:
-        """(T,) mean depth of the marks in metres."""
+        """The mean depth (T,) of the marks in metres."""
         return views.mean_depths(self.again)
 
     @property
     def sight(self) -> Sight:
-        """The first camera and its target, as they are."""
+        """The first camera and its target in the true scene."""
         return self.again.loop.controller.sights[0]
 
     @cached_property
     def goal_pose(self) -> Pose | None:
-        """T_c_o at the goal, as it was meant."""
+        """The intended pose T_c_o at the goal; None where the goal is made of numbers."""
         return views.goal_pose(self.again.loop.controller)
 
     @cached_property
@@ -84,62 +84,62 @@ class Inquiry:
 
     @cached_property
     def turn(self) -> Array | None:
-        """Rotation vector (3,) from the goal to the start, in camera axes."""
+        """The rotation vector (3,) from the goal to the start, in camera axes."""
         away = views.from_goal(self.again.loop.controller, self.case.q0)
         return None if away is None else away.rotvec
 
     @property
     def end(self) -> float:
-        """When the run ended, seconds."""
+        """The time in seconds at which the run ended."""
         return (len(self.again.snapshots) - 1) * self.case.dt
 
     @property
     def tolerance(self) -> float:
-        """Of the error."""
+        """The tolerance of the error."""
         return self.again.loop.controller.tolerance
 
     def value(self, name: str, t: int = -1) -> float:
-        """One number of the diagnosis, by default at the end."""
+        """Return one number of the diagnosis, by default at the end."""
         return float(self.diagnosis[name].values[t])
 
     def trial(self, change: Change) -> Trial | None:
-        """The run with a change and time to end; None without experiments."""
+        """Run the case with a change and enough time; None without experiments."""
         return tried(change(self.patient)) if self.experiments else None
 
     @property
     def patient(self) -> Case:
-        """With time to end, as long as the decay of the error lets it expect."""
+        """The case with a longer duration, estimated from the decay of the error."""
         return patient(self.case, self.arrival / self.end if self.end else 0.0)
 
     @property
     def falls(self) -> bool:
-        """Whether the error is still on its way at the end."""
+        """Whether the error is still falling at the end."""
         third = self.errors[-max(len(self.errors) // 3, 3) :]
         if self.decay > 0.2 * views.gain_of(self.case) and (np.diff(third) < 0).all():
-            return True  # as fast as the gain lets it, however slow
+            return True  # as fast as the gain allows
         return self.decay * len(third) * self.case.dt > 0.05 and bool(third[-1] < 1.2 * third.min())
 
     @property
     def arrival(self) -> float:
-        """When the error will be below the tolerance if it goes on to fall as at the end."""
+        """The time in seconds at which the error would fall below the tolerance; or NaN."""
         size = self.errors[-1]
         if not self.decay > 0 or not size > self.tolerance:
             return float("nan")
         return self.end + float(np.log(size / self.tolerance)) / self.decay
 
     def size(self, error: float) -> str:
-        """An error with its unit."""
+        """Return an error as text with its unit."""
         return views.size(self.again, error)
 
     def with_unit(self, name: str, t: int = -1) -> str:
-        """One number of the diagnosis with its unit, by default at the end."""
+        """Return one number of the diagnosis with its unit, by default at the end."""
         unit = self.diagnosis[name].attrs["units"]
         value = number(self.value(name, t))
         return value if unit in ("1", "1/s") or "see" in unit else f"{value} {unit}"
 
     @cached_property
     def decay(self) -> float:
-        """Rate per second at which the error fell in the last third, by least squares; or NaN."""
+        """The rate per second at which the error fell in the last third, by least squares."""
         sizes = self.errors[-max(len(self.errors) // 3, 3) :]
         if len(sizes) < 2 or not (sizes > 0).all() or not np.isfinite(sizes).all():
             return float("nan")

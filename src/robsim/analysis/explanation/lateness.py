@@ -1,4 +1,4 @@
-"""Why an error was not small in time: too slow, or standing."""
+"""Reasons why an error was not small in time: slow decay, or a stationary error."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from robsim.analysis.explanation.stalls import too_few
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 
-SLOWED = 0.7  # of the gain: an error that falls less fast is slowed down
+SLOWED = 0.7  # share of the gain below which the decay counts as slowed down
 
 
 def slow(inquiry: Inquiry) -> Finding | None:
-    """An error that falls, but has not had the time."""
+    """Report an error that still falls when the time is over."""
     rate, arrival = inquiry.decay, inquiry.arrival
     if not _on_its_way(inquiry):
         return None
@@ -40,7 +40,7 @@ def _on_its_way(inquiry: Inquiry) -> bool:
 
 
 def lagging(inquiry: Inquiry) -> Finding | None:
-    """An error that stays."""
+    """Report an error that does not fall any more."""
     if _on_its_way(inquiry):
         return None
     third = inquiry.errors[-max(len(inquiry.errors) // 3, 3) :]

@@ -1,4 +1,4 @@
-"""What moves on its own, and a law that does not know of it."""
+"""Motions of other robots, and a law that does not compensate for them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.world.motion import Motion
 
 
 def own_motions(again: Repeated) -> Iterator[Removal]:
-    """The robots with motions of their own, all put to rest at once."""
+    """Yield the imperfection that robots move on their own, removed by stopping all."""
     scene = again.case.scene
     if not scene.motions:
         return
@@ -45,7 +45,7 @@ def _stands(still: list[Motion]) -> Any:
 
 
 def _drift(again: Repeated) -> float:
-    """How fast what moves on its own changes the error in the end: its largest, per second."""
+    """Return the largest rate of change of the error by own motions at the end, per second."""
     case, last = again.case, len(again.snapshots) - 1
     truth = true_features(case.task, case.scene, again.snapshots[last].q)
     if truth is None:

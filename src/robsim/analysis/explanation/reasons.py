@@ -1,4 +1,4 @@
-"""Why a run ended as it did, read from its diagnosis: for what is not the fault of one number."""
+"""Reasons for an outcome that are read from the diagnosis, rather than found by removal."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Reason = Callable[[Inquiry], Finding | None]
 
 
 def reasons(inquiry: Inquiry) -> Iterator[Finding]:
-    """What is found, the most telling first."""
+    """Yield the findings for the run's outcome, most important first."""
     start = blind_start(inquiry) if inquiry.outcome in _LOST else None
     if start:
         yield start

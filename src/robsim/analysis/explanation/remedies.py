@@ -1,4 +1,4 @@
-"""What to try: the same run with another gain, L, law or image, where that converges."""
+"""Advice: changes of gain, L, law or image with which the same run converges."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from robsim.run.outcome import Outcome
 from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
 
 ENOUGH = 3  # pieces of advice
-BRISK = 1.0  # gain times period: above it the loop overshoots
+BRISK = 1.0  # gain times period above which the loop overshoots
 
 Remedy = Callable[[Inquiry], Iterator[tuple[str, str, Case | None]]]
 
 
 def remedies(inquiry: Inquiry) -> list[Finding]:
-    """The first few changes with which the run converges."""
+    """Return the first few changes with which the run converges."""
     found: list[Finding] = []
     for remedy in _REMEDIES[inquiry.outcome]:
         for about, how, case in remedy(inquiry):
@@ -39,7 +39,7 @@ def remedies(inquiry: Inquiry) -> list[Finding]:
 
 
 def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """The other choices of L by name."""
+    """Yield the case with each other named choice of L."""
     given = [leaf.interaction for leaf in leaves(inquiry.case.task)]
     used = {which if isinstance(which, str) else "" for which in given}
     if len(used) != 1:
@@ -51,7 +51,7 @@ def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 
 def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """The other law."""
+    """Yield the case with the other law."""
     servo = inquiry.servo
     used = getattr(servo.law, "name", "") if servo else ""
     for which in {"joint", "camera"} - {used} if used in ("joint", "camera") else ():
@@ -60,7 +60,10 @@ def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 
 def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """Position-based instead of image-based, or the other way round; docking of a unicycle."""
+    """Yield the case with image-based instead of position-based servoing, or vice versa.
+
+    For a unicycle, docking is yielded as well.
+    """
     task = inquiry.case.task
     others: dict[type, tuple[type[ServoTask], ...]] = {IBVS: (PBVS, Docking), PBVS: (IBVS, Docking)}
     kept = ("goal", "camera", "target", "gain", "belief", "joints")
@@ -70,7 +73,7 @@ def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 
 def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """A damped inverse in a singularity, and elsewhere a truncated one."""
+    """Yield the case with a damped inverse in a singularity, else with a pseudo-inverse."""
     used = getattr(inquiry.servo.inverse, "name", "") if inquiry.servo else ""
     other = "damped" if inquiry.outcome is Outcome.SINGULAR else "pseudo_inverse"
     if used and used != other:
@@ -79,20 +82,20 @@ def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 
 def no_limit(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """As fast as the law commands."""
+    """Yield the case without its speed limit."""
     if any(leaf.limit for leaf in leaves(inquiry.case.task)):
         case = changes.with_leaves(inquiry.case, limit=None)
         yield "limit", "Without its speed limit", case
 
 
 def gain_lower(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """Half, a quarter and a tenth of the gain; not where it is time that is lacking."""
+    """Yield the case with half, a quarter and a tenth of the gain, unless time is short."""
     if not (inquiry.outcome is Outcome.TIME_LIMIT and inquiry.falls):
         yield from _gains(inquiry, (0.5, 0.25, 0.1))
 
 
 def gain_higher(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """Twice, four and ten times the gain, in the same time."""
+    """Yield the case with two, four and ten times the gain, in the same time."""
     yield from _gains(inquiry, (2.0, 4.0, 10.0), hurried=True)
 
 
@@ -119,13 +122,13 @@ _FACTORS = {
 
 
 def image(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """A larger image."""
+    """Yield the case with a larger image."""
     case = changes.larger_image(inquiry.patient)
     yield "image", "With an image twice as wide and high", case
 
 
 def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """A secondary motion, where joints are left over."""
+    """Yield the case with limit avoidance, if the robot is redundant."""
     controller = inquiry.again.loop.controller
     if controller.columns.size > controller.full_rank:
         case = changes.with_leaves(inquiry.patient, secondary=AvoidLimits())
@@ -133,13 +136,13 @@ def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 
 def longer(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """More time, for an error that falls."""
+    """Yield the case with more time, if the error still falls."""
     if inquiry.falls:
         yield "duration", "Given more time", inquiry.patient
 
 
 def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """Feed-forward, where something moves on its own."""
+    """Yield the case with feed-forward, if something moves on its own."""
     if not inquiry.case.scene.motions:
         return
     for which in ("known", "estimated"):
@@ -148,7 +151,7 @@ def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 
 def tolerance(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
-    """A tolerance above what the error does in the end."""
+    """Yield the case with a tolerance above the final error."""
     if inquiry.falls:
         return
     third = inquiry.errors[-max(len(inquiry.errors) // 3, 1) :]

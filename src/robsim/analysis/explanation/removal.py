@@ -1,4 +1,4 @@
-"""Something that is wrong in a run, and the same run with this one thing put right."""
+"""An imperfection of a run, and trial runs without it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from robsim.base.errors import InputError
 from robsim.run.loop import Loop
 from robsim.run.outcome import Outcome
 
-PATIENCE = 3.0  # times its duration that a changed run may take, to see where it goes
-LONGEST = 20.0  # times, where the run is known to need them
+PATIENCE = 3.0  # times the duration that a changed run may take
+LONGEST = 20.0  # times the duration, if the run is known to need as much
 
 Change = Callable[[Case], Case]
 Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
@@ -22,18 +22,18 @@ Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """What is wrong (`name`, a noun; `sentence`), in numbers, and how to put it right."""
+    """An imperfection of a run, with its numbers and the change that removes it."""
 
     about: str
     name: str
     sentence: str
     change: Change
     evidence: dict[str, float] = field(default_factory=dict)
-    undone: str = ""  # how the run is called in which it is right, as "without latency"
+    undone: str = ""  # phrase for the run without it, such as "without latency"
 
     @property
     def known(self) -> dict[str, float]:
-        """The numbers that there are: a user's own kind of task may have no gain."""
+        """The finite numbers among the evidence; a user's own task may have no gain."""
         return {name: value for name, value in self.evidence.items() if math.isfinite(value)}
 
 
@@ -47,24 +47,24 @@ class Trial:
 
     @property
     def end(self) -> str:
-        """When it ended."""
+        """The time at which the run ended, as text."""
         return f"after {number(self.end_time)} s"
 
     @property
     def ending(self) -> str:
-        """The words for one that converged; one that was held did so by its end."""
+        """The clause for a run that converged, or that was held at its goal until the end."""
         if self.loop.hold:
             return "has converged at its end"
         return f"converges {self.end}"
 
     @property
     def converged(self) -> bool:
-        """Whether the change is a cure."""
+        """Whether the changed run converged."""
         return self.outcome is Outcome.CONVERGED
 
 
 def tried(case: Case) -> Trial | None:
-    """The end of a run; None if it makes no sense, as where its goal cannot be seen."""
+    """Simulate a case and return how it ended; None if it cannot be simulated."""
     try:
         loop = case.advanced()
     except InputError:
@@ -74,26 +74,29 @@ def tried(case: Case) -> Trial | None:
 
 
 def cures(case: Case) -> Trial | None:
-    """The trial of a case if it converges."""
+    """Return the trial of a case if it converges, else None."""
     trial = tried(case)
     return trial if trial is not None and trial.converged else None
 
 
 def outcome(case: Case) -> Outcome | None:
-    """How a case ends; None if it makes no sense."""
+    """Return how a case ends; None if it cannot be simulated."""
     trial = tried(case)
     return trial.outcome if trial else None
 
 
 def without(case: Case, removals: Iterable[Removal]) -> Case:
-    """The case with several things put right."""
+    """Return the case with several imperfections removed."""
     for removal in removals:
         case = removal.change(case)
     return case
 
 
 def patient(case: Case, needed: float = 0.0) -> Case:
-    """With three times the duration, or what is needed; one that is held ends when it ends."""
+    """Return the case with three times its duration, or with as much as is needed.
+
+    A case that is held keeps its duration.
+    """
     if case.settings["hold"]:
         return case
     times = max(PATIENCE, 1.2 * needed) if needed < LONGEST else PATIENCE
@@ -101,5 +104,5 @@ def patient(case: Case, needed: float = 0.0) -> Case:
 
 
 def put(part: str, **values: Any) -> Change:
-    """The change of some fields of Sensing or Actuation."""
+    """Return the change of some fields of Sensing or Actuation."""
     return lambda case: case.but(**{part: replace(getattr(case, part), **values)})

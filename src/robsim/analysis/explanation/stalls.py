@@ -1,4 +1,4 @@
-"""Why a robot stands still though the error is not small."""
+"""Reasons why a robot stands still though the error is not small."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from robsim.analysis.explanation.wording import listed, number
 from robsim.base.arrays import Array
 from robsim.servo import CameraLaw, JointLaw
 
-SHARE = 0.35  # of a unit direction that a component must have to be named
+SHARE = 0.35  # least component of a unit direction for its joint to be named
 
 
 def null_space(inquiry: Inquiry) -> Finding | None:
-    """A joint law whose error lies where (L J)^+ commands nothing."""
+    """Report a joint law whose error lies in the null space of (L J)^+."""
     last, servo = inquiry.last, inquiry.servo
     if last is None or servo is None or type(servo.law) is not JointLaw:
         return None
@@ -39,7 +39,7 @@ def null_space(inquiry: Inquiry) -> Finding | None:
 
 
 def too_few(inquiry: Inquiry) -> str:
-    """A sentence on a robot with fewer velocities than the numbers have degrees of freedom."""
+    """Return a sentence on a robot with too few velocities for its features; else ""."""
     if inquiry.last is None:
         return ""
     n, k = inquiry.last.state.jacobian_last.shape[1], len(inquiry.last.error)
@@ -50,7 +50,7 @@ def too_few(inquiry: Inquiry) -> str:
 
 
 def camera_law(inquiry: Inquiry) -> Finding | None:
-    """A camera law that asks for a twist of which the joints can do nothing."""
+    """Report a camera law whose twist the joints cannot follow at all."""
     last, servo = inquiry.last, inquiry.servo
     if last is None or servo is None or type(servo.law) is not CameraLaw:
         return None
@@ -70,7 +70,7 @@ def camera_law(inquiry: Inquiry) -> Finding | None:
 
 
 def ascending(inquiry: Inquiry) -> Finding | None:
-    """A camera law under which V grows, because the joints cannot follow every twist."""
+    """Report a camera law under which V grows, as the joints cannot follow every twist."""
     last, servo = inquiry.last, inquiry.servo
     rates = inquiry.diagnosis["lyapunov_rate"].values
     if last is None or servo is None or type(servo.law) is not CameraLaw:
@@ -88,7 +88,7 @@ def ascending(inquiry: Inquiry) -> Finding | None:
 
 
 def own_law(inquiry: Inquiry) -> Finding | None:
-    """A law of which nothing is known that commands nothing."""
+    """Report a law of another kind that commands no motion."""
     last, servo = inquiry.last, inquiry.servo
     if last is not None and servo is not None and type(servo.law) in (JointLaw, CameraLaw):
         return None
@@ -99,7 +99,7 @@ def own_law(inquiry: Inquiry) -> Finding | None:
 
 
 def lost_direction(inquiry: Inquiry) -> Finding | None:
-    """Which motion the features, or the joints, lost."""
+    """Report the motion that the features or the joints lost in a singularity."""
     decision, names = inquiry.again.decisions[-1], inquiry.case.scene.velocity_names
     controller = inquiry.again.loop.controller
     task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
@@ -131,7 +131,7 @@ def _main(direction: Array, names: list[str]) -> str:
 
 
 def _twist(J: Array) -> str:
-    """The twist that no joint makes."""
+    """Return as text a camera twist that no joint motion produces."""
     U = np.linalg.svd(J)[0]
     direction = U[:, int(np.linalg.matrix_rank(J, tol=1e-6 * np.linalg.norm(J)))]
     return "(" + ", ".join(f"{part:.2f}" for part in direction + 0.0) + ")"

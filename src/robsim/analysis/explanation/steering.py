@@ -1,4 +1,4 @@
-"""Cars that cannot turn as sharply as their law asks."""
+"""Cars that cannot turn as sharply as their law commands."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ AT_THE_LIMIT = 0.999  # of the largest angle
 
 
 def steering(inquiry: Inquiry) -> Finding | None:
-    """A car that stands and is to turn, or whose steering is at its limit and is to turn more."""
+    """Report a car that is to turn while it stands, or beyond its steering limit."""
     last, tree = inquiry.again.snapshots[-1], inquiry.case.scene.tree
     for row, velocity, steering in tree.cars:
         name = inquiry.case.scene.coordinate_names[row]

@@ -1,4 +1,4 @@
-"""What is read off a repeated run: depths, poses of the target, errors, the loop's gain."""
+"""Quantities read from a repeated run: depths, target poses, errors and the loop gain."""
 
 from __future__ import annotations
 
@@ -20,38 +20,38 @@ from robsim.servo.sight import Sight, relative
 
 
 def mean_depths(again: Repeated) -> Array:
-    """(T,) mean true depth of the marks in the first camera, metres."""
+    """Return the mean true depth (T,) of the marks in the first camera, in metres."""
     key = again.loop.controller.sights[0].key
     depths = [float(one.projections[key].depth.mean()) for one in again.snapshots]
     return np.array(depths, dtype=np.float64)
 
 
 def errors(again: Repeated) -> Array:
-    """(T, k) as the controller measured them, in units of one tolerance for all."""
+    """Return the measured errors (T, k), scaled to one tolerance for all."""
     found: Array = np.stack([one.command.error[:, 0] for one in again.snapshots])
     return found
 
 
 def largest_errors(again: Repeated) -> Array:
-    """(T,) max|e|, which is compared with the tolerance."""
+    """Return max|e| (T,), which is compared with the tolerance."""
     sizes: Array = np.abs(errors(again)).max(axis=1)
     return sizes
 
 
 def size(again: Repeated, error: float) -> str:
-    """An error with its unit."""
+    """Return an error as text with its unit."""
     unit = again.loop.controller.units[0]
     return number(error) if unit == "1" else f"{number(error)} {unit}"
 
 
 def gain_of(case: Case) -> float:
-    """The largest gain of the task, per second; NaN of a user's own kind of task."""
+    """Return the largest gain of the task, per second; NaN for a user's own kind of task."""
     gains = [leaf.gain for leaf in leaves(case.task)]
     return max((g.at_zero if isinstance(g, AdaptiveGain) else g for g in gains), default=math.nan)
 
 
 def delay_limit(periods: float) -> float:
-    """The largest gain times period that is stable when e is so many periods old.
+    """Return the largest stable gain times period for an error delayed by some periods.
 
     With m whole periods and a part f, roots of z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0
     reach the unit circle at an angle w; without a part this is 2 sin(pi / (2 (2 m + 1))).
@@ -68,24 +68,24 @@ def delay_limit(periods: float) -> float:
 
 
 def pose_at(sight: Sight, q: Array) -> Pose:
-    """T_c_o: the target in camera axes, as they truly stand at q (nq,)."""
+    """Return T_c_o: the true pose of the target in camera axes at q (nq,)."""
     seen = sight.project(runs_last(q, 1))
     return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o))[0])
 
 
 def goal_pose(controller: Controller) -> Pose | None:
-    """T_c_o at the goal, as it was meant; None where the goal is made of numbers."""
+    """Return the intended T_c_o at the goal; None where the goal is made of numbers."""
     T = ends.at_goal(controller)
     return None if T is None else Pose(homogeneous(T)[0])
 
 
 def from_goal(controller: Controller, q: Array) -> Pose | None:
-    """T_c*_c: the camera at q (nq,) in the axes of the camera at the goal, as it was meant."""
+    """Return T_c*_c: the camera at q (nq,) in axes of the camera at the intended goal."""
     goal = goal_pose(controller)
     return None if goal is None else goal @ pose_at(ends.regarded(controller).sights[0], q).inv()
 
 
 def servo_of(again: Repeated) -> Servo | None:
-    """The controller, if it is that of one servo task."""
+    """Return the controller if it is that of one servo task, else None."""
     controller = again.loop.controller
     return controller if isinstance(controller, Servo) else None

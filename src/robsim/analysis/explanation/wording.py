@@ -1,4 +1,4 @@
-"""How numbers and lists are worded."""
+"""Formatting of numbers, units and lists for sentences."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROUNDING = 1e-9  # metres and radians
 
 
 def number(value: float) -> str:
-    """Three digits.
+    """Return a number to three significant digits.
 
     >>> number(0.123456)
     '0.123'
@@ -22,7 +22,7 @@ def number(value: float) -> str:
 
 
 def when(seconds: float) -> str:
-    """A time as the start of a sentence.
+    """Return a time as the start of a sentence.
 
     >>> when(0.0), when(1.24)
     ('At the start', 'After 1.24 s')
@@ -31,7 +31,7 @@ def when(seconds: float) -> str:
 
 
 def degrees(radians: float) -> str:
-    """An angle.
+    """Return an angle in degrees.
 
     >>> degrees(0.5)
     '28.6 degrees'
@@ -40,7 +40,7 @@ def degrees(radians: float) -> str:
 
 
 def length(metres: float) -> str:
-    """A length in the unit in which it is read easily.
+    """Return a length in metres or millimetres.
 
     >>> length(0.0123), length(2.5)
     ('12.3 mm', '2.5 m')
@@ -49,7 +49,7 @@ def length(metres: float) -> str:
 
 
 def pixel(place: Sequence[float] | Array) -> str:
-    """A place in an image, to whole pixels.
+    """Return a position in an image, to whole pixels.
 
     >>> pixel((1039.7, -4.2))
     '(1040, -4)'
@@ -58,7 +58,7 @@ def pixel(place: Sequence[float] | Array) -> str:
 
 
 def away(metres: float, radians: float) -> str:
-    """How far a pose is from another: what of it is more than rounding.
+    """Return the distance and angle between two poses, without what is only rounding.
 
     >>> away(0.01, 1e-16), away(0.01, 0.5)
     ('10 mm', '10 mm and 28.6 degrees')
@@ -69,7 +69,7 @@ def away(metres: float, radians: float) -> str:
 
 
 def listed(names: Sequence[str], last: str = "and") -> str:
-    """Names in a sentence.
+    """Return names joined as in a sentence.
 
     >>> listed(["noise", "latency", "lag"])
     'noise, latency and lag'
@@ -80,13 +80,13 @@ def listed(names: Sequence[str], last: str = "and") -> str:
 
 
 def movers(scene: Scene) -> str:
-    """Who moves on its own, as the start of a sentence."""
+    """Return which robots move on their own, as the start of a sentence."""
     names = [f"'{motion.robot}'" for motion in scene.motions]
     return f"{listed(names)} {'moves on its' if len(names) == 1 else 'move on their'} own"
 
 
 def counted(count: int, thing: str) -> str:
-    """A number of things.
+    """Return a count and its noun, in the plural where needed.
 
     >>> counted(1, "control period"), counted(3, "mark")
     ('1 control period', '3 marks')

@@ -1,4 +1,4 @@
-"""Depths that the law assumes and that are not the true ones."""
+"""Depths assumed by the law that differ from the true ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.servo import DepthFilter
 
 
 def wrong_depths(again: Repeated) -> Iterator[Removal]:
-    """Those that are scaled, and those that are not the true ones of the instant."""
+    """Yield the imperfections of scaled depths and of assumed or estimated depths."""
     scales = {leaf.depth_scale for leaf in leaves(again.case.task)} - {1.0}
     if scales:
         sentence, evidence = _scaled(again, np.ravel(next(iter(scales))))
@@ -30,7 +30,7 @@ def wrong_depths(again: Repeated) -> Iterator[Removal]:
         depths = depths[depths > 0] if (depths > 0).any() else depths
         low, high = float(depths.min()), float(depths.max())
         sentence = (
-            f"The depth in L is {_said(odd[0])}, not the true one, which goes from {length(low)} "
+            f"The depth in L is {_worded(odd[0])}, not the true one, which goes from {length(low)} "
             f"to {length(high)}."
         )
         change, evidence = _each_leaf(depth="true"), {"least_m": low, "most_m": high}
@@ -38,7 +38,7 @@ def wrong_depths(again: Repeated) -> Iterator[Removal]:
         yield Removal("depth", "the assumed depth", sentence, change, evidence, undone)
 
 
-def _said(depth: Any) -> str:
+def _worded(depth: Any) -> str:
     if isinstance(depth, DepthFilter):
         return "estimated by a filter"
     return "that of the goal" if depth == "goal" else f"taken as {length(depth)}"
