@@ -186,6 +186,19 @@ def test_a_bad_setting_of_simulate_is_an_input_error_that_names_it(name, value, 
         assert part in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("tolerance", "message"),
+    [
+        (0, "points tolerance must be a positive number, got 0"),
+        (NAN, "points tolerance: nan"),
+        ("small", "points tolerance: expected a number, got 'small'"),
+    ],
+)
+def test_a_bad_tolerance_of_a_feature_is_named(tolerance, message):
+    with pytest.raises(rs.InputError, match=message):
+        rs.Points(tolerance=tolerance)
+
+
 TASK = {
     "gain": [
         (0, "gain must be a positive number per second or Adaptive", "got 0"),
@@ -236,9 +249,6 @@ TASK = {
         (rs.Points, "features: expected a name", "<class", "measure", "such as Points()"),
         ("point", "no features 'point'", "did you mean 'points'?", "features: points, pixels"),
         (None, "features: expected a name (points, pixels, polar", "None"),
-        (rs.Points(tolerance=0), "tolerance must be a positive number, got 0"),
-        (rs.Points(tolerance=NAN), "tolerance: nan"),
-        (rs.Points(tolerance="small"), "tolerance: expected a number", "'small'"),
     ],
     "camera": [
         ("ey", "no camera 'ey'", "did you mean 'eye'?", "cameras: eye"),

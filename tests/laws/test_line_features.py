@@ -224,7 +224,7 @@ def test_across_half_a_turn_the_error_is_the_short_way_round(feature, here, ther
 @BOTH
 def test_only_angles_are_turned_towards_the_goal(feature):
     X = scattered(5, runs=3, marks=4)
-    size = 4 if feature.name == "segments" else 2
+    size = 4 if isinstance(feature, Segments) else 2
     near = feature.towards(in_image((7.0, 8.0), (7.5, 9.0), (8.0, -8.0), (9.0, -9.0)))
     s, free = (f.measure(seen(X)).reshape(3, -1, size) for f in (near, feature))
     np.testing.assert_array_equal(s[..., :-1], free[..., :-1])
@@ -276,7 +276,7 @@ def test_two_marks_at_one_place_have_no_finite_interaction_matrix(feature):
     assert np.isnan(first[:, :5]).any(axis=0).all()
     assert np.isfinite(second).all()
     s = feature.measure(seen_there)[0]
-    if feature.name == "segments":
+    if isinstance(feature, Segments):
         np.testing.assert_array_equal(s[:4], [0.1, 0.2, 0, 0])
     else:
         assert np.isnan(s[:2]).all()

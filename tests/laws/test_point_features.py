@@ -135,9 +135,9 @@ def test_a_turn_about_the_optical_axis_moves_theta_alone_and_by_as_much(theta, t
 def test_a_larger_world_divides_only_the_translational_columns(feature, seed, k):
     X = scattered(seed)
     s, L = feature.measure(seen(X)), feature.interaction(seen(X))
-    scaled = {"points_3d": k * s, "log_depth": s + np.log(k)}.get(feature.name, s)
+    scaled = {Points3D: k * s, LogDepth: s + np.log(k)}.get(type(feature), s)
     close(feature.measure(seen(k * X)), scaled, 1e-13)
-    if feature.name == "points_3d":  # in metres, so here it multiplies the rotational ones
+    if isinstance(feature, Points3D):  # in metres, so here it multiplies the rotational ones
         close(feature.interaction(seen(k * X)) / [1, 1, 1, k, k, k], L, 1e-13)
     else:
         close(feature.interaction(seen(k * X)) * [k, k, k, 1, 1, 1], L, 1e-11)

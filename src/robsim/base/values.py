@@ -26,7 +26,8 @@ class Value:
         return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
 
     def _key(self) -> tuple[Any, ...]:
-        return tuple(hashable(getattr(self, f.name)) for f in fields(self))  # type: ignore[arg-type]
+        compared = (f.name for f in fields(self) if f.compare)  # type: ignore[arg-type]
+        return tuple(hashable(getattr(self, name)) for name in compared)
 
 
 def _freeze(value: Any) -> None:

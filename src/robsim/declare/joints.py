@@ -46,7 +46,10 @@ def accelerations(c: Context) -> Axes | None:
 def commanded(c: Context) -> Axes | None:
     """Return the velocities that the task around a value commands; None while it is read."""
     known = c.facts.get("commanded")
-    return known() if known else None
+    try:
+        return known() if known else None
+    except InputError:
+        return None  # of a task that this scene cannot have
 
 
 def followed(c: Context) -> Axes | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -165,6 +165,8 @@ class ListOf(Spec):
     form: ClassVar[str] = "list"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
+        if isinstance(value, Iterator):
+            value = list(value)
         listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
         if self.alone and not listed:
             value, listed = [value], True

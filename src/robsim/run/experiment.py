@@ -72,7 +72,7 @@ class Experiment(Value):
     hold: bool = False
     record: Record = "all"
     title: str | None = None
-    source: str = field(default="<experiment>", repr=False)
+    source: str = field(default="<experiment>", repr=False, compare=False)
 
     def __post_init__(self) -> None:
         start = self.start

@@ -61,14 +61,16 @@ def brief(value: Any) -> str:
     if not hasattr(value, "__dataclass_fields__"):
         plain = np.round(value, 4).tolist() if isinstance(value, np.ndarray) else value
         return re.sub(r"\s+", " ", repr(plain))
-    told = [
+    plain = _plain(type(value))
+    changed = [
         f"{each.name}={brief(getattr(value, each.name))}"
         for each in fields(value)
-        if each.repr and hashable(getattr(value, each.name)) != hashable(_default(each))
+        if each.repr and hashable(getattr(value, each.name)) != hashable(getattr(plain, each.name, None))
     ]
-    return f"{type(value).__name__}({', '.join(told)})"
+    return f"{type(value).__name__}({', '.join(changed)})"
 
 
-def _default(field: Any) -> Any:
-    made = field.default_factory is not MISSING
-    return field.default_factory() if made else field.default
+def _plain(kind: type[Any]) -> Any:
+    """Return what the class makes of no arguments; None where it needs some."""
+    needed = (f.default is MISSING and f.default_factory is MISSING for f in fields(kind) if f.init)
+    return None if any(needed) else kind()

@@ -235,7 +235,7 @@ class ImageSize(ListOf):
     most: int = 2
 
     def check(self, value: Any, what: str) -> tuple[int, int]:
-        pair = numbers(value, what, ())
+        pair = np.asarray(None if value is None else numbers(value, what, ()))
         if pair.shape != (2,) or (pair < 1).any() or (pair != np.round(pair)).any():
             raise InputError(f"{what} must be (width, height) in whole pixels, got {value!r}")
         return int(pair[0]), int(pair[1])

@@ -16,6 +16,7 @@ from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 from robsim.run.outcome import Outcome
 from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
+from robsim.servo.laws.inverse import INVERSES
 
 ENOUGH = 3  # pieces of advice
 BRISK = 1.0  # gain times period above which the loop overshoots
@@ -74,7 +75,7 @@ def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 
 def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
     """Yield the case with a damped inverse in a singularity, else with a pseudo-inverse."""
-    used = getattr(inquiry.servo.inverse, "name", "") if inquiry.servo else ""
+    used = INVERSES.name_of(inquiry.servo.inverse) if inquiry.servo else None
     other = "damped" if inquiry.outcome is Outcome.SINGULAR else "pseudo_inverse"
     if used and used != other:
         case = changes.with_leaves(inquiry.patient, inverse=other)
