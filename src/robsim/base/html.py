@@ -1,4 +1,4 @@
-"""Tables and lists for notebooks; every text is escaped."""
+"""Tables and lists in HTML for notebooks, with every text escaped."""
 
 from __future__ import annotations
 

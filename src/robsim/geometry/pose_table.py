@@ -1,4 +1,4 @@
-"""Poses in a text: a position and at most one of three rotations."""
+"""The text form of poses: a position and at most one of three rotations."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MEANINGS = {
 
 @dataclass(frozen=True)
 class PoseTable(Spec):
-    """A pose: a table of its own, or, if `flat`, its keys among those of the table around it."""
+    """The text form of a pose: a table, or, if `flat`, keys in the table that surrounds it."""
 
     flat: bool = False
     form: ClassVar[str] = "table"
@@ -116,14 +116,14 @@ class PoseTable(Spec):
 
     @staticmethod
     def _without_rivals(table: dict[str, Raw], over: Mapping[str, Raw]) -> None:
-        """A rotation said in one way replaces one said in another."""
+        """Remove the rotation of a table in place if `over` gives another one."""
         if over.keys() & {"rpy", "rotvec", "rotation"}:
             for key in ("rpy", "rotvec", "rotation"):
                 table.pop(key, None)
 
 
 def pose_from(said: Mapping[str, Any]) -> Pose:
-    """Return the pose of its keys; InputError for two rotations at once."""
+    """Return the pose with these keys; raise InputError if there are two rotations."""
     given = [key for key in ("rpy", "rotvec", "rotation") if key in said]
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)}: give one rotation only")

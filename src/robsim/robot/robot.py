@@ -1,4 +1,4 @@
-"""Robots: links on joints, from a DH table or link by link."""
+"""Robots as trees of links on joints, from a DH table, a URDF file, or link by link."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from robsim.robot.tool import mounted
 
 @dataclass(frozen=True, eq=False)
 class Robot(Kinematics):
-    """A tree of links. The first link is the base; it stands at `base` on the frame `on`.
+    """A tree of links, of which the first is the base; it stands at `base` on the frame `on`.
 
     `tip` is the link that is meant where none is named: the last one where nothing is said. `home`
     is (nq,) or a mapping from the names of coordinates to values; what is not said is zero, or
@@ -79,7 +79,7 @@ class Robot(Kinematics):
         return f"{self.name}: {len(self.links)} links to '{self.tip}', coordinates: {coordinates}"
 
     def __repr__(self) -> str:
-        """Return one line."""
+        """Return a line with the name, the number of links and the coordinates."""
         return overview.text(self)
 
     def _repr_html_(self) -> str:
@@ -98,7 +98,7 @@ class Robot(Kinematics):
         links: Sequence[str] | None = None,
         shapes: Sequence[Sequence[Primitive]] | None = None,
     ) -> Robot:
-        """From a Denavit-Hartenberg table: rows (n, 4) of theta, d, a, alpha in SI.
+        """Return a robot from a Denavit-Hartenberg table (n, 4) of theta, d, a, alpha in SI units.
 
         Standard (chapter, eq. 3): T = Rz(theta) Tz(d) Tx(a) Rx(alpha). Modified (Craig):
         T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The coordinate is added to theta of an "R" joint and
@@ -116,7 +116,7 @@ class Robot(Kinematics):
     def from_urdf(
         cls, path: str | os.PathLike[str], tip: str | None = None, home: Any = None
     ) -> Robot:
-        """Read a robot from a URDF file; nothing that the file names is opened.
+        """Read a robot from a URDF file; the files that it refers to are not opened.
 
         path   of the file
         tip    the link that is meant where none is named. None takes, of the links that joints
@@ -146,7 +146,7 @@ class Robot(Kinematics):
         return replace(robot, tip=found.name if tip is None else tip, home=home)
 
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
-        """Write a URDF file; read back, it has the same links, tip, poses, limits and inertias.
+        """Write a URDF file, from which the same links, poses, limits and inertias can be read.
 
         Where the base stands, home, and the `n` of circles are not written. A link beside the axis
         of its joint (as with DH rows) takes a second one, "elbow.axis", which is gone again when
@@ -159,7 +159,7 @@ class Robot(Kinematics):
         urdf.write(self.name, self.links, self.tip, path)
 
     def to_mjcf(self, path: str | os.PathLike[str]) -> None:
-        """Write a MuJoCo model: bodies, joints, geoms, inertias, and equalities for what mimics.
+        """Write a MuJoCo model with bodies, joints, geoms, inertias, and equalities for mimics.
 
         Joints are called as our coordinates; a planar one becomes two slides and a hinge, "deck.x",
         "deck.y" and "deck.theta". What floats must stand on what does not move; the coordinates
@@ -171,7 +171,7 @@ class Robot(Kinematics):
         urdf.write_mjcf(self.name, self.links, path)
 
     def at(self, pose: Any, on: str | None = None) -> Robot:
-        """A copy whose base is moved by `pose`, or stands on another frame of the scene.
+        """Return a copy whose base is moved by `pose`, or stands on another frame of the scene.
 
         >>> Robot.from_dh([[0, 0, 1, 0]]).at(Pose.at(0, 0, 1)).base.position
         array([0., 0., 1.])
@@ -180,13 +180,13 @@ class Robot(Kinematics):
         return replace(self, base=moved @ self.base if on is None else moved, on=on or self.on)
 
     def named(self, name: str) -> Robot:
-        """A copy under another name, for a second one in a scene."""
+        """Return a copy with another name, for a second one in a scene."""
         return replace(self, name=name)
 
     def with_tool(
         self, tool: Robot, pose: Any = IDENTITY, on: str | None = None, bare: bool = False
     ) -> Robot:
-        """A copy that carries a tool at `pose` on its link `on` (the tip by default).
+        """Return a copy with a tool at `pose` on its link `on` (the tip by default).
 
         Links and coordinates of the tool come after its own, at home as the tool is, and its tip
         is that of the tool; a name that both have gets that of the tool in front, as in
@@ -216,7 +216,7 @@ class Robot(Kinematics):
         return replace(self, links=links, tip=tip, home=np.concatenate([self.home, tool.home]))
 
     def _given_home(self) -> Any:
-        """Home as it was given, or next to zero where it was not."""
+        """Return home as it was given, with missing coordinates as close to zero as allowed."""
         if self.home is not None and not isinstance(self.home, Mapping):
             return self.home
         given, names = dict(self.home or {}), self.coordinate_names

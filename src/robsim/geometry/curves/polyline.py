@@ -1,4 +1,4 @@
-"""Straight lines with round corners between them."""
+"""A polyline with rounded corners."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.geometry.curves.curve import Curve
 @register("curve", "polyline")
 @dataclass(frozen=True)
 class Polyline(Curve):
-    """Straight from point to point (x, y), each corner an arc of `radius` metres.
+    """Straight lines between points (x, y), each corner rounded by an arc of `radius` metres.
 
     >>> round(Polyline([(0, 0), (1, 0), (1, 1)], radius=0.2).length, 9)  # 0.8 + 0.1 pi + 0.8
     1.914159265
@@ -35,12 +35,12 @@ class Polyline(Curve):
 
     @property
     def length(self) -> float:
-        """Metres."""
+        """The length of the curve, in metres."""
         return float(self._built[1])
 
     @cached_property
     def pieces(self) -> Array:
-        """Lines and arcs by turns."""
+        """The pieces (P, 7), lines and arcs, see `robsim.kernels.curve.Curves`."""
         return frozen(self._built[0])
 
     @cached_property
@@ -75,5 +75,5 @@ class Polyline(Curve):
 
 
 def _wrapped(angle: Array) -> Array:
-    """In [-pi, pi]."""
+    """Return angles wrapped to [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))

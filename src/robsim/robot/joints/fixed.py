@@ -1,4 +1,4 @@
-"""Joints that do not move."""
+"""The joint that does not move."""
 
 from __future__ import annotations
 

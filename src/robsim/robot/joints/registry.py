@@ -1,4 +1,4 @@
-"""The kinds of joint by name: those of RobSim, and those that the user registers."""
+"""The registry of kinds of joint by name: those of RobSim, and those that the user adds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SINGLE = tuple(name for name, kind in KINDS.items() if kind().single)  # of one 
 
 
 def kind_of(given: object) -> JointKind:
-    """Return what a joint is told of its kind as a kind: a name, or a kind itself."""
+    """Return the kind of a joint from its name, or from a kind itself."""
     if isinstance(given, JointKind):
         return given
     if not isinstance(given, str):
