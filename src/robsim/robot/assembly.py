@@ -34,7 +34,7 @@ from robsim.robot.member import Member, OwnMotion
 
 @dataclass
 class Assembly:
-    """Converts the frames of a tree to rows, parents first and sources before their followers."""
+    """The conversion of the frames of a tree to rows, parents and sources first."""
 
     frames: list[Frame]
     where: dict[str, tuple[int, Array]] = field(default_factory=dict)

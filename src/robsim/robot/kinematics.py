@@ -149,7 +149,7 @@ class Kinematics(Value):
         limits: bool = True,
         threads: int | None = None,
     ) -> IKResult:
-        """Return coordinates that bring a link (default: the tip) to poses T (..., 4, 4) in the base.
+        """Return coordinates that bring a link (or the tip) to poses T (..., 4, 4) in the base.
 
         q0          (..., nq), where the search begins; None is home
         mask        what counts: None for the whole pose, "position", "pointing" (position and the

@@ -1,4 +1,4 @@
-"""How a text says the intrinsics of a camera: K, or focal, center and skew."""
+"""The text form of a camera's intrinsics: K, or focal, center and skew."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAIR = ListOf(Number(unit="px"), 2, 2)
 
 @dataclass(frozen=True)
 class Focal(ListOf):
-    """Two focal lengths in pixels; one number is both."""
+    """The declaration of two focal lengths in pixels, or one number for both."""
 
     item: Spec = FOCAL_LENGTH
     least: int = 2
@@ -50,7 +50,7 @@ PARTS = ("focal", "center", "skew")
 
 @dataclass(frozen=True)
 class Intrinsics(Spec):
-    """The matrix K, whose keys stand among those of the camera."""
+    """The declaration of the matrix K, with its keys in the table of the camera."""
 
     def keys(self, name: str) -> tuple[str, ...]:
         return tuple(KEYS)
@@ -76,7 +76,10 @@ class Intrinsics(Spec):
         return "K, or focal and its companions"
 
     def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
-        """One way to say it replaces the other; K is taken apart where a part of it changes."""
+        """Let one form of the intrinsics replace the other in a table, in place.
+
+        K is split where a part of it changes.
+        """
         if "K" in over:
             for key in PARTS:
                 table.pop(key, None)

@@ -1,4 +1,4 @@
-"""The pose of a target from one image of its marks, without a guess."""
+"""The pose of a target from one image of its marks, without an initial guess."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DEEP = 1 / 3  # of the depth: a larger standard deviation leaves it open
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PoseEstimate(Value):
-    """What `estimate_pose` found: the minimum of the reprojection error, and the next one.
+    """The result of `estimate_pose`: the best pose, and the other minima of the error.
 
     T_c_o (..., 4, 4): the target in camera axes; rms (...): distance in the image between measured
     and reprojected marks, root of the mean square over the 2N coordinates, pixels. `other` and
@@ -50,24 +50,24 @@ class PoseEstimate(Value):
 
     @property
     def T_c_o(self) -> Array:
-        """(..., 4, 4) the best."""
+        """The best pose (..., 4, 4) of the target in camera axes."""
         best: Array = self.candidates[..., 0, :, :]
         return best
 
     @property
     def rms(self) -> Array:
-        """(...) of the best, pixels."""
+        """The rms reprojection error (...) of the best pose, in pixels."""
         return np.asarray(self.errors[..., 0])
 
     @property
     def other(self) -> Array:
-        """(..., 4, 4) the next best."""
+        """The second-best pose (..., 4, 4) of the target in camera axes."""
         second: Array = self.candidates[..., 1, :, :]
         return second
 
     @property
     def other_rms(self) -> Array:
-        """(...) of the next best, pixels."""
+        """The rms reprojection error (...) of the second-best pose, in pixels."""
         return np.asarray(self.errors[..., 1])
 
     def __repr__(self) -> str:
@@ -81,7 +81,9 @@ class PoseEstimate(Value):
 def estimate_pose(
     marks: ArrayLike, pixels: ArrayLike, camera: Camera, *, noise: float | None = None
 ) -> PoseEstimate:
-    """T_c_o from pixels (..., N, 2) of marks (N, 3) in target axes (metres), by least squares.
+    """Return the poses T_c_o of a target from one image of its marks, by least squares.
+
+    `marks` (N, 3) are in target axes (metres), `pixels` (..., N, 2) in the image.
 
     Three marks or more, not on one line; in a plane or not. Starts are both scaled-orthography
     poses of the marks' plane (`orthographic_poses`), the best pose of the largest triangle of marks
@@ -126,7 +128,7 @@ def estimate_pose(
 
 
 def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
-    """Marks in units of about their size, so that metres and radians count alike; that size."""
+    """Return the marks in units of about their size, and that size in metres."""
     p = numbers(marks, "marks", ("N", 3))
     if p.ndim != 2 or len(p) < 3:
         raise InputError(f"marks: expected (N, 3) with three marks or more, got shape {p.shape}")
@@ -143,19 +145,21 @@ def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
 
 
 def _power_of_two(size: float) -> float:
-    """A power of two about as large, which changes no digit of what it scales; 1 for 0."""
+    """Return a power of two of about this size, for scaling without rounding; 1 for 0."""
     return 2.0 ** min(math.floor(math.log2(size)), 1000) if size > 0 else 1.0
 
 
 def _variance(squares: Array, N: int, sigma: float | None) -> Array:
-    """Of a pixel coordinate (B): as given, or as the residuals have it; NaN for three marks."""
+    """Return the variance (B) of a pixel coordinate, given or from residuals; NaN for 3 marks."""
     if sigma is not None:
         return np.full(len(squares), sigma * sigma)
     return squares / (2 * N - 6) if N > 3 else np.full(len(squares), np.nan)
 
 
 def _covariance(p: Array, T: Array, camera: Camera) -> Array:
-    """(B, 6, 6) of the twist for pixel noise of one: M M' with M = L^+ J^-1.
+    """Return the covariance (B, 6, 6) of the twist for pixel noise of variance 1.
+
+    It is M M' with M = L^+ J^-1.
 
     L is the interaction matrix of the normalised points, of which the fit takes the pseudo-inverse,
     and J their rates in the image. With square pixels and no distortion it is (L' L)^-1 with L in
@@ -174,7 +178,7 @@ def _covariance(p: Array, T: Array, camera: Camera) -> Array:
 
 
 def _told_apart(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_]:
-    """Whether there is a best minimum (B), and the next is by ODDS less likely."""
+    """Return whether (B) the best minimum is by ODDS more likely than the next."""
     first, second = squares[:, 0], squares[:, 1]
     alone = np.isinf(second)
     first, second = (np.where(np.isinf(s), 1.0, s) for s in (first, second))
@@ -188,7 +192,7 @@ def _told_apart(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_
 
 
 def _depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
-    """Whether the depth of the centroid (B) is known to DEEP; true where nothing tells."""
+    """Return whether (B) the depth of the centroid is known to DEEP; true for NaN covariance."""
     x, y, z = (T[:, :, :3] @ p.mean(0) + T[:, :, 3]).T
     zero, one = np.zeros_like(x), np.ones_like(x)
     rate = np.stack([zero, zero, one, y, -x, zero], axis=-1)  # of -z with the twist

@@ -1,4 +1,4 @@
-"""The parts of a scene as somebody believes them who is wrong about them."""
+"""The parts of a scene with the errors of a belief."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ROW = ("theta", "d", "a", "alpha")
 
 
 def differs(value: Any, right: float | tuple[float, float]) -> bool:
-    """Whether it is not what is believed by default, or no number at all: refused later."""
+    """Return whether a value is not the default of a belief, or is no number (refused later)."""
     return isinstance(value, bool) or not isinstance(value, float | int | tuple) or value != right
 
 
@@ -63,7 +63,7 @@ def wrong_robot(robot: Robot, dh: Any, convention: str, base: Any) -> Robot:
 
 
 def _wrong(link: Link, errors: Any, convention: str) -> Joint:
-    """Small errors of a row: Rz(theta) Tz(d) along the joint's axis, Tx(a) Rx(alpha) across it.
+    """Return a joint with errors Rz(theta) Tz(d) along its axis and Tx(a) Rx(alpha) across.
 
     Both pairs commute, so an error of one number is a factor of its own.
     """

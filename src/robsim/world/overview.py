@@ -1,4 +1,4 @@
-"""A scene in short: as a few lines of text, and as a table for notebooks."""
+"""Overviews of a scene: as a few lines of text, and as a table for notebooks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST = 12  # lines of a text
 
 
 def text(scene: Scene) -> str:
-    """Return a line for each robot, object and camera; of more than twelve how many there are."""
+    """Return a line for each robot, object and camera, up to twelve, and the number of the rest."""
     lines = [f"{kind} '{name}' on {on}: {what}" for kind, name, on, what in _rows(scene)]
     more = [f"... ({len(lines)} in all)"] if len(lines) > MOST else []
     return "\n  ".join(["<Scene", *lines[:MOST], *more]) + ">"
@@ -27,7 +27,7 @@ def table(scene: Scene) -> str:
 
 
 def _rows(scene: Scene) -> list[tuple[str, str, str, str]]:
-    """Kind, name, what it stands on, and what it is."""
+    """Return the rows of the table: kind, name, carrying frame and description of each part."""
     movers = {motion.robot for motion in scene.motions}
     rows = [
         (

@@ -37,7 +37,7 @@ class Mimic(Coupling):
         return f"{self.ratio:g} {self.of}{offset}"
 
     def fits(self, source: Source) -> bool:
-        """Return whether the source is a single coordinate of its own speed, or a steering angle."""
+        """Return whether the source is one coordinate of its own speed, or a steering angle."""
         rolls = source.follows is not None and not source.follows.tied
         return source.steers or (source.kind.single and not rolls)
 

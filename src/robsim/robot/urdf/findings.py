@@ -1,4 +1,4 @@
-"""What is wrong in a file, and what is merely odd: all of it is told at once."""
+"""The errors and oddities of a file, collected and reported together."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Findings:
         self.odd_count = 0
 
     def error(self, element: Element, text: str) -> None:
-        """One more; FileError if it is one too many."""
+        """Add an error; raise FileError if there are too many."""
         line = self._line(element, text)
         if line not in self.errors:
             self.errors.append(line)
@@ -34,7 +34,7 @@ class Findings:
             self.stop()
 
     def odd(self, element: Element, text: str) -> None:
-        """Something that is read in another way than it is written, or left out."""
+        """Add an oddity: something that is left out, or read otherwise than it is written."""
         if self.odd_count == MOST_ODDITIES:
             self.error(element, f"more than {MOST_ODDITIES} unknown words and the like")
             self.stop()
@@ -44,12 +44,12 @@ class Findings:
         found.append((element.line, self._line(element, text)))
 
     def stop(self) -> None:
-        """FileError if there were errors, with one line for each."""
+        """Raise FileError if there were errors, with one line for each."""
         if self.errors:
             raise FileError("\n".join(self.errors)) from None
 
     def tell(self) -> None:
-        """One FileWarning if there were oddities: the first of each kind, the lines of others."""
+        """Emit one FileWarning if there were oddities: the first of each kind, and other lines."""
         if self.oddities:
             kinds = list(self.oddities.values())
             more = sum(map(len, kinds[SHOWN:]))
@@ -63,7 +63,7 @@ class Findings:
 
 
 def _told(found: list[tuple[int, str]]) -> str:
-    """The first of a kind, and the lines of the others."""
+    """Return the message for the first oddity of a kind, with the lines of the others."""
     (_, first), *others = found
     if not others:
         return first
