@@ -29,8 +29,8 @@ def table(
 
 
 def _row(kind: str, cells: Sequence[object]) -> str:
-    told = "".join(f'<{kind} style="{_CELL}">{_lines(cell)}</{kind}>' for cell in cells)
-    return f"<tr>{told}</tr>"
+    columns = "".join(f'<{kind} style="{_CELL}">{_lines(cell)}</{kind}>' for cell in cells)
+    return f"<tr>{columns}</tr>"
 
 
 def _lines(text: object) -> str:

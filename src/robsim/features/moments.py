@@ -15,7 +15,7 @@ from robsim.kernels import moment_features as features
 from robsim.kernels import moments as kernels
 
 KINDS = ("points", "region")
-SKEWED = 0.1  # rho from which on third moments tell the head; a tilt of 0.6 rad makes up to 0.05
+SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
 F = TypeVar("F")
 
 
@@ -211,8 +211,8 @@ class DecoupledMoments(Declared):
             A, B, C = region_plane(goal)[:, 0]
             with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
                 Z = float(1.0 / (A * x + B * y + C))
-        told = {"size_goal": size, "Z_goal": Z, "alpha_goal": alpha}
-        return _with(self, **told, head_goal=_head(mu, s[3]))
+        values = {"size_goal": size, "Z_goal": Z, "alpha_goal": alpha}
+        return _with(self, **values, head_goal=_head(mu, s[3]))
 
 
 def _head(mu: Array, alpha: Array) -> tuple[float, float]:

@@ -35,7 +35,7 @@ class Frame:
 def steers(owner: Frame, name: str) -> bool:
     """Return whether a coordinate of this frame is a steering angle.
 
-    The name alone does not tell: a link may be called "steering" too.
+    The name alone is not enough: a link may be called "steering" too.
     """
     return owner.joint.steering is not None and name.endswith(".steering")
 
@@ -48,9 +48,9 @@ def check_source(frame: Frame, owners: dict[str, Frame]) -> None:
         hint = suggest(name, owners, "coordinates")
         raise InputError(f"'{frame.name}' follows '{name}', and there is none; {hint}")
     source = owners[name].joint
-    told = Source(source.model, source.follows, steers(owners[name], name))
+    candidate = Source(source.model, source.follows, steers(owners[name], name))
     assert follows is not None
-    if not follows.fits(told):
+    if not follows.fits(candidate):
         raise InputError(f"'{frame.name}' must follow {follows.wanted}, and '{name}' is none")
 
 

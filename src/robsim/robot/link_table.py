@@ -112,8 +112,8 @@ class LinkTable:
     @classmethod
     def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
         """Note the kind of joint, which determines the units of other values of the table."""
-        said = raw.get("joint", "fixed")
-        name = said.get("kind") if isinstance(said, Mapping) else said
+        joint = raw.get("joint", "fixed")
+        name = joint.get("kind") if isinstance(joint, Mapping) else joint
         kind = KINDS.get(name) if isinstance(name, str) else None
         return c.knowing(joint=kind and _bare(kind))
 

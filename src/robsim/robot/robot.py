@@ -28,9 +28,9 @@ from robsim.robot.tool import mounted
 class Robot(Kinematics):
     """A tree of links, of which the first is the base; it stands at `base` on the frame `on`.
 
-    `tip` is the link that is meant where none is named: the last one where nothing is said. `home`
-    is (nq,) or a mapping from the names of coordinates to values; what is not said is zero, or
-    what the limits allow next to it.
+    `tip` is the link that methods use by default: the last one, unless it is given. `home` is
+    (nq,) or a mapping from the names of coordinates to values; missing values are zero, or the
+    nearest that the limits allow.
 
     Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
     (metres) joints, seven for floating ones (position, unit quaternion x y z w), three for planar
@@ -119,7 +119,7 @@ class Robot(Kinematics):
         """Read a robot from a URDF file; the files that it refers to are not opened.
 
         path   of the file
-        tip    the link that is meant where none is named. None takes, of the links that joints
+        tip    the link that methods use by default. None takes, of the links that joints
                move and nothing hangs from, one called tcp, tool0, tool, ee, flange or the like,
                else the one behind the most joints; a FileWarning names all that would do as well
         home   (nq,) or {coordinate: value}, rad and m. None is zero, or what the limits allow
@@ -127,10 +127,10 @@ class Robot(Kinematics):
 
         Coordinates are called after the joints, in their order; a link has the name that it has
         there. Shapes are what is to be seen of a link, or what it collides by where nothing is;
-        opacities and textures are left out. What says how the robot moves is read strictly:
-        FileError tells all that is wrong, each with its line. Shapes and inertias that cannot be
-        used are left out, and long names shortened; one FileWarning tells where. FrameError: no
-        link is called `tip`. InputError: `home` does not fit the coordinates or their limits.
+        opacities and textures are left out. The kinematics are read strictly: FileError lists all
+        errors with their lines. Shapes and inertias that cannot be used are left out, and long
+        names shortened; one FileWarning lists where. FrameError: no link is called `tip`.
+        InputError: `home` does not fit the coordinates or their limits.
 
         >>> Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="planar").to_urdf("planar.urdf")
         >>> Robot.from_urdf("planar.urdf", home={"link2": 0.5}).home
@@ -140,7 +140,7 @@ class Robot(Kinematics):
 
         robot, found = urdf.read(path, lambda name, links, end: cls(name, links, tip=end))
         if tip is None and found.others:
-            warnings.warn(f"{path}: {found.told}", FileWarning, stacklevel=2)
+            warnings.warn(f"{path}: {found.warning}", FileWarning, stacklevel=2)
         if tip is None and home is None:
             return robot
         return replace(robot, tip=found.name if tip is None else tip, home=home)
@@ -149,8 +149,8 @@ class Robot(Kinematics):
         """Write a URDF file, from which the same links, poses, limits and inertias can be read.
 
         Where the base stands, home, and the `n` of circles are not written. A link beside the axis
-        of its joint (as with DH rows) takes a second one, "elbow.axis", which is gone again when
-        RobSim reads the file. A camera body becomes two boxes. A link that moves and weighs
+        of its joint (as with DH rows) takes a second one, "elbow.axis", which RobSim removes again
+        when it reads the file. A camera body becomes two boxes. A link that moves and weighs
         nothing gets 1 g and 1e-6 kg m^2, so that simulators take it. InputError: rails, vehicles
         and what follows by other than Mimic, which the format cannot express, by name.
         """

@@ -26,8 +26,8 @@ TOOLS = (
     "flange",
 )
 PALMS = {"gripper", "hand", "palm"}  # what fingers stand on
-MOST_TOLD = 8  # candidates that a warning lists
-FILLING = {"link", "frame", "left", "right", "l", "r"}  # words that say nothing of the kind
+MOST_LISTED = 8  # candidates that a warning lists
+FILLING = {"link", "frame", "left", "right", "l", "r"}  # words without a meaning here
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class Tip:
     others: tuple[str, ...] = ()
 
     @property
-    def told(self) -> str:
+    def warning(self) -> str:
         """The text of a warning about the choice."""
-        listed = ", ".join(f"'{name}'" for name in self.others[:MOST_TOLD])
-        more = len(self.others) - MOST_TOLD
+        listed = ", ".join(f"'{name}'" for name in self.others[:MOST_LISTED])
+        more = len(self.others) - MOST_LISTED
         rest = f" and {more} more" if more > 0 else ""
         return (
             f"the tip is taken to be '{self.name}', and could as well be {listed}{rest}; "

@@ -42,7 +42,7 @@ class Tree:
         # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
         self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
-        self._moves_of: dict[str, jacobians.Moves] = {}  # a frame, once it was asked for
+        self._moves_of: dict[str, jacobians.Moves] = {}  # by frame, computed once
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:

@@ -154,13 +154,13 @@ class Blends(Value):
             corner = each(self.corner, "corner", axes)
         way = np.diff(self.points, axis=0)
         seconds = np.asarray((np.abs(way) / speed).max(axis=1))
-        lacks = _lacks(way, seconds, acceleration, corner)
+        shortages = _shortages(way, seconds, acceleration, corner)
         for _ in range(ROUNDS):
-            if (lacks <= ENOUGH).all():
+            if (shortages <= ENOUGH).all():
                 break
-            seconds = seconds * np.sqrt(lacks)
-            lacks = _lacks(way, seconds, acceleration, corner)
-        seconds = seconds * np.sqrt(lacks.max())  # all by one factor: then everything fits
+            seconds = seconds * np.sqrt(shortages)
+            shortages = _shortages(way, seconds, acceleration, corner)
+        seconds = seconds * np.sqrt(shortages.max())  # all by one factor: then everything fits
         change, tau = _blends(way, seconds, acceleration)
         middle = 0.5 * tau[0] + np.concatenate([[0.0], np.cumsum(seconds)])
         return Plan(frozen(change), frozen(tau), frozen(middle))
@@ -173,7 +173,7 @@ def _blends(way: Array, seconds: Array, acceleration: Array) -> tuple[Array, Arr
     return change, (np.abs(change) / acceleration).max(axis=1)
 
 
-def _lacks(way: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
+def _shortages(way: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
     """Return the square of the factor (m - 1,) >= 1 by which each segment is too short.
 
     Where blends do not fit into a segment, its neighbours are made longer as well: if all times

@@ -46,10 +46,10 @@ class Pace:
     def __post_init__(self) -> None:
         given = [each.name for each in fields(self) if getattr(self, each.name) is not None]
         if ("duration" in given) == (len(given) > ("duration" in given)):
-            told = " and ".join(given) or "nothing"
+            listed = " and ".join(given) or "nothing"
             raise InputError(
                 "give either duration, or speed and acceleration, turn and turn_acceleration, or "
-                f"both pairs of limits; got {told}"
+                f"both pairs of limits; got {listed}"
             )
         check_fields(self)
         for name in ("speed", "turn"):

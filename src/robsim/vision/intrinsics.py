@@ -60,11 +60,11 @@ class Intrinsics(Spec):
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         before = c.problems.seen
-        said = {key: c.at(key).tried(KEYS[key], table[key]) for key in KEYS if key in table}
+        values = {key: c.at(key).tried(KEYS[key], table[key]) for key in KEYS if key in table}
         if c.problems.seen > before:
             return MISSING
         try:
-            return _matrix(said, c.facts["own"].get("size"))
+            return _matrix(values, c.facts["own"].get("size"))
         except InputError as error:
             c.blame(error)
             return MISSING
@@ -100,18 +100,18 @@ class Intrinsics(Spec):
         return [(key, f"{spec.words()}: {MEANINGS[key]}") for key, spec in KEYS.items()]
 
 
-def _matrix(said: Mapping[str, Any], size: Any) -> list[list[float]]:
-    parts = [key for key in PARTS if key in said]
-    if "K" in said:
+def _matrix(values: Mapping[str, Any], size: Any) -> list[list[float]]:
+    parts = [key for key in PARTS if key in values]
+    if "K" in values:
         if parts:
             raise InputError(f"K and {', '.join(parts)}: give K alone, or focal and its companions")
-        return [list(row) for row in said["K"]]
-    if "focal" not in said:
+        return [list(row) for row in values["K"]]
+    if "focal" not in values:
         raise InputError(
             "focal is missing: give K = [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] "
             "or focal = [fx, fy], in pixels"
         )
-    if "center" not in said and size is None:
+    if "center" not in values and size is None:
         raise InputError("center is missing: give it, or size, whose middle it then is")
-    (fx, fy), (cx, cy) = said["focal"], said.get("center") or [(n - 1) / 2 for n in size or ()]
-    return [[fx, said.get("skew", 0.0), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+    (fx, fy), (cx, cy) = values["focal"], values.get("center") or [(n - 1) / 2 for n in size or ()]
+    return [[fx, values.get("skew", 0.0), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]

@@ -109,9 +109,9 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
 
     From the singular value decomposition of H (Faugeras and Lustman 1988; in this form Ma, Soatto,
     Kosecka and Sastry 2004, section 5.3.3). H may have any positive scale. `points` (..., N, 2)
-    are normalised points of the plane in camera a, by which `in_front` is told; the centre of the
-    image by default. InputError for an H without inverse or with a negative determinant, which no
-    motion before one side of a plane gives; NaN where H is NaN.
+    are normalised points of the plane in camera a, for which `in_front` is determined; the centre
+    of the image by default. InputError for an H without inverse or with a negative determinant,
+    which no motion in front of one side of a plane gives; NaN where H is NaN.
 
     >>> found = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
     >>> np.round(found.translations[found.in_front], 9) + 0.0

@@ -35,7 +35,7 @@ class PoseEstimate(Value):
     `covariance` (..., 6, 6) of the twist (v, omega) in camera axes that leads from the estimate to
     the truth, m and rad, to first order. NaN where there is none.
 
-    `ambiguous` (...) is true where the image does not tell the pose: no pose was found; or the
+    `ambiguous` (...) is true where the image does not determine the pose: no pose was found; or the
     other minimum is not a hundred times less likely; or the standard deviation of the target's
     depth is above a third of it. The odds are exp((E2 - E1) / (2 sigma^2)) with E the squared
     errors, and where sigma is unknown (E2 / E1)^(N - 3): sigma integrated out (Jeffreys's prior)
@@ -111,7 +111,7 @@ def estimate_pose(
     T, squares = all_minima(p, u.reshape(-1, len(p), 2), camera)
     variance = _variance(squares[:, 0], len(p), sigma)
     covariance = _covariance(p, T[:, 0], camera) * variance[:, None, None]
-    sure = _told_apart(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
+    sure = _is_distinct(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
     with np.errstate(over="ignore"):  # of a target beyond measure
         T[..., 3] *= size
         covariance[:, :3] *= size
@@ -177,7 +177,7 @@ def _covariance(p: Array, T: Array, camera: Camera) -> Array:
     return out
 
 
-def _told_apart(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_]:
+def _is_distinct(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_]:
     """Return whether (B) the best minimum is by ODDS more likely than the next."""
     first, second = squares[:, 0], squares[:, 1]
     alone = np.isinf(second)

@@ -24,8 +24,8 @@ STEPS = 4  # of Gauss-Newton: to rounding where the noise is half a pixel, to 1e
 class Triangulation(Value):
     """Points (..., N, 3) in left camera axes, metres, and covariance (..., N, 3, 3) in m^2.
 
-    NaN in both where the images do not tell how far a point is: rays that are parallel, or that
-    part from each other, or a pixel that is NaN.
+    Both are NaN where the images do not determine the depth: for rays that are parallel or diverge,
+    or for a pixel that is NaN.
     """
 
     points: Array

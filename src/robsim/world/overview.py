@@ -14,7 +14,7 @@ MOST = 12  # lines of a text
 
 
 def text(scene: Scene) -> str:
-    """Return a line for each robot, object and camera, up to twelve, and the number of the rest."""
+    """Return a line for each robot, object and camera: up to twelve, then the total number."""
     lines = [f"{kind} '{name}' on {on}: {what}" for kind, name, on, what in _rows(scene)]
     more = [f"... ({len(lines)} in all)"] if len(lines) > MOST else []
     return "\n  ".join(["<Scene", *lines[:MOST], *more]) + ">"

@@ -48,7 +48,7 @@ class Mesh(Primitive):
 
     `filename` is "package://name/..." or a name relative to the folder of the model's file; it
     may climb one folder, to that of the package, and no further. `scale` is along x, y and z.
-    What a mesh weighs is not known: the link says that.
+    The mass of a mesh is not known: the link gives it.
 
     >>> Mesh("package://arm/meshes/elbow.stl").vertices.shape
     (0, 3)

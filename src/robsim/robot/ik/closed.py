@@ -7,7 +7,7 @@ spherical wrists, Int. J. Robotics Research 5(2), 1986), or axis 4 is parallel t
 5 is square to it, and there are no more (R. J. Schilling, Fundamentals of Robotics, 1990, section
 3.5: the Rhino).
 
-Everything is said in the axes that joint 1 carries: z along axis 1, y along axis 2. In their plane
+All quantities are in the axes that joint 1 carries: z along axis 1, y along axis 2. In their plane
 x, z a point is the complex number z + i x, so a turn by t about y is the factor exp(i t).
 """
 
@@ -25,7 +25,7 @@ from robsim.geometry.pose import as_pose, homogeneous
 from robsim.robot.ik.numeric import Arm
 from robsim.robot.joint import LIMIT_SLACK
 
-TRUE = 1e-9  # metres or radians by which axes may miss what is asked of them
+TRUE = 1e-9  # metres or radians by which axes may deviate from such a geometry
 ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is stretched
 
 

@@ -74,7 +74,7 @@ def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
     target = _target(arm, mask)
     found = _searched(arm, target, goals, first, effort)
     if np.isfinite(arm.limits).any():
-        _tell_limits(arm, target, goals, found, effort)
+        _explain_by_limits(arm, target, goals, found, effort)
     return _result(found, lead)
 
 
@@ -94,7 +94,7 @@ def _searched(
     return in_chunks(job, goals.shape[-1], effort.threads)
 
 
-def _tell_limits(
+def _explain_by_limits(
     arm: Arm, target: ik_step.Target, goals: Array, found: kernels.Found, effort: Effort
 ) -> None:
     """Set whether failures are due to the limits, by a search without limits."""

@@ -48,13 +48,13 @@ class Findings:
         if self.errors:
             raise FileError("\n".join(self.errors)) from None
 
-    def tell(self) -> None:
+    def warn(self) -> None:
         """Emit one FileWarning if there were oddities: the first of each kind, and other lines."""
         if self.oddities:
             kinds = list(self.oddities.values())
             more = sum(map(len, kinds[SHOWN:]))
             rest = [f"{self.source}: and {more} more"] if more else []
-            text = "\n".join([*map(_told, kinds[:SHOWN]), *rest])
+            text = "\n".join([*map(_message, kinds[:SHOWN]), *rest])
             warnings.warn(text, FileWarning, stacklevel=4)  # where Robot.from_urdf is called
 
     def _line(self, element: Element, text: str) -> str:
@@ -62,7 +62,7 @@ class Findings:
         return line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
 
 
-def _told(found: list[tuple[int, str]]) -> str:
+def _message(found: list[tuple[int, str]]) -> str:
     """Return the message for the first oddity of a kind, with the lines of the others."""
     (_, first), *others = found
     if not others:

@@ -41,8 +41,8 @@ def write_mjcf(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -
     meshes = [k.name for k in links if any(isinstance(shape, Mesh) for shape in k.shapes)]
     if meshes:
         listed = ", ".join(meshes[:9])
-        told = f"{path}: meshes are left out, which MuJoCo would open: those of {listed}"
-        warnings.warn(told, FileWarning, stacklevel=3)  # where Robot.to_mjcf is called
+        message = f"{path}: meshes are left out, which MuJoCo would open: those of {listed}"
+        warnings.warn(message, FileWarning, stacklevel=3)  # where Robot.to_mjcf is called
 
 
 def _tops(links: Sequence[Link]) -> Iterator[tuple[str, Pose | None]]:

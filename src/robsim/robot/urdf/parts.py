@@ -99,7 +99,7 @@ def colors(robot: Element, findings: Findings) -> dict[str, str]:
     """Return the colours of all materials with a name, wherever they are defined."""
     drawn = [v for k in children(robot, "link") for v in k.children if v.tag in _DRAWN]
     found = {}
-    for owner in (*drawn, robot):  # what the robot says counts
+    for owner in (*drawn, robot):  # materials of the robot take precedence
         for material in children(owner, "material"):
             color = _own_color(material, findings)
             name = material.attributes.get("name")

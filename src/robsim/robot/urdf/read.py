@@ -28,7 +28,7 @@ MOST_MIMICS = 256
 def read(path: str | os.PathLike[str], build: Build[R]) -> tuple[R, Tip]:
     """Return what `build` makes of a file, and the choice of the robot's tip.
 
-    FileError with all that is wrong, one line each; a FileWarning tells what is odd.
+    FileError lists all errors, one on each line; a FileWarning lists the oddities.
     """
     root = parsed(path)
     findings = Findings(str(path))
@@ -41,17 +41,17 @@ def read(path: str | os.PathLike[str], build: Build[R]) -> tuple[R, Tip]:
         robot = build(name, tuple(links), tip.name)
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
-    findings.tell()
+    findings.warn()
     return robot, tip
 
 
 def _tip(root: Element, links: Sequence[Link], findings: Findings) -> Tip:
     """Return the tip that our writer put into the file, or the one that the links suggest."""
-    said = child(root, "robsim")
-    name = None if said is None else needed(said, "tip", findings)
+    element = child(root, "robsim")
+    name = None if element is None else needed(element, "tip", findings)
     names = [link.name for link in links]
-    if said is not None and name is not None and name not in names:
-        findings.error(said, f"tip: no link {name!r:.80}; {hint(name, names)}")
+    if element is not None and name is not None and name not in names:
+        findings.error(element, f"tip: no link {name!r:.80}; {hint(name, names)}")
     findings.stop()
     return find_tip(links) if name is None else Tip(name)
 
@@ -68,7 +68,7 @@ def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
     links = _links(drawn, colors(root, findings), findings)
     hinges = [h for each in joints if (h := hinge(each, tails, findings)) is not None]
     if not links or len(links) + len(hinges) < len(drawn) + len(joints):
-        findings.stop()  # how they hang together cannot be said
+        findings.stop()  # their tree cannot be checked
     order = _hung(root, links, hinges, findings)
     findings.stop()
     assert name is not None

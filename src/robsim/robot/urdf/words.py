@@ -1,8 +1,8 @@
 """The vocabulary of URDF files: the allowed attributes and elements, and names.
 
-After the specification at https://wiki.ros.org/urdf/XML. What is misspelt is an error; what is
-unknown otherwise is told and left out; extensions that are known to have no say in kinematics,
-and whatever has a prefix as in "drake:", are left out silently.
+It follows the specification at https://wiki.ros.org/urdf/XML. Misspelt words are errors; other
+unknown words are left out with a warning; known extensions that do not affect kinematics, and
+words with a prefix as in "drake:", are left out without one.
 """
 
 from __future__ import annotations
