@@ -19,7 +19,7 @@ class Value:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
-            _freeze(value)  # copies are values too
+            _freeze(value)  # copies must be read-only too
         self.__dict__.update(state)
 
     def __getstate__(self) -> dict[str, Any]:

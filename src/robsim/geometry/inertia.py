@@ -15,7 +15,7 @@ from robsim.declare import Quantity, Vector
 from robsim.declare.spec import Context
 from robsim.geometry.pose import one_pose
 
-SLACK = 1e-9  # of the trace, by which rounding may break the triangle inequality
+SLACK = 1e-9  # fraction of the trace by which rounding may break the triangle inequality
 
 
 MOMENTS = Vector("inertia")

@@ -33,7 +33,7 @@ class Pose:
     __slots__ = ("frames", "matrix")
     matrix: Array
     frames: tuple[str, str] | None
-    __array_ufunc__ = None  # so that array @ Pose is left to us
+    __array_ufunc__ = None  # so that array @ Pose calls __rmatmul__
 
     def __init__(self, matrix: Any, frames: tuple[str, str] | None = None):
         T = numbers(as_matrix(matrix), "pose", (4, 4))

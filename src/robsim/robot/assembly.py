@@ -87,7 +87,7 @@ class Assembly:
         body, own = len(self.bodies), joint.parts
         q, v = self.first[frame.name]
         iq, iv = (q if own.coordinates else -1), (v if own.velocities else -1)
-        ix = self.rows.get(frame.label, q)  # of several coordinates the first
+        ix = self.rows.get(frame.label, q)  # the first, where a joint has several coordinates
         which = bend = 0
         if joint.curve is not None:
             which, bend = self._curve(joint.curve), self.ratios
@@ -123,7 +123,7 @@ class Assembly:
         if joint.tied:
             root = self._root(frame)
             if root is None:
-                return  # it follows what no velocity moves: a steering angle
+                return  # its source is a steering angle, which no velocity moves
             iv, ratio = root, 1 + self.rows[frame.label] - self.nq
             moves = joint.model.moves
         for i, (turns, axis) in enumerate(moves):

@@ -102,7 +102,7 @@ def in_order(tied: list[Frame]) -> list[Frame]:
     source = {frame.label: frame.joint.follows.of for frame in tied}  # type: ignore[union-attr]
     depth: dict[str, int] = {}
     for first in source:
-        chain: dict[str, None] = {}  # a set in order
+        chain: dict[str, None] = {}  # an ordered set
         label = first
         while label in source and label not in depth:
             if label in chain:

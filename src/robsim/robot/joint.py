@@ -133,7 +133,7 @@ class Joint:
 
     def _check_kind(self) -> None:
         if self.model.code != kernels.OWN and KINDS.get(self.model.name) is type(self.model):
-            object.__setattr__(self, "kind", self.model.name)  # those of RobSim go by their names
+            object.__setattr__(self, "kind", self.model.name)  # built-in kinds are stored by name
         else:
             check_kind(self.model)
 

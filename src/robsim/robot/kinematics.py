@@ -34,7 +34,7 @@ class Kinematics(Value):
     def tree(self) -> Tree:
         """The kinematic tree of the robot alone, with its base link at the world frame."""
         base, *others = self.links
-        frames = [Frame(base.name, "world", FIXED)]  # where it stands is the scene's business
+        frames = [Frame(base.name, "world", FIXED)]  # the scene places the base
         return Tree([*frames, *(Frame(k.name, k.parent or "world", k.joint) for k in others)])
 
     @property

@@ -25,7 +25,7 @@ TOOLS = (
     "grasp_center",
     "flange",
 )
-PALMS = {"gripper", "hand", "palm"}  # what fingers stand on
+PALMS = {"gripper", "hand", "palm"}  # links that carry fingers
 MOST_LISTED = 8  # candidates that a warning lists
 FILLING = {"link", "frame", "left", "right", "l", "r"}  # words without a meaning here
 

@@ -17,7 +17,7 @@ from robsim.declare.spec import Context
 from robsim.trajectory.limits import Acceleration, Coordinates, Each, Limits, Speed, each, per_axis
 from robsim.trajectory.timing import checked_times
 
-ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # of making segments longer where something does not fit
+ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # rounds of making segments longer; a factor that fits
 
 
 class Plan(NamedTuple):
@@ -160,7 +160,7 @@ class Blends(Value):
                 break
             seconds = seconds * np.sqrt(shortages)
             shortages = _shortages(way, seconds, acceleration, corner)
-        seconds = seconds * np.sqrt(shortages.max())  # all by one factor: then everything fits
+        seconds = seconds * np.sqrt(shortages.max())  # one factor for all, so that all fit
         change, tau = _blends(way, seconds, acceleration)
         middle = 0.5 * tau[0] + np.concatenate([[0.0], np.cumsum(seconds)])
         return Plan(frozen(change), frozen(tau), frozen(middle))

@@ -14,7 +14,7 @@ from robsim.base.values import Value
 from robsim.trajectory.straight import Straight
 from robsim.trajectory.timing import checked_times
 
-MEETS = 1e-6  # metres, and entries of rotations, by which one may end beside the start of the next
+MEETS = 1e-6  # metres, and entries of rotations: the largest gap between two parts
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,7 +41,7 @@ class Timing:
 
     def at(self, t: Any) -> Shares:
         """Return shares (..., n), or (..., 1) where all axes are alike, at times t (...)."""
-        T = np.where(self.seconds > 0, self.seconds, 1.0)  # what takes no time does not move
+        T = np.where(self.seconds > 0, self.seconds, 1.0)  # axes that need no time do not move
         u = np.asarray(np.clip(np.asarray(t, dtype=float) / T, 0.0, 1.0))
         u = np.where(t >= self.seconds, 1.0, u)[..., None]
         found = quintic(u) if self.ramp is None else trapezoid(u, self.ramp)
@@ -83,7 +83,7 @@ def fastest(way: Array, speed: Any, acceleration: Any) -> tuple[Array, Array]:
     T = d/v + v/a where the limit of the speed is reached, d >= v^2/a, and 2 sqrt(d/a) where not:
     the trapezoid is a triangle then (Siciliano et al. 2009, section 4.2.1).
     """
-    with np.errstate(invalid="ignore"):  # of a limit that is infinite
+    with np.errstate(invalid="ignore"):  # for infinite limits
         long = way * acceleration > np.multiply(speed, speed)
         climb = np.where(long, np.divide(speed, acceleration), np.sqrt(way / acceleration))
         seconds = np.where(long, way / speed + climb, 2.0 * climb)

@@ -24,7 +24,7 @@ from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
 
-TINY = 1e-30  # a coefficient of the lens polynomial below is none
+TINY = 1e-30  # smaller coefficients of the lens polynomial count as zero
 
 PIXELS = Whole(1, 1_000_000)
 

@@ -12,7 +12,7 @@ from robsim.base.errors import InputError
 from robsim.kernels import camera as kernels
 from robsim.vision.camera import Camera
 
-LARGEST = 1e100  # metres or pixels: what is squared must still be a number
+LARGEST = 1e100  # metres or pixels: its square must be finite
 
 
 def measured(pixels: ArrayLike, what: str, camera: Any, count: int | str = "N") -> Array:

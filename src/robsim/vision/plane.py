@@ -12,10 +12,10 @@ from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.geometry.pose import common_lead
 
-RANK = 1e-10  # of the largest singular value: what is below does not count
-ASIDE = 1e100  # points so far off are none
-CLOSE = 1e-100  # points so close together are one
-STILL = 1e-10  # of the distance of the plane: a translation below is none
+RANK = 1e-10  # relative to the largest singular value: smaller ones count as zero
+ASIDE = 1e100  # points farther off count as missing
+CLOSE = 1e-100  # points closer together count as one
+STILL = 1e-10  # relative to the distance of the plane: a smaller translation counts as none
 
 
 def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
@@ -62,7 +62,7 @@ def _linear(a: Array, b: Array) -> Array:
     ]
     _, s, Vt = np.linalg.svd(np.concatenate(rows, axis=1), full_matrices=False)
     N = Vt[:, -1].reshape(-1, 3, 3)
-    sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where a line or a point becomes none
+    sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where H is singular
     H = np.linalg.inv(Tb) @ N @ Ta
     middle = np.linalg.svd(H, compute_uv=False)[:, 1]
     forward = (_with_one(b) * (_with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))

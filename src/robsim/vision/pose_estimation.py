@@ -17,11 +17,11 @@ from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, pixel_rates
 from robsim.vision.pose_minima import all_minima, in_camera
 
-LINE = 1e-9  # of their size: marks that leave a line by less are on it
+LINE = 1e-9  # relative to their size: marks within this distance of a line count as on it
 SMALLEST = 1e-50  # metres
-ROUNDING = 1e-9  # pixels: a smaller rms error is rounding
-ODDS = 100.0  # to one: the best minimum is sure where the next is as unlikely as this
-DEEP = 1 / 3  # of the depth: a larger standard deviation leaves it open
+ROUNDING = 1e-9  # pixels: a smaller rms error counts as rounding
+ODDS = 100.0  # to one: the odds from which the best minimum counts as certain
+DEEP = 1 / 3  # relative to the depth: a larger standard deviation makes it ambiguous
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,7 +112,7 @@ def estimate_pose(
     variance = _variance(squares[:, 0], len(p), sigma)
     covariance = _covariance(p, T[:, 0], camera) * variance[:, None, None]
     sure = _is_distinct(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
-    with np.errstate(over="ignore"):  # of a target beyond measure
+    with np.errstate(over="ignore"):  # for extremely large targets
         T[..., 3] *= size
         covariance[:, :3] *= size
         covariance[:, :, :3] *= size

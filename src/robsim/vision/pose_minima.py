@@ -13,13 +13,13 @@ from robsim.vision.image import normalised
 from robsim.vision.orthography import mirrored, orthographic_poses
 from robsim.vision.three_marks import three_marks_poses
 
-POINT = 1e-12  # normalised: an image no larger is one point
-ASIDE = 1e8  # normalised: what is so far from the axis is no image
-SAME = 1e-3  # radians, and of the distance: nearer minima are one
-EXACT = 1e-6  # pixels: what three marks' minima may leave over and still be poses of theirs
+POINT = 1e-12  # normalised: an image of this size or less counts as a point
+ASIDE = 1e8  # normalised: points farther from the axis count as missing
+SAME = 1e-3  # radians, and relative to the distance: closer minima count as one
+EXACT = 1e-6  # pixels: the residual up to which a minimum of three marks counts as exact
 CHUNK = 32  # poses that are refined together
-ROUNDS = 10  # of 30 updates; a start on the wrong side of a thick far target takes some
-ARRIVED = 1e-9  # radians, and of the distance: a round that moves a pose by less is its last
+ROUNDS = 10  # rounds of 30 updates; a start on the wrong side of a thick far target takes several
+ARRIVED = 1e-9  # radians, and relative to the distance: a smaller change ends the refinement
 
 
 def all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
@@ -30,7 +30,7 @@ def all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
     x = normalised(u, camera)
     T, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
     seen = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)  # no NaN
-    with np.errstate(all="ignore"):  # a start that is not finite leads nowhere
+    with np.errstate(all="ignore"):  # starts that are not finite are replaced
         T[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
     return T, squares
 
@@ -39,7 +39,7 @@ def _minima(p: Array, x: Array, u: Array, camera: Camera) -> tuple[Array, Array]
     """Return the minima T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4), the best first."""
     T = _refined(p, x, _starts(p, x))
     squares = _squares(p, T, u, camera)
-    if len(p) == 3:  # exact poses, or what is nearest to one
+    if len(p) == 3:  # exact poses, or the nearest to one
         exact = squares.min(1, keepdims=True) + 2 * len(p) * EXACT**2
         squares = np.where(squares <= exact, squares, np.inf)
     T, squares = _sorted(T, squares)

@@ -16,8 +16,8 @@ from robsim.kernels import stereo as kernels
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
 
-RCOND = 1e-12  # what moves the images so little is not seen
-STEPS = 4  # of Gauss-Newton: to rounding where the noise is half a pixel, to 1e-11 at three
+RCOND = 1e-12  # relative to the largest singular value: smaller ones count as zero
+STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of half a pixel, to 1e-11 for three
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ def wrong_camera(
     K, factor = np.array(eye.camera.K), numbers(focal, "focal (a factor)", ())
     if factor.shape not in ((), (2,)) or not (factor > 0).all():
         raise InputError(f"focal: expected one factor above 0, or two, got {focal!r:.80}")
-    with np.errstate(over="ignore"):  # the camera refuses what is not finite
+    with np.errstate(over="ignore"):  # the camera refuses numbers that are not finite
         K[[0, 1], [0, 1]] *= factor
     shift = numbers(center, "center (pixels)", (2,))
     if shift.ndim != 1:
@@ -86,7 +86,7 @@ def wrong_target(thing: Object, size: Any, marks: Any, place: Any) -> Object:
         raise InputError(
             f"marks of '{thing.name}': expected shape {thing.marks.shape}, got {believed.shape}"
         )
-    with np.errstate(over="ignore"):  # the object refuses what is not finite
+    with np.errstate(over="ignore"):  # the object refuses numbers that are not finite
         believed = positive(size, "size (a factor)") * believed
     return replace(thing, marks=believed, pose=_moved(thing.pose, place, "place"))
 

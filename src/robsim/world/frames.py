@@ -15,7 +15,7 @@ from robsim.robot.robot import Robot
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 
-MOST_LINKS = 1024  # of all robots of a scene
+MOST_LINKS = 1024  # total over all robots of a scene
 
 
 def frames_of(
@@ -57,7 +57,7 @@ def _fixed(pose: Pose) -> Joint:
 def check_frames(raw: Mapping[str, Any], parts: Mapping[str, Any], c: Context) -> None:
     """Report parts on a frame that does not exist, at their keys in the text."""
     if any(kind in raw and kind not in parts for kind in ("robots", "objects", "cameras")):
-        return  # some of them are wrong already
+        return  # some parts have been reported already
     robots = parts.get("robots", ())
     frames = ["world", *(f"{robot.name}.{link.name}" for robot in robots for link in robot.links)]
     if len(frames) > MOST_LINKS:

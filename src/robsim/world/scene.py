@@ -29,7 +29,7 @@ from robsim.world.object import MOST_MARKS, Object
 from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
 
-MOST = 64  # things of one kind
+MOST = 64  # parts of one kind
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whol
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
 
-AT_ONCE = 1e-9  # seconds: the time of an image, step * dt - latency, is rounded by less
-MOST = 1e15  # control periods: an image that is never followed by another
+AT_ONCE = 1e-9  # seconds: rounding of the time of an image, step * dt - latency, is smaller
+MOST = 1e15  # control periods: so long that no other image follows
 MARK = Whole(0, 10_000)
 PIXELS = Number(least=0, unit="px")
 SHARE = Number(least=0, below=1)

@@ -53,7 +53,7 @@ class Curve:
         >>> Arc(2.0, -np.pi).bends
         (-0.5, 0.0)
         """
-        lowest = self.pieces[:, 0] - self.pieces[:, 6]  # point of a catenary: it bends most there
+        lowest = self.pieces[:, 0] - self.pieces[:, 6]  # of a catenary: it bends most there
         bends = self.curvature(np.clip(lowest, 0.0, self.length))
         bends = np.concatenate([[0.0], self.pieces[:, 4], bends[self.pieces[:, 5] > 0]])
         return float(bends.min()), float(bends.max())

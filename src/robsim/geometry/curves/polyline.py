@@ -51,7 +51,7 @@ class Polyline(Curve):
             i = int(np.argmin(lengths))
             raise InputError(f"points {i} and {i + 1} of a polyline are one: {self.points[i]}")
         turns = _wrapped(np.diff(directions))
-        cut = self.radius * np.abs(np.tan(0.5 * turns))  # what each corner takes of its sides
+        cut = self.radius * np.abs(np.tan(0.5 * turns))  # removed at each corner from its sides
         before, after = np.r_[0.0, cut], np.r_[cut, 0.0]
         rest = lengths - before - after
         if (rest < 0).any():

@@ -7,7 +7,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 
-MOST_POINTS = 4096  # of a circle
+MOST_POINTS = 4096  # in a circle
 
 
 def circle(radius: float, n: int) -> Array:

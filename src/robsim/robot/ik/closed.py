@@ -26,7 +26,7 @@ from robsim.robot.ik.numeric import Arm
 from robsim.robot.joint import LIMIT_SLACK
 
 TRUE = 1e-9  # metres or radians by which axes may deviate from such a geometry
-ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is stretched
+ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is fully stretched
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     axes = _axes(arm)
     centre = _check(axes, arm.link)
     goals = pose.reshape(-1, 4, 4)
-    with np.errstate(invalid="ignore", divide="ignore"):  # NaN is what is not there
+    with np.errstate(invalid="ignore", divide="ignore"):  # NaN marks solutions that do not exist
         angles = _angles(axes, centre, goals)
     q = np.broadcast_to(arm.home, (*angles.shape[:2], len(arm.home))).copy()
     q[..., axes.rows] = _folded(angles, arm.limits[axes.rows])
@@ -124,7 +124,7 @@ def _check(axes: _Axes, link: str) -> Array:
         return np.asarray(p[4])
     if not (_is_square(h[3], h[4]) and _is_square(h[4], h[5])):
         raise _no(link, "axes 4 and 6 are square to axis 5")
-    centre = np.asarray(p[3] + h[3] * (h[3] @ (p[4] - p[3])))  # of 4 the point nearest to 5
+    centre = np.asarray(p[3] + h[3] * (h[3] @ (p[4] - p[3])))  # of axis 4, nearest to axis 5
     apart = max(float(np.linalg.norm(np.cross(centre - p[i], h[i]))) for i in (4, 5))
     if apart > TRUE:
         raise _no(link, f"axes 4, 5 and 6 meet in one point: they miss it by {apart:.3g} m")
@@ -150,15 +150,15 @@ def _angles(axes: _Axes, centre: Array, goals: Array) -> Array:
     """Return the angles (b, solutions, n) of all branches; NaN, or wrong, where there is none."""
     h, p = axes.h, axes.p
     base = np.stack([np.cross(h[1], h[0]), h[1], h[0]])  # rows: x, y, z that joint 1 carries
-    turned = goals[:, :3, :3] @ axes.T[:3, :3].T  # from where the link is at zero
+    turned = goals[:, :3, :3] @ axes.T[:3, :3].T  # rotation from the link's orientation at q = 0
     at = np.einsum("bij,j->bi", turned, centre - axes.T[:3, 3]) + goals[:, :3, 3]
-    C, c = (at - p[0]) @ base.T, base @ (centre - p[0])  # at the pose, and at zero
+    C, c = (at - p[0]) @ base.T, base @ (centre - p[0])  # at the pose, and at q = 0
     A, B = _planar(base @ (p[1] - p[0])), _planar(base @ (p[2] - p[0]))
     spare = turned @ h[4] @ base.T if len(h) == 5 else np.zeros_like(C)
     found = []
     for shoulder in (0, 1):
         q1 = _base_angle(C, c[1], spare, shoulder)
-        rest = _about_z(-q1) @ base @ turned  # what the other joints have to do, in x, y, z
+        rest = _about_z(-q1) @ base @ turned  # the rotation left to the other joints, in x, y, z
         along = _planar(np.einsum("bij,bj->bi", _about_z(-q1), C)) - A
         for elbow in (0, 1):
             if len(h) == 5:
@@ -235,7 +235,7 @@ def _six(
     for sign in (1.0, -1.0):
         q5 = np.arctan2(sign * across, aim @ h4) - zero
         q4 = np.arctan2(sign * (aim @ np.cross(h4, side)), sign * (aim @ side))
-        q4 = np.where(across > ROUNDING, q4, 0.0)  # axes 4 and 6 are one: their sum counts
+        q4 = np.where(across > ROUNDING, q4, 0.0)  # axes 4 and 6 coincide: their sum counts
         left = _about(h5, -q5) @ _about(h4, -q4) @ M
         q6 = _angle_about(h6, h5, left @ h5)
         q3 = t3 * (axes.h[1] @ axes.h[2])

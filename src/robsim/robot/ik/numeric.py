@@ -20,10 +20,10 @@ from robsim.robot.ik.search import in_chunks, search
 from robsim.robot.tree import Tree
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
-FINEST = 1e-12  # metres or radians: less is rounding
-FARTHEST = 1e9  # metres or radians: more could overflow, and stands for no limit in files
-LIGHTEST = 1e-3  # of weights, against the heaviest: rows of less are not brought to a tolerance
-FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins where there is no limit
+FINEST = 1e-12  # metres or radians: smaller errors are rounding
+FARTHEST = 1e9  # metres or radians: larger numbers could overflow; files use them for no limit
+LIGHTEST = 1e-3  # smallest weight relative to the largest: smaller ones could not reach a tolerance
+FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins, without limits
 
 
 class Arm(NamedTuple):

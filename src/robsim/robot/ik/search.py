@@ -31,7 +31,7 @@ def search(
     """Return the results for goals[3, 4, run], searched from q0[nq, run] and from the starts."""
     runs = goals.shape[-1]
     counts = (np.full(runs, value) for value in (kernels.ITERATIONS, 0, 0))
-    found = kernels.Found(q0.copy(), np.full(runs, np.inf), *counts)  # what overflows stays so
+    found = kernels.Found(q0.copy(), np.full(runs, np.inf), *counts)  # inf and NaN stay as they are
     given = goals, kernels.Starts(q0, *starts), tolerance, iterations
     if tree.compiled:
         kernels.solve(tree.joints, target, bounds, *given, found)

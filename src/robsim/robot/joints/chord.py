@@ -80,7 +80,7 @@ class Chord(Coupling):
 
     def constants(self, stand: Stand | None) -> tuple[float, float, float]:
         """Return length, radius, and the position of the third wheel."""
-        assert self.at is not None  # it was filled in
+        assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
 
     def check(self, name: str, curve: Curve) -> None:

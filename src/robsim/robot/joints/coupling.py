@@ -32,10 +32,10 @@ class Coupling:
     """The base class of all ways in which a coordinate follows another."""
 
     code: ClassVar[int] = -1  # of its kernel
-    tied: ClassVar[bool] = True  # whether the coordinate is no state of its own
-    limited: ClassVar[bool] = True  # whether limits of the coordinate are looked at
-    on_a_car: ClassVar[bool] = False  # whether it has to know where it stands on a car
-    on_a_curve: ClassVar[bool] = False  # whether it has to know the curve of its rail
+    tied: ClassVar[bool] = True  # whether the coordinate is not a state of its own
+    limited: ClassVar[bool] = True  # whether limits of the coordinate are checked
+    on_a_car: ClassVar[bool] = False  # whether it needs its position on a car
+    on_a_curve: ClassVar[bool] = False  # whether it needs the curve of its rail
     wanted: ClassVar[str] = "one coordinate of one joint, or a steering angle"
     of: str
 

@@ -43,7 +43,7 @@ class Floating(JointKind):
         size = np.linalg.norm(q[..., 3:], axis=-1, keepdims=True)
         if (np.abs(size - 1) > 1e-6).any():
             raise InputError(f"{what}: the quaternion of '{name}' must have length 1")
-        if (np.abs(size - 1) <= 1e-12).all():  # what is exact stays as it is
+        if (np.abs(size - 1) <= 1e-12).all():  # exact values stay as they are
             return q
         return np.concatenate([q[..., :3], q[..., 3:] / size], axis=-1)
 

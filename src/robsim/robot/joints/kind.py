@@ -10,7 +10,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.kernels import joints as kernels
 
-AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
+AROUND = 0.5  # metres either way of home, for joints without limits; angles have a full turn
 UNITS = "rad", "m", "1"
 
 

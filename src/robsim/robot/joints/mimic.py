@@ -53,6 +53,6 @@ class Mimic(Coupling):
         """
         if self.ratio == 0.0:
             return -np.inf, np.inf
-        with np.errstate(over="ignore"):  # a tiny ratio sets no limits
+        with np.errstate(over="ignore"):  # a tiny ratio gives infinite limits
             ends = (np.array(limits) - self.offset) / self.ratio + 0.0
         return float(ends.min()), float(ends.max())

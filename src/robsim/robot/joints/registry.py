@@ -18,7 +18,7 @@ JOINTS = family("joint kind")
 for _kind in (Fixed, Revolute, Prismatic, Floating, Planar, Unicycle, Car, Rail):
     register("joint kind")(_kind)
 KINDS = JOINTS.kinds
-SINGLE = tuple(name for name, kind in KINDS.items() if kind().single)  # of one coordinate
+SINGLE = tuple(name for name, kind in KINDS.items() if kind().single)  # kinds with one coordinate
 
 
 def kind_of(given: object) -> JointKind:

@@ -20,7 +20,7 @@ class Rolling(Coupling):
     0.1
     """
 
-    tied: ClassVar[bool] = False  # it remembers how far it has rolled
+    tied: ClassVar[bool] = False  # its angle is a state, integrated from the motion
     radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:

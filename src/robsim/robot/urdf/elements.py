@@ -9,7 +9,7 @@ from xml.parsers import expat
 
 from robsim.base.errors import FileError
 
-LARGEST_FILE = 4_000_000  # bytes; the largest robots that people publish take a tenth of it
+LARGEST_FILE = 4_000_000  # bytes; the largest published robots take a tenth of it
 MOST_PARTS = 100_000  # elements and attributes
 DEEPEST = 64  # elements inside each other
 

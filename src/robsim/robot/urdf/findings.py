@@ -12,7 +12,7 @@ MOST = 50  # errors after which a file is not read further
 MOST_ODDITIES = 1000
 SHOWN = 10  # kinds of oddities that one warning lists
 LONGEST = 600  # characters of a line
-_GIVEN = re.compile(r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?")  # what differs between two of a kind
+_GIVEN = re.compile(r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?")  # what differs within a kind
 
 
 class Findings:

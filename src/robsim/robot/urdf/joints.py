@@ -23,7 +23,7 @@ KINDS: dict[str, Kind] = {
     "floating": "floating",
     "planar": "planar",
 }
-UNIT_AXIS = 1e-3  # how far the length of an axis may be from 1, as rounded numbers are
+UNIT_AXIS = 1e-3  # how far the length of an axis may be from 1, as numbers are rounded
 SHORTEST_AXIS = 1e-6
 
 
@@ -137,7 +137,7 @@ def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[flo
     if span is None:
         return None
     lower, upper = span
-    if -lower == upper == LARGEST:  # what our writer puts where there are none
+    if -lower == upper == LARGEST:  # our writer's values for no limits
         return None
     if lower == upper or (lower <= -LARGEST and upper >= LARGEST):
         findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")

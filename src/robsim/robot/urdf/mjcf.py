@@ -19,7 +19,7 @@ from robsim.robot.urdf.solids import plain, rgba
 from robsim.robot.urdf.text import Text, spaced
 from robsim.robot.urdf.write import check
 
-LEAST = 1e-12  # kg m^2, of the moments of a body
+LEAST = 1e-12  # kg m^2, the least moment of a body
 _PRODUCTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
 
 

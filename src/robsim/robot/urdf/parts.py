@@ -24,9 +24,9 @@ from robsim.robot.urdf.words import (
     needed_child,
 )
 
-# what writers give to links that move and weigh nothing, so that simulators accept them
+# our writers' inertia of moving links without mass, so that simulators accept them
 TOKEN = Inertia(1e-3, tensor=1e-6 * np.eye(3))
-LETTERS = {  # of the chapter, as MATLAB shows them
+LETTERS = {  # the letters of the chapter, as MATLAB shows them
     "k": "#000000",
     "w": "#ffffff",
     "r": "#ff0000",

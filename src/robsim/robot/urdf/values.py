@@ -14,8 +14,8 @@ from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.words import XACRO, child, needed
 
-LARGEST = 1e9  # of a number, so that no product of poses overflows
-LONGEST = 64  # characters of a number
+LARGEST = 1e9  # largest number, so that no product of poses overflows
+LONGEST = 64  # characters in a number
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 

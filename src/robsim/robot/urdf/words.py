@@ -34,7 +34,7 @@ WORDS = {
         ("link", "joint", "material", "robsim"),
         ("gazebo", "transmission", "sensor", "ros2_control", "mujoco"),
     ),
-    "robsim": Word(("tip",)),  # ours, which other programs leave out
+    "robsim": Word(("tip",)),  # our own element, which other programs ignore
     "link": Word(
         ("name", "type"),
         ("inertial", "visual", "collision"),
@@ -64,10 +64,10 @@ WORDS = {
     "parent": Word(("link",)),
     "child": Word(("link",)),
 }
-MEANS_MORE = {"quat_xyzw": "rpy"}  # what must not be left out, and what is read instead
+MEANS_MORE = {"quat_xyzw": "rpy"}  # unknown words that matter, and the known ones to use
 SEVERAL = ("link", "joint", "visual", "collision", "material")
 XACRO = 'an expression of xacro; expand the file first: "xacro in.xacro > out.urdf"'
-AXIS, TAIL = ".axis", ".tail"  # what our writer adds to the name of a link beside its axis
+AXIS, TAIL = ".axis", ".tail"  # suffixes that our writer adds to the name of a link beside its axis
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
 
 

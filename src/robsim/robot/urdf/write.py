@@ -24,7 +24,7 @@ from robsim.robot.urdf.text import Text, spaced
 from robsim.robot.urdf.values import LARGEST, frame_of, rpy_of
 from robsim.robot.urdf.words import AXIS, TAIL
 
-ON_AXIS = 1e-14  # metres beside the axis of a joint that rounding may put its link
+ON_AXIS = 1e-14  # metres by which rounding may put a link beside the axis of its joint
 
 
 def write(name: str, links: Sequence[Link], tip: str, path: str | os.PathLike[str]) -> None:
