@@ -201,7 +201,7 @@ def test_a_bad_tolerance_of_a_feature_is_named(tolerance, message):
 
 TASK = {
     "gain": [
-        (0, "gain must be a positive number per second or Adaptive", "got 0"),
+        (0, "gain (per second) must be a positive number", "got 0"),
         (-1, "got -1"),
         (NAN, "gain must be a positive number per second", "got nan"),
         (INF, "gain must be a positive number per second", "got inf"),
@@ -410,9 +410,9 @@ VALUES = {
     "image of no size": (lambda: rs.Camera(K, (0, 480)), "(width, height) in whole pixels, got"),
     "distortion": (lambda: rs.Camera(K, distortion=(1, 2, 3)), "0, 4 (k1 k2 p1 p2), 5"),
     "chapter": (lambda: rs.Camera.from_chapter(0, 1, 1, 0, 0, 0), "f must be a positive number"),
-    "block": (lambda: rs.Block(0, 1, 1), "Block length must be a positive number, got 0"),
-    "block with a unit": (lambda: rs.Block("5 cm", 1, 1), "Block length: expected a number"),
-    "wheel": (lambda: rs.Wheel(1, 1, n=2), "Wheel n must be a whole number of at least 3, got 2"),
+    "block": (lambda: rs.Block(0, 1, 1), "block length must be a positive number (m), got 0"),
+    "block with a unit": (lambda: rs.Block("5 cm", 1, 1), "block length: expected a number"),
+    "wheel": (lambda: rs.Wheel(1, 1, n=2), "wheel n must be a whole number from 3 to 4096, got 2"),
     "marks": (lambda: rs.Object("dots", marks=[1, 2, 3]), "marks of 'dots': expected shape"),
     "marks nan": (lambda: rs.Object("dots", marks=[[0, 0, NAN]]), "nan at index (0, 2)"),
     "two of one name": (
@@ -426,11 +426,14 @@ VALUES = {
     "frame of a pose": (lambda: lift().pose("lift.lin1"), "did you mean 'lift.link1'? frames:"),
     "points of a view": (lambda: lift().view(points=[1, 2]), "points: expected shape (..., N, 3)"),
     "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace"),
-    "truncation": (lambda: rs.PseudoInverse(2), "rcond must be below 1, got 2"),
+    "truncation": (
+        lambda: rs.PseudoInverse(2),
+        "rcond must be a number above 0 and below 1, got 2",
+    ),
     "damping": (lambda: rs.DampedInverse(0), "damping must be a positive number, got 0"),
     "length of a law": (
         lambda: rs.CameraLaw(-1),
-        "characteristic length must be a positive number",
+        "camera law length must be a positive number",
     ),
     "computed goal": (lambda: rs.GoalPose(2 * np.eye(4)), "not a rotation"),
     "unit": (lambda: rs.units.parse("5 cm", "angle"), "expected one number with a unit of angle"),
@@ -1047,7 +1050,7 @@ def test_collinear_marks_are_told_for_a_computed_goal_too():
         (lambda: rs.Experiment.from_text("schema = 1", set=5), "5: expected key=value"),
         (lambda: rs.replay(simulate([START.q], duration=0.2).isel(run=[])), "it has no rows"),
         (lambda: simulate(dt=2.0, duration=1.0), "dt 2 s is longer than the duration 1 s"),
-        (lambda: rs.Wheel(1, 1, 5000), "at most 4096"),
+        (lambda: rs.Wheel(1, 1, 5000), "from 3 to 4096"),
     ],
 )
 def test_it_is_refused_in_words(wrong, words):

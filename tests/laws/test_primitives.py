@@ -226,7 +226,8 @@ def test_a_size_is_a_positive_number(make, what, bad):
 @pytest.mark.parametrize("n", [2, 0, -3, 3.5, "8", None, True])
 def test_a_wheel_has_at_least_three_points(n):
     with pytest.raises(
-        InputError, match="wheel n(: expected a number| must be a whole number from 3 to 4096), got"
+        InputError,
+        match=r"wheel n(: expected a number| must be a whole number from 3 to 4096), got",
     ):
         Wheel(1, 1, n)
 

@@ -1,1 +1,1 @@
-"""What every room builds on: arrays, errors, names, units and values."""
+"""The modules that all others build on: arrays, errors, names, units and values."""

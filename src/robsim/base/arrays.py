@@ -1,4 +1,4 @@
-"""The boundary between a user's run-first arrays and the kernels' run-last ones."""
+"""Conversion between a user's arrays, whose first axes are the runs, and the kernels', run last."""
 
 import math
 from typing import Any, TypeVar
@@ -15,7 +15,7 @@ T = TypeVar("T", bound=np.generic)
 def numbers(
     value: ArrayLike, what: str, shape: tuple[int | str, ...], *, gaps: bool = False
 ) -> Array:
-    """A finite float64 copy whose last axes have `shape` (a word stands for any size).
+    """Return a finite float64 copy whose last axes have `shape` (a word stands for any size).
 
     InputError names `what` if it is not numeric, not finite, or of another shape. With `gaps`,
     NaN may stand for what is not there.
@@ -43,31 +43,34 @@ def numbers(
 
 
 def frozen(array: NDArray[T]) -> NDArray[T]:
-    """The same array, read-only."""
+    """Return the same array, made read-only."""
     array.flags.writeable = False
     return array
 
 
 def runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
-    """(..., a, b) with `axes` trailing axes -> contiguous (a, b, run)."""
+    """Return an array (..., a, b) of `axes` trailing axes as a contiguous one (a, b, run)."""
     lead, tail = array.shape[: array.ndim - axes], array.shape[array.ndim - axes :]
     flat = array.reshape(math.prod(lead), *tail)
     return np.ascontiguousarray(np.moveaxis(flat, 0, -1))
 
 
 def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
-    """(a, b, run) -> contiguous (*lead, a, b)."""
+    """Return an array (a, b, run) as a contiguous one (*lead, a, b)."""
     first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
     return first.reshape(*lead, *array.shape[:-1])
 
 
 def some_runs(array: NDArray[T], chosen: NDArray[Any]) -> NDArray[T]:
-    """Contiguous copy (..., some) of an array with the run last."""
+    """Return a contiguous copy (..., some) of the chosen runs of an array with the run last."""
     return np.ascontiguousarray(array[..., chosen])
 
 
 def length(array: Array) -> Array:
-    """Euclidean length over the first axis, term by term: the same bits for any batch."""
+    """Return the Euclidean length over the first axis, summed term by term.
+
+    The order of the terms is fixed, so that the bits are the same for any number of runs.
+    """
     square = np.zeros(array.shape[1:])
     for row in array:
         square += row * row
@@ -79,26 +82,26 @@ _RUN_LAST = [tuple(np.roll(range(n), -1).tolist()) for n in range(5)]
 
 
 def first_view(array: NDArray[T]) -> NDArray[T]:
-    """(a, b, run) -> a view (run, a, b)."""
+    """Return a view (run, a, b) of an array (a, b, run)."""
     return array.transpose(_RUN_FIRST[array.ndim])
 
 
 def shown_view(array: NDArray[T]) -> NDArray[T]:
-    """(a, b, run) -> a read-only view (run, a, b): the user sees it, the loop goes on with it."""
+    """Return a read-only view (run, a, b), for the user, of an array (a, b, run)."""
     return frozen(first_view(array))
 
 
 def last_view(array: NDArray[T]) -> NDArray[T]:
-    """(run, a, b) -> a view (a, b, run), which is contiguous if the array was such a view."""
+    """Return a view (a, b, run) of an array (run, a, b); it is contiguous if that was a view."""
     return array.transpose(_RUN_LAST[array.ndim])
 
 
 def one_or_each(
     value: Any, what: str, owner: str, *, zero: bool = False
 ) -> float | tuple[float, ...]:
-    """One positive number for all, or one for each owner; with `zero`, not below 0.
+    """Return one positive number for all, or a tuple of one for each owner.
 
-    InputError names `what` and the owner.
+    With `zero`, 0 is allowed too. InputError names `what` and the owner.
     """
     given = numbers(value, what, ())
     fits = (given >= 0 if zero else given > 0).all()
@@ -111,7 +114,7 @@ def one_or_each(
 
 
 def positive(value: Any, what: str) -> float:
-    """A finite number above zero, or an InputError that names `what`."""
+    """Return a finite number above zero, or raise an InputError that names `what`."""
     number = numbers(value, what, ())
     if number.ndim or not number > 0:
         raise InputError(f"{what} must be a positive number, got {value!r}")
@@ -119,7 +122,7 @@ def positive(value: Any, what: str) -> float:
 
 
 def not_negative(value: Any, what: str) -> float:
-    """A finite number from zero on, or an InputError that names `what`."""
+    """Return a finite number of at least zero, or raise an InputError that names `what`."""
     number = numbers(value, what, ())
     if number.ndim or number < 0:
         raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
@@ -127,7 +130,7 @@ def not_negative(value: Any, what: str) -> float:
 
 
 def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
-    """A whole number from `low` on, or an InputError that names `what`."""
+    """Return a whole number of at least `low`, or raise an InputError that names `what`."""
     number = numbers(value, what, ())
     if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
         raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")

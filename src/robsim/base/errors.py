@@ -1,4 +1,4 @@
-"""What can go wrong before or around a run. A run that goes wrong is data: see `Outcome`.
+"""The errors that are raised before or around a run; one inside a run is data, see `Outcome`.
 
 RobSimError
 ├── InputError (also a ValueError)   something given is not usable
@@ -19,31 +19,31 @@ from typing import Any
 
 
 class RobSimError(Exception):
-    """Every error that RobSim raises on purpose."""
+    """The base class of every error that RobSim raises on purpose."""
 
 
 class InputError(RobSimError, ValueError):
-    """Something given is not usable; the message says what was expected and what exists."""
+    """An input is not usable; the message says what was expected and what exists."""
 
 
 class UnitError(InputError):
-    """A quantity without a unit, or with the unit of something else."""
+    """A quantity has no unit, or a unit of another dimension."""
 
 
 class FrameError(InputError):
-    """Two poses that do not meet in a frame, or a frame that does not exist."""
+    """The frames of two poses do not match, or a frame does not exist."""
 
 
 class GoalError(InputError):
-    """A goal that the camera cannot see or the robot cannot take."""
+    """The camera cannot see a goal, or the robot cannot reach it."""
 
 
 class FileError(InputError):
-    """A file that cannot be read, understood or written."""
+    """A file cannot be read, understood or written."""
 
 
 class Interrupted(RobSimError):
-    """The user stopped the simulation; `run` is the Dataset of what was done."""
+    """The user stopped the simulation; `run` is the Dataset of what was done until then."""
 
     def __init__(self, message: str, run: Any):
         super().__init__(message)
@@ -59,11 +59,11 @@ class UnitWarning(UserWarning):
 
 
 class FileWarning(UserWarning):
-    """A file was read, but for some of it: the message says, line by line, what and how."""
+    """A file was read in part: the message says, line by line, what was left out or changed."""
 
 
 def suggest(name: object, exists: Iterable[str], kind: str) -> str:
-    """The end of a message about an unknown name: the nearest one, and all that exist.
+    """Return the end of a message on an unknown name: the nearest name, and all that exist.
 
     >>> suggest("tol", ["base", "tool"], "frames")
     "did you mean 'tool'? frames: base, tool"

@@ -1,4 +1,4 @@
-"""Tables and lists for notebooks; every text is escaped."""
+"""Tables and lists in HTML for notebooks, with every text escaped."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def table(
 
 
 def _row(kind: str, cells: Sequence[object]) -> str:
-    told = "".join(f'<{kind} style="{_CELL}">{_lines(cell)}</{kind}>' for cell in cells)
-    return f"<tr>{told}</tr>"
+    columns = "".join(f'<{kind} style="{_CELL}">{_lines(cell)}</{kind}>' for cell in cells)
+    return f"<tr>{columns}</tr>"
 
 
 def _lines(text: object) -> str:

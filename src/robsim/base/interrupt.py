@@ -1,4 +1,4 @@
-"""Ctrl-C, put off while something is finished."""
+"""Ctrl-C, delayed until a piece of work is finished."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 @contextmanager
 def undisturbed() -> Iterator[list[Any]]:
-    """Ctrl-C does not disturb what is inside; it is put into the list, for the caller to obey."""
+    """Delay Ctrl-C within a `with` block: each one is put into the list that is yielded."""
     came: list[Any] = []
     if threading.current_thread() is not threading.main_thread():
         yield came

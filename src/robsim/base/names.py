@@ -1,4 +1,4 @@
-"""Names of robots, links, cameras and objects."""
+"""The check of the names of robots, links, cameras and objects."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}")
 
 
 def checked_name(name: object, what: str) -> str:
-    """A name that is safe in files, figures and paths, or an InputError."""
+    """Return a name that is safe in files, figures and paths, or raise an InputError."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
             f"{what} {name!r}: a name starts with a letter and has up to {LONGEST_NAME} letters, "

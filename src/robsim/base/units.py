@@ -1,4 +1,4 @@
-"""Units at the doors: inside everything is metres, radians and seconds.
+"""Quantities with units in texts; all values in Python are in metres, radians and seconds.
 
 >>> 22.86 * cm, round(90 * deg, 6)
 (0.2286, 1.570796)

@@ -1,4 +1,4 @@
-"""Values that hold arrays: equal when all their fields are, and usable as keys."""
+"""Values that hold arrays: equal when all their fields are equal, and hashable."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Value:
-    """For frozen dataclasses with `eq=False`, whose own comparison fails on arrays."""
+    """A base of frozen dataclasses with `eq=False`, compared and hashed with their arrays."""
 
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and self._key() == other._key()
@@ -19,7 +19,7 @@ class Value:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
-            _freeze(value)  # copies are values too
+            _freeze(value)  # copies must be read-only too
         self.__dict__.update(state)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def _freeze(value: Any) -> None:
 
 
 def hashable(value: Any) -> Any:
-    """Return what stands for a value in comparisons: arrays by their shape and bytes."""
+    """Return a hashable stand-in of a value for comparisons: arrays by their shape and bytes."""
     if isinstance(value, dict):
         return tuple((key, hashable(part)) for key, part in sorted(value.items()))
     if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""What a camera measures and a controller regulates."""
+"""The visual features that a controller regulates."""
 
 from robsim.features.depth import LogDepth as LogDepth
 from robsim.features.ellipse import Ellipse as Ellipse

@@ -1,4 +1,4 @@
-"""The depth of the marks against that at the goal."""
+"""The depth of the marks relative to that at the goal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.kernels import point_features as kernels
 @register("feature", "log_depth")
 @dataclass(frozen=True, eq=False)
 class LogDepth(Declared):
-    """The logarithm of each mark's depth over that at the goal, s = (log(Z1/Z1_goal), ...).
+    """The logarithm of each mark's depth over its depth at the goal, s = (log(Z1/Z1_goal), ...).
 
     L = [0, 0, -1/Z, -y, x, 0] (Malis, Chaumette and Boudet 1999, where the ratio of the depths
     comes from a homography). Until a goal is given Z_goal is a metre. A mark that is not in front
@@ -36,11 +36,11 @@ class LogDepth(Declared):
     measures_depth: ClassVar[bool] = True
 
     def towards(self, goal: Observation) -> LogDepth:
-        """The same, relative to the depths at the goal."""
+        """Return the feature relative to the depths at the goal."""
         return replace(self, Z_goal=frozen(goal.depth_last.copy()))
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, N)."""
+        """Return s (B, N)."""
         Z = seen.depth_last
         metre = frozen(np.ones((Z.shape[0], 1)))
         s = np.empty(Z.shape)
@@ -48,7 +48,7 @@ class LogDepth(Declared):
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, N, 6)."""
+        """Return the interaction matrix L (B, N, 6)."""
         x = seen.points_last
         L = np.empty((x.shape[0], 6, x.shape[-1]))
         kernels.log_depth_interaction(x, seen.depth_last, L)

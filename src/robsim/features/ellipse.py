@@ -42,12 +42,12 @@ class Ellipse(Declared):
     least_marks: ClassVar[int] = 5
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 5)."""
+        """Return s (B, 5)."""
         centre, mu = _fitted(seen)
         return first_view(np.concatenate([centre, mu[3:6]]))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 5, 6)."""
+        """Return the interaction matrix L (B, 5, 6)."""
         centre, mu = _fitted(seen)
         R, L = np.empty((6, 6, mu.shape[1])), np.empty((5, 6, mu.shape[1]))
         region_rates(region_plane(seen), centre, mu, R)
@@ -56,7 +56,7 @@ class Ellipse(Declared):
 
 
 def _fitted(seen: Observation) -> tuple[Array, Array]:
-    """Centre (2, B) and moments up to order 3 of the ellipse, per unit of its area."""
+    """Return centre (2, B) and moments up to order 3 of the ellipse, divided by its area."""
     x = seen.points_last
     centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3, x.shape[2]))
     kernels.ellipse(x, centre, mu)

@@ -1,4 +1,4 @@
-"""A feature: how a vector s and its interaction matrix come from what a camera observes."""
+"""The protocol of features, and the observation from which they are computed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Tolerance = Annotated[
 
 @dataclass(eq=False)  # not frozen: one is made in every step
 class Observation:
-    """What the controller knows of N marks at one instant, for B runs.
+    """The controller's knowledge of N marks at one instant, for B runs.
 
     Names that end in `_last` are in the kernels' layout, the run last; the properties beside them
     are run-first views of the same numbers, for features written in plain NumPy.
@@ -44,27 +44,27 @@ class Observation:
 
     @property
     def pixels(self) -> Array:
-        """(B, N, 2) measured pixels (column, row)."""
+        """The measured pixels (B, N, 2) = (column, row)."""
         return shown_view(self.pixels_last)
 
     @property
     def points(self) -> Array:
-        """(B, N, 2) normalised image points (x, y): undistorted, at unit depth."""
+        """The normalised image points (B, N, 2) = (x, y), undistorted, at unit depth."""
         return shown_view(self.points_last)
 
     @property
     def depth(self) -> Array:
-        """(B, N) depths in metres, as the controller believes them."""
+        """The depths (B, N) in metres, as the controller believes them."""
         return shown_view(self.depth_last)
 
     @property
     def pose(self) -> Array:
-        """T_c_o (B, 4, 4): the target in camera axes, estimated from the image and the model."""
+        """The pose T_c_o (B, 4, 4) of the target, estimated from the image and the model."""
         return homogeneous(self.pose_last)
 
     @cached_property
     def pose_last(self) -> Array:
-        """T_c_o (3, 4, B); from the image alone where the guess is behind the camera."""
+        """The pose T_c_o (3, 4, B); without the guess where that is behind the camera."""
         if self.model is None or self.guess_last is None:
             raise InputError("a pose needs the model of the target and a guess; here are none")
         T = np.empty(self.guess_last.shape)
@@ -78,13 +78,13 @@ class Observation:
 
     @classmethod
     def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:
-        """What a camera makes of pixels (N, 2, B) at depths (N, B) in metres."""
+        """Return an observation of pixels (N, 2, B) at depths (N, B) in metres by a camera."""
         points = np.empty_like(pixels)
         kernels.normalise(pixels, camera.K, camera.lens, camera.valid_radius, points)
         return cls(pixels, points, depth, camera.K, camera.lens)
 
     def some(self, marks: NDArray[np.int64]) -> Observation:
-        """What is known of some of the marks."""
+        """Return the observation of some of the marks, by number."""
         return replace(
             self,
             pixels_last=self.pixels_last[marks],
@@ -96,14 +96,14 @@ class Observation:
 
 
 def _from_image(model: Array, points: Array) -> Array:
-    """T_c_o (3, 4, B) without a guess, from normalised points (N, 2, B)."""
+    """Return T_c_o (3, 4, B) without a guess, from normalised points (N, 2, B)."""
     found = estimate_pose(model, runs_first(points), Camera(np.eye(3)))
     return runs_last(found.T_c_o[:, :3], 2)
 
 
 @runtime_checkable
 class Feature(Protocol):
-    """What anything must have to be servoed on: a user's class needs no base class.
+    """The protocol of a feature for visual servoing; a user's class needs no base class.
 
     `unit` is that of s, `tolerance` the largest |e| that counts as arrived. To give the same bits
     in any batch, compute element by element over the runs (see `robsim.testing.check_feature`).
@@ -118,11 +118,11 @@ class Feature(Protocol):
 
     @property
     def unit(self) -> str:
-        """Unit of s, such as "px" or "1"."""
+        """The unit of s, such as "px" or "1"."""
 
     @property
     def tolerance(self) -> float:
-        """A run has converged when max|e| is below this."""
+        """The tolerance: a run has converged when max|e| is below it."""
 
     def measure(self, seen: Observation) -> Array:
-        """Features s (B, k)."""
+        """Return the features s (B, k)."""

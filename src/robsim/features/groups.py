@@ -1,4 +1,4 @@
-"""Marks that are taken two by two, or four by four."""
+"""Marks in groups of two or of four."""
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
@@ -6,7 +6,7 @@ from robsim.features.feature import Observation
 
 
 def points_in_groups(seen: Observation, size: int, who: str) -> Array:
-    """Image points (N, 2, B), if N is a multiple of `size`; else InputError that names `who`."""
+    """Return image points (N, 2, B), or raise InputError if `size` does not divide N."""
     points = seen.points_last
     if not len(points) or len(points) % size:
         raise InputError(

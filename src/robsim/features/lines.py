@@ -1,4 +1,4 @@
-"""Straight lines in the image, and the points where parallel ones vanish."""
+"""Straight lines in the image, and vanishing points of parallel lines."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ class Lines(Declared):
     least_marks: ClassVar[int] = 2
 
     def towards(self, goal: Observation) -> Lines:
-        """The same, with theta near that at the goal."""
+        """Return the feature with theta within half a turn of that at the goal."""
         return replace(self, goal=frozen(last_view(self.measure(goal))))
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, N): two numbers for two marks."""
+        """Return s (B, N), two numbers for two marks."""
         x = points_in_groups(seen, 2, "Lines")
         s = np.empty((x.shape[0], x.shape[-1]))
         kernels.lines(x, s)
@@ -59,7 +59,7 @@ class Lines(Declared):
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, N, 6)."""
+        """Return the interaction matrix L (B, N, 6)."""
         x = points_in_groups(seen, 2, "Lines")
         L = np.empty((x.shape[0], 6, x.shape[-1]))
         kernels.lines_interaction(x, seen.depth_last, L)
@@ -69,7 +69,7 @@ class Lines(Declared):
 @register("feature", "vanishing_point")
 @dataclass(frozen=True)
 class VanishingPoint(Declared):
-    """Where the lines through marks 0, 1 and 2, 3 meet in the image, s = (x, y), normalised.
+    """The point where the lines through marks 0, 1 and 2, 3 meet, s = (x, y), normalised.
 
     The lines must be parallel in space. Then s is the image of their point at infinity, and L is
     that of a point with 1/Z = 0: it depends on rotation only,
@@ -92,12 +92,12 @@ class VanishingPoint(Declared):
     least_marks: ClassVar[int] = 4
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, N/2): two numbers for four marks."""
+        """Return s (B, N/2), two numbers for four marks."""
         p = self._intersections(seen)
         return first_view(p.reshape(-1, p.shape[-1]))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, N/2, 6)."""
+        """Return the interaction matrix L (B, N/2, 6)."""
         p = self._intersections(seen)
         L = np.empty((2 * p.shape[0], 6, p.shape[-1]))
         points.points_interaction(p, np.full((p.shape[0], p.shape[-1]), np.inf), L)

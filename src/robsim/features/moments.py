@@ -15,12 +15,12 @@ from robsim.kernels import moment_features as features
 from robsim.kernels import moments as kernels
 
 KINDS = ("points", "region")
-SKEWED = 0.1  # rho from which on third moments tell the head; a tilt of 0.6 rad makes up to 0.05
+SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
 F = TypeVar("F")
 
 
 def _moments(seen: Observation, of_marks: bool) -> tuple[Array, Array]:
-    """Centre (2, B) and centred moments up to what the rates of order 3 need."""
+    """Return the centre (2, B) and centred moments, as many as the rates of order 3 need."""
     x = seen.points_last
     centre = np.empty(x.shape[1:])
     mu = np.empty((kernels.ORDER_3 if of_marks else kernels.ORDER_4, x.shape[2]))
@@ -29,14 +29,14 @@ def _moments(seen: Observation, of_marks: bool) -> tuple[Array, Array]:
 
 
 def region_plane(seen: Observation) -> Array:
-    """(A, B, C) (3, B) of the plane 1/Z = A x + B y + C through the marks."""
+    """Return (A, B, C) (3, B) of the plane 1/Z = A x + B y + C through the marks."""
     ABC = np.empty((3, seen.points_last.shape[2]))
     kernels.plane(seen.points_last, seen.depth_last, ABC)
     return ABC
 
 
 def _rates(seen: Observation, of_marks: bool, centre: Array, mu: Array) -> Array:
-    """(10, 6, B): how the moments change with the motion of the camera."""
+    """Return the rates (10, 6, B) of the moments with the motion of the camera."""
     R = np.empty((kernels.ORDER_3, 6, mu.shape[1]))
     if of_marks:
         kernels.marks_rates(seen.points_last, seen.depth_last, centre, R)
@@ -47,7 +47,7 @@ def _rates(seen: Observation, of_marks: bool, centre: Array, mu: Array) -> Array
 
 @dataclass(frozen=True)
 class _Basic:
-    """s = (a, xg, yg, alpha) of a region or of marks."""
+    """The base of the features s = (a, xg, yg, alpha) of a region or of marks."""
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
@@ -55,7 +55,7 @@ class _Basic:
     of_marks: ClassVar[bool]
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 4)."""
+        """Return s (B, 4)."""
         centre, mu = _moments(seen, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic(self.of_marks, centre, mu, s)
@@ -64,19 +64,19 @@ class _Basic:
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 4, 6)."""
+        """Return the interaction matrix L (B, 4, 6)."""
         centre, mu = _moments(seen, self.of_marks)
         R, L = _rates(seen, self.of_marks, centre, mu), np.empty((4, 6, mu.shape[1]))
         features.basic_rates(self.of_marks, mu, R, L)
         return first_view(L)
 
     def towards(self, goal: Observation) -> Self:
-        """The same with alpha within a quarter turn of that at the goal."""
+        """Return the feature with alpha within a quarter turn of that at the goal."""
         return _with(self, alpha_goal=float(self.measure(goal)[0, 3]))
 
 
 def _with(feature: F, **values: Any) -> F:
-    """A copy that remembers the goal."""
+    """Return a copy of a feature with values of the goal."""
     new = copy.copy(feature)
     for name, value in values.items():
         object.__setattr__(new, name, value)
@@ -134,7 +134,7 @@ class PointMoments(_Basic):
 @register("feature", "decoupled_moments")
 @dataclass(frozen=True)
 class DecoupledMoments(Declared):
-    """Six moments, each for one motion of the camera: s = (xn, yn, an, Px, Py, alpha).
+    """Six moments, one for each motion of the camera, s = (xn, yn, an, Px, Py, alpha).
 
     an = Z* sqrt(a*/a), xn = an xg, yn = an yg in metres: for a goal parallel to the image their L
     has -1 on the diagonal of the translation and zeros beside it (Tahri and Chaumette 2005,
@@ -180,7 +180,7 @@ class DecoupledMoments(Declared):
         return self.of == "points"
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 6)."""
+        """Return s (B, 6)."""
         return first_view(self._measure(*_moments(seen, self.of_marks)))
 
     def _measure(self, centre: Array, mu: Array) -> Array:
@@ -193,14 +193,14 @@ class DecoupledMoments(Declared):
         return s
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 6, 6)."""
+        """Return the interaction matrix L (B, 6, 6)."""
         centre, mu = _moments(seen, self.of_marks)
         R, L = _rates(seen, self.of_marks, centre, mu), np.empty((6, 6, mu.shape[1]))
         features.decoupled_rates(self.of_marks, centre, mu, R, self._measure(centre, mu), L)
         return first_view(L)
 
     def towards(self, goal: Observation) -> DecoupledMoments:
-        """Return the same with a*, Z*, the orientation and the head of the goal."""
+        """Return the feature with a*, Z*, the orientation and the head of the goal."""
         centre, mu = _moments(goal, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic(self.of_marks, centre, mu, s)
@@ -211,12 +211,12 @@ class DecoupledMoments(Declared):
             A, B, C = region_plane(goal)[:, 0]
             with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
                 Z = float(1.0 / (A * x + B * y + C))
-        told = {"size_goal": size, "Z_goal": Z, "alpha_goal": alpha}
-        return _with(self, **told, head_goal=_head(mu, s[3]))
+        values = {"size_goal": size, "Z_goal": Z, "alpha_goal": alpha}
+        return _with(self, **values, head_goal=_head(mu, s[3]))
 
 
 def _head(mu: Array, alpha: Array) -> tuple[float, float]:
-    """The head of the first run; zero where it is too small to be told from a tilt."""
+    """Return the head of the first run, or zeros if a tilt could explain it."""
     h = np.empty((2, mu.shape[1]))
     features.head(mu, alpha, h)
     along, across = (float(value) for value in h[:, 0])

@@ -1,4 +1,4 @@
-"""The interaction matrix of any feature: its own, or found by moving the camera a little."""
+"""The interaction matrix of any feature: its own, or one by central differences."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNIT, PINHOLE = frozen(np.eye(3)), frozen(np.zeros(8))  # the camera of normalis
 
 
 def interaction(feature: Feature, seen: Observation) -> Any:
-    """L (B, k, 6), as the feature gives it or by central differences of what it measures.
+    """Return L (B, k, 6), the feature's own or by central differences of its measurement.
 
     The differences move the believed marks: normalised points at believed depths.
     """
@@ -26,7 +26,7 @@ def interaction(feature: Feature, seen: Observation) -> Any:
 
 
 def differences(feature: Feature, seen: Observation) -> Array:
-    """L (B, k, 6) by central differences of `measure` along the six motions of the camera."""
+    """Return L (B, k, 6) by central differences of `measure` along the six camera motions."""
     columns = []
     for axis in range(6):
         ahead, behind = (
@@ -38,7 +38,7 @@ def differences(feature: Feature, seen: Observation) -> Array:
 
 
 def moved(seen: Observation, axis: int, step: float) -> Observation:
-    """What would be seen had the camera moved by `step` along or about one of its axes.
+    """Return the observation after the camera moved by `step` along or about one of its axes.
 
     With T = exp(-step), the pose of the camera's old axes in its new ones, a point in camera axes
     becomes T X. A second camera is fixed to the first at B = `between`, so its T is B^-1 T B.
@@ -55,7 +55,7 @@ def moved(seen: Observation, axis: int, step: float) -> Observation:
 
 
 def _seen_from(B: Array, T: Array) -> Array:
-    """B^-1 T B: the motion T, written in axes that stand at B."""
+    """Return B^-1 T B: the motion T, expressed in axes at pose B."""
     back, product, out = np.empty_like(T), np.empty_like(T), np.empty_like(T)
     se3.inverse(B, back)
     se3.compose(T, B, product)
@@ -64,7 +64,7 @@ def _seen_from(B: Array, T: Array) -> Array:
 
 
 def _carried(seen: Observation, T: Array) -> Observation:
-    """What would be seen if everything in front of the camera moved by T (3, 4, B)."""
+    """Return the observation after everything in front of the camera moved by T (3, 4, B)."""
     x = seen.points_last
     X = np.empty((x.shape[0], 3, x.shape[-1]))
     carry(x, seen.depth_last, T, X)

@@ -15,7 +15,7 @@ from robsim.kernels import features as kernels
 @register("feature", "points")
 @dataclass(frozen=True)
 class Points(Declared):
-    """Normalised image points, s = (x1, y1, x2, y2, ...), undistorted.
+    """Normalised, undistorted image points, s = (x1, y1, x2, y2, ...).
 
     L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
 
@@ -30,12 +30,12 @@ class Points(Declared):
     unit: str = "1"
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 2N)."""
+        """Return s (B, 2N)."""
         x = seen.points_last
         return first_view(x.reshape(-1, x.shape[-1]))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 2N, 6)."""
+        """Return the interaction matrix L (B, 2N, 6)."""
         x = seen.points_last
         L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
         kernels.points_interaction(x, seen.depth_last, L)
@@ -61,14 +61,14 @@ class PixelPoints(Declared):
     unit: str = "px"
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 2N)."""
+        """Return s (B, 2N)."""
         x = seen.points_last
         s = np.empty((2 * x.shape[0], x.shape[-1]))
         kernels.to_pixels(x, seen.K, s)
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 2N, 6)."""
+        """Return the interaction matrix L (B, 2N, 6)."""
         x = seen.points_last
         L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
         kernels.points_interaction(x, seen.depth_last, L)

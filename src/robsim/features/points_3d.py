@@ -1,4 +1,4 @@
-"""Points in space, from their image and their depth."""
+"""Points in space, from their image and depth."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Points3D(Declared):
     measures_depth: ClassVar[bool] = True
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 3N), metres."""
+        """Return s (B, 3N) in metres."""
         return first_view(self._places(seen))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 3N, 6)."""
+        """Return the interaction matrix L (B, 3N, 6)."""
         X = self._places(seen)
         L = np.empty((X.shape[0], 6, X.shape[1]))
         kernels.points_3d_interaction(X, L)

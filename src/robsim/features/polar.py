@@ -16,7 +16,7 @@ from robsim.kernels import point_features as kernels
 @register("feature", "polar")
 @dataclass(frozen=True, eq=False)
 class Polar(Declared):
-    """Polar image points about the principal point, s = (rho1, theta1, rho2, theta2, ...).
+    """Polar coordinates of image points about the principal point, s = (rho1, theta1, ...).
 
     rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of
     the points turned by theta, its second row over rho:
@@ -40,11 +40,11 @@ class Polar(Declared):
     goal: Array | None = field(default=None, repr=False)  # (2N, 1) s there; set by `towards`
 
     def towards(self, goal: Observation) -> Polar:
-        """The same, with theta near that at the goal."""
+        """Return the feature with theta within half a turn of that at the goal."""
         return replace(self, goal=frozen(last_view(self.measure(goal))))
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 2N)."""
+        """Return s (B, 2N)."""
         x = seen.points_last
         s = np.empty((2 * x.shape[0], x.shape[-1]))
         kernels.polar(x, s)
@@ -53,7 +53,7 @@ class Polar(Declared):
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 2N, 6)."""
+        """Return the interaction matrix L (B, 2N, 6)."""
         x = seen.points_last
         L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
         points.points_interaction(x, seen.depth_last, L)

@@ -1,4 +1,4 @@
-"""The pose of the camera from the goal, in two parts: the features of position-based servoing."""
+"""The features of position-based servoing: rotation and translation of the camera from the goal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Form = Literal["goal", "camera"]
 
 @dataclass(frozen=True)
 class _PoseFeature:
-    """What is read from T_c_o, the estimated pose of the target, and from where the goal is."""
+    """The base of features of T_c_o, the estimated pose of the target, and of the goal."""
 
     uses_pose: ClassVar[bool] = True
     least_marks: ClassVar[int] = 3
@@ -33,13 +33,13 @@ class _PoseFeature:
         object.__setattr__(self, "T_goal_o", one_pose(self.T_goal_o, "T_goal_o"))
 
     def towards(self, goal: Observation) -> Self:
-        """The same, measured from the camera that has this view (of one run) of the target."""
+        """Return the feature relative to the camera with this view (of one run) of the target."""
         if not np.isfinite(goal.pose).all():
             raise GoalError("no pose of the target fits what is seen at the goal")
         return replace(self, T_goal_o=Pose(goal.pose[0]))
 
     def _from_goal(self, seen: Observation) -> Array:
-        """T_goal_c (3, 4, B): the pose of the camera in axes of the goal camera."""
+        """Return T_goal_c (3, 4, B), the pose of the camera in goal camera axes."""
         T_c_o = seen.pose_last
         T_c_goal, T_goal_c = np.empty_like(T_c_o), np.empty_like(T_c_o)
         se3.compose_constant(T_c_o, self._T_o_goal, T_c_goal)
@@ -54,7 +54,7 @@ class _PoseFeature:
 @register("feature", "theta_u")
 @dataclass(frozen=True)
 class ThetaU(_PoseFeature):
-    """Rotation vector of the camera from the goal camera, s = theta u of R_goal_c, in radians.
+    """The rotation vector of the camera in the goal camera, s = theta u of R_goal_c, in radians.
 
     `T_goal_o` is the pose of the target in the goal camera; `towards` takes it from the view at
     the goal. L = [0, L_w], see `robsim.kernels.pose_features.theta_u_interaction` (Malis,
@@ -71,11 +71,11 @@ class ThetaU(_PoseFeature):
     unit: str = "rad"
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 3)."""
+        """Return s (B, 3)."""
         return first_view(self._rotation_vector(seen))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 3, 6)."""
+        """Return the interaction matrix L (B, 3, 6)."""
         w = self._rotation_vector(seen)
         L = np.empty((3, 6, w.shape[-1]))
         kernels.theta_u_interaction(w, L)
@@ -92,7 +92,7 @@ class ThetaU(_PoseFeature):
 @register("feature", "translation")
 @dataclass(frozen=True)
 class Translation(_PoseFeature):
-    """Where the camera is from the goal, or the target from the camera, in metres.
+    """The position in metres of the camera in the goal camera, or of the target in the camera.
 
     form "goal": s = t_goal_c, the origin of the camera in axes of the goal camera, and
     L = [R_goal_c, 0]; with `ThetaU` the camera goes straight.
@@ -118,12 +118,12 @@ class Translation(_PoseFeature):
         check_fields(self)
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 3)."""
+        """Return s (B, 3)."""
         T = self._from_goal(seen) if self.form == "goal" else seen.pose_last
         return first_view(np.ascontiguousarray(T[:, 3]))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 3, 6)."""
+        """Return the interaction matrix L (B, 3, 6)."""
         L = np.empty((3, 6, seen.pose_last.shape[-1]))
         if self.form == "goal":
             kernels.camera_origin_interaction(self._from_goal(seen), L)

@@ -1,4 +1,4 @@
-"""Segments in the image, each between two marks."""
+"""Line segments in the image, each between two marks."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class Segments(Declared):
     least_marks: ClassVar[int] = 2
 
     def towards(self, goal: Observation) -> Segments:
-        """The same, with angles near those at the goal."""
+        """Return the feature with angles within half a turn of those at the goal."""
         return replace(self, goal=frozen(last_view(self.measure(goal))))
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 2N): four numbers for two marks."""
+        """Return s (B, 2N), four numbers for two marks."""
         x = points_in_groups(seen, 2, "Segments")
         s = np.empty((2 * x.shape[0], x.shape[-1]))
         kernels.segments(x, s)
@@ -55,7 +55,7 @@ class Segments(Declared):
         return first_view(s)
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 2N, 6)."""
+        """Return the interaction matrix L (B, 2N, 6)."""
         x = points_in_groups(seen, 2, "Segments")
         L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
         points.points_interaction(x, seen.depth_last, L)

@@ -16,7 +16,7 @@ from robsim.kernels import conics as kernels
 @register("feature", "sphere")
 @dataclass(frozen=True)
 class Sphere(Declared):
-    """A sphere about mark 0, s = (X, Y, Z) / radius of its centre in camera axes.
+    """The image of a sphere about mark 0, s = (X, Y, Z) / radius of its centre in camera axes.
 
     The outline of a sphere gives s: its direction is that of the cone of sight, and its length
     1 / sin of the angle at which the outline is seen. Here s is computed from the image and depth
@@ -39,7 +39,7 @@ class Sphere(Declared):
     measures_depth: ClassVar[bool] = True
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 3)."""
+        """Return s (B, 3)."""
         return first_view(self._measure(seen))
 
     def _measure(self, seen: Observation) -> Array:
@@ -48,7 +48,7 @@ class Sphere(Declared):
         return s
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 3, 6)."""
+        """Return the interaction matrix L (B, 3, 6)."""
         s = self._measure(seen)
         L = np.empty((3, 6, s.shape[1]))
         kernels.sphere_interaction(s, self.radius, L)

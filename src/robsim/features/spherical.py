@@ -1,4 +1,4 @@
-"""Bearings: image points on the unit sphere."""
+"""Image points on the unit sphere, as bearings."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class Spherical(Declared):
     unit: str = "1"
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 3N)."""
+        """Return s (B, 3N)."""
         return first_view(self._bearings(seen))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 3N, 6)."""
+        """Return the interaction matrix L (B, 3N, 6)."""
         s = self._bearings(seen)
         L = np.empty((s.shape[0], 6, s.shape[1]))
         kernels.bearings_interaction(s, seen.depth_last, L)

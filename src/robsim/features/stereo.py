@@ -1,4 +1,4 @@
-"""Points in space, seen by two cameras that are fixed to each other."""
+"""Points in space, seen by a pair of cameras that are fixed to each other."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ class StereoPoints(Declared):
     unit: str = "m"
 
     def measure(self, seen: Observation) -> Array:
-        """S (B, 3N)."""
+        """Return s (B, 3N)."""
         X = _triangulated(seen)
         return first_view(X.reshape(-1, X.shape[-1]))
 
     def interaction(self, seen: Observation) -> Array:
-        """L (B, 3N, 6)."""
+        """Return the interaction matrix L (B, 3N, 6)."""
         X = _triangulated(seen)
         L = np.empty((3 * X.shape[0], 6, X.shape[-1]))
         points_3d_interaction(X.reshape(-1, X.shape[-1]), L)
@@ -53,7 +53,7 @@ class StereoPoints(Declared):
 
 
 def _triangulated(seen: Observation) -> Array:
-    """X (N, 3, B) in axes of the first camera."""
+    """Return X (N, 3, B) in axes of the first camera."""
     if seen.other is None or seen.between_last is None:
         raise InputError("StereoPoints needs what a second camera sees; here is none")
     x = seen.points_last

@@ -1,1 +1,1 @@
-"""Poses, primitives, curves and inertia."""
+"""Poses, primitives, curves and inertias."""

@@ -10,7 +10,7 @@ Names = tuple[str, str]
 
 
 def checked_names(frames: Any) -> Names | None:
-    """Return two names as a tuple, or None for none; FrameError for anything else."""
+    """Return two names as a tuple, or None for None; raise FrameError for anything else."""
     named = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
     if frames is not None and not named:
         raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
@@ -18,7 +18,7 @@ def checked_names(frames: Any) -> Names | None:
 
 
 def joined_names(left: Names | None, right: Names | None) -> Names | None:
-    """Return the names of T_a_b @ T_b_c; FrameError where those in the middle differ."""
+    """Return the names of T_a_b @ T_b_c; raise FrameError if the inner ones differ."""
     if left is None or right is None:
         return None
     if left[1] != right[0]:

@@ -1,4 +1,4 @@
-"""Inertia: how heavy a rigid body is, where its centre of mass lies, how hard it is to turn."""
+"""The inertia of a rigid body: its mass, centre of mass and inertia tensor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robsim.declare import Quantity, Vector
 from robsim.declare.spec import Context
 from robsim.geometry.pose import one_pose
 
-SLACK = 1e-9  # of the trace, by which rounding may break the triangle inequality
+SLACK = 1e-9  # fraction of the trace by which rounding may break the triangle inequality
 
 
 MOMENTS = Vector("inertia")
@@ -23,7 +23,7 @@ MOMENTS = Vector("inertia")
 
 @dataclass(frozen=True)
 class InertiaTable:
-    """How a text says an inertia: the moments and products of the tensor."""
+    """The text form of an inertia: mass, centre, moments and products of the tensor."""
 
     mass: Annotated[float, Quantity(above=0, dimension="mass"), "What it weighs."]
     moments: Annotated[Any, MOMENTS, "ixx, iyy, izz about the centre of mass."]
@@ -31,7 +31,7 @@ class InertiaTable:
     products: Annotated[Any, MOMENTS, "ixy, ixz, iyz of the tensor."] = (0.0, 0.0, 0.0)
 
     def made(self, c: Context) -> Inertia:
-        """Return the inertia."""
+        """Return the inertia that the table describes."""
         tensor = np.diag(self.moments)
         for (i, j), product in zip(_PRODUCTS, self.products, strict=True):
             tensor[i, j] = tensor[j, i] = product
@@ -39,7 +39,7 @@ class InertiaTable:
 
     @classmethod
     def of(cls, value: Inertia, c: Context) -> InertiaTable:
-        """Return what says an inertia."""
+        """Return the table that describes an inertia."""
         products = tuple(value.tensor[i, j] for i, j in _PRODUCTS)
         return cls(value.mass, value.tensor.diagonal(), value.centre, products)
 
@@ -49,7 +49,7 @@ _PRODUCTS = (0, 1), (0, 2), (1, 2)
 
 @dataclass(frozen=True, eq=False)
 class Inertia(Value):
-    """Mass (kg), centre of mass (3,) in metres, and tensor (3, 3) in kg m^2.
+    """The mass (kg), centre of mass (3,) in metres, and inertia tensor (3, 3) in kg m^2.
 
     The tensor is taken about the centre of mass, in the axes of the frame that the centre is
     given in: the diagonal of a ball of radius r is 2/5 m r^2. InputError: what no body can have,
@@ -77,7 +77,9 @@ class Inertia(Value):
         put(self, "tensor", frozen((tensor + tensor.T) / 2))
 
     def __add__(self, other: Inertia) -> Inertia:
-        """Of two bodies that are one, in the same frame: each tensor about the common centre.
+        """Return the inertia of two bodies in the same frame that are joined rigidly.
+
+        Each tensor is taken about the common centre.
 
         Parallel axes (Goldstein, Classical Mechanics, section 5.3): about a point r away a tensor
         grows by m (r'r 1 - r r').
@@ -89,7 +91,7 @@ class Inertia(Value):
         return Inertia(mass, centre, self._about(centre) + other._about(centre))
 
     def at(self, pose: Any) -> Inertia:
-        """A copy moved by `pose`, rigidly.
+        """Return a copy that is moved rigidly by `pose`.
 
         >>> from robsim.geometry.pose import Pose
         >>> Inertia(1, (1, 0, 0), np.eye(3)).at(Pose.at(0, 2, 0)).centre
@@ -100,7 +102,7 @@ class Inertia(Value):
         return Inertia(self.mass, moved @ self.centre, R @ self.tensor @ R.T)
 
     def _about(self, point: Array) -> Array:
-        """The tensor about another point."""
+        """Return the tensor about another point."""
         r = self.centre - point
         grown: Array = self.tensor + self.mass * (r @ r * np.eye(3) - np.outer(r, r))
         return grown
@@ -114,7 +116,7 @@ def _array(value: ArrayLike, what: str, shape: tuple[int, ...]) -> Array:
 
 
 def _check_moments(tensor: Array) -> None:
-    """InputError unless some body could have this tensor."""
+    """Raise InputError unless a rigid body can have this tensor."""
     skew = np.abs(tensor - tensor.T).max()
     if skew > SLACK * np.abs(tensor).max():
         raise InputError(f"inertia tensor: not symmetric, by {skew:.3g} kg m^2")

@@ -1,4 +1,4 @@
-"""Poses: where one frame stands in another."""
+"""Poses of one frame in another, as rigid transforms."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.kernels import joints, se3
 
 
 class Pose:
-    """The pose of frame b in frame a, T_a_b: p_a = T_a_b @ p_b. One, or any batch of them.
+    """The pose of frame b in frame a, T_a_b with p_a = T_a_b @ p_b, or a batch of such poses.
 
     `matrix` is (..., 4, 4), read-only. Frame names are optional; where both poses of a product
     carry them they must meet: (a, b) @ (b, c).
@@ -34,7 +34,7 @@ class Pose:
     __slots__ = ("frames", "matrix")
     matrix: Array
     frames: tuple[str, str] | None
-    __array_ufunc__ = None  # so that array @ Pose is left to us
+    __array_ufunc__ = None  # so that array @ Pose calls __rmatmul__
 
     def __init__(self, matrix: Any, frames: tuple[str, str] | None = None):
         T = numbers(as_matrix(matrix), "pose", (4, 4))
@@ -52,9 +52,10 @@ class Pose:
         rotvec: ArrayLike | None = None,
         frames: tuple[str, str] | None = None,
     ) -> Pose:
-        """Position in metres; roll, pitch, yaw in radians as in URDF, R = Rz(y) Ry(p) Rx(r).
+        """Return a pose by position (metres) and roll, pitch, yaw (radians) as in URDF.
 
-        Or a rotation vector theta u instead of `rpy`. UnitWarning for what looks like degrees.
+        The rotation is R = Rz(yaw) Ry(pitch) Rx(roll), or that of a rotation vector theta u
+        (radians) where `rotvec` is given. UnitWarning for what looks like degrees.
 
         >>> Pose.at(0, 0, 1, rotvec=(0, 0, np.pi)).matrix[:3, 3]
         array([0., 0., 1.])
@@ -75,7 +76,7 @@ class Pose:
 
     @classmethod
     def exp(cls, twist: ArrayLike) -> Pose:
-        """The motion of a twist (..., 6) = (v, omega) held for one unit of time.
+        """Return the motion of a twist (..., 6) = (v, omega) that is held for one unit of time.
 
         >>> Pose.exp([1, 0, 0, 0, 0, 0]).position
         array([1., 0., 0.])
@@ -88,7 +89,7 @@ class Pose:
 
     @classmethod
     def from_quaternion(cls, position: ArrayLike, quaternion: ArrayLike) -> Pose:
-        """Position (..., 3) and unit quaternion (..., 4) = (x, y, z, w).
+        """Return a pose by position (..., 3) and unit quaternion (..., 4) = (x, y, z, w).
 
         >>> Pose.from_quaternion([0, 0, 1], [0, 0, 0, 1]).position
         array([0., 0., 1.])
@@ -107,17 +108,17 @@ class Pose:
 
     @property
     def position(self) -> Array:
-        """(..., 3), metres."""
+        """The position (..., 3) of the origin, in metres."""
         return self.matrix[..., :3, 3]
 
     @property
     def rotation(self) -> Array:
-        """(..., 3, 3)."""
+        """The rotation matrix (..., 3, 3)."""
         return self.matrix[..., :3, :3]
 
     @property
     def quaternion(self) -> Array:
-        """(..., 4) = (x, y, z, w) with w >= 0."""
+        """The unit quaternion (..., 4) = (x, y, z, w) with w >= 0."""
         T = runs_last(self.matrix[..., :3, :], 2)
         out = np.empty((4, T.shape[-1]))
         se3.rotation_to_quaternion(T, out)
@@ -125,7 +126,7 @@ class Pose:
 
     @property
     def rotvec(self) -> Array:
-        """(..., 3) rotation vector theta u, theta in [0, pi]."""
+        """The rotation vector theta u (..., 3) in radians, with theta in [0, pi]."""
         quaternion = runs_last(self.quaternion, 1)
         out = np.empty((3, quaternion.shape[-1]))
         se3.rotation_vector(quaternion, out)
@@ -133,11 +134,11 @@ class Pose:
 
     @property
     def q(self) -> Array:
-        """(..., 7) coordinates of a floating joint: position, then quaternion (x, y, z, w)."""
+        """The coordinates (..., 7) of a floating joint: position and quaternion (x, y, z, w)."""
         return np.concatenate([self.position, self.quaternion], axis=-1)
 
     def inv(self) -> Pose:
-        """T_b_a from T_a_b.
+        """Return the inverse pose: T_b_a of T_a_b.
 
         >>> Pose.at(1, 2, 3).inv().position
         array([-1., -2., -3.])
@@ -153,7 +154,7 @@ class Pose:
     @overload
     def __matmul__(self, other: Any) -> Any: ...
     def __matmul__(self, other: Any) -> Any:
-        """T_a_b @ T_b_c is a Pose; T_a_b @ points (..., N, 3) or (3,) are points in a."""
+        """Return T_a_b @ T_b_c as a Pose, or the points T_a_b @ p_b (..., N, 3) or (3,) in a."""
         if hasattr(other, "at") and not isinstance(other, Pose):
             return other.at(self)  # a primitive, a robot
         if isinstance(other, Pose) or is_pose_like(other):
@@ -171,11 +172,11 @@ class Pose:
         return points @ np.swapaxes(self.rotation, -1, -2) + self.position[..., None, :]
 
     def __rmatmul__(self, other: Any) -> Pose:
-        """A 4 x 4 array @ pose."""
+        """Return the product of a 4 x 4 array and this pose, as a Pose."""
         return as_pose(other) @ self
 
     def __getitem__(self, index: Any) -> Pose:
-        """One or some poses of a batch."""
+        """Return one or several poses of a batch."""
         lead = self.matrix.shape[:-2]
         if not lead:
             raise InputError("this is a single pose, not a batch: it has nothing to index")
@@ -223,7 +224,7 @@ def _three(value: Any, what: str) -> Array:
 
 
 def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:
-    """The leading shape of two batches together, or an InputError that names them."""
+    """Return the leading shape of two batches, or raise an InputError that names them."""
     try:
         return np.broadcast_shapes(a, b)
     except ValueError:
@@ -231,12 +232,12 @@ def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int,
 
 
 def as_pose(value: Any) -> Pose:
-    """A Pose from a Pose, a (..., 4, 4) array, a SciPy RigidTransform or a spatialmath SE3."""
+    """Return a Pose from a Pose, (..., 4, 4) array, SciPy RigidTransform or spatialmath SE3."""
     return value if isinstance(value, Pose) else Pose(value)
 
 
 def one_pose(value: Any, what: str) -> Pose:
-    """A single pose, or an InputError that names `what`."""
+    """Return a single pose, or raise an InputError that names `what`."""
     try:
         pose = as_pose(value)
     except InputError as error:
@@ -247,7 +248,7 @@ def one_pose(value: Any, what: str) -> Pose:
 
 
 def as_matrix(value: Any) -> Any:
-    """The matrix behind whatever people call a pose."""
+    """Return the matrix of a pose of this or of another library, or the value itself."""
     if isinstance(value, Pose):
         return value.matrix
     if hasattr(value, "as_matrix"):  # scipy.spatial.transform.RigidTransform
@@ -256,14 +257,14 @@ def as_matrix(value: Any) -> Any:
 
 
 def homogeneous(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
-    """(3, 4, b) of the kernels -> (*lead, 4, 4)."""
+    """Return matrices (3, 4, b) of the kernels as homogeneous ones (*lead, 4, 4)."""
     out = np.zeros((T.shape[-1], 4, 4))
     out[:, :3], out[:, 3, 3] = np.moveaxis(T, -1, 0), 1.0
     return out.reshape(*lead, 4, 4)
 
 
 def is_pose_like(value: Any) -> bool:
-    """Whether this is meant as a pose: a Pose, a (..., 4, 4) array, or another's pose class."""
+    """Return whether this is a Pose, a (..., 4, 4) array, or a pose of another library."""
     matrix = as_matrix(value)
     if matrix is not value:
         return True
@@ -274,7 +275,7 @@ def is_pose_like(value: Any) -> bool:
 
 
 def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
-    """A Pose of a matrix that is known to be rigid."""
+    """Return a Pose with a matrix that is known to be rigid."""
     pose = object.__new__(Pose)
     _set(pose, T, frames)
     return pose

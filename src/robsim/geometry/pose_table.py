@@ -1,4 +1,4 @@
-"""Poses in a text: a position and at most one of three rotations."""
+"""The text form of poses: a position and at most one of three rotations."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MEANINGS = {
 
 @dataclass(frozen=True)
 class PoseTable(Spec):
-    """A pose: a table of its own, or, if `flat`, its keys among those of the table around it."""
+    """The text form of a pose: a table, or, if `flat`, keys in the table that surrounds it."""
 
     flat: bool = False
     form: ClassVar[str] = "table"
@@ -45,10 +45,10 @@ class PoseTable(Spec):
         before = c.problems.seen
         for key in raw.keys() - KEYS.keys():
             c.at(key).report(f"unknown key {shown(key)}; {suggest(key[:64], KEYS, 'keys')}")
-        said = {key: c.at(key).tried(KEYS[key], raw[key]) for key in KEYS if key in raw}
+        values = {key: c.at(key).tried(KEYS[key], raw[key]) for key in KEYS if key in raw}
         if c.problems.seen > before:
             raise Broken
-        return pose_from(said)
+        return pose_from(values)
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
         table: dict[str, Raw] = {}
@@ -79,8 +79,8 @@ class PoseTable(Spec):
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         if not self.flat:
             return super().pick(table, name, c)
-        said = {key: table[key] for key in KEYS if key in table}
-        return c.tried(self, said) if said else MISSING
+        values = {key: table[key] for key in KEYS if key in table}
+        return c.tried(self, values) if values else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value is None:
@@ -116,25 +116,25 @@ class PoseTable(Spec):
 
     @staticmethod
     def _without_rivals(table: dict[str, Raw], over: Mapping[str, Raw]) -> None:
-        """A rotation said in one way replaces one said in another."""
+        """Remove the rotation of a table in place if `over` gives another one."""
         if over.keys() & {"rpy", "rotvec", "rotation"}:
             for key in ("rpy", "rotvec", "rotation"):
                 table.pop(key, None)
 
 
-def pose_from(said: Mapping[str, Any]) -> Pose:
-    """Return the pose of its keys; InputError for two rotations at once."""
-    given = [key for key in ("rpy", "rotvec", "rotation") if key in said]
+def pose_from(values: Mapping[str, Any]) -> Pose:
+    """Return the pose with these keys; raise InputError if there are two rotations."""
+    given = [key for key in ("rpy", "rotvec", "rotation") if key in values]
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)}: give one rotation only")
-    if not said:
+    if not values:
         return IDENTITY
     T = np.eye(4)
-    if "rotation" in said:
-        T[:3, :3] = said["rotation"]
+    if "rotation" in values:
+        T[:3, :3] = values["rotation"]
     elif given:
-        T = np.array(Pose.at(**{given[0]: said[given[0]]}))
-    if "position" in said:
-        T[:3, 3] = said["position"]
+        T = np.array(Pose.at(**{given[0]: values[given[0]]}))
+    if "position" in values:
+        T[:3, 3] = values["position"]
     with under("rotation"):
         return Pose(T)

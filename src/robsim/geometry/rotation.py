@@ -1,4 +1,4 @@
-"""Rotation matrices: about an axis, and whether a matrix is one."""
+"""Rotation matrices about an axis, and the check of rigid transforms."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROTATION_TOLERANCE = 1e-6
 
 
 def axis_rotation(axis: str, angle: float) -> Array:
-    """3 x 3 rotation about the x, y or z axis."""
+    """Return the 3 x 3 rotation matrix about the x, y or z axis."""
     c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
     u, w = (i + 1) % 3, (i + 2) % 3
     R = np.eye(3)
@@ -20,7 +20,7 @@ def axis_rotation(axis: str, angle: float) -> Array:
 
 
 def check_rigid(T: Array) -> None:
-    """Raise InputError unless T (..., 4, 4) are rigid motions."""
+    """Raise InputError unless T (..., 4, 4) are rigid transforms."""
     R = T[..., :3, :3]
     off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
     if off > ROTATION_TOLERANCE:

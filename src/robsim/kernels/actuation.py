@@ -1,4 +1,4 @@
-"""Joints that follow a command with a lag, under limits; encoders that count in steps."""
+"""The lag and limits of joints that follow a command, and encoders that count in steps."""
 
 import math
 
@@ -8,7 +8,7 @@ from robsim.kernels.steps import in_steps
 
 @kernel
 def follow(u, lag, limit, rate, dt, v, mean):
-    """mean[i, b]: of the velocity while u[i, b] is commanded for dt; v <- the velocity then.
+    """Compute the mean velocity mean[i, b] over dt under the command u[i, b], and update v.
 
     v' = (u - v) / lag, where |u| <= limit[i] and |v'| <= rate[i]. While (u - v) / lag exceeds the
     rate, v goes along a ramp, for (|u - v| - rate lag) / rate; then the rest of the gap decays as
@@ -36,7 +36,7 @@ def follow(u, lag, limit, rate, dt, v, mean):
 
 @kernel
 def count(step, q, out):
-    """out[i, b] = q rounded to whole steps; as it is where the step is zero."""
+    """Compute out[i, b] = q rounded to whole steps, or q itself where the step is zero."""
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
             out[i, b] = in_steps(q[i, b], step[i])

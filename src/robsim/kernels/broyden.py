@@ -9,9 +9,10 @@ STILL = 1e-9  # rad or m: next to the rounding of q and s, a shorter step says n
 
 @kernel
 def update(A, ds, dq, out):
-    """Out = A + (ds - A dq) dq'/(dq' dq) for A[k, n, b], ds[k, b], dq[n, b]; A where dq is still.
+    """Compute out = A + (ds - A dq) dq'/(dq' dq) of A[k, n, b], ds[k, b] and dq[n, b].
 
-    Broyden 1965, "A class of methods for solving nonlinear simultaneous equations".
+    It is A where dq is zero. Broyden 1965, "A class of methods for solving nonlinear simultaneous
+    equations".
     """
     runs = dq.shape[1]
     square, rest = np.zeros(runs), np.empty(runs)

@@ -1,4 +1,4 @@
-"""The camera: points into camera axes, perspective, radial-tangential distortion, visibility.
+"""The camera: camera axes, perspective, radial-tangential distortion, visibility.
 
 Camera axes: x to the right (columns), y down (rows), z along the optical axis. `lens` holds
 (k1, k2, p1, p2, k3, k4, k5, k6), the order of OpenCV; all zero is a pinhole.
@@ -14,7 +14,7 @@ IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
 
 @part
 def into_camera(T_w_c, T_w_o, points, X):
-    """X[n, 3, b] = points (n, 3) of the object, in camera axes: R_c' (R_o p + t_o - t_c)."""
+    """Compute X[n, 3, b] = R_c' (R_o p + t_o - t_c), points (n, 3) of an object in camera axes."""
     d = np.empty((3, X.shape[2]))
     for n in range(points.shape[0]):
         for r in range(3):
@@ -33,7 +33,7 @@ def into_camera(T_w_c, T_w_o, points, X):
 
 @kernel
 def distort(x, y, lens):
-    """Where the lens puts the normalised point (x, y): Brown's model with a rational radius.
+    """Return the distorted normalised point of (x, y), by Brown's model with rational radius.
 
     x' = x f + 2 p1 x y + p2 (r2 + 2 x2), y' = y f + p1 (r2 + 2 y2) + 2 p2 x y, with
     f = (1 + k1 r2 + k2 r4 + k3 r6) / (1 + k4 r2 + k5 r4 + k6 r6).
@@ -49,7 +49,7 @@ def distort(x, y, lens):
 
 @kernel
 def distort_jacobian(x, y, lens):
-    """(dx'/dx, dx'/dy, dy'/dy) of `distort`; dy'/dx equals dx'/dy."""
+    """Return (dx'/dx, dx'/dy, dy'/dy) of `distort`; dy'/dx equals dx'/dy."""
     k1, k2, p1, p2, k3, k4, k5, k6 = lens
     r2 = x * x + y * y
     over, under = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3)), 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6))
@@ -66,7 +66,7 @@ def distort_jacobian(x, y, lens):
 
 @kernel
 def undistort(u, v, lens):
-    """The point that the lens puts at (u, v), by Newton's method; NaN where there is none."""
+    """Return the point that `distort` takes to (u, v), by Newton's method, or NaN."""
     x, y = u, v
     for _ in range(50):
         du, dv = distort(x, y, lens)
@@ -83,13 +83,13 @@ def undistort(u, v, lens):
 
 @kernel
 def pinhole(x, y, K):
-    """Pixel (column, row) of a normalised image point."""
+    """Return the pixel (column, row) of a normalised image point."""
     return K[0, 0] * x + K[0, 1] * y + K[0, 2], K[1, 1] * y + K[1, 2]
 
 
 @kernel
 def pixel_rates(x, K, lens, J):
-    """J[n, 2, 2, b]: how the pixel (column, row) moves with the normalised point x[n, 2, b]."""
+    """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point x[n, 2, b]."""
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
@@ -108,7 +108,7 @@ def _bends(lens):
 
 @part
 def project(X, K, lens, pixels):
-    """pixels[n, 2, b] = (column, row) of points X[n, 3, b]; NaN behind the camera."""
+    """Compute pixels[n, 2, b] = (column, row) of points X[n, 3, b]; NaN behind the camera."""
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
     distorted = _bends(lens)
     for n in range(X.shape[0]):
@@ -123,7 +123,7 @@ def project(X, K, lens, pixels):
 
 @kernel
 def normalise(pixels, K, lens, valid_radius, x):
-    """x[n, 2, b] = normalised image points of pixels: `project` undone but for depth.
+    """Compute normalised image points x[n, 2, b] of pixels: `project` inverted but for depth.
 
     NaN where a distorted pixel has no point within `valid_radius`.
     """
@@ -142,7 +142,7 @@ def normalise(pixels, K, lens, valid_radius, x):
 
 @part
 def visibility(X, pixels, border, valid_radius, status):
-    """status[n, b]: in the image, out of it, or behind the camera.
+    """Compute status[n, b]: in the image, outside it, or behind the camera.
 
     The image covers [left, right) x [top, bottom) = border (2, 2). Beyond `valid_radius` the
     lens polynomial folds back, and a point there is outside whatever its pixel.

@@ -14,7 +14,7 @@ RCOND = 1e-12  # points that leave a conic less certain than this do not fix one
 
 @kernel
 def _conic(x, centre, size, q, rank):
-    """q[5, b] of the conic q . (u^2, u v, v^2, u, v) = 1 through x = centre + size (u, v).
+    """Compute q[5, b] of the conic q . (u^2, u v, v^2, u, v) = 1 through x = centre + size (u, v).
 
     The mean of points of an ellipse is inside it, so that the constant is never zero.
     """
@@ -37,7 +37,7 @@ def _conic(x, centre, size, q, rank):
 
 @kernel
 def ellipse(x, centre, mu):
-    """centre[2, b] and the moments mu[k, b] over the area of the ellipse through x[n, 2, b].
+    """Compute centre[2, b] and area moments mu[k, b] of the ellipse through x[n, 2, b].
 
     The ellipse (z - z0)' S (z - z0) = k has n = mu / area = k S^-1 / 4; its odd moments vanish and
     the even ones above order 2 are left out, as zeros. NaN where the conic is no ellipse.
@@ -61,7 +61,7 @@ def ellipse(x, centre, mu):
 
 @kernel
 def ellipse_rates(mu, R, L):
-    """L[5, 6, b] of (xg, yg, n20, n11, n02), n = mu / mu00, from the rates R[6, 6, b]."""
+    """Compute L[5, 6, b] of (xg, yg, n20, n11, n02), n = mu / mu00, from the rates R[6, 6, b]."""
     for c in range(6):
         for b in range(mu.shape[1]):
             L[0, c, b], L[1, c, b] = R[1, c, b], R[2, c, b]
@@ -71,7 +71,7 @@ def ellipse_rates(mu, R, L):
 
 @kernel
 def sphere(x, Z, radius, s):
-    """s[3, b] = (X, Y, Z) / radius of the centre x[2, b] at depth Z[b]."""
+    """Compute s[3, b] = (X, Y, Z) / radius of the centre x[2, b] at depth Z[b]."""
     for b in range(x.shape[1]):
         far = Z[b] / radius
         s[0, b], s[1, b], s[2, b] = x[0, b] * far, x[1, b] * far, far
@@ -79,7 +79,7 @@ def sphere(x, Z, radius, s):
 
 @kernel
 def sphere_interaction(s, radius, L):
-    """L[3, 6, b] = [-I / radius, [s]x]: Fomena and Chaumette (2009), IEEE T-RO 25(4)."""
+    """Compute L[3, 6, b] = [-I / radius, [s]x]: Fomena and Chaumette (2009), IEEE T-RO 25(4)."""
     for r in range(3):
         for c in range(3):
             for b in range(s.shape[1]):

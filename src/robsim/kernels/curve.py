@@ -16,7 +16,7 @@ ROUNDING = 4e-16  # relative
 
 
 class Curves(NamedTuple):
-    """Some curves: the pieces of curve c are rows first[c] to first[c + 1]."""
+    """The constants of curves: the pieces of curve c are rows first[c] to first[c + 1]."""
 
     first: Any
     length: Any  # of each curve
@@ -27,7 +27,7 @@ class Curves(NamedTuple):
 
 @kernel
 def point(curves, which, s):
-    """x, y, cos and sin of the direction, and curvature of a curve at arc length s.
+    """Return x, y, cos and sin of the direction, and curvature of a curve at arc length s.
 
     Constant curvature k from direction f0: the chord sinc(k l/2) l at f0 + k l/2. A catenary from
     its lowest point: x = a asinh(u/a), y = sqrt(a^2 + u^2), tan f = u/a, k = a/(a^2 + u^2).
@@ -59,14 +59,14 @@ def point(curves, which, s):
 
 @kernel
 def wheel(curves, which, s, radius):
-    """Centre (x, y) of a wheel that touches a curve at s, cos and sin there, and |d centre/ds|."""
+    """Return centre (x, y), cos, sin and |d centre/ds| of a wheel that touches a curve at s."""
     x, y, c, d, k = point(curves, which, s)
     return x - radius * d, y + radius * c, c, d, 1.0 - radius * k
 
 
 @kernel
 def _second(curves, which, s, x, y, length, radius):
-    """Where the second wheel touches, if the centre of the first, at s, is (x, y).
+    """Return where the second wheel touches, if the centre of the first, at s, is (x, y).
 
     Newton steps on |P2 - P1| = length, inside a bracket.
     """
@@ -97,7 +97,7 @@ def _second(curves, which, s, x, y, length, radius):
 
 @kernel
 def _third(curves, which, near, far, radius, x, y, ux, uy, at):
-    """Where a wheel touches whose centre lies `at` along the chord from (x, y) along (ux, uy)."""
+    """Return where a wheel touches, centred `at` along the chord from (x, y) along (ux, uy)."""
     low, high = near, far
     s = near + (far - near) * 0.5
     for _ in range(64):
@@ -118,7 +118,7 @@ def _third(curves, which, near, far, radius, x, y, ux, uy, at):
 
 @kernel
 def chord(curves, which, s, length, radius, at, gives):
-    """What a chord from the wheel at s gives, and its derivative by s.
+    """Return the quantity that a chord from the wheel at s gives, and its derivative by s.
 
     P1, P2: wheel centres, P' = (1 - radius k) t, u = (P2 - P1)/length and n its left normal.
     From |P2 - P1| = length: s2' = u.P1'/u.P2'; the chord turns by psi' = n.(P2' s2' - P1')/length,

@@ -1,4 +1,4 @@
-"""Depth from known motion: an extended Kalman filter of each mark, with the run last.
+"""Depth from known motion, by an extended Kalman filter of each mark, with the run last.
 
 The state of a mark is (x, y, chi): its normalised image point and its inverse depth 1/Z, which is
 nearly linear in what the image shows (Matthies, Kanade and Szeliski 1989).
@@ -24,7 +24,7 @@ def _bounded(chi):
 
 @kernel
 def move(x, y, chi, T, b):
-    """(x', y', chi') and its Jacobian (three rows) of a mark seen after X' = T[3, 4, b] X.
+    """Return (x', y', chi') and its Jacobian (three rows) of a mark seen after X' = T[3, 4, b] X.
 
     Y = R (x, y, 1) + chi p is X' over the old depth: x' = Y1/Y3, y' = Y2/Y3, chi' = chi/Y3. A
     mark that would come nearer than NEAREST stays there.
@@ -45,7 +45,7 @@ def move(x, y, chi, T, b):
 
 @part
 def _quadratic(f, g, P, n, b):
-    """F P g' for rows f, g of a Jacobian."""
+    """Return F P g' for rows f, g of a Jacobian."""
     total = 0.0
     for r in range(3):
         total += f[r] * (P[n, r, 0, b] * g[0] + P[n, r, 1, b] * g[1] + P[n, r, 2, b] * g[2])
@@ -54,7 +54,7 @@ def _quadratic(f, g, P, n, b):
 
 @kernel
 def predict(state, P, V, dt, state_out, P_out):
-    """state[n, 3, b] and covariance P[n, 3, 3, b] after the camera moved by exp(V[6, b] dt).
+    """Compute state[n, 3, b] and covariance P[n, 3, 3, b] after a camera motion exp(V[6, b] dt).
 
     Exact in the state; the covariance follows its Jacobian, and grows by the drift.
     """
@@ -84,7 +84,7 @@ def predict(state, P, V, dt, state_out, P_out):
 
 @part
 def _correct(r, measured, variance, n, b, state, P):
-    """Kalman's update by one coordinate r of the point, in place."""
+    """Update by one coordinate r of the point (Kalman), in place."""
     a0, a1, a2 = P[n, 0, r, b], P[n, 1, r, b], P[n, 2, r, b]
     s = P[n, r, r, b] + variance
     k0, k1, k2, off = a0 / s, a1 / s, a2 / s, measured - state[n, r, b]

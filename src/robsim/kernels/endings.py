@@ -1,4 +1,4 @@
-"""Whether and why each run of a chunk ends, decided from one instant.
+"""The rules for whether and why each run of a chunk ends, decided from one instant.
 
 Where several reasons hold, the first of this order is given: a state that is not finite, a joint
 limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command that
@@ -22,7 +22,7 @@ DIVERGENCE = 100.0  # a run diverges when its error or depth exceeds that of its
 
 
 class Watch(NamedTuple):
-    """What the ending rules remember of each run."""
+    """The memory of the ending rules for each run."""
 
     norm: Any  # an error beyond is divergence
     farthest: Any  # a depth beyond is divergence
@@ -33,7 +33,7 @@ class Watch(NamedTuple):
 
 @kernel
 def _largest(x, out):
-    """out[b] = max_i |x[i, b]|; NaN or infinite if any of them is."""
+    """Compute out[b] = max_i |x[i, b]|; NaN or infinite if any of them is."""
     out[:] = 0.0
     for i in range(x.shape[0]):
         for b in range(out.size):
@@ -55,7 +55,7 @@ def _norm(x, out):
 
 @part
 def _beyond(q, limits, out):
-    """out[b] = whether a coordinate is outside its limits."""
+    """Compute out[b] = whether a coordinate is outside its limits."""
     out[:] = False
     for i in range(q.shape[0]):
         for b in range(out.size):
@@ -72,9 +72,10 @@ def _worst(status, out):
 
 @part
 def begin(error, depth, T, tolerance, hold, watch):
-    """What later instants are compared with; an error below many tolerances is no scale.
+    """Store the values with which later instants are compared.
 
-    A run b with hold[b] may start at its goal and lag behind it later: its error is not compared.
+    An error below many tolerances is no scale. A run b with hold[b] may start at its goal and lag
+    behind it later: its error is not compared.
     """
     _norm(error, watch.norm)
     _largest(depth, watch.farthest)
@@ -89,7 +90,7 @@ def begin(error, depth, T, tolerance, hold, watch):
 
 @part
 def _stands_still(task_jacobian, qd, pace, tolerance, still):
-    """Count the periods in which the command moves features by next to nothing in 1/pace."""
+    """Count the periods in which the command hardly moves the features over 1/pace."""
     change, largest = np.zeros((task_jacobian.shape[0], still.size)), np.empty(still.size)
     for i in range(task_jacobian.shape[0]):
         for j in range(task_jacobian.shape[1]):
@@ -102,7 +103,7 @@ def _stands_still(task_jacobian, qd, pace, tolerance, still):
 
 @part
 def _path(before, T, length):
-    """length[b] += the way from before[3, b] to the origin of T[3, 4, b], which replaces it."""
+    """Add the distance from before[3, b] to the origin of T[3, 4, b] to length; update before."""
     for b in range(length.size):
         x, y, z = T[0, 3, b] - before[0, b], T[1, 3, b] - before[1, b], T[2, 3, b] - before[2, b]
         length[b] += math.sqrt(x * x + y * y + z * z)
@@ -126,9 +127,9 @@ def judge(
     watch,
     outcome,
 ):
-    """outcome[b] after one instant, and how many runs have ended; `over`: this is the last one.
+    """Compute outcome[b] after one instant; return how many runs have ended.
 
-    With hold[b], a run that has converged or stalled goes on.
+    `over` marks the last instant. With hold[b], a run that has converged or stalled goes on.
 
     The way to the origin of T is added to the length of the path. A run stands still while its
     command would move every feature by less than a hundredth of the tolerance in the time

@@ -1,4 +1,4 @@
-"""Interaction matrices: sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes."""
+"""Interaction matrices L: sdot = L V_c, with V_c = (v, omega) the camera's twist in its axes."""
 
 from robsim.kernels.camera import pinhole
 from robsim.kernels.jit import kernel
@@ -9,7 +9,7 @@ TRUE, GOAL, CONSTANT = 0, 1, 2  # which depth
 
 @kernel
 def points_interaction(x, Z, L):
-    """L[2n, 6, b] of normalised image points x[n, 2, b] at depths Z[n, b]: eq. (14) with f = 1."""
+    """Compute L[2n, 6, b] of points x[n, 2, b] at depths Z[n, b]: eq. (14) with f = 1."""
     for n in range(x.shape[0]):
         i, j = 2 * n, 2 * n + 1
         for b in range(x.shape[2]):
@@ -22,7 +22,7 @@ def points_interaction(x, Z, L):
 
 @kernel
 def to_pixels(x, K, s):
-    """s[2n, b] = pixels (column, row) of normalised points x[n, 2, b], without distortion."""
+    """Compute s[2n, b] = pixels (column, row) of normalised points x[n, 2, b], undistorted."""
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
             s[2 * n, b], s[2 * n + 1, b] = pinhole(x[n, 0, b], x[n, 1, b], K)
@@ -30,7 +30,7 @@ def to_pixels(x, K, s):
 
 @kernel
 def to_pixel_rates(K, L):
-    """L of pixels from L of normalised points, in place: rows (column, row) of each point."""
+    """Convert L of normalised points to L of pixels (column, row), in place."""
     for i in range(0, L.shape[0], 2):
         for c in range(6):
             for b in range(L.shape[2]):
@@ -40,7 +40,7 @@ def to_pixel_rates(K, L):
 
 @kernel
 def flat(x, s):
-    """s[2n, b] = x1, y1, x2, y2, ... of points x[n, 2, b]."""
+    """Compute s[2n, b] = x1, y1, x2, y2, ... of points x[n, 2, b]."""
     for n in range(x.shape[0]):
         for r in range(2):
             for b in range(x.shape[2]):
@@ -49,7 +49,7 @@ def flat(x, s):
 
 @kernel
 def difference(s, s_goal, error):
-    """error[k, b] = s - s_goal[k, 1]."""
+    """Compute error[k, b] = s - s_goal[k, 1]."""
     for i in range(s.shape[0]):
         for b in range(s.shape[1]):
             error[i, b] = s[i, b] - s_goal[i, 0]
@@ -57,7 +57,7 @@ def difference(s, s_goal, error):
 
 @kernel
 def choose_interaction(which, L_goal, L):
-    """L <- itself, L_goal[k, 6, 1], or the mean of both."""
+    """Replace L by itself, by L_goal[k, 6, 1], or by the mean of both."""
     if which != CURRENT:
         for i in range(L.shape[0]):
             for c in range(6):
@@ -68,7 +68,7 @@ def choose_interaction(which, L_goal, L):
 
 @kernel
 def choose_depth(which, metres, scale, Z_goal, Z, out):
-    """out[n, b] = scale[n, 1] times the depth Z, that at the goal Z_goal[n, 1], or a constant."""
+    """Compute out[n, b] = scale[n, 1] times the depth Z, that at the goal, or a constant."""
     for n in range(Z.shape[0]):
         for b in range(Z.shape[1]):
             if which == TRUE:

@@ -1,4 +1,4 @@
-"""Inverse kinematics: searches from several starts, many runs side by side.
+"""Inverse kinematics: searches from several starts, for many runs side by side.
 
 The runs of a batch pass through a few lanes in lockstep; where one is done, the next takes its
 lane. What happens in a lane depends on its own run alone, so its bits do too.
@@ -20,7 +20,7 @@ LONGER = 10  # times the iterations of others: the last search, which looks for 
 
 
 class Starts(NamedTuple):
-    """Where searches may begin."""
+    """The starts of searches, with their poses."""
 
     q0: Any  # (nq, run), the first
     q: Any  # (nq, k), the others
@@ -28,7 +28,7 @@ class Starts(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What was found; the run last."""
+    """The results of searches, with the run last."""
 
     q: Any
     error: Any  # the larger of the metres and the radians that count
@@ -45,7 +45,7 @@ def _put(q, b, out, run):
 
 @kernel
 def _search(lanes, model, tolerance, restarts, iterations):
-    """What each lane does now; a search is over where it is still, stuck, or took too long."""
+    """Set the next action of each lane; a search ends where it is still, stuck, or too long."""
     for b in range(lanes.run.size):
         it, square, last = lanes.iteration[b], model.square[b], lanes.search[b] > restarts
         stuck = False
@@ -64,7 +64,7 @@ def _search(lanes, model, tolerance, restarts, iterations):
 
 @kernel
 def _book(lanes, model, tolerance, restarts, found):
-    """Where a search ends, keep what is better than all before it; in the last one, at once."""
+    """Store the best result where a search ends, and at every iteration of the last one."""
     for b in range(lanes.run.size):
         run, ends = lanes.run[b], lanes.turn[b] == OVER or lanes.turn[b] == DONE
         if ends:
@@ -83,7 +83,7 @@ def _book(lanes, model, tolerance, restarts, found):
 
 @kernel
 def _descend(lanes, model, restarts):
-    """The last search goes back where it went uphill, and damps as the model deserves.
+    """Undo a step of the last search that went uphill, and adapt its damping to the model.
 
     By the ratio of what was gained to what was promised (K. Madsen, H. B. Nielsen and O. Tingleff,
     Methods for non-linear least squares problems, 2004, section 3.2).
@@ -102,7 +102,7 @@ def _descend(lanes, model, restarts):
 
 @kernel
 def _enter(lanes, b, run, goals, q0):
-    """A run enters a lane."""
+    """Put a run into a lane."""
     lanes.run[b], lanes.search[b], lanes.iteration[b] = run, 0, 0
     lanes.begun[b], lanes.best[b], lanes.boost[b] = -1.0, np.inf, 1.0
     for r in range(3):
@@ -113,7 +113,10 @@ def _enter(lanes, b, run, goals, q0):
 
 @kernel
 def _distances(target, goal, b, T, square):
-    """square[k] of T[3, 4, k] from goal b, with mean weights; |R - R_goal|^2/2 = 2 - 2 cos."""
+    """Compute square[k] of T[3, 4, k] from goal b, with mean weights.
+
+    The rotation counts |R - R_goal|^2/2 = 2 - 2 cos.
+    """
     weight = target.weight
     spin = (weight[3] ** 2 + weight[4] ** 2 + weight[5] ** 2) / 6.0
     for k in range(square.size):
@@ -127,7 +130,7 @@ def _distances(target, goal, b, T, square):
 
 @kernel
 def _restart(target, bounds, lanes, b, starts, found):
-    """Another search: from the start whose pose is nearest the goal, of all that are left.
+    """Begin another search, from the unused start whose pose is nearest to the goal.
 
     After all of these the last one goes on from the best that was found.
     """
@@ -153,7 +156,7 @@ def _restart(target, bounds, lanes, b, starts, found):
 
 @part
 def _lanes(nq, B):
-    """Idle ones."""
+    """Return B idle lanes."""
     whole, real = np.zeros((4, B), np.int64), np.zeros((6, B))
     every = real[0], real[1], real[2], real[3], real[4], real[5]
     goal, q = np.zeros((3, 4, B)), np.zeros((nq, B))
@@ -162,7 +165,7 @@ def _lanes(nq, B):
 
 @kernel
 def begin(joints, target, goals, starts, found):
-    """The first runs in their lanes, room for a model, and velocities (nv, lanes) at rest."""
+    """Return the first runs in their lanes, room for a model, and zero velocities (nv, lanes)."""
     runs = goals.shape[2]
     B = min(LANES, runs)
     lanes = _lanes(starts.q0.shape[0], B)
@@ -175,7 +178,7 @@ def begin(joints, target, goals, starts, found):
 
 @kernel
 def decide(target, bounds, goals, starts, tolerance, iterations, lanes, model, found, queue):
-    """What each lane does with its step: takes it, begins anew, goes back, or takes another run.
+    """Decide for each lane: take the step, begin anew, go back, or take another run.
 
     `queue` holds the number of the next run, and how many lanes go on.
     """
@@ -201,7 +204,7 @@ def decide(target, bounds, goals, starts, tolerance, iterations, lanes, model, f
 
 @kernel
 def solve(joints, target, bounds, goals, starts, tolerance, iterations, found):
-    """Bring a link to goals[3, 4, run]: solved where the error comes below the tolerance.
+    """Search coordinates that bring a link to goals[3, 4, run], to within the tolerance.
 
     The first search begins at q0, each further one at the start whose pose is nearest the goal;
     each has so many iterations.

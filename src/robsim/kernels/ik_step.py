@@ -1,4 +1,4 @@
-"""One step of inverse kinematics for several lanes side by side: damped least squares.
+"""A step of inverse kinematics for several lanes side by side, by damped least squares.
 
 The step is (J'J + w I)^-1 J'e with w in proportion to the squared error: S. K. Chan and
 P. D. Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988;
@@ -22,7 +22,7 @@ STILL = 1e-3  # cosine of e and the columns of J, and share of e'e that a step w
 
 
 class Target(NamedTuple):
-    """What is brought to a pose, and which part of the pose counts."""
+    """The link that is brought to a pose, and the weights of the rows of its pose."""
 
     body: int
     offset: Any  # (3, 4) of the link in its body
@@ -33,7 +33,7 @@ class Target(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """Where coordinates may be."""
+    """The limits of coordinates."""
 
     row: Any  # of each velocity that carries the link, its only coordinate, or -1
     low: Any  # (nq,), infinite where there is none
@@ -42,7 +42,7 @@ class Bounds(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """The searches that go on."""
+    """The searches in progress."""
 
     run: Any  # of the batch, or -1
     search: Any  # its number, 0 from q0
@@ -76,7 +76,7 @@ class Model(NamedTuple):
 
 @kernel
 def _turn_to(goal, T, w):
-    """w[3, b] = rotation vector of R_goal R', in base axes."""
+    """Compute w[3, b], the rotation vector of R_goal R', in base axes."""
     between, quaternion = np.empty(T.shape), np.empty((4, T.shape[2]))
     for r in range(3):
         for c in range(3):
@@ -92,7 +92,7 @@ def _turn_to(goal, T, w):
 
 @kernel
 def _point_to(goal, T, w):
-    """w[3, b] of the shortest turn of the z axis of T to that of the goal, in base axes."""
+    """Compute w[3, b] of the shortest rotation of the z axis of T to the goal's, in base axes."""
     for b in range(T.shape[2]):
         zx, zy, zz = T[0, 2, b], T[1, 2, b], T[2, 2, b]
         gx, gy, gz = goal[0, 2, b], goal[1, 2, b], goal[2, 2, b]
@@ -107,7 +107,7 @@ def _point_to(goal, T, w):
 
 @part
 def _ignore_roll(T, J):
-    """Take what turns about the z axis of T out of the lower rows of J."""
+    """Remove rotation about the z axis of T from the lower rows of J."""
     for j in range(J.shape[1]):
         for b in range(J.shape[2]):
             x, y, z = T[0, 2, b], T[1, 2, b], T[2, 2, b]
@@ -119,7 +119,7 @@ def _ignore_roll(T, J):
 
 @part
 def _length(e, weight, half, b):
-    """Of the three rows from `half` on, as far as they count."""
+    """Return the length of the three rows from `half` on, without rows of weight zero."""
     square = 0.0
     for r in range(half, half + 3):
         square += e[r, b] * e[r, b] if weight[r] > 0.0 else 0.0
@@ -128,7 +128,7 @@ def _length(e, weight, half, b):
 
 @kernel
 def _residual(target, goal, model, error):
-    """e = (p_goal - p, w), weighted; its square, and the error without weights."""
+    """Compute e = (p_goal - p, w), weighted, its square, and the error without weights."""
     T, e, weight = model.T, model.e, target.weight
     for r in range(3):
         for b in range(error.size):
@@ -148,7 +148,7 @@ def _residual(target, goal, model, error):
 
 @part
 def _jacobian(target, model):
-    """J of e, but for its sign and the slow change of w."""
+    """Compute the Jacobian of e, but for its sign and the slow change of w."""
     J = model.J
     jacobian.jacobian(model.bodies, model.T[:, 3], target.moves, J)
     if target.pointing:
@@ -162,7 +162,7 @@ def _jacobian(target, model):
 
 @part
 def _hold(bounds, q, model):
-    """A joint that stands at a limit and is drawn outwards takes no part in the step."""
+    """Exclude joints at a limit that would move outwards from the step."""
     J, downhill, held = model.J, model.downhill, model.held
     for b in range(held.size):
         held[b] = 0
@@ -181,7 +181,7 @@ def _hold(bounds, q, model):
 
 @part
 def _judge(model):
-    """A lane is still where the step gains little, and e is square to all columns of J."""
+    """Mark a lane as still where the step gains little, and e is normal to all columns of J."""
     J, downhill, gain = model.J, model.downhill, model.gain
     for b in range(gain.size):
         cosine = 0.0  # squared, times e'e
@@ -199,7 +199,7 @@ def _judge(model):
 
 @kernel
 def propose(joints, target, bounds, lanes, model):
-    """The model and the step of every lane, idle ones included."""
+    """Compute the model and the step of every lane, idle ones included."""
     tree.bodies(joints, lanes.q, model.bodies)
     tree.frame(model.bodies.poses, target.body, target.offset, model.T)
     _residual(target, lanes.goal, model, lanes.error)
@@ -213,7 +213,7 @@ def propose(joints, target, bounds, lanes, model):
 
 @part
 def room(joints, n, B):
-    """A Model that is not filled yet."""
+    """Return a Model with uninitialised arrays."""
     poses = np.empty((joints.rows.shape[0], 3, 4, B))
     bodies = tree.Bodies(poses, np.empty((joints.ratios, B)))
     e, J, real = np.empty((6, B)), np.empty((6, n, B)), np.empty((3, B))
@@ -224,7 +224,7 @@ def room(joints, n, B):
 
 @kernel
 def confine(bounds, q):
-    """Coordinates back into their limits: by whole turns where that helps, else to the limit."""
+    """Move coordinates into their limits: by whole turns where that helps, else to the limit."""
     for i in bounds.row:
         if i >= 0:
             low, high = bounds.low[i], bounds.high[i]

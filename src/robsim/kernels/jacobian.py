@@ -1,4 +1,4 @@
-"""How velocities move frames: Jacobians, written once for every kind of joint.
+"""Jacobians of frames by velocities, written once for every kind of joint.
 
 A velocity of a tree moves one or several bodies: each such move is along or about an axis of that
 body's own frame, times a ratio. Ratio 0 is 1; the others are derivatives of coordinates that
@@ -14,7 +14,7 @@ from robsim.kernels.jit import kernel
 
 
 class Moves(NamedTuple):
-    """What some velocities of a tree move: one row for each body that each of them moves."""
+    """The moves of some velocities of a tree: one row for each body that each of them moves."""
 
     columns: Any  # the velocities
     # (moves, 5): the number of its velocity among them, in order; body, whether it turns, axis,
@@ -25,7 +25,7 @@ class Moves(NamedTuple):
 
 @kernel
 def jacobian(bodies, point, moves, J):
-    """J[6, j, b] of a frame at point[3, b], rows (v, omega) in world axes.
+    """Compute J[6, j, b] of a frame at point[3, b], rows (v, omega) in world axes.
 
     `sign` is 1 where a move carries the frame and 0 where not; for the motion of one frame
     relative to another it is the difference of the two, both taken at the same point.
@@ -53,7 +53,7 @@ def jacobian(bodies, point, moves, J):
 
 @kernel
 def into_axes(T, J, out):
-    """out[6, j, b] = both halves of J turned from world axes into the axes of T."""
+    """Compute out[6, j, b]: both halves of J turned from world axes into the axes of T."""
     for half in range(0, 6, 3):
         for j in range(J.shape[1]):
             for r in range(3):
@@ -67,7 +67,7 @@ def into_axes(T, J, out):
 
 @kernel
 def camera_jacobian(bodies, T_w_c, moves, J):
-    """J_c - J_o[6, j, b] at the camera origin in camera axes, so that V_c - V_o = J qdot."""
+    """Compute J_c - J_o[6, j, b] at the camera, in its axes: V_c - V_o = J qdot."""
     world = np.empty_like(J)
     jacobian(bodies, T_w_c[:, 3], moves, world)
     into_axes(T_w_c, world, J)
@@ -75,7 +75,7 @@ def camera_jacobian(bodies, T_w_c, moves, J):
 
 @kernel
 def spread(columns, some, drift, qd):
-    """qd[columns[j], b] = some[j, b], and drift[i] for the other velocities."""
+    """Compute qd: some[j, b] in rows columns[j], and drift[i] for the other velocities."""
     for i in range(qd.shape[0]):
         for b in range(qd.shape[1]):
             qd[i, b] = drift[i]

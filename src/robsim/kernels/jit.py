@@ -1,4 +1,4 @@
-"""The one decorator that compiles a kernel, and where its machine code is kept.
+"""The decorator that compiles kernels, and the cache of their machine code.
 
 Numba's file cache does not notice an edit in a callee of another file, so the folder's name
 hashes every kernel source together with the versions that shape the code.
@@ -25,7 +25,7 @@ def _hash_of_sources() -> str:
 
 
 def _user_cache() -> Path:
-    """`ROBSIM_CACHE_DIR`, or the usual place for a user's cache files."""
+    """Return `ROBSIM_CACHE_DIR`, or the usual folder for a user's cache files."""
     if os.environ.get("ROBSIM_CACHE_DIR"):
         return Path(os.environ["ROBSIM_CACHE_DIR"])
     fallback = "AppData/Local" if sys.platform == "win32" else ".cache"
@@ -48,7 +48,7 @@ _CACHED = _writable(CACHE)  # without a place to write, kernels compile anew in 
 
 
 def is_cold(name: str) -> bool:
-    """Whether a kernel such as "loop.stride" has never been compiled by this Python."""
+    """Return whether a kernel such as "loop.stride" was never compiled by this Python."""
     return not (_CACHED and any(CACHE.rglob(f"{name}-*.{_PYTHON}.*.nbc")))
 
 
@@ -65,5 +65,5 @@ def kernel(function: Callable[..., Any], inline: str = "never") -> Callable[...,
 
 
 def part(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A kernel that becomes a part of its callers, which saves compiling it on its own."""
+    """Compile a kernel that is inlined into its callers, so that it is not compiled alone."""
     return kernel(function, inline="always")

@@ -1,4 +1,4 @@
-"""How the kinds of joint move: each turns a pose in place, and holds a velocity exactly.
+"""The motions of the kinds of joint: poses in place, and exact integration of held velocities.
 
 A kind of the user's own is OWN: Python has written its motion where its pose will be.
 """
@@ -15,7 +15,7 @@ REVOLUTE, PRISMATIC, FLOATING, PLANAR, UNICYCLE, CAR, RAIL, OWN = 1, 2, 3, 4, 5,
 
 @kernel
 def turn(angle, T):
-    """T <- T Rz(angle), in place."""
+    """Replace T by T Rz(angle), in place."""
     c, s = np.empty_like(angle), np.empty_like(angle)
     for b in range(angle.size):
         c[b], s[b] = math.cos(angle[b]), math.sin(angle[b])
@@ -28,7 +28,7 @@ def turn(angle, T):
 
 @part
 def slide(distance, T):
-    """T <- T Tz(distance), in place."""
+    """Replace T by T Tz(distance), in place."""
     for r in range(3):
         for b in range(distance.size):
             T[r, 3, b] += T[r, 2, b] * distance[b]
@@ -36,7 +36,7 @@ def slide(distance, T):
 
 @kernel
 def fly(q, T):
-    """T <- T [R | p] with q[7, b] = (p, unit quaternion x y z w), in place."""
+    """Replace T by T [R | p] with q[7, b] = (p, unit quaternion x y z w), in place."""
     for b in range(q.shape[1]):
         R0, R1, R2 = se3.quaternion_to_rotation(q[3, b], q[4, b], q[5, b], q[6, b])
         for r in range(3):
@@ -49,7 +49,7 @@ def fly(q, T):
 
 @part
 def glide(q, T):
-    """T <- T Tx(x) Ty(y) Rz(theta) with q[3, b] = (x, y, theta), in place."""
+    """Replace T by T Tx(x) Ty(y) Rz(theta) with q[3, b] = (x, y, theta), in place."""
     for r in range(3):
         for b in range(q.shape[1]):
             T[r, 3, b] += T[r, 0, b] * q[0, b] + T[r, 1, b] * q[1, b]
@@ -58,7 +58,7 @@ def glide(q, T):
 
 @kernel
 def ride(curves, which, s, T, bend):
-    """T <- T C(s), in place, where C is the frame that rides on a curve; its curvature bend[b]."""
+    """Replace T by T C(s), in place, with C the frame on a curve, whose curvature is bend[b]."""
     for b in range(s.size):
         x, y, c, d, bend[b] = curve.point(curves, which, s[b])
         for r in range(3):
@@ -70,7 +70,7 @@ def ride(curves, which, s, T, bend):
 
 @kernel
 def carry(above, place, T):
-    """T <- above place T, in place: T[3, 4, b] holds a motion, and then where that leads."""
+    """Replace the motion in T[3, 4, b] by above place T, in place."""
     start, motion = np.empty_like(T), T.copy()
     se3.compose_constant(above, place, start)
     se3.compose(start, motion, T)
@@ -78,7 +78,7 @@ def carry(above, place, T):
 
 @kernel
 def integrate_floating(v, dt, q):
-    """T <- T exp(V dt) for the body twist V = (v, omega) held over dt."""
+    """Replace q of a pose T by that of T exp(V dt), for a body twist V = (v, omega)."""
     for b in range(q.shape[1]):
         V = (dt * v[0, b], dt * v[1, b], dt * v[2, b], dt * v[3, b], dt * v[4, b], dt * v[5, b])
         p = se3.exp_translation(V[0], V[1], V[2], V[3], V[4], V[5])
@@ -93,7 +93,7 @@ def integrate_floating(v, dt, q):
 
 @kernel
 def integrate_in_plane(v, dt, q):
-    """The arc of a held velocity (vx, vy, omega), or (v, omega) where vy is zero: a unicycle.
+    """Move along the arc of a held velocity (vx, vy, omega), or (v, omega) with vy = 0.
 
     int_0^dt R(theta + omega t) dt = dt sinc(h) R(theta + h) with h = omega dt / 2: the chord of
     the arc, in the direction that the body has halfway. theta is not wrapped.
@@ -111,7 +111,7 @@ def integrate_in_plane(v, dt, q):
 
 @kernel
 def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
-    """The steering angle q[row, b] of a car goes where the omega in v asks for.
+    """Turn the steering angle q[row, b] of a car towards that of the omega in v.
 
     tan(angle) = wheelbase omega/v, within the limit, and no more than rate |dt| from where it was.
     A car that stands keeps its angle.
@@ -128,6 +128,6 @@ def steer(row, velocity, wheelbase, limit, rate, dt, q, v):
 
 @kernel
 def obey(row, velocity, wheelbase, q, v):
-    """Omega of a car as its speed and its steering angle give it: v tan(angle)/wheelbase."""
+    """Replace omega of a car by that of its steering angle: v tan(angle)/wheelbase."""
     for b in range(q.shape[1]):
         v[velocity + 1, b] = v[velocity, b] * math.tan(q[row, b]) / wheelbase

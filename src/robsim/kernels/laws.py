@@ -1,4 +1,4 @@
-"""Control laws: joint velocities from the error, in the layout with the run last."""
+"""Control laws that give joint velocities from the error, in the layout with the run last."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from robsim.kernels.solve import invert, least_squares
 
 @part
 def joint(task_jacobian, error, gain, transposed, damping, rcond, qd):
-    """Qd = -gain (L J)^+ e, or the transpose in place of the inverse."""
+    """Compute qd = -gain (L J)^+ e, or with the transpose in place of the inverse."""
     invert(task_jacobian, error, transposed, damping, rcond, qd)
     _scale(-gain, qd)
 
 
 @part
 def camera(L, J, error, length, gain, transposed, damping, rcond, qd):
-    """V = -gain L^+ e (or L' e), then qd = J^+ V, with |v| in units of `length`."""
+    """Compute V = -gain L^+ e (or L' e) and qd = J^+ V, with |v| in units of `length`."""
     scaled, V = np.empty(L.shape), np.empty((6, qd.shape[1]))
     for i in range(L.shape[0]):
         for c in range(6):
@@ -31,7 +31,7 @@ def camera(L, J, error, length, gain, transposed, damping, rcond, qd):
 
 @part
 def realise(J, V, length, damping, rcond, qd):
-    """Qd = J^+ V for a twist V[6, b], with its |v| in units of `length` (eq. 19)."""
+    """Compute qd = J^+ V for a twist V[6, b], with its |v| in units of `length` (eq. 19)."""
     scaled, wanted = np.empty(J.shape), np.empty(V.shape)
     for c in range(6):
         unit = length if c < 3 else 1.0

@@ -1,4 +1,4 @@
-"""Speed limits: how much too fast a command is, in the layout with the run last."""
+"""The limits of speeds by scaling of commands, in the layout with the run last."""
 
 import math
 
@@ -9,7 +9,7 @@ from robsim.kernels.jit import kernel, part
 
 @part
 def _speeds(J, qd, speed):
-    """speed[0, b] = |v| and speed[1, b] = |omega| of the twist J[6, n, b] qd[n, b]."""
+    """Compute speed[0, b] = |v| and speed[1, b] = |omega| of the twist J[6, n, b] qd[n, b]."""
     V = np.zeros((6, qd.shape[1]))
     for c in range(6):
         for j in range(qd.shape[0]):
@@ -23,7 +23,7 @@ def _speeds(J, qd, speed):
 
 @kernel
 def scale(qd, J, joint, twist, out):
-    """out[n, b] = qd over the largest of 1 and each speed over its limit.
+    """Compute out[n, b] = qd over the largest of 1 and each speed over its limit.
 
     The limits are joint[n] on |qd| and twist[2] on |v| and |omega| of the twist J[6, n, b] qd.
     """

@@ -1,4 +1,4 @@
-"""Features of marks taken together: segments, straight lines and where these vanish.
+"""Features of marks taken together: segments, straight lines and vanishing points.
 
 As everywhere sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes.
 """
@@ -11,7 +11,7 @@ from robsim.kernels.point_features import polar_of, polar_rates
 
 @kernel
 def segments(x, s):
-    """s[2n, b] = (xc, yc, length, angle) of segments from x[0] to x[1], from x[2] to x[3] ..."""
+    """Compute s[2n, b] = (xc, yc, length, angle) of segments from x[0] to x[1], and so on."""
     for n in range(0, x.shape[0], 2):
         i = 2 * n
         for b in range(x.shape[2]):
@@ -22,7 +22,7 @@ def segments(x, s):
 
 @kernel
 def to_segment_rates(x, L):
-    """L of `segments` from L of their ends x[n, 2, b], in place."""
+    """Convert L of the end points x[n, 2, b] to L of `segments`, in place."""
     for n in range(0, x.shape[0], 2):
         i = 2 * n
         for c in range(6):
@@ -35,7 +35,7 @@ def to_segment_rates(x, L):
 
 @kernel
 def normal_of(x0, y0, x1, y1):
-    """(cos theta, sin theta, distance of the two points) of the line from one to the other.
+    """Return (cos theta, sin theta, distance) of the line from one point to the other.
 
     It is x cos theta + y sin theta = rho, and runs in the direction (-sin theta, cos theta).
     """
@@ -45,7 +45,7 @@ def normal_of(x0, y0, x1, y1):
 
 @kernel
 def lines(x, s):
-    """s[n, b] = (rho, theta) of lines from x[0] to x[1], from x[2] to x[3] ..."""
+    """Compute s[n, b] = (rho, theta) of lines from x[0] to x[1], from x[2] to x[3] ..."""
     for n in range(0, x.shape[0], 2):
         for b in range(x.shape[2]):
             x0, y0 = x[n, 0, b], x[n, 1, b]
@@ -55,7 +55,7 @@ def lines(x, s):
 
 @kernel
 def lines_interaction(x, Z, L):
-    """L[n, 6, b] of `lines` through marks x[n, 2, b] at depths Z[n, b].
+    """Compute L[n, 6, b] of `lines` through marks x[n, 2, b] at depths Z[n, b].
 
     Its lambdas come from a plane through the line in space; along the line's image that makes 1/Z
     linear. So lambda_theta is the slope of 1/Z, and -lambda_rho is 1/Z at the foot of the
@@ -77,7 +77,7 @@ def lines_interaction(x, Z, L):
 
 @kernel
 def intersections(x, p):
-    """p[m, 2, b]: where the lines through x[4m], x[4m + 1] and x[4m + 2], x[4m + 3] meet."""
+    """Compute p[m, 2, b], where the lines through x[4m], x[4m + 1] and the next two meet."""
     for m in range(p.shape[0]):
         n = 4 * m
         for b in range(x.shape[2]):

@@ -55,7 +55,7 @@ class Noise(NamedTuple):
 
 
 class Command(NamedTuple):
-    """One instant of control, the run last."""
+    """An instant of control, with the run last."""
 
     s: Any  # (k, B)
     error: Any  # (k, B)
@@ -65,7 +65,7 @@ class Command(NamedTuple):
 
 @part
 def measure(pixels, noise, step, out):
-    """Out = pixels[n, 2, b] with the noise of this step."""
+    """Compute out = pixels[n, 2, b] with the noise of this step."""
     if noise.sigma > 0.0:
         random.normal_pairs(noise.seed, noise.runs, step, 0, out)
     for n in range(out.shape[0]):
@@ -77,7 +77,7 @@ def measure(pixels, noise, step, out):
 
 @part
 def control(scheme, eye, moves, projection, pixels, x, Z, L, J, command):
-    """What the controller measures and commands at an instant."""
+    """Compute the measurement and the command of the controller at an instant."""
     camera.normalise(pixels, eye.K, eye.lens, eye.valid_radius, x)
     features.choose_depth(
         scheme.depth, scheme.metres, scheme.depth_scale, scheme.Z_goal, projection.depth, Z
@@ -138,7 +138,7 @@ def settle(
     qd,
     outcome,
 ):
-    """The rest of an instant once the command is known; returns how many runs have ended.
+    """Complete an instant after its command; return how many runs have ended.
 
     Fills qd of all joints, where those that are not commanded have the velocities `drift`, and
     outcome; keeps every so many steps in `track`, with the velocities `rates` of the joints, which
@@ -194,7 +194,7 @@ def stride(
     qd,
     outcome,
 ):
-    """Go on from `step` until a run ends or `until` is reached; returns the step then.
+    """Simulate from `step` until a run ends or `until` is reached; return the step reached.
 
     q, projection, command, qd (of all joints) and outcome hold that instant; q is not moved on
     from it. Every so many steps are kept in `track`, none if `every` is 0.

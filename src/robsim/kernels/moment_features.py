@@ -1,4 +1,4 @@
-"""Features made of image moments: area, centre, orientation, and six decoupled ones.
+"""Features of image moments: area, centre, orientation, and six decoupled ones.
 
 Centres centre[2, b], moments mu[k, b] and their rates R[k, 6, b] are those of
 `robsim.kernels.moments`.
@@ -15,7 +15,7 @@ NEAR = 0.8  # what a small turn is worth against third moments that contradict i
 
 @part
 def _size(of_marks, m, b):
-    """What stands for the area: mu00 of a region, mu20 + mu02 of a set of marks; or its rate."""
+    """Return the size: mu00 of a region, mu20 + mu02 of a set of marks; or its rate."""
     return m[3, b] + m[5, b] if of_marks else m[0, b]
 
 
@@ -33,7 +33,7 @@ def _orientation_rate(mu, rate, b):
 
 @kernel
 def within_quarter_turn(goal, alpha):
-    """alpha[b] <- alpha + n pi, so that it differs from the goal by a quarter turn at most."""
+    """Add n pi to alpha[b], so that it is within a quarter turn of the goal, in place."""
     for b in range(alpha.shape[0]):
         turns = (alpha[b] - goal) / math.pi
         alpha[b] -= math.pi * math.floor(turns + 0.5)
@@ -41,7 +41,7 @@ def within_quarter_turn(goal, alpha):
 
 @kernel
 def head(mu, alpha, out):
-    """out[2, b]: the third moments p along the axis alpha[b] and across it, without unit.
+    """Compute out[2, b], third moments along and across the axis alpha[b], dimensionless.
 
     p = (mu30 + mu12, mu21 + mu03), and its length is the rho of `decoupled`. An axis has no head,
     and p has: with alpha + pi it changes its sign.
@@ -55,7 +55,7 @@ def head(mu, alpha, out):
 
 @kernel
 def upright(goal, head_goal, mu, alpha):
-    """alpha[b] <- alpha + n pi, so that the head is where it is at the goal; within a half turn.
+    """Add n pi to alpha[b], so that the head is where it is at the goal, in place.
 
     h is `head`, h* at the goal. In pictures that differ by a turn h = h*, or -h* where the axis
     points the other way; a tilt bends h, and the nearer of both angles gets NEAR of a vote: alpha
@@ -74,7 +74,7 @@ def upright(goal, head_goal, mu, alpha):
 
 @kernel
 def basic(of_marks, centre, mu, s):
-    """s[4, b] = (a, xg, yg, alpha), alpha = atan2(2 mu11, mu20 - mu02) / 2."""
+    """Compute s[4, b] = (a, xg, yg, alpha), alpha = atan2(2 mu11, mu20 - mu02) / 2."""
     for b in range(mu.shape[1]):
         s[0, b], s[1, b], s[2, b] = _size(of_marks, mu, b), centre[0, b], centre[1, b]
         s[3, b] = _orientation(mu, b)
@@ -82,7 +82,7 @@ def basic(of_marks, centre, mu, s):
 
 @kernel
 def basic_rates(of_marks, mu, R, L):
-    """L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
+    """Compute L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
     for c in range(6):
         rate = R[:, c]
         for b in range(mu.shape[1]):
@@ -92,7 +92,7 @@ def basic_rates(of_marks, mu, R, L):
 
 @part
 def _skewness(mu, b):
-    """(rho, px, py, spread): the third moments p = sum of r^2 (x, y), and rho, |p| without unit."""
+    """Return (rho, px, py, spread): p = sum of r^2 (x, y), and rho, |p| without dimension."""
     px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
     rho = math.sqrt(mu[0, b] * (px * px + py * py) / spread) / spread
     return rho, px, py, spread
@@ -100,7 +100,7 @@ def _skewness(mu, b):
 
 @kernel
 def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
-    """s[6, b] = (xn, yn, an, Px, Py, alpha) with an = Z* sqrt(a* / a), xn = an xg, yn = an yg.
+    """Compute s[6, b] = (xn, yn, an, Px, Py, alpha), an = Z* sqrt(a* / a), xn = an xg, yn = an yg.
 
     (Px, Py) = rho (cos 2 phi, sin 2 phi): the size without unit and the direction from the
     principal axis of p = (mu30 + mu12, mu21 + mu03), twice because an axis has no head.
@@ -116,7 +116,7 @@ def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
 
 @kernel
 def decoupled_rates(of_marks, centre, mu, R, s, L):
-    """L[6, 6, b] of the decoupled s[6, b], from the rates R[k, 6, b] of the moments."""
+    """Compute L[6, 6, b] of the decoupled s[6, b], from the rates R[k, 6, b] of the moments."""
     for c in range(6):
         rate = R[:, c]
         for b in range(mu.shape[1]):

@@ -1,4 +1,4 @@
-"""Image moments of a planar region or of a set of marks, and how they change with the camera.
+"""Image moments of a planar region or of a set of marks, and their rates with the camera.
 
 What is kept are the centre[2, b] = (xg, yg) and the centred moments mu[k, b], k = at(i, j), order
 by order: mu00, mu10, mu01, mu20, mu11, mu02, mu30, ... Of a region, mu00 is the area; of a set of
@@ -19,13 +19,13 @@ ORDER_3, ORDER_4 = 10, 15  # how many moments there are up to these orders
 
 @kernel
 def at(i, j):
-    """Where the moment of x^i y^j stands."""
+    """Return the index of the moment of x^i y^j."""
     return (i + j) * (i + j + 1) // 2 + j
 
 
 @kernel
 def powers(k):
-    """The (i, j) of the moment that stands at k."""
+    """Return the (i, j) of the moment with index k."""
     order = 0
     while (order + 1) * (order + 2) // 2 <= k:
         order += 1
@@ -35,7 +35,7 @@ def powers(k):
 
 @kernel
 def _monomials(u, terms):
-    """terms[at(i, j), b] = terms[0, b] u^i v^j, for u[2, b] = (u, v)."""
+    """Compute terms[at(i, j), b] = terms[0, b] u^i v^j, for u[2, b] = (u, v)."""
     for k in range(1, terms.shape[0]):
         i, j = powers(k)
         axis, lower = (0, at(i - 1, j)) if i > 0 else (1, at(0, j - 1))
@@ -45,7 +45,7 @@ def _monomials(u, terms):
 
 @kernel
 def _polygon_about(x, origin, m):
-    """m[k, b] = moments about origin[2, b] of the polygon with corners x[n, 2, b], signed.
+    """Compute signed moments m[k, b] about origin[2, b] of a polygon with corners x[n, 2, b].
 
     Green's theorem: a polygon is the sum of the triangles from the origin to its edges p + t (q-p).
     Over such a triangle the integral of a monomial f of order d is (p x q) / (d + 2) times the
@@ -72,7 +72,7 @@ def _polygon_about(x, origin, m):
 
 @kernel
 def region(x, centre, mu):
-    """centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b]; its area is positive.
+    """Compute centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b], with area > 0.
 
     The corners follow one another along the border, either way round; it must not cross itself.
     """
@@ -89,7 +89,7 @@ def region(x, centre, mu):
 
 @kernel
 def mean(x, centre):
-    """centre[2, b] = the mean of the points x[n, 2, b]."""
+    """Compute centre[2, b], the mean of the points x[n, 2, b]."""
     centre[:] = 0.0
     for n in range(x.shape[0]):
         for r in range(2):
@@ -99,7 +99,7 @@ def mean(x, centre):
 
 @part
 def _from_centre(x, n, centre, u, terms):
-    """u[2, b] = point n from the centre, and its monomials."""
+    """Compute u[2, b], point n from the centre, and its monomials."""
     for b in range(x.shape[2]):
         u[0, b], u[1, b], terms[0, b] = x[n, 0, b] - centre[0, b], x[n, 1, b] - centre[1, b], 1.0
     _monomials(u, terms)
@@ -107,7 +107,7 @@ def _from_centre(x, n, centre, u, terms):
 
 @kernel
 def marks(x, centre, mu):
-    """centre[2, b] and mu[k, b] of the marks x[n, 2, b]: mu_ij = sum of (x - xg)^i (y - yg)^j."""
+    """Compute centre[2, b] and mu[k, b] of marks x[n, 2, b]: mu_ij = sum (x - xg)^i (y - yg)^j."""
     u, terms = np.empty((2, x.shape[2])), np.empty(mu.shape)
     mean(x, centre)
     mu[:] = 0.0
@@ -120,7 +120,7 @@ def marks(x, centre, mu):
 
 @kernel
 def plane(x, Z, ABC):
-    """ABC[3, b] of the plane 1/Z = A x + B y + C through marks x[n, 2, b] at depths Z[n, b].
+    """Compute ABC[3, b] of the plane 1/Z = A x + B y + C through marks x[n, 2, b] at depths Z.
 
     Least squares in the inverse depths: exact if the marks lie in a plane that misses the camera.
     """
@@ -149,7 +149,7 @@ def plane(x, Z, ABC):
 
 @kernel
 def _centre_rates(ABC, centre, mu, R):
-    """Rows 1 and 2 of R: the centre of gravity of a region."""
+    """Compute rows 1 and 2 of R, for the centre of gravity of a region."""
     for b in range(mu.shape[1]):
         A, B, C = ABC[0, b], ABC[1, b], ABC[2, b]
         x, y, area = centre[0, b], centre[1, b], mu[0, b]
@@ -163,7 +163,7 @@ def _centre_rates(ABC, centre, mu, R):
 
 @kernel
 def region_rates(ABC, centre, mu, R):
-    """R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of a region in the plane ABC[3, b].
+    """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of a region in the plane ABC[3, b].
 
     The interaction matrices of the area, the centre of gravity and the centred moments in Chaumette
     (2004), Image moments: a general and useful set of features for visual servoing, IEEE T-RO 20,
@@ -193,7 +193,7 @@ def region_rates(ABC, centre, mu, R):
 
 @kernel
 def marks_rates(x, Z, centre, R):
-    """R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of the marks x[n, 2, b] at depths Z[n, b].
+    """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of marks x[n, 2, b] at depths Z[n, b].
 
     The chain rule through the interaction matrix of each mark, so the marks need not be coplanar;
     for coplanar ones it is that of Tahri and Chaumette (2005), Point-based and region-based image

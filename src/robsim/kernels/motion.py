@@ -1,11 +1,11 @@
-"""Points that are known by their image and depth, after the camera has moved."""
+"""The motion of points that are known by their image and depth."""
 
 from robsim.kernels.jit import kernel
 
 
 @kernel
 def carry(x, Z, T, X):
-    """X[n, 3, b] = T p, with p = Z (x, 1) of normalised points x[n, 2, b] at depths Z[n, b]."""
+    """Compute X[n, 3, b] = T p, with p = Z (x, 1) of points x[n, 2, b] at depths Z[n, b]."""
     for n in range(X.shape[0]):
         for r in range(3):
             for b in range(X.shape[2]):

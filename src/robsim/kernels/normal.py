@@ -1,4 +1,4 @@
-"""Damped least squares by the normal equations and Cholesky's factors, for many small systems.
+"""Damped least squares by normal equations and Cholesky factors, for many small systems.
 
 Faster than `robsim.kernels.solve`, and good for steps that are damped: the condition number is
 squared, so an undamped system that is nearly singular is not for these.
@@ -13,7 +13,7 @@ from robsim.kernels.jit import kernel, part
 
 @part
 def _gram(A, damping, H):
-    """Lower half of H[k, k, b] = A'A, or A A' where that is smaller, plus damping[b] identity."""
+    """Compute the lower half of H[k, k, b] = A'A, or A A' if smaller, plus damping[b] identity."""
     wide = A.shape[0] < A.shape[1]
     for i in range(H.shape[0]):
         for j in range(i + 1):
@@ -26,7 +26,7 @@ def _gram(A, damping, H):
 
 @part
 def _factorise(H):
-    """Lower half of H <- L with H = L L', the diagonal inverted."""
+    """Replace the lower half of H by L with H = L L' and an inverted diagonal, in place."""
     for j in range(H.shape[0]):
         for k in range(j):
             for i in range(j, H.shape[0]):
@@ -41,7 +41,7 @@ def _factorise(H):
 
 @part
 def _substitute(H, x):
-    """X <- (L L')^-1 x, forward and back."""
+    """Replace x by (L L')^-1 x, by forward and back substitution, in place."""
     n = H.shape[0]
     for i in range(n):
         for k in range(i):
@@ -59,7 +59,7 @@ def _substitute(H, x):
 
 @kernel
 def transposed_product(A, y, x):
-    """x[n, b] = A' y for A[m, n, b] and y[m, b]."""
+    """Compute x[n, b] = A' y for A[m, n, b] and y[m, b]."""
     for j in range(A.shape[1]):
         for b in range(x.shape[1]):
             x[j, b] = 0.0
@@ -70,7 +70,7 @@ def transposed_product(A, y, x):
 
 @kernel
 def damped_step(A, y, downhill, damping, x):
-    """x[n, b] = argmin ||A x - y||^2 + damping[b] ||x||^2, for downhill[n, b] = A' y.
+    """Compute x[n, b] = argmin ||A x - y||^2 + damping[b] ||x||^2, for downhill[n, b] = A' y.
 
     (A'A + damping I)^-1 A' y = A' (A A' + damping I)^-1 y: the smaller system is solved.
     """

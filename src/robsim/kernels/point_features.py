@@ -1,4 +1,4 @@
-"""Features of single marks other than their image points: polar, bearing, depth, place in space.
+"""Features of single marks: polar coordinates, bearings, depth, points in space.
 
 As everywhere sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes.
 """
@@ -12,13 +12,13 @@ from robsim.kernels.jit import kernel
 
 @kernel
 def polar_of(x, y):
-    """(rho, theta) of the vector (x, y)."""
+    """Return (rho, theta) of the vector (x, y)."""
     return math.sqrt(x * x + y * y), math.atan2(y, x)
 
 
 @kernel
 def polar_rates(x, y, dx, dy):
-    """(rho', theta') of the vector (x, y) that changes at the rate (dx, dy)."""
+    """Return (rho', theta') of the vector (x, y) that changes at the rate (dx, dy)."""
     rho = math.sqrt(x * x + y * y)
     c, s = x / rho, y / rho
     return c * dx + s * dy, (c * dy - s * dx) / rho
@@ -26,7 +26,7 @@ def polar_rates(x, y, dx, dy):
 
 @kernel
 def polar(x, s):
-    """s[2n, b] = (rho, theta) of image points x[n, 2, b] about the principal point."""
+    """Compute s[2n, b] = (rho, theta) of image points x[n, 2, b] about the principal point."""
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
             s[2 * n, b], s[2 * n + 1, b] = polar_of(x[n, 0, b], x[n, 1, b])
@@ -34,7 +34,7 @@ def polar(x, s):
 
 @kernel
 def to_polar_rates(x, L):
-    """L of `polar` from L of the points x[n, 2, b], in place."""
+    """Convert L of the points x[n, 2, b] to L of `polar`, in place."""
     for n in range(x.shape[0]):
         i, j = 2 * n, 2 * n + 1
         for c in range(6):
@@ -44,7 +44,7 @@ def to_polar_rates(x, L):
 
 @kernel
 def turn_towards(goal, group, s):
-    """Angles of s[k, b], the last of each `group` rows, within (-pi, pi] of goal[k, 1], in place.
+    """Shift angles of s[k, b], the last of each `group` rows, to within half a turn of the goal.
 
     Only whole turns are taken off, so an angle that is near already keeps its bits.
     """
@@ -56,7 +56,7 @@ def turn_towards(goal, group, s):
 
 @kernel
 def bearings(x, s):
-    """s[3n, b] = unit vectors towards image points x[n, 2, b], in camera axes."""
+    """Compute s[3n, b], unit vectors towards image points x[n, 2, b], in camera axes."""
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
             u, v = x[n, 0, b], x[n, 1, b]
@@ -66,7 +66,7 @@ def bearings(x, s):
 
 @kernel
 def bearings_interaction(s, Z, L):
-    """L[3n, 6, b] = [-(I - s s') / |P|, [s]x] of bearings s[3n, b] at depths Z[n, b]."""
+    """Compute L[3n, 6, b] = [-(I - s s') / |P|, [s]x] of bearings s at depths Z."""
     for i in range(s.shape[0]):
         first = i - i % 3
         for c in range(3):
@@ -79,7 +79,7 @@ def bearings_interaction(s, Z, L):
 
 @kernel
 def cross_columns(s, L):
-    """L[3n:3n+3, 3:6, b] = [s]x: how vectors s[3n, b] turn in the camera when it turns."""
+    """Compute L[3n:3n+3, 3:6, b] = [s]x, for vectors s[3n, b] under a camera's rotation."""
     for i in range(0, s.shape[0], 3):
         for b in range(s.shape[1]):
             x, y, z = s[i, b], s[i + 1, b], s[i + 2, b]
@@ -90,7 +90,7 @@ def cross_columns(s, L):
 
 @kernel
 def points_3d(x, Z, X):
-    """X[3n, b] = (x Z, y Z, Z) of image points x[n, 2, b] at depths Z[n, b]."""
+    """Compute X[3n, b] = (x Z, y Z, Z) of image points x[n, 2, b] at depths Z[n, b]."""
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
             X[3 * n, b], X[3 * n + 1, b] = x[n, 0, b] * Z[n, b], x[n, 1, b] * Z[n, b]
@@ -99,7 +99,7 @@ def points_3d(x, Z, X):
 
 @kernel
 def points_3d_interaction(X, L):
-    """L[3n, 6, b] = [-I, [X]x] of points X[3n, b] in camera axes."""
+    """Compute L[3n, 6, b] = [-I, [X]x] of points X[3n, b] in camera axes."""
     for i in range(X.shape[0]):
         for c in range(3):
             minus_one = -1.0 if c == i % 3 else 0.0
@@ -110,7 +110,7 @@ def points_3d_interaction(X, L):
 
 @kernel
 def log_depth(Z, Z_goal, s):
-    """s[n, b] = log(Z / Z_goal) of depths Z[n, b] and Z_goal[n, 1]."""
+    """Compute s[n, b] = log(Z / Z_goal) of depths Z[n, b] and Z_goal[n, 1]."""
     for n in range(Z.shape[0]):
         for b in range(Z.shape[1]):
             s[n, b] = math.log(Z[n, b] / Z_goal[n, 0])
@@ -118,7 +118,7 @@ def log_depth(Z, Z_goal, s):
 
 @kernel
 def log_depth_interaction(x, Z, L):
-    """L[n, 6, b] = [0, 0, -1/Z, -y, x, 0] of image points x[n, 2, b] at depths Z[n, b]."""
+    """Compute L[n, 6, b] = [0, 0, -1/Z, -y, x, 0] of image points x at depths Z[n, b]."""
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
             L[n, 0, b], L[n, 1, b], L[n, 2, b] = 0.0, 0.0, -1.0 / Z[n, b]

@@ -18,7 +18,10 @@ RCOND = 1e-12  # a motion that the image shows so little is left as it was guess
 
 @part
 def _reproject(marks, T, x, now, Z, error):
-    """now[n, 2, b]: the image of marks at T, Z[n, b]: depth, error[2n, b]: now - x; NaN behind."""
+    """Compute the image now[n, 2, b] of marks at T, depths Z[n, b] and error[2n, b] = now - x.
+
+    They are NaN for marks behind the camera.
+    """
     for n in range(marks.shape[0]):
         px, py, pz = marks[n, 0], marks[n, 1], marks[n, 2]
         for b in range(T.shape[2]):
@@ -33,7 +36,7 @@ def _reproject(marks, T, x, now, Z, error):
 
 @part
 def _image_motion(L, V, motion):
-    """motion[b] = max |L V|, the largest of the 2n image coordinates' motions; NaN where V is."""
+    """Compute motion[b] = max |L V| over the 2n image coordinates; NaN where V is."""
     for b in range(motion.size):
         motion[b] = 0.0
     for i in range(L.shape[0]):
@@ -46,7 +49,7 @@ def _image_motion(L, V, motion):
 
 @part
 def _shorten(share, back):
-    """back[6, b] times share[b]."""
+    """Scale back[6, b] by share[b], in place."""
     for c in range(6):
         for b in range(share.size):
             back[c, b] *= share[b]
@@ -54,7 +57,7 @@ def _shorten(share, back):
 
 @part
 def _compare(error, ahead, worse):
-    """worse[b]: whether the squares of ahead[2n, b] add up to more than those of error; or NaN."""
+    """Compute worse[b]: whether the squares of ahead[2n, b] exceed those of error, or are NaN."""
     square, gain = np.zeros(worse.size), np.zeros(worse.size)
     for i in range(error.shape[0]):
         for b in range(worse.size):
@@ -66,7 +69,7 @@ def _compare(error, ahead, worse):
 
 @part
 def _advance(updated, motion, worse, share, moving, T):
-    """T <- updated in runs that move, but for those whose update is rounding: these are left.
+    """Update T in runs that move, except for those whose update is only rounding.
 
     An update that makes the image worse is not taken, but half of it next; the direction goes
     downhill. Returns how many go on; a run whose motion is NaN does not.
@@ -86,7 +89,7 @@ def _advance(updated, motion, worse, share, moving, T):
 
 @part
 def _copy(A, b, out):
-    """Out of run b = A of run b."""
+    """Copy run b of A to out."""
     for r in range(3):
         for c in range(4):
             out[r, c, b] = A[r, c, b]
@@ -94,7 +97,7 @@ def _copy(A, b, out):
 
 @kernel
 def fit_pose(marks, x, guess, T):
-    """T[3, 4, b] = T_c_o: the pose that puts marks (N, 3) at x[n, 2, b], from guess[3, 4, b].
+    """Fit the pose T_c_o = T[3, 4, b] to the image x[n, 2, b] of marks (N, 3), from a guess.
 
     Gauss-Newton on the sum of squared distances between measured and reprojected points, all
     normalised: a virtual camera is servoed on its image (Comport, Marchand, Pressigout and

@@ -1,4 +1,4 @@
-"""Interaction matrices of a pose (the features of position-based servoing): sdot = L V_c."""
+"""Interaction matrices L of a pose, for position-based servoing: sdot = L V_c."""
 
 import math
 
@@ -8,7 +8,7 @@ from robsim.kernels.se3 import log_coefficient
 
 @kernel
 def theta_u_interaction(w, L):
-    """L[3, 6, b] of w[3, b] = theta u of R, where a camera that turns by omega makes R exp(omega).
+    """Compute L[3, 6, b] of w[3, b] = theta u of R, for Rdot = R [omega]x of the camera.
 
     L = [0, I + [w]x / 2 + c [w]x^2], c = (1 - (theta/2) cot(theta/2)) / theta^2: the inverse of
     the right Jacobian of SO(3) (Malis, Chaumette and Boudet 1999; Chaumette and Hutchinson 2006,
@@ -33,7 +33,7 @@ def theta_u_interaction(w, L):
 
 @kernel
 def camera_origin_interaction(T, L):
-    """L[3, 6, b] = [R, 0] of the camera's origin, for its pose T[3, 4, b] in any fixed axes.
+    """Compute L[3, 6, b] = [R, 0] of the camera's origin, from its pose T[3, 4, b].
 
     Chaumette and Hutchinson 2006, the section on position-based servoing.
     """

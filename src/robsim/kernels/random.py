@@ -1,4 +1,4 @@
-"""Counter-based random numbers: the same bits for any order, chunk or number of threads.
+"""Counter-based random numbers with the same bits for any order, chunk or number of threads.
 
 Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11),
 checked with the known answers published with Random123.
@@ -17,7 +17,7 @@ _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 
 @kernel
 def philox(c0, c1, c2, c3, k0, k1):
-    """Four 32-bit words (held in uint64) from a counter of four and a key of two."""
+    """Return four 32-bit words (held in uint64) from a counter of four and a key of two."""
     for _ in range(10):
         p0, p1 = _M0 * c0, _M1 * c2
         c0, c1, c2, c3 = (p1 >> _HIGH) ^ c1 ^ k0, p1 & _MASK, (p0 >> _HIGH) ^ c3 ^ k1, p0 & _MASK
@@ -27,13 +27,13 @@ def philox(c0, c1, c2, c3, k0, k1):
 
 @kernel
 def _uniform(high, low):
-    """A double in (0, 1): 53 bits of two words, half a step away from 0 and 1."""
+    """Return a double in (0, 1): 53 bits of two words, half a step away from 0 and 1."""
     return (float(((high << _HIGH) | low) >> np.uint64(11)) + 0.5) * 2.0**-53
 
 
 @kernel
 def normal_pairs(seed, runs, step, stream, out):
-    """out[n, 2, b]: independent standard normals for run number runs[b] at this step.
+    """Compute independent standard normals out[n, 2, b] for run runs[b] at this step.
 
     Key (seed low, run), counter (step, n, seed high, stream); Box-Muller makes two of each block.
     """
@@ -48,7 +48,7 @@ def normal_pairs(seed, runs, step, stream, out):
 
 @kernel
 def uniforms(seed, runs, step, stream, out):
-    """out[n, b] in (0, 1), by the same key and counter: another stream, other numbers."""
+    """Compute out[n, b] in (0, 1) from another stream of the same key and counter."""
     low, high = seed & _MASK, seed >> _HIGH
     for n in range(out.shape[0]):
         for b in range(out.shape[1]):

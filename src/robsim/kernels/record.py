@@ -1,4 +1,4 @@
-"""From the run-last arrays of a chunk into the run-first record of all runs."""
+"""Copying of the run-last arrays of a chunk into the run-first record of all runs."""
 
 from typing import Any, NamedTuple
 
@@ -6,7 +6,7 @@ from robsim.kernels.jit import kernel, part
 
 
 class Track(NamedTuple):
-    """Some instants of all runs, each (runs, instants, width)."""
+    """The recorded instants of all runs, each (runs, instants, width)."""
 
     q: Any
     qd: Any
@@ -17,7 +17,7 @@ class Track(NamedTuple):
 
 @part
 def _store(values, rows, instant, out):
-    """out[rows[b], instant, i] = values[i, b]."""
+    """Store out[rows[b], instant, i] = values[i, b]."""
     for b in range(rows.size):
         for i in range(values.shape[0]):
             out[rows[b], instant, i] = values[i, b]
@@ -25,7 +25,7 @@ def _store(values, rows, instant, out):
 
 @kernel
 def store(rows, instant, q, qd, rates, s, pixels, track):
-    """One instant of the runs `rows`."""
+    """Store one instant of the runs `rows`."""
     _store(q, rows, instant, track.q)
     _store(qd, rows, instant, track.qd)
     _store(rates, rows, instant, track.rates)

@@ -15,7 +15,7 @@ from robsim.kernels.solve import product, singular_values
 
 @kernel
 def switch(x, low, high):
-    """w: 0 up to low, 1 from high on, between them a sigmoid scaled to meet both ends.
+    """Return w: 0 up to low, 1 from high on, between them a sigmoid scaled to meet both ends.
 
     With u = (x - low)/(high - low), sig(u) = 1/(1 + exp(6 - 12 u)), this is
     (sig(u) - sig(0))/(sig(1) - sig(0)), since sig = (1 + tanh(6 u - 3))/2.
@@ -29,9 +29,10 @@ def switch(x, low, high):
 
 @kernel
 def large_projection(A, e, low, high, P):
-    """P[n, n, b] <- w (I - A'e e'A/(e'A A'e)) + (1 - w) P, w = switch(||e||), where P is A's own.
+    """Replace the projector P by w (I - A'e e'A/(e'A A'e)) + (1 - w) P, w = switch(||e||).
 
-    A[k, n, b], e[k, b]. Where A'e is zero but for rounding, w is 0.
+    At first P[n, n, b] is the projector of A[k, n, b] itself; e is [k, b]. Where A'e is zero but
+    for rounding, w is 0.
     """
     n, runs = A.shape[1], A.shape[2]
     u, square, most, norm = np.zeros((n, runs)), np.zeros(runs), np.zeros(runs), np.zeros(runs)
@@ -57,7 +58,7 @@ def large_projection(A, e, low, high, P):
 
 @part
 def _rest(A, rate, qd, out):
-    """Out = rate - A qd."""
+    """Compute out = rate - A qd."""
     for i in range(A.shape[0]):
         for b in range(A.shape[2]):
             out[i, b] = rate[i, b]
@@ -68,7 +69,7 @@ def _rest(A, rate, qd, out):
 
 @kernel
 def _largest(sigma):
-    """The largest of them, or NaN if one is not finite."""
+    """Return the largest singular value, or NaN if one is not finite."""
     largest, nothing = 0.0, 0.0
     for i in range(sigma.size):
         largest, nothing = max(largest, sigma[i]), nothing + sigma[i] * 0.0
@@ -77,7 +78,7 @@ def _largest(sigma):
 
 @kernel
 def _take(direction, along, b, free, qd, P):
-    """Move qd by `along` times the free part P direction, which is then no longer free.
+    """Add `along` times the free part P direction to qd, and remove that direction from P.
 
     The direction lies in the range of P but for rounding; projecting it once more keeps what was
     taken before undisturbed even where the motion is large, near a conflict.
@@ -96,9 +97,10 @@ def _take(direction, along, b, free, qd, P):
 
 @kernel
 def descend(A, rate, rcond, qd, P):
-    """qd[n, b] += (A P)^+ (rate - A qd), then P[n, n, b] -= (A P)^+ A P; A[k, n, b], rate[k, b].
+    """Add (A P)^+ (rate - A qd) to qd[n, b], and subtract (A P)^+ A P from P[n, n, b].
 
-    Singular values of A P below rcond times the largest of A count as zero.
+    The shapes are A[k, n, b] and rate[k, b]. Singular values of A P below rcond times the largest
+    of A count as zero.
     """
     k, n, runs = A.shape
     G, V = np.empty((max(k, n), min(k, n))), np.empty((min(k, n), min(k, n)))

@@ -14,13 +14,13 @@ from robsim.kernels.jit import kernel
 
 @kernel
 def sinc(x):
-    """sin(x)/x, 1 at 0."""
+    """Return sin(x)/x, which is 1 at 0."""
     return math.sin(x) / x if x != 0.0 else 1.0
 
 
 @kernel
 def exp_coefficients(theta):
-    """a, b, c of exp: a = sin(t)/t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3, for t >= 0."""
+    """Return a = sin(t)/t, b = (1 - cos t)/t^2 and c = (t - sin t)/t^3 of exp, for t >= 0."""
     half = sinc(0.5 * theta)
     if theta > 1.0:
         c = (theta - math.sin(theta)) / theta**3
@@ -34,7 +34,9 @@ def exp_coefficients(theta):
 
 @kernel
 def log_coefficient(theta):
-    """(1 - h cot h) / theta^2 with h = theta/2, for 0 <= theta <= pi: 1/12 at 0, 1/pi^2 at pi.
+    """Return (1 - h cot h) / theta^2 with h = theta/2, for 0 <= theta <= pi.
+
+    It is 1/12 at 0 and 1/pi^2 at pi.
 
     By Lambert's continued fraction, h cot h = 1 - h2/(3 - h2/(5 - h2/(7 - ...))) with h2 = h^2:
     there is nothing in it to cancel, so it serves every angle.
@@ -47,7 +49,7 @@ def log_coefficient(theta):
 
 @kernel
 def compose(A, B, out):
-    """Out = A B for poses A[3, 4, b] and B[3, 4, b]."""
+    """Compute out = A B for poses A[3, 4, b] and B[3, 4, b]."""
     for r in range(3):
         for c in range(4):
             shift = 1.0 if c == 3 else 0.0
@@ -59,7 +61,7 @@ def compose(A, B, out):
 
 @kernel
 def inverse(A, out):
-    """Out = A^-1 for poses A[3, 4, b]: R', -R' t."""
+    """Compute out = A^-1 for poses A[3, 4, b]: R', -R' t."""
     for r in range(3):
         for b in range(A.shape[2]):
             out[r, 0, b], out[r, 1, b], out[r, 2, b] = A[0, r, b], A[1, r, b], A[2, r, b]
@@ -70,7 +72,7 @@ def inverse(A, out):
 
 @kernel
 def compose_constant(A, B, out):
-    """Out = A B for poses A[3, 4, b] and one constant pose B[3, 4]."""
+    """Compute out = A B for poses A[3, 4, b] and one constant pose B[3, 4]."""
     for r in range(3):
         for c in range(4):
             shift = 1.0 if c == 3 else 0.0
@@ -82,7 +84,7 @@ def compose_constant(A, B, out):
 
 @kernel
 def quaternion_to_rotation(x, y, z, w):
-    """Rows of R for a unit quaternion, as nine numbers."""
+    """Return the rows of R for a unit quaternion, as nine numbers."""
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
         (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
@@ -92,7 +94,7 @@ def quaternion_to_rotation(x, y, z, w):
 
 @kernel
 def exp_quaternion(wx, wy, wz):
-    """Unit quaternion of the rotation vector w."""
+    """Return the unit quaternion of the rotation vector w."""
     theta = math.sqrt(wx * wx + wy * wy + wz * wz)
     s = 0.5 * sinc(0.5 * theta)
     return s * wx, s * wy, s * wz, math.cos(0.5 * theta)
@@ -100,7 +102,7 @@ def exp_quaternion(wx, wy, wz):
 
 @kernel
 def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
-    """Hamilton product a b."""
+    """Return the Hamilton product a b."""
     return (
         aw * bx + ax * bw + ay * bz - az * by,
         aw * by - ax * bz + ay * bw + az * bx,
@@ -111,7 +113,7 @@ def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
 
 @kernel
 def exp_translation(vx, vy, vz, wx, wy, wz):
-    """Translation of exp(v, w): v + b (w x v) + c w x (w x v)."""
+    """Return the translation of exp(v, w): v + b (w x v) + c w x (w x v)."""
     _, b, c = exp_coefficients(math.sqrt(wx * wx + wy * wy + wz * wz))
     ux, uy, uz = wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx
     return (
@@ -123,7 +125,7 @@ def exp_translation(vx, vy, vz, wx, wy, wz):
 
 @kernel
 def exp(twist, T):
-    """T[3, 4, b] = exp of twist[6, b] = (v, omega)."""
+    """Compute T[3, 4, b] = exp of twist[6, b] = (v, omega)."""
     for b in range(twist.shape[1]):
         wx, wy, wz = twist[3, b], twist[4, b], twist[5, b]
         x, y, z, w = exp_quaternion(wx, wy, wz)
@@ -140,7 +142,10 @@ def exp(twist, T):
 
 @kernel
 def rotation_to_quaternion(T, quaternion):
-    """quaternion[4, b] (w >= 0) of the rotation in T[3, 4, b]; divides by the largest component."""
+    """Compute quaternion[4, b] (w >= 0) of the rotation in T[3, 4, b].
+
+    It divides by the largest component.
+    """
     for b in range(T.shape[2]):
         d0, d1, d2 = T[0, 0, b], T[1, 1, b], T[2, 2, b]
         # four times the squares of x, y, z, w
@@ -162,7 +167,7 @@ def rotation_to_quaternion(T, quaternion):
 
 @kernel
 def rotation_vector(quaternion, w):
-    """w[3, b] = theta u of a unit quaternion, theta in [0, pi]; at pi either axis is right."""
+    """Compute w[3, b] = theta u of a unit quaternion, theta in [0, pi]; at pi u has any sign."""
     for b in range(quaternion.shape[1]):
         x, y, z = quaternion[0, b], quaternion[1, b], quaternion[2, b]
         sine = np.hypot(np.hypot(x, y), z)

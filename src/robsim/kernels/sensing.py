@@ -1,4 +1,4 @@
-"""What is wrong with an image besides Gaussian noise."""
+"""The errors of an image besides Gaussian noise."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def quantise(size, pixels):
 
 @kernel
 def lost(share, seed, runs, step, out):
-    """out[b]: whether the image of this step is lost."""
+    """Compute out[b]: whether the image of this step is lost."""
     chance = np.empty((1, runs.size))
     random.uniforms(seed, runs, step, DROPPED, chance)
     for b in range(runs.size):

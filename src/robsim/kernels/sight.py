@@ -1,4 +1,4 @@
-"""One camera looking at one object on the tree: everything that follows from q at an instant."""
+"""The view of one object by one camera on the tree: all that follows from q at an instant."""
 
 from typing import Any, NamedTuple
 
@@ -22,7 +22,7 @@ class Eye(NamedTuple):
 
 
 class Projection(NamedTuple):
-    """Where a camera and its target are, and the marks in the image, at one instant; run last."""
+    """The poses of a camera and its target, and the image of the marks, at one instant."""
 
     bodies: tree.Bodies
     T_w_c: Any  # (3, 4, B)
@@ -51,7 +51,7 @@ def project(joints, eye, q, projection):
 
 @kernel
 def relative(A, B, out):
-    """out[3, 4, b] = A^-1 B: the pose of frame b in frame a, from both in the world."""
+    """Compute out[3, 4, b] = A^-1 B: the pose of frame b in frame a, from both in the world."""
     for r in range(3):
         for c in range(4):
             for b in range(out.shape[2]):

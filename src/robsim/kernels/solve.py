@@ -1,4 +1,4 @@
-"""Least squares for many small systems at once: x = A^+ y, truncated or damped.
+"""Least squares x = A^+ y for many small systems at once, truncated or damped.
 
 The usual way is a QR factorisation by modified Gram-Schmidt, which keeps the run innermost. It
 yields R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) bounds the condition number from above: only
@@ -16,7 +16,7 @@ from robsim.kernels.jit import kernel, part
 
 @kernel
 def product(A, B, out):
-    """out[i, j, b] = A[i, k, b] B[k, j, b]."""
+    """Compute out[i, j, b] = A[i, k, b] B[k, j, b]."""
     out[:] = 0.0
     for i in range(A.shape[0]):
         for j in range(B.shape[1]):
@@ -27,7 +27,7 @@ def product(A, B, out):
 
 @part
 def _upright(A, damping, Q):
-    """Q = A or A', whichever has at least as many rows as columns, over damping * identity."""
+    """Set Q to A or A', whichever has at least as many rows as columns, over damping * identity."""
     wide = A.shape[0] < A.shape[1]
     p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
     Q[:] = 0.0
@@ -42,7 +42,7 @@ def _upright(A, damping, Q):
 
 @part
 def _gram_schmidt(Q, R):
-    """Q <- orthonormal columns, R[i, j, b] upper triangular with Q_before = Q R."""
+    """Orthonormalise the columns of Q, with R[i, j, b] upper triangular and Q_before = Q R."""
     rows, n, runs = Q.shape
     R[:] = 0.0
     for j in range(n):
@@ -65,7 +65,7 @@ def _gram_schmidt(Q, R):
 
 @part
 def _invert_triangle(R, inverse):
-    """Inverse = R^-1 for upper triangular R, column by column."""
+    """Compute inverse = R^-1 for upper triangular R, column by column."""
     n, runs = R.shape[1], R.shape[2]
     inverse[:] = 0.0
     for j in range(n):
@@ -81,7 +81,7 @@ def _invert_triangle(R, inverse):
 
 @part
 def _condition_bound(R, inverse, bound):
-    """bound[b] = ||R||_F ||R^-1||_F >= the condition number."""
+    """Compute bound[b] = ||R||_F ||R^-1||_F >= the condition number."""
     norm = np.zeros((2, R.shape[2]))
     for i in range(R.shape[0]):
         for j in range(i, R.shape[1]):
@@ -94,7 +94,7 @@ def _condition_bound(R, inverse, bound):
 
 @part
 def _solve_tall(Q, inverse, y, x):
-    """X = R^-1 Q' y; y is projected step by step, which is what makes Gram-Schmidt stable."""
+    """Compute x = R^-1 Q' y, with y projected step by step, which keeps Gram-Schmidt stable."""
     rest, z = np.zeros((Q.shape[0], y.shape[1])), np.zeros(x.shape)
     for i in range(y.shape[0]):
         for b in range(y.shape[1]):
@@ -115,7 +115,7 @@ def _solve_tall(Q, inverse, y, x):
 
 @part
 def _solve_wide(Q, inverse, y, x):
-    """X = Q R^-T y."""
+    """Compute x = Q R^-T y."""
     z = np.zeros(y.shape)
     for j in range(y.shape[0]):
         for i in range(j + 1):
@@ -130,7 +130,7 @@ def _solve_wide(Q, inverse, y, x):
 
 @kernel
 def _orthogonalise(G, V):
-    """One-sided Jacobi: rotate the columns of G (and V) until they are orthogonal."""
+    """Rotate the columns of G (and V) until they are orthogonal (one-sided Jacobi)."""
     n = G.shape[1]
     for _ in range(60):
         still = True
@@ -161,7 +161,7 @@ def _rotate(G, p, q, c, s):
 
 @kernel
 def singular_values(A, b, G, V, sigma):
-    """A[:, :, b] = G V' or its transpose; the columns of G have lengths sigma."""
+    """Compute A[:, :, b] = G V' or its transpose; the columns of G have lengths sigma."""
     wide = A.shape[0] < A.shape[1]
     V[:] = 0.0
     for j in range(G.shape[1]):
@@ -178,7 +178,7 @@ def singular_values(A, b, G, V, sigma):
 
 @kernel
 def _solve_truncated(A, y, b, rcond, x):
-    """X = A^+ y for run b by singular values; returns the rank."""
+    """Compute x = A^+ y for run b by singular values; return the rank."""
     wide = A.shape[0] < A.shape[1]
     p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
     G, V, sigma = np.empty((p, n)), np.empty((n, n)), np.empty(n)
@@ -212,7 +212,7 @@ def _is_finite(A, b):
 
 @kernel
 def least_squares(A, y, damping, rcond, x, rank):
-    """x[n, b] = argmin ||A x - y||^2 + damping^2 ||x||^2 for A[m, n, b], y[m, b]; rank[b] of A.
+    """Compute x[n, b] = argmin ||A x - y||^2 + damping^2 ||x||^2, and rank[b] of A[m, n, b].
 
     With damping 0 singular values below rcond * largest are truncated. A damped rank is not
     examined and reads as full.
@@ -240,7 +240,7 @@ def least_squares(A, y, damping, rcond, x, rank):
 
 @part
 def invert(A, y, transposed, damping, rcond, x):
-    """x[n, b] = A^+ y, or A' y where `transposed`, for A[m, n, b] and y[m, b]."""
+    """Compute x[n, b] = A^+ y, or A' y where `transposed`, for A[m, n, b] and y[m, b]."""
     if transposed:
         x[:] = 0.0
         for i in range(A.shape[0]):

@@ -1,4 +1,4 @@
-"""Numbers in whole steps, as encoders and pixel grids have them."""
+"""Rounding of numbers to whole steps, as in encoders and pixel grids."""
 
 import numpy as np
 
@@ -9,6 +9,6 @@ WHOLE = 2.0**52  # steps: a number that has more of them is whole to its own rou
 
 @part
 def in_steps(value, step):
-    """The whole multiple of a step that is nearest; the value itself where the step is zero."""
+    """Return the nearest whole multiple of a step, or the value itself if the step is zero."""
     count = value / step  # infinite or NaN where the step is zero
     return step * np.floor(count + 0.5) if abs(count) < WHOLE else value

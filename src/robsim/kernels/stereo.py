@@ -1,4 +1,4 @@
-"""Two cameras: points in space from their two images."""
+"""Triangulation: points in space from two images."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def _cross(ax, ay, az, bx, by, bz):
 
 @kernel
 def triangulate(x, other, between, X):
-    """X[n, 3, b] in axes of the first camera, from normalised points x[n, 2, b], other[n, 2, b].
+    """Compute X[n, 3, b] in the first camera from normalised points x[n, 2, b] and other[n, 2, b].
 
     between[3, 4, b] = (R, t) is the pose of the second camera in the first. X is the midpoint of
     the common perpendicular of the rays l d and t + m e, with d = (x, 1), e = R (other, 1):

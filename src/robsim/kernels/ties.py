@@ -1,4 +1,4 @@
-"""Coordinates that depend on others, and wheels that roll under their vehicles."""
+"""Coordinates that depend on others, and wheels that roll below their vehicles."""
 
 import math
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ MIMIC, CHORD, ACKERMANN = 0, 1, 2
 
 
 class Ties(NamedTuple):
-    """Coordinates that depend on one other, in an order in which that comes before."""
+    """Coordinates that depend on one other, each after the one that it depends on."""
 
     # (ties, 5): MIMIC, CHORD or ACKERMANN; row of x that it depends on; row of the ratio that is
     # its derivative by the velocity of its root; of a chord its curve, and what it gives
@@ -20,7 +20,7 @@ class Ties(NamedTuple):
 
 
 class Wheels(NamedTuple):
-    """Wheels that roll under their vehicle; the hub stands at (x, y) of it."""
+    """Wheels that roll below their vehicle, with the hub at (x, y) of it."""
 
     # (wheels, 4): row of their angle in q; v of the vehicle, omega is the next; row of x by whose
     # angle the wheel is turned, or -1; ratio of what v adds to its speed, that of omega is the next
@@ -30,7 +30,7 @@ class Wheels(NamedTuple):
 
 @kernel
 def steered(angle, wheelbase, x, y):
-    """Angle of a wheel at (x, y) of a car, and its derivative by the steering angle.
+    """Return the angle of a wheel at (x, y) of a car, and its derivative by the steering angle.
 
     tan = x sin/(wheelbase cos - y sin): all axles meet in one point (R. N. Jazar, Vehicle
     Dynamics, 2008, section 7.1).
@@ -60,7 +60,7 @@ def depend(ties, curves, x, ratio):
 
 @kernel
 def spin(wheels, x, ratio):
-    """What v and omega of a vehicle add to the speeds of its wheels, rad/s for each of them.
+    """Compute the factors of v and omega of a vehicle in the speeds of its wheels, in rad/s.
 
     The hub at (x, y) moves at (v - omega y, omega x); a wheel of radius R, turned by the angle h,
     rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.

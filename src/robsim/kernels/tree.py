@@ -1,4 +1,4 @@
-"""The kinematic tree: poses of its moving bodies, and the motion of held velocities.
+"""The kinematic tree: poses of its moving bodies, and the integration of held velocities.
 
 A joint is `place . motion(x) . tail`. Tails and fixed joints are folded into constants before
 they come here (see `robsim.robot.tree`), so a moving body i has a parent body, a constant `place`,
@@ -50,7 +50,7 @@ class Joints(NamedTuple):
 
 
 class Bodies(NamedTuple):
-    """Where the moving bodies are, and by which ratios velocities move them; the run last."""
+    """The poses of the moving bodies, and the ratios by which velocities move them; run last."""
 
     poses: Any  # (bodies, 3, 4, B) in the world
     ratio: Any  # (ratios, B)
@@ -58,7 +58,7 @@ class Bodies(NamedTuple):
 
 @part
 def _world(T):
-    """T <- the identity."""
+    """Set T to the identity."""
     for r in range(3):
         for c in range(4):
             for b in range(T.shape[2]):
@@ -67,7 +67,7 @@ def _world(T):
 
 @kernel
 def _place(rows, place, curves, x, out):
-    """Poses of all bodies from coordinates x; parents come before their children."""
+    """Compute the poses of all bodies from coordinates x; parents come before their children."""
     poses = out.poses
     _world(poses[0])
     for i in range(1, poses.shape[0]):
@@ -90,7 +90,7 @@ def _place(rows, place, curves, x, out):
 
 @kernel
 def _extend(joints, q, ratio):
-    """All coordinates x[:, b]: q, and those that follow it; and the ratios but for curvatures."""
+    """Compute all coordinates x[:, b], q and its followers, and the ratios but for curvatures."""
     x = np.empty((q.shape[0] + joints.ties.rows.shape[0], q.shape[1]))
     for i in range(q.shape[0]):
         for b in range(q.shape[1]):
@@ -102,7 +102,7 @@ def _extend(joints, q, ratio):
 
 @part
 def _bend_further(rows, ties, own, ratio):
-    """Curvature is per metre of a rail; of one that follows others, per unit of theirs."""
+    """Scale curvatures, per metre of a rail, of rails that follow others to units of theirs."""
     for i in range(1, rows.shape[0]):
         if rows[i, KIND] == RAIL and rows[i, IX] >= own:
             bend, slope = rows[i, BEND], ties.rows[rows[i, IX] - own, 2]
@@ -125,13 +125,13 @@ def bodies(joints, q, out):
 
 @kernel
 def frame(poses, body, offset, T):
-    """T[3, 4, b] of a frame that rides on a body at a constant offset."""
+    """Compute T[3, 4, b] of a frame that rides on a body at a constant offset."""
     se3.compose_constant(poses[body], offset, T)
 
 
 @part
 def integrate(joints, v, dt, q):
-    """Q <- the coordinates after the velocity v[n, b] was held for dt: exact, in place."""
+    """Replace q by the coordinates after velocity v[n, b] was held for dt: exact, in place."""
     _integrate(joints.rows, v, dt, q)
     if joints.ratios > 1:  # there may be wheels of vehicles
         _roll(joints, v, dt, q)
@@ -156,7 +156,7 @@ def _integrate(rows, v, dt, q):
 
 @kernel
 def _roll(joints, v, dt, q):
-    """The angles of the wheels of vehicles, whose speeds are constant along an arc."""
+    """Add the rolling of vehicles' wheels to their angles; their speeds are constant on an arc."""
     wheels, ratio = joints.wheels, np.ones((joints.ratios, q.shape[1]))
     _extend(joints, q, ratio)
     for i in range(wheels.rows.shape[0]):

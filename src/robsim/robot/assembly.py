@@ -1,4 +1,4 @@
-"""From frames on joints to the rows that the kernels need."""
+"""Conversion of frames on joints to the tables that the kernels need."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from robsim.robot.member import Member, OwnMotion
 
 @dataclass
 class Assembly:
-    """Puts the frames of a tree into rows, parents first and sources before what follows them."""
+    """The conversion of the frames of a tree to rows, parents and sources first."""
 
     frames: list[Frame]
     where: dict[str, tuple[int, Array]] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class Assembly:
         self.tied = [self._tie(i, frame) for i, frame in enumerate(self.ties)]
 
     def joints(self) -> kernels.Joints:
-        """The constants for the kernels."""
+        """Return the constants of all joints for the kernels."""
         return kernels.Joints(
             _table(self.bodies, 7),
             frozen(np.ascontiguousarray(np.stack(self.places)[:, :3])),
@@ -78,7 +78,7 @@ class Assembly:
         )
 
     def _add(self, frame: Frame) -> None:
-        """A frame, and the body that moves with it."""
+        """Add a frame, and the body that moves with it."""
         joint, (above, offset) = frame.joint, self.where[frame.parent]
         start = offset @ joint.place.matrix
         if not joint.moves:
@@ -87,7 +87,7 @@ class Assembly:
         body, own = len(self.bodies), joint.parts
         q, v = self.first[frame.name]
         iq, iv = (q if own.coordinates else -1), (v if own.velocities else -1)
-        ix = self.rows.get(frame.label, q)  # of several coordinates the first
+        ix = self.rows.get(frame.label, q)  # the first, where a joint has several coordinates
         which = bend = 0
         if joint.curve is not None:
             which, bend = self._curve(joint.curve), self.ratios
@@ -105,7 +105,7 @@ class Assembly:
             self._roll(frame, body, iq, joint.follows.radius)
 
     def _count(self, joint: Joint, body: int, q: int, v: int) -> None:
-        """A joint that has coordinates of its own, from q and v on."""
+        """Add a joint that has coordinates of its own, which start at rows q and v."""
         own = joint.parts
         rows = slice(q, q + len(own.coordinates)), slice(v, v + len(own.velocities))
         member = Member(body, joint.model, *rows, rolls=joint.follows is not None)
@@ -117,13 +117,13 @@ class Assembly:
             self.ratios += len(made.moves)
 
     def _move(self, frame: Frame, body: int, iv: int, bend: int) -> None:
-        """What its own velocities do with the body, or that of the coordinate that it follows."""
+        """Add the motions of a body by its own velocities, or by the one that it follows."""
         joint, ratio = frame.joint, 0
         moves: Sequence[tuple[bool, int]] = joint.parts.moves
         if joint.tied:
             root = self._root(frame)
             if root is None:
-                return  # it follows what no velocity moves: a steering angle
+                return  # its source is a steering angle, which no velocity moves
             iv, ratio = root, 1 + self.rows[frame.label] - self.nq
             moves = joint.model.moves
         for i, (turns, axis) in enumerate(moves):
@@ -132,7 +132,7 @@ class Assembly:
             self.moves.append((iv, body, 1, 2, bend))
 
     def _root(self, frame: Frame) -> int | None:
-        """The velocity that moves a coordinate, through all that it follows."""
+        """Return the row of the velocity that moves a coordinate, or None if there is none."""
         owner = frame
         while owner.joint.tied:
             name = owner.joint.follows.of  # type: ignore[union-attr]
@@ -140,7 +140,7 @@ class Assembly:
         return None if steers(owner, name) else self.first[owner.name][1]
 
     def _tie(self, i: int, frame: Frame) -> tuple[tuple[int, ...], tuple[float, ...]]:
-        """A row of `kernels.Ties`: integers and numbers."""
+        """Return a row of `kernels.Ties`: its integers and its numbers."""
         follows, ratio = frame.joint.follows, 1 + i
         assert follows is not None and follows.tied
         source = self.rows[follows.of]
@@ -149,7 +149,7 @@ class Assembly:
         return (follows.code, source, ratio, which, follows.given), numbers
 
     def _chorded(self, frame: Frame) -> int:
-        """The curve of a rail that a chord is on."""
+        """Return the number of the curve of the rail that a chord is on."""
         follows = frame.joint.follows
         assert isinstance(follows, Chord)
         curve = self.owners[follows.of].joint.curve
@@ -158,7 +158,7 @@ class Assembly:
         return self._curve(curve)
 
     def _stand(self, frame: Frame) -> Stand:
-        """Wheelbase of the car that a steered wheel is on, and its x and y there."""
+        """Return the wheelbase of the car of a steered wheel, and the wheel's x and y on it."""
         body = self.where[frame.name][0]
         above, start = self.bodies[body][0], self.places[body]
         carrier = self.carriers[above]
@@ -167,7 +167,7 @@ class Assembly:
         return Stand(carrier.joint.steering.wheelbase, float(start[0, 3]), float(start[1, 3]))
 
     def _roll(self, frame: Frame, body: int, row: int, radius: float) -> None:
-        """A wheel: where its hub is on its vehicle, and what turns it about the vertical."""
+        """Add a rolling wheel: the place of its hub on its vehicle, and its steering coordinate."""
         above, hub, steering = self.bodies[body][0], self.places[body], -1
         carrier = self.carriers[above]
         if carrier is not None and carrier.joint.tied:
@@ -197,13 +197,13 @@ class Assembly:
 
 
 def _check_upright(name: str, carrier: Joint, place: Array) -> None:
-    """InputError unless what steers a wheel turns about the vertical of its vehicle."""
+    """Raise InputError unless the steering joint of a wheel is vertical on its vehicle."""
     if not carrier.model.turns or abs(place[2, 2] - 1) > UPRIGHT:
         raise InputError(f"'{name}': what steers it must turn about the vertical, its z up")
 
 
 def integers(values: ArrayLike) -> NDArray[np.int64]:
-    """A read-only copy, as the kernels are compiled for."""
+    """Return a read-only int64 copy, for which the kernels are compiled."""
     return frozen(np.array(values, dtype=np.int64))
 
 

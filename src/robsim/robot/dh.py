@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg rows as joints."""
+"""Denavit-Hartenberg rows as links on joints."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def dh_links(
     links: Sequence[str] | None,
     shapes: Sequence[Sequence[Primitive]] | None,
 ) -> tuple[Link, ...]:
-    """A base and one link for each row; see `Robot.from_dh`."""
+    """Return a base and one link for each row; see `Robot.from_dh`."""
     table = numbers(rows, "DH rows (theta, d, a, alpha)", ("n", 4))
     n = len(table)
     if table.ndim != 2 or n == 0:
@@ -51,7 +51,7 @@ def dh_links(
 
 
 def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
-    """(place, tail) of a DH row, so that the joint is place . motion(q) . tail."""
+    """Return (place, tail) of a DH row, so that the joint is place . motion(q) . tail."""
     theta, d, a, alpha = row
     turns = KINDS[kind].turns
     turn, rise = _rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
@@ -70,7 +70,7 @@ def _rigid(R: Array) -> Pose:
 
 
 def _spans(limits: ArrayLike, n: int) -> list[list[float]]:
-    """(n, 2) limits; a joint without has (-inf, inf)."""
+    """Return limits (n, 2); those of a joint without limits are (-inf, inf)."""
     given = np.asarray(limits)
     free = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
     spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))

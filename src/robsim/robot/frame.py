@@ -1,4 +1,4 @@
-"""Frames of a tree: what hangs from what, in which order, and whose the coordinates are."""
+"""The frames of a tree: their parents, their order and their coordinates."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robsim.robot.joints.coupling import Source
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame of the tree: it hangs from `parent` by `joint`."""
+    """A frame of the tree, connected to the frame `parent` by `joint`."""
 
     name: str
     parent: str
@@ -20,7 +20,7 @@ class Frame:
 
     @property
     def label(self) -> str:
-        """What its coordinates are called: as its joint, if that has a name, else as the frame."""
+        """The name of its coordinates: that of the joint, if it has one, else that of the frame."""
         if self.joint.name is None:
             return self.name
         prefix, dot, _ = self.name.rpartition(".")
@@ -28,26 +28,29 @@ class Frame:
 
     @property
     def coordinates(self) -> list[str]:
-        """Names of those that it has of its own."""
+        """The names of the coordinates that the frame has of its own."""
         return [self.label + part for part in self.joint.parts.coordinates]
 
 
 def steers(owner: Frame, name: str) -> bool:
-    """Whether a coordinate of this frame is a steering angle; a link may have that name too."""
+    """Return whether a coordinate of this frame is a steering angle.
+
+    The name alone is not enough: a link may be called "steering" too.
+    """
     return owner.joint.steering is not None and name.endswith(".steering")
 
 
 def check_source(frame: Frame, owners: dict[str, Frame]) -> None:
-    """InputError if a frame follows what does not exist, or what nothing can follow."""
+    """Raise InputError if a frame follows a coordinate that is missing or does not suit."""
     follows = frame.joint.follows
     name: str = follows.of  # type: ignore[union-attr]
     if name not in owners:
         hint = suggest(name, owners, "coordinates")
         raise InputError(f"'{frame.name}' follows '{name}', and there is none; {hint}")
     source = owners[name].joint
-    told = Source(source.model, source.follows, steers(owners[name], name))
+    candidate = Source(source.model, source.follows, steers(owners[name], name))
     assert follows is not None
-    if not follows.fits(told):
+    if not follows.fits(candidate):
         raise InputError(f"'{frame.name}' must follow {follows.wanted}, and '{name}' is none")
 
 
@@ -56,7 +59,10 @@ def _names(frame: Frame) -> list[str]:
 
 
 def owners_of(frames: Iterable[Frame]) -> dict[str, Frame]:
-    """The frame whose joint has a coordinate, by its name; FrameError if two have one name."""
+    """Return the frame of each coordinate, by the coordinate's name.
+
+    FrameError: two coordinates have one name.
+    """
     found: dict[str, Frame] = {}
     for frame in frames:
         for name in _names(frame):
@@ -67,7 +73,7 @@ def owners_of(frames: Iterable[Frame]) -> dict[str, Frame]:
 
 
 def rows_of(frames: Iterable[Frame], first: dict[str | None, tuple[int, int]]) -> dict[str, int]:
-    """The row in q of each coordinate that the tree has of its own, by name."""
+    """Return the row in q of each coordinate that the tree has of its own, by name."""
     return {
         name: first[frame.name][0] + i
         for frame in frames
@@ -76,7 +82,7 @@ def rows_of(frames: Iterable[Frame], first: dict[str | None, tuple[int, int]]) -
 
 
 def first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
-    """Of each frame, its first coordinate and velocity; under None, how many there are."""
+    """Return the first coordinate and velocity of each frame; under None their total numbers."""
     first: dict[str | None, tuple[int, int]] = {}
     nq = nv = 0
     for frame in frames:
@@ -89,11 +95,14 @@ def first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
 
 
 def in_order(tied: list[Frame]) -> list[Frame]:
-    """Those that follow others, each after what it follows; names are checked by the robot."""
+    """Return the frames that follow others, each after the one it follows.
+
+    The robot has checked the names.
+    """
     source = {frame.label: frame.joint.follows.of for frame in tied}  # type: ignore[union-attr]
     depth: dict[str, int] = {}
     for first in source:
-        chain: dict[str, None] = {}  # a set in order
+        chain: dict[str, None] = {}  # an ordered set
         label = first
         while label in source and label not in depth:
             if label in chain:
@@ -106,7 +115,7 @@ def in_order(tied: list[Frame]) -> list[Frame]:
 
 
 def parents_first(frames: list[Frame]) -> list[Frame]:
-    """The same frames, each after the one it hangs from."""
+    """Return the same frames, each after its parent."""
     number = {frame.name: i for i, frame in enumerate(frames)}
     hung: dict[str, list[int]] = {}
     for i, frame in enumerate(frames):

@@ -1,4 +1,4 @@
-"""Joints: how one frame moves against another."""
+"""The joints by which one frame moves against another."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _NEEDED: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}  # fields
 
 @dataclass(frozen=True)
 class Joint:
-    """place . motion(q) . tail: a constant pose, a motion, a constant pose.
+    """A joint: a constant pose `place`, a motion by q, a constant pose `tail`.
 
     A revolute joint turns about z and a prismatic one slides along it. A floating joint moves
     freely, a planar one in the plane z = 0; so do a unicycle and a car, which cannot move
@@ -95,22 +95,22 @@ class Joint:
 
     @cached_property
     def model(self) -> JointKind:
-        """What its kind knows: how it moves, samples, wraps."""
+        """The kind of the joint as a `JointKind`."""
         return kind_of(self.kind)
 
     @property
     def moves(self) -> bool:
-        """Whether it has a coordinate, its own or one that follows others."""
+        """Whether the joint has a coordinate, its own or one that follows others."""
         return bool(self.model.coordinates)
 
     @property
     def tied(self) -> bool:
-        """Whether its coordinate depends on others: that of a rolling wheel is its own."""
+        """Whether its coordinate depends on others; that of a rolling wheel is its own."""
         return self.follows is not None and self.follows.tied
 
     @property
     def parts(self) -> Parts:
-        """Its own coordinates and velocities: none where it follows others."""
+        """Its own coordinates and velocities; none if it follows others."""
         if self.tied:
             return Parts()
         own = self.model.parts
@@ -118,28 +118,28 @@ class Joint:
 
     @property
     def needed(self) -> Any:
-        """Its curve or its steering, if its kind needs one."""
+        """The curve or the steering of the joint, if its kind needs one."""
         return None if self.model.needs is None else getattr(self, self.model.needs)
 
     def within(self, prefix: str) -> Joint:
-        """The same in a scene, where names of coordinates begin with that of the robot."""
+        """Return the joint in a scene, where a prefix precedes the names of coordinates."""
         if self.follows is None or not self.tied:
             return self
         return self.following(f"{prefix}.{self.follows.of}")
 
     def following(self, name: str) -> Joint:
-        """The same where the coordinate that it follows is called so."""
+        """Return a copy that follows the coordinate with this name."""
         assert self.follows is not None
         return replace(self, follows=replace(self.follows, of=name))  # type: ignore[type-var]
 
     def _check_kind(self) -> None:
         if self.model.code != kernels.OWN and KINDS.get(self.model.name) is type(self.model):
-            object.__setattr__(self, "kind", self.model.name)  # those of RobSim go by their names
+            object.__setattr__(self, "kind", self.model.name)  # built-in kinds are stored by name
         else:
             check_kind(self.model)
 
     def _check(self, part: str, expected: type) -> None:
-        """InputError unless it has this part if it is of a kind that needs it, and only then."""
+        """Raise InputError unless the part is present exactly if the kind of the joint needs it."""
         value, needs = getattr(self, part), self.model.needs == part
         if value is None and needs:
             raise InputError(f"a {self.model.name} joint needs a {part}")
@@ -188,5 +188,5 @@ FIXED = Joint()
 
 
 def units_of(joints: Sequence[Joint]) -> tuple[str, ...]:
-    """ "rad", "m" or "1" of each coordinate of the joints."""
+    """Return the unit "rad", "m" or "1" of each coordinate of the joints."""
     return tuple(unit for joint in joints for unit in joint.parts.units)

@@ -1,4 +1,4 @@
-"""What follows from the links of a robot: where they are, how they move, inverse kinematics."""
+"""The kinematics of a robot: coordinates, forward and inverse kinematics, Jacobian."""
 
 from __future__ import annotations
 
@@ -33,30 +33,30 @@ class Kinematics(Value):
 
     @cached_property
     def tree(self) -> Tree:
-        """The robot alone, its base link in the world's place."""
+        """The kinematic tree of the robot alone, with its base link at the world frame."""
         base, *others = self.links
-        frames = [Frame(base.name, "world", FIXED)]  # where it stands is the scene's business
+        frames = [Frame(base.name, "world", FIXED)]  # the scene places the base
         return Tree([*frames, *(Frame(k.name, k.parent or "world", k.joint) for k in others)])
 
     @property
     def nq(self) -> int:
-        """How many coordinates."""
+        """The number of coordinates."""
         return self.tree.nq
 
     @property
     def nv(self) -> int:
-        """How many velocities."""
+        """The number of velocities."""
         return self.tree.nv
 
     @property
     def rest(self) -> Array:
-        """All zero, floating joints at the identity."""
+        """The coordinates (nq,) at rest: zero, or the identity of a floating joint."""
         own = (link.joint.model for link in self.links if link.joint.parts.coordinates)
         return np.concatenate([np.empty(0), *(kind.rest for kind in own)])
 
     @property
     def limits(self) -> Array:
-        """(nq, 2): lowest and highest of each coordinate, infinite where there is none.
+        """The limits (nq, 2): lowest and highest value of each coordinate, or infinity.
 
         A coordinate that others mimic is also held where they are within theirs.
         """
@@ -64,31 +64,31 @@ class Kinematics(Value):
 
     @cached_property
     def _ranges(self) -> Array:
-        """The same, read-only."""
+        """The same limits (nq, 2), read-only."""
         return ranges(self.links)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """One name for each coordinate: the link's, with .x and so on where a joint has several."""
+        """The name of each coordinate: the link's, with ".x" and so on if there are several."""
         return coordinate_names(self.links)
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
-        """ "rad", "m", or "1" of each coordinate."""
+        """The unit of each coordinate: "rad", "m" or "1"."""
         return units_of([link.joint for link in self.links])
 
     @property
     def velocity_names(self) -> tuple[str, ...]:
-        """One name for each velocity."""
+        """The name of each velocity."""
         return velocity_names(self.links)
 
     @property
     def velocity_units(self) -> tuple[str, ...]:
-        """ "rad/s" or "m/s" of each velocity."""
+        """The unit of each velocity: "rad/s" or "m/s"."""
         return tuple(unit for link in self.links for unit in link.joint.parts.rates)
 
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
-        """Checked coordinates (..., nq), a copy; a Pose is taken where one joint floats.
+        """Return a checked copy (..., nq) of q; a Pose may stand for one floating joint.
 
         InputError: wrong length, not finite, quaternion without length 1, outside the limits.
         UnitWarning: an angle that looks like degrees.
@@ -110,7 +110,7 @@ class Kinematics(Value):
         return values
 
     def fk(self, q: Any, link: str | None = None) -> Array:
-        """Pose (..., 4, 4) of a link (the last by default) in the base link's frame.
+        """Return the pose (..., 4, 4) of a link (the tip by default) in the base link's frame.
 
         >>> from robsim import Robot
         >>> Robot.from_dh([[0, 0, 1, 0]]).fk([np.pi / 2]).round(9)[:3, 3]
@@ -121,7 +121,7 @@ class Kinematics(Value):
         return homogeneous(self.tree.frame(bodies, self._link(link)), values.shape[:-1])
 
     def frames(self, q: Any) -> Array:
-        """Poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
+        """Return poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
 
         >>> from robsim import Robot
         >>> Robot.from_dh([[0, 0, 1, 0]] * 2).frames([0.0, 0.0])[:, 0, 3]
@@ -133,7 +133,7 @@ class Kinematics(Value):
         return np.stack([homogeneous(T, values.shape[:-1]) for T in poses], axis=-3)
 
     def jacobian(self, q: Any, link: str | None = None) -> Array:
-        """Geometric Jacobian (..., 6, nv): (v, omega) of the link's origin, in base axes.
+        """Return the geometric Jacobian (..., 6, nv) of a link's origin, (v, omega) in base axes.
 
         >>> from robsim import Robot
         >>> Robot.from_dh([[0, 0, 1, 0]]).jacobian([0.0])[:, 0]
@@ -157,7 +157,7 @@ class Kinematics(Value):
         limits: bool = True,
         threads: int | None = None,
     ) -> IKResult:
-        """Coordinates that bring a link (the last by default) to poses T (..., 4, 4) in the base.
+        """Return coordinates that bring a link (or the tip) to poses T (..., 4, 4) in the base.
 
         q0          (..., nq), where the search begins; None is home
         mask        what counts: None for the whole pose, "position", "pointing" (position and the
@@ -189,7 +189,7 @@ class Kinematics(Value):
         return solve(arm, T, start, mask, effort)
 
     def closed_ik(self, T: Any, *, link: str | None = None, tolerance: float = 1e-9) -> ClosedIK:
-        """All solutions for poses T (..., 4, 4), where the arm has a closed form.
+        """Return all solutions for poses T (..., 4, 4), if the arm has a closed form.
 
         Six joints with a spherical wrist have eight (Pieper 1968; Paul and Zhang 1986), five like
         those of the Rhino four (Schilling 1990, section 3.5); axes 2 and 3 are parallel, and axis
@@ -208,7 +208,7 @@ class Kinematics(Value):
         return solve_closed(self._arm(link, True), T, tolerance)
 
     def _arm(self, link: str | None, limits: bool) -> Arm:
-        """What inverse kinematics has to know."""
+        """Return the problem of inverse kinematics for a link of this robot."""
         if not isinstance(limits, bool | np.bool_):
             raise InputError(f"limits must be True or False, got {limits!r:.80}")
         rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
@@ -216,7 +216,7 @@ class Kinematics(Value):
         return Arm(self.tree, self._link(link), rows, self.home, *names)
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
-        """Coordinates (..., nq) after the velocity v (..., nv) was held for dt seconds: exact.
+        """Return coordinates (..., nq) after velocity v (..., nv) was held for dt seconds, exactly.
 
         A floating joint moves by T exp(V dt), a planar one or a unicycle along an arc, a car too,
         once it has steered; limits of coordinates are not looked at.
@@ -242,7 +242,7 @@ class Kinematics(Value):
 
     @cached_property
     def _checked(self) -> list[tuple[JointKind, slice, str]]:
-        """The kinds that look at coordinates themselves, with theirs and the names of the links."""
+        """The kinds that check coordinates themselves, with their rows and names of links."""
         found, start = [], 0
         for link in self.links:
             kind, rows = link.joint.model, slice(start, start + len(link.joint.parts.coordinates))
@@ -261,5 +261,5 @@ class Kinematics(Value):
 
     @cached_property
     def _floats(self) -> bool:
-        """Whether all that moves is one floating joint, so that a pose says everything."""
+        """Whether all coordinates are those of one floating joint, so that a pose defines them."""
         return [link.joint.model.free for link in self.links if link.joint.moves] == [True]

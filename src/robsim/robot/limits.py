@@ -1,4 +1,4 @@
-"""Where coordinates may be: limits of joints, and of what mimics them."""
+"""The limits of coordinates, from those of joints and of the joints that mimic them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.robot.link import Link, coordinate_names
 
 
 def ranges(links: Sequence[Link]) -> Array:
-    """(nq, 2), read-only: lowest and highest of each coordinate, also where others mimic it."""
+    """Return the limits (nq, 2), read-only, that also keep mimicking joints within theirs."""
     names = coordinate_names(links)
     own = (link.joint for link in links if link.joint.parts.coordinates)
     each = (joint.model.ranges(joint.limits, joint.needed) for joint in own)
@@ -29,7 +29,7 @@ def ranges(links: Sequence[Link]) -> Array:
 
 
 def check_ranges(rows: Array, names: Iterable[str], robot: str) -> None:
-    """InputError if a coordinate and those that mimic it have no limits in common."""
+    """Raise InputError if a coordinate and those that mimic it have no limits in common."""
     for name, (low, high) in zip(names, rows, strict=True):
         if low > high:
             raise InputError(
@@ -41,7 +41,7 @@ def check_ranges(rows: Array, names: Iterable[str], robot: str) -> None:
 def check_limits(
     q: Array, rows: Array, names: Sequence[str], units: Sequence[str], what: str, robot: str
 ) -> None:
-    """InputError for the first coordinate of q (..., nq) that is outside its limits."""
+    """Raise InputError for the first coordinate of q (..., nq) that is outside its limits."""
     low, high = rows[:, 0] - LIMIT_SLACK, rows[:, 1] + LIMIT_SLACK
     outside = (q < low) | (q > high)
     if outside.any():
@@ -57,7 +57,7 @@ def check_limits(
 def _mimicked(
     link: Link, follows: Mapping[str, Any], number: Mapping[str, int]
 ) -> tuple[int, tuple[float, float]]:
-    """The coordinate that a link mimics in the end, and what the link's limits are of that one.
+    """Return the coordinate that a link mimics in the end, and its limits due to the link's.
 
     InputError if what is mimicked does not mimic, but follows in
     another way.

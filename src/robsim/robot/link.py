@@ -1,4 +1,4 @@
-"""Links: the rigid parts of a robot, each on its joint."""
+"""The links of a robot: rigid parts, each with the joint that connects it to its parent."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.robot.joint import FIXED, Joint
 
 
 def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
-    """One or several primitives as a tuple, or an InputError that names their owner."""
+    """Return one or several primitives as a tuple, or raise an InputError that names the owner."""
     shapes = (given,) if isinstance(given, Primitive) else given
     if not isinstance(shapes, Iterable) or not all(isinstance(s, Primitive) for s in shapes):
         raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {given!r:.80}")
@@ -25,7 +25,7 @@ def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part: its frame hangs from the link `parent` by `joint`; `shapes` draw it.
+    """A rigid part, connected to the link `parent` by `joint` and drawn by `shapes`.
 
     `inertia` is in the link's frame; where it is not given, the shapes may weigh something.
 
@@ -41,7 +41,7 @@ class Link:
 
     @property
     def label(self) -> str:
-        """What its coordinates are called: as its joint, if that has a name, else as the link."""
+        """The name of its coordinates: that of the joint, if it has one, else that of the link."""
         return self.joint.name or self.name
 
     def __post_init__(self) -> None:
@@ -54,7 +54,7 @@ class Link:
 
     @property
     def inertial(self) -> Inertia | None:
-        """Its inertia as given, or the sum of what its shapes have; None if it weighs nothing.
+        """The given inertia, or the sum over the shapes, or None if there is no mass.
 
         >>> from robsim.geometry.primitives import Ball
         >>> Link("tool", shapes=(Ball(0.1, mass=2), Ball(0.1, mass=1))).inertial.mass
@@ -68,10 +68,10 @@ class Link:
 
 
 def coordinate_names(links: Iterable[Link]) -> tuple[str, ...]:
-    """Of what the joints have of their own: the joint's name, or the link's, and .x or the like."""
+    """Return the names of the joints' own coordinates: joint or link, with a suffix like .x."""
     return tuple(link.label + part for link in links for part in link.joint.parts.coordinates)
 
 
 def velocity_names(links: Iterable[Link]) -> tuple[str, ...]:
-    """Likewise of the velocities."""
+    """Return the names of the joints' own velocities: joint or link, with a suffix like .x."""
     return tuple(link.label + part for link in links for part in link.joint.parts.velocities)

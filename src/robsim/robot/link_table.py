@@ -1,4 +1,4 @@
-"""How a text says a link on its joint."""
+"""The text form of a link with its joint."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LABEL = Name()
 
 @dataclass(frozen=True)
 class JointChoice(Choice):
-    """A kind of joint: its name, or a table with its parameters."""
+    """The declaration of a kind of joint: its name, or a table with its parameters."""
 
     __hash__ = Choice.__hash__
 
@@ -44,7 +44,7 @@ class JointChoice(Choice):
 
 @dataclass(frozen=True)
 class DHRow:
-    """One row of a Denavit-Hartenberg table."""
+    """A row of a Denavit-Hartenberg table."""
 
     theta: Annotated[float, Angle(), "The turn about z."]
     d: Annotated[float, Length(), "The way along z."]
@@ -54,7 +54,7 @@ class DHRow:
 
 @dataclass(frozen=True)
 class Span(Spec):
-    """The lowest and the highest coordinate of a joint, in its unit."""
+    """The declaration of joint limits: the lowest and highest coordinate, in the joint's unit."""
 
     united: ClassVar[bool] = True
     form: ClassVar[str] = "list"
@@ -89,7 +89,7 @@ class Span(Spec):
 
 @dataclass(frozen=True)
 class LinkTable:
-    """A link on its joint: the constants of the joint are a row `dh`, or `place` and `tail`."""
+    """The text form of a link; the constants of its joint are a row `dh`, or `place` and `tail`."""
 
     name: Annotated[str, LABEL, "Its name."]
     parent: Annotated[str | None, LABEL, "What it hangs from; None: the link before it."] = None
@@ -111,19 +111,19 @@ class LinkTable:
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
-        """Note the kind of joint, which has the unit of what else is said of it."""
-        said = raw.get("joint", "fixed")
-        name = said.get("kind") if isinstance(said, Mapping) else said
+        """Note the kind of joint, which determines the units of other values of the table."""
+        joint = raw.get("joint", "fixed")
+        name = joint.get("kind") if isinstance(joint, Mapping) else joint
         kind = KINDS.get(name) if isinstance(name, str) else None
         return c.knowing(joint=kind and _bare(kind))
 
     @classmethod
     def written_facts(cls, value: Link, c: Context) -> Context:
-        """Likewise of a link that is written."""
+        """Note the kind of joint of a link that is written."""
         return c.knowing(joint=value.joint.model)
 
     def made(self, c: Context) -> Link:
-        """Return the link."""
+        """Return the link that the table describes."""
         limits = self.limits
         with under("limits") if limits is not None else under():
             joint = Joint(
@@ -141,7 +141,7 @@ class LinkTable:
 
     @classmethod
     def of(cls, value: Link, c: Context) -> LinkTable:
-        """Return what says a link."""
+        """Return the table that describes a link."""
         if type(value) is not Link or type(value.joint) is not Joint:
             raise NoText(f"{type(value).__name__} is Python code")
         joint = value.joint
@@ -164,7 +164,7 @@ class LinkTable:
         )
 
     def _constants(self, convention: str) -> tuple[Pose, Pose]:
-        """(place, tail) of the joint."""
+        """Return (place, tail) of the joint."""
         if self.dh is None:
             return self.place or IDENTITY, self.tail or IDENTITY
         if self.place is not None or self.tail is not None:
@@ -177,5 +177,5 @@ class LinkTable:
 
 
 def _bare(kind: type[JointKind]) -> JointKind:
-    """Return a kind whose units are known, whatever its parameters."""
+    """Return an instance of a kind without parameters, which is enough to know its units."""
     return kind.__new__(kind)

@@ -1,4 +1,4 @@
-"""The joints of a tree that have coordinates of their own, and those of kinds of the user's own."""
+"""The joints of a tree that have coordinates of their own, of built-in and of the user's kinds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Member(NamedTuple):
 
 
 class OwnMotion(NamedTuple):
-    """A joint whose kind is the user's own: what it does is written where the kernels read it.
+    """A joint of a user's kind, which writes its motion into the arrays that the kernels read.
 
     The twist of each of its velocities is six moves along and about the axes of its body, whose
     ratios are the components of the twist.
@@ -34,7 +34,7 @@ class OwnMotion(NamedTuple):
 
     @property
     def moves(self) -> list[tuple[int, int, int, int, int]]:
-        """Of each velocity and each component: velocity, body, whether it turns, axis, ratio."""
+        """The rows (velocity, body, whether it turns, axis, ratio) of the twists' components."""
         body, v = self.member.body, self.member.v
         return [
             (j, body, c // 3, c % 3, self.first + 6 * (j - v.start) + c)
@@ -43,7 +43,7 @@ class OwnMotion(NamedTuple):
         ]
 
     def put(self, q: Array, out: Bodies) -> None:
-        """Write its motion at coordinates q[n, b] where its pose will be, and its ratios."""
+        """Write the poses and twists of the joint at coordinates q[n, b] to `out`."""
         some, nv = _rows(q, self.member.q), self.member.v.stop - self.member.v.start
         T = _called(self.member.kind, "motion", (4, 4), some)
         out.poses[self.member.body] = T[:, :3].transpose(1, 2, 0)
@@ -51,19 +51,19 @@ class OwnMotion(NamedTuple):
         out.ratio[self.first : self.first + 6 * nv] = twists.reshape(len(some), 6 * nv).T
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
-        """Move its rows of q[n, b] by velocities v[m, b] held for dt, in place."""
+        """Move its rows of q[n, b] by velocities v[m, b] held for dt seconds, in place."""
         some, rates = _rows(q, self.member.q), _rows(v, self.member.v)
         kind = self.member.kind
         q[self.member.q] = _called(kind, "integrate", some.shape[1:], some, rates, dt).T
 
 
 def _rows(values: Array, rows: slice) -> Array:
-    """A copy with the run first."""
+    """Return a contiguous copy of some rows with the run first."""
     return np.ascontiguousarray(values[rows].T)
 
 
 def _called(kind: JointKind, method: str, shape: tuple[int, ...], q: Array, *others: Any) -> Array:
-    """What a method returns for each run, NaN for one that is over or has gone wrong.
+    """Return the results of a method for each run, NaN for runs that ended or failed.
 
     InputError if it is of another shape.
     """
@@ -81,7 +81,7 @@ def _called(kind: JointKind, method: str, shape: tuple[int, ...], q: Array, *oth
 
 
 def _returned(kind: JointKind, method: str, given: Any, shape: tuple[int, ...]) -> Array:
-    """What a method returned; InputError if it is of another shape."""
+    """Return the result of a method as an array; raise InputError if its shape is wrong."""
     try:
         values = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):  # no numbers, or rows of unequal lengths

@@ -1,4 +1,4 @@
-"""A robot in short: as text, and as a table for notebooks."""
+"""Overviews of a robot: as text, and as a table for notebooks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST = 8  # names in a text
 
 
 def named(names: tuple[str, ...]) -> str:
-    """Return names in a row; of more than eight the first, and how many there are.
+    """Return names separated by commas; of more than eight the first ones, and their number.
 
     >>> named(("x", "y")), named(())
     ('x, y', 'none')
@@ -25,7 +25,7 @@ def named(names: tuple[str, ...]) -> str:
 
 
 def text(robot: Robot) -> str:
-    """Return one line: the name, how many links, and the coordinates."""
+    """Return one line: the name, the number of links, and the coordinates."""
     links = f"{len(robot.links)} links" if len(robot.links) > 1 else "one link"
     names = named(robot.coordinate_names)
     return f"<Robot '{robot.name}': {links} to '{robot.tip}', coordinates: {names}>"
@@ -45,7 +45,7 @@ def table(robot: Robot) -> str:
 
 
 def quantity(value: float, unit: str) -> str:
-    """Return a coordinate as it is read: degrees or metres, nothing where it is infinite.
+    """Return a coordinate as text, in degrees or metres; empty where it is infinite.
 
     >>> quantity(np.pi / 2, "rad"), quantity(0.25, "m"), quantity(np.inf, "rad")
     ('90°', '0.25 m', '')

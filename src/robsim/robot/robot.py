@@ -1,4 +1,4 @@
-"""Robots: links on joints, from a DH table or link by link."""
+"""Robots as trees of links on joints, from a DH table, a URDF file, or link by link."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from robsim.robot.tool import mounted
 
 @dataclass(frozen=True, eq=False)
 class Robot(Kinematics):
-    """A tree of links. The first link is the base; it stands at `base` on the frame `on`.
+    """A tree of links, of which the first is the base; it stands at `base` on the frame `on`.
 
-    `tip` is the link that is meant where none is named: the last one where nothing is said. `home`
-    is (nq,) or a mapping from the names of coordinates to values; what is not said is zero, or
-    what the limits allow next to it.
+    `tip` is the link that methods use by default: the last one, unless it is given. `home` is
+    (nq,) or a mapping from the names of coordinates to values; missing values are zero, or the
+    nearest that the limits allow.
 
     Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
     (metres) joints, seven for floating ones (position, unit quaternion x y z w), three for planar
@@ -80,7 +80,7 @@ class Robot(Kinematics):
         return f"{self.name}: {len(self.links)} links to '{self.tip}', coordinates: {coordinates}"
 
     def __repr__(self) -> str:
-        """Return one line."""
+        """Return a line with the name, the number of links and the coordinates."""
         return overview.text(self)
 
     def _repr_html_(self) -> str:
@@ -99,7 +99,7 @@ class Robot(Kinematics):
         links: Sequence[str] | None = None,
         shapes: Sequence[Sequence[Primitive]] | None = None,
     ) -> Robot:
-        """From a Denavit-Hartenberg table: rows (n, 4) of theta, d, a, alpha in SI.
+        """Return a robot from a Denavit-Hartenberg table (n, 4) of theta, d, a, alpha in SI units.
 
         Standard (chapter, eq. 3): T = Rz(theta) Tz(d) Tx(a) Rx(alpha). Modified (Craig):
         T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The coordinate is added to theta of an "R" joint and
@@ -117,10 +117,10 @@ class Robot(Kinematics):
     def from_urdf(
         cls, path: str | os.PathLike[str], tip: str | None = None, home: Any = None
     ) -> Robot:
-        """Read a robot from a URDF file; nothing that the file names is opened.
+        """Read a robot from a URDF file; the files that it refers to are not opened.
 
         path   of the file
-        tip    the link that is meant where none is named. None takes, of the links that joints
+        tip    the link that methods use by default. None takes, of the links that joints
                move and nothing hangs from, one called tcp, tool0, tool, ee, flange or the like,
                else the one behind the most joints; a FileWarning names all that would do as well
         home   (nq,) or {coordinate: value}, rad and m. None is zero, or what the limits allow
@@ -128,10 +128,10 @@ class Robot(Kinematics):
 
         Coordinates are called after the joints, in their order; a link has the name that it has
         there. Shapes are what is to be seen of a link, or what it collides by where nothing is;
-        opacities and textures are left out. What says how the robot moves is read strictly:
-        FileError tells all that is wrong, each with its line. Shapes and inertias that cannot be
-        used are left out, and long names shortened; one FileWarning tells where. FrameError: no
-        link is called `tip`. InputError: `home` does not fit the coordinates or their limits.
+        opacities and textures are left out. The kinematics are read strictly: FileError lists all
+        errors with their lines. Shapes and inertias that cannot be used are left out, and long
+        names shortened; one FileWarning lists where. FrameError: no link is called `tip`.
+        InputError: `home` does not fit the coordinates or their limits.
 
         >>> Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="planar").to_urdf("planar.urdf")
         >>> Robot.from_urdf("planar.urdf", home={"link2": 0.5}).home
@@ -141,17 +141,17 @@ class Robot(Kinematics):
 
         robot, found = urdf.read(path, lambda name, links, end: cls(name, links, tip=end))
         if tip is None and found.others:
-            warnings.warn(f"{path}: {found.told}", FileWarning, stacklevel=2)
+            warnings.warn(f"{path}: {found.warning}", FileWarning, stacklevel=2)
         if tip is None and home is None:
             return robot
         return replace(robot, tip=found.name if tip is None else tip, home=home)
 
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
-        """Write a URDF file; read back, it has the same links, tip, poses, limits and inertias.
+        """Write a URDF file, from which the same links, poses, limits and inertias can be read.
 
         Where the base stands, home, and the `n` of circles are not written. A link beside the axis
-        of its joint (as with DH rows) takes a second one, "elbow.axis", which is gone again when
-        RobSim reads the file. A camera body becomes two boxes. A link that moves and weighs
+        of its joint (as with DH rows) takes a second one, "elbow.axis", which RobSim removes again
+        when it reads the file. A camera body becomes two boxes. A link that moves and weighs
         nothing gets 1 g and 1e-6 kg m^2, so that simulators take it. InputError: rails, vehicles
         and what follows by other than Mimic, which the format cannot express, by name.
         """
@@ -160,7 +160,7 @@ class Robot(Kinematics):
         urdf.write(self.name, self.links, self.tip, path)
 
     def to_mjcf(self, path: str | os.PathLike[str]) -> None:
-        """Write a MuJoCo model: bodies, joints, geoms, inertias, and equalities for what mimics.
+        """Write a MuJoCo model with bodies, joints, geoms, inertias, and equalities for mimics.
 
         Joints are called as our coordinates; a planar one becomes two slides and a hinge, "deck.x",
         "deck.y" and "deck.theta". What floats must stand on what does not move; the coordinates
@@ -172,7 +172,7 @@ class Robot(Kinematics):
         urdf.write_mjcf(self.name, self.links, path)
 
     def at(self, pose: Any, on: str | None = None) -> Robot:
-        """A copy whose base is moved by `pose`, or stands on another frame of the scene.
+        """Return a copy whose base is moved by `pose`, or stands on another frame of the scene.
 
         >>> Robot.from_dh([[0, 0, 1, 0]]).at(Pose.at(0, 0, 1)).base.position
         array([0., 0., 1.])
@@ -181,13 +181,13 @@ class Robot(Kinematics):
         return replace(self, base=moved @ self.base if on is None else moved, on=on or self.on)
 
     def named(self, name: str) -> Robot:
-        """A copy under another name, for a second one in a scene."""
+        """Return a copy with another name, for a second one in a scene."""
         return replace(self, name=name)
 
     def with_tool(
         self, tool: Robot, pose: Any = IDENTITY, on: str | None = None, bare: bool = False
     ) -> Robot:
-        """A copy that carries a tool at `pose` on its link `on` (the tip by default).
+        """Return a copy with a tool at `pose` on its link `on` (the tip by default).
 
         Links and coordinates of the tool come after its own, at home as the tool is, and its tip
         is that of the tool; a name that both have gets that of the tool in front, as in
@@ -217,7 +217,7 @@ class Robot(Kinematics):
         return replace(self, links=links, tip=tip, home=np.concatenate([self.home, tool.home]))
 
     def _full_home(self, what: str) -> Array:
-        """Home as it was given, or next to zero where it was not: there limits are at fault."""
+        """Return home as it was given, with missing coordinates as close to zero as allowed."""
         if self.home is not None and not isinstance(self.home, Mapping):
             return self.coordinates(self.home, what)
         given, names = dict(self.home or {}), self.coordinate_names

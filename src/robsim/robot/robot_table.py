@@ -1,4 +1,4 @@
-"""How a text says a robot, with the tools that it carries."""
+"""The text form of a robot with its tools."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ BASE = (
 
 @dataclass(frozen=True)
 class Links(ListOf):
-    """The links of a robot: the base, and each next one on the one before it, if not said."""
+    """The declaration of a robot's links, each on the one before it unless it has a `parent`."""
 
     item: Spec = LINK
     least: int = 1
@@ -52,7 +52,7 @@ def _own_joints(c: Context) -> Axes | None:
 
 @dataclass(frozen=True)
 class LinkedTable:
-    """Links on joints: what robots and tools have in common."""
+    """The text form that robots and tools have in common: links on joints."""
 
     name: Annotated[str, Name(), "Its name."]
     links: Annotated[tuple[Link, ...], Links(), "Its links, the base first."]
@@ -67,11 +67,11 @@ class LinkedTable:
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
-        """Note the convention, by which the rows of the links are read."""
+        """Note the convention of the Denavit-Hartenberg rows of the links."""
         return c.knowing(convention=raw.get("convention", "standard"))
 
     def robot(self) -> Robot:
-        """Return a robot in the world, of these links."""
+        """Return a robot in the world with these links."""
         base, *others = self.links
         before = [base.name, *(link.name for link in others)]
         links = (
@@ -90,7 +90,7 @@ class LinkedTable:
 
 @dataclass(frozen=True)
 class ToolTable(LinkedTable):
-    """What `Robot.with_tool` puts on a link."""
+    """The text form of a tool on a link, see `Robot.with_tool`."""
 
     on: Annotated[str | None, Name(), "Which link; None: the last."] = None
     bare: Annotated[bool, Flag(), "Whether that link loses its shapes."] = False
@@ -98,7 +98,7 @@ class ToolTable(LinkedTable):
 
 @dataclass(frozen=True)
 class RobotTable(LinkedTable):
-    """A robot where it stands; `model` takes one of the library, `urdf` that of a file."""
+    """The text form of a robot; `model` names one of the library, `urdf` a file."""
 
     on: Annotated[str, Reference, "The frame on which it stands."] = "world"
     tools: Annotated[
@@ -115,7 +115,7 @@ class RobotTable(LinkedTable):
 
     @classmethod
     def of(cls, value: Robot, c: Context) -> RobotTable:
-        """Return what says a robot, link by link."""
+        """Return the table that describes a robot, link by link."""
         tip = None if value.tip == value.links[-1].name else value.tip
         return cls(value.name, value.links, value.base, home=value.home, tip=tip, on=value.on)
 

@@ -1,4 +1,4 @@
-"""Which link of a robot is its tip, where nobody says it."""
+"""The default choice of a robot's tip link."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ TOOLS = (
     "grasp_center",
     "flange",
 )
-PALMS = {"gripper", "hand", "palm"}  # what fingers stand on
-MOST_TOLD = 8  # candidates that a warning lists
-FILLING = {"link", "frame", "left", "right", "l", "r"}  # words that say nothing of the kind
+PALMS = {"gripper", "hand", "palm"}  # links that carry fingers
+MOST_LISTED = 8  # candidates that a warning lists
+FILLING = {"link", "frame", "left", "right", "l", "r"}  # words without a meaning here
 
 
 @dataclass(frozen=True)
 class Tip:
-    """The name of a link, and those of others that would do as well."""
+    """The name of the chosen link, and those of others that would do as well."""
 
     name: str
     others: tuple[str, ...] = ()
 
     @property
-    def told(self) -> str:
-        """What a warning says of the choice."""
-        listed = ", ".join(f"'{name}'" for name in self.others[:MOST_TOLD])
-        more = len(self.others) - MOST_TOLD
+    def warning(self) -> str:
+        """The text of a warning about the choice."""
+        listed = ", ".join(f"'{name}'" for name in self.others[:MOST_LISTED])
+        more = len(self.others) - MOST_LISTED
         rest = f" and {more} more" if more > 0 else ""
         return (
             f"the tip is taken to be '{self.name}', and could as well be {listed}{rest}; "
@@ -50,7 +50,7 @@ class Tip:
 
 
 def find_tip(links: Sequence[Link]) -> Tip:
-    """Return the link at which the hand or the tool of a robot is.
+    """Return the link that is most likely the hand or the tool of a robot.
 
     Among the links that joints move and nothing hangs from: those called as in TOOLS, else all;
     of these the one behind the most joints. Where there are several, as with two arms, the first;
@@ -77,7 +77,7 @@ def find_tip(links: Sequence[Link]) -> Tip:
 
 
 def _depths(links: Iterable[Link]) -> dict[str, int]:
-    """Of each link, how many joints that move it is behind."""
+    """Return the number of moving joints between the base and each link."""
     by_name = {link.name: link for link in links}
     depth: dict[str, int] = {}
     for name in by_name:
@@ -94,14 +94,14 @@ def _depths(links: Iterable[Link]) -> dict[str, int]:
 
 
 def _shared(links: Iterable[Link], names: Iterable[str]) -> list[str]:
-    """The links that all of these hang from, the nearest first."""
+    """Return the links that are ancestors of all of these, the nearest first."""
     parents = {link.name: link.parent for link in links}
     chains = [list(_above(name, parents)) for name in names]
     return [name for name in chains[0] if all(name in chain for chain in chains)]
 
 
 def _above(name: str, parents: Mapping[str, str | None]) -> Iterator[str]:
-    """What a link hangs from, the nearest first."""
+    """Yield the ancestors of a link, the nearest first."""
     above = parents[name]
     while above is not None:
         yield above
@@ -109,7 +109,7 @@ def _above(name: str, parents: Mapping[str, str | None]) -> Iterator[str]:
 
 
 def _named(names: Sequence[str], words: Iterable[str]) -> list[str]:
-    """Those that are called after the first of the words that any is called after."""
+    """Return the names that match the first word that any name matches."""
     for word in words:
         found = [name for name in names if _is_called(name, (word,))]
         if found:
@@ -118,12 +118,12 @@ def _named(names: Sequence[str], words: Iterable[str]) -> list[str]:
 
 
 def _carries_fingers(name: str) -> bool:
-    """Whether it is called as what fingers stand on."""
+    """Return whether the name is that of a hand, or of a tool."""
     return bool(PALMS & set(_words(name))) or _is_called(name, TOOLS)
 
 
 def _is_called(name: str, words: Iterable[str]) -> bool:
-    """Whether a name ends in one of the words, but for words that say nothing.
+    """Return whether a name ends in one of the words, apart from filling words.
 
     >>> _is_called("iiwa_link_ee", ("ee",)), _is_called("knee", ("ee",))
     (True, False)
@@ -133,5 +133,5 @@ def _is_called(name: str, words: Iterable[str]) -> bool:
 
 
 def _words(name: str) -> list[str]:
-    """Those of a name that say something, in small letters."""
+    """Return the words of a name in lower case, without filling words."""
     return [part for part in re.split("[_-]", name.lower()) if part not in FILLING]

@@ -1,4 +1,4 @@
-"""Tools: the links of one robot, hung on a link of another."""
+"""Tools: the links of one robot, attached to a link of another."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.robot.link import Link
 def mounted(
     arm: Sequence[Link], tool: Sequence[Link], name: str, on: str, pose: Pose, bare: bool
 ) -> tuple[Link, ...]:
-    """The links of an arm, and those of a tool called `name`, its base at `pose` on the link `on`.
+    """Return the links of an arm and of a tool whose base is at `pose` on the link `on`.
 
     With `bare` that link loses its shapes. InputError: names that clash, also with that of the
     tool in front.
@@ -43,7 +43,7 @@ def _moving(links: Iterable[Link]) -> list[Link]:
 
 
 def _apart(name: str, taken: set[str], prefix: str) -> str:
-    """The name, with the prefix in front if it is taken."""
+    """Return the name, with a prefix if it is taken."""
     return f"{prefix}_{name}" if name in taken else name
 
 
@@ -58,7 +58,7 @@ def _check_apart(taken: set[str], names: Iterable[str], tool: str) -> None:
 
 
 def _renamed(link: Link, name: str, labels: Mapping[str, str]) -> Joint:
-    """The joint of a link that is now called `name`, with the new names of coordinates."""
+    """Return the joint of a renamed link, with the new names of coordinates."""
     joint = link.joint
     if not joint.moves:
         return joint

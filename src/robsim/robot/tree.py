@@ -1,4 +1,4 @@
-"""The kinematic tree: where its frames are, and how its velocities move them."""
+"""The kinematic tree: the poses of its frames, and their Jacobians."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robsim.robot.member import Member, OwnMotion
 
 
 class Tree:
-    """Constants of a tree of frames, in the kernels' form. Body 0 is the world.
+    """The constants of a tree of frames, in the kernels' form; body 0 is the world.
 
     A moving joint starts a new body; its tail and every fixed joint behind it are folded into
     constant offsets, so that only joints that move cost anything.
@@ -42,22 +42,22 @@ class Tree:
         # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
         self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
-        self._moves_of: dict[str, jacobians.Moves] = {}  # a frame, once it was asked for
+        self._moves_of: dict[str, jacobians.Moves] = {}  # by frame, computed once
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:
-        """The body that carries a frame, and the frame's constant pose in it."""
+        """Return the body that carries a frame, and the frame's constant pose in it."""
         if name not in self.where:
             raise FrameError(f"no frame {name!r}; {suggest(name, self.where, 'frames')}")
         return self.where[name]
 
     def room(self, runs: int) -> kernels.Bodies:
-        """Bodies that are not placed yet."""
+        """Return arrays for bodies that are not placed yet."""
         poses = np.empty((len(self.parent), 3, 4, runs))
         return kernels.Bodies(poses, np.empty((self.joints.ratios, runs)))
 
     def bodies(self, q: Array) -> kernels.Bodies:
-        """Where all bodies are at coordinates q[n, b]."""
+        """Return the poses of all bodies at coordinates q[n, b]."""
         out = self.room(q.shape[1])
         self.prepare(q, out)
         kernels.bodies(self.joints, q, out)
@@ -65,23 +65,23 @@ class Tree:
 
     @property
     def compiled(self) -> bool:
-        """Whether all of it is compiled: no joint is of a kind of the user's own."""
+        """Whether the whole tree is compiled: no joint is of a user's own kind."""
         return not self.own
 
     def prepare(self, q: Array, out: kernels.Bodies) -> None:
-        """Write what joints of the user's own kinds do: before any kernel places bodies."""
+        """Write the motions of joints of the user's kinds, before a kernel places bodies."""
         for each in self.own:
             each.put(q, out)
 
     def frame(self, bodies: kernels.Bodies, name: str) -> Array:
-        """T[3, 4, b] of a frame."""
+        """Return the pose T[3, 4, b] of a frame."""
         body, offset = self.find(name)
         T = np.empty(bodies.poses.shape[1:])
         kernels.frame(bodies.poses, body, offset, T)
         return T
 
     def jacobian(self, bodies: kernels.Bodies, name: str) -> Array:
-        """J[6, j, b] of a frame's origin in world axes."""
+        """Return the Jacobian J[6, j, b] of a frame's origin in world axes."""
         J = np.empty((6, self.nv, bodies.poses.shape[3]))
         point = np.ascontiguousarray(self.frame(bodies, name)[:, 3])
         if name not in self._moves_of:
@@ -90,27 +90,27 @@ class Tree:
         return J
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
-        """Move q[n, b] by velocities v[m, b] held for dt, after cars have steered for them."""
+        """Move q[n, b] by velocities v[m, b] held for dt, after the cars have steered for them."""
         self.steer(q, v, dt)
         self.roll(q, v, dt)
 
     def steer(self, q: Array, v: Array, dt: float) -> None:
-        """Turn the wheels of cars, as far as they get in a period of dt."""
+        """Turn the wheels of cars, as far as their steering rate allows in a period dt."""
         for row, velocity, s in self.cars:
             motions.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
 
     def roll(self, q: Array, v: Array, seconds: float) -> None:
-        """Move q[n, b] by velocities v[m, b], cars as they have steered."""
+        """Move q[n, b] by velocities v[m, b], with cars steered as they are."""
         self.flow(q, self.driven(q, v), seconds)
 
     def flow(self, q: Array, v: Array, seconds: float) -> None:
-        """Move q[n, b] along the motions of velocities v[m, b], whatever cars allow."""
+        """Move q[n, b] along the motions of velocities v[m, b], without the limits of steering."""
         kernels.integrate(self.joints, v, seconds, q)
         for each in self.own:
             each.advance(q, v, seconds)
 
     def driven(self, q: Array, v: Array) -> Array:
-        """The velocities v[m, b] as the steering angles of cars allow them."""
+        """Return the velocities v[m, b] that the steering angles of cars allow."""
         if self.cars:
             v = v.copy()
         for row, velocity, s in self.cars:
@@ -118,18 +118,18 @@ class Tree:
         return v
 
     def carried(self, name: str) -> Array:
-        """1.0 for each move that the frame takes part in, else 0.0."""
+        """Return 1.0 for each move that affects the frame, else 0.0."""
         rides: Array = self._ancestry[self.find(name)[0]]
         return rides
 
     def carries(self, name: str) -> Array:
-        """1.0 for each velocity that moves the frame, else 0.0."""
+        """Return 1.0 for each velocity that moves the frame, else 0.0."""
         found = np.zeros(self.nv)
         np.maximum.at(found, self.velocity, self.carried(name))
         return frozen(found)
 
     def moves(self, sign: Array, columns: NDArray[np.int64] | None = None) -> jacobians.Moves:
-        """For the kernels: what some velocities move (all by default), each move with its sign."""
+        """Return the moves of some velocities (default: all) with their signs, for the kernels."""
         if columns is None:
             columns = integers(np.arange(self.nv))
         chosen = np.isin(self.velocity, columns)
@@ -138,12 +138,12 @@ class Tree:
         return jacobians.Moves(columns, frozen(rows), frozen(sign[chosen]))
 
     def alone(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Of each of some velocities, the only coordinate that it changes, or -1."""
+        """Return the only coordinate that each of some velocities changes, or -1."""
         return integers(self._alone[columns])
 
     @cached_property
     def _alone(self) -> NDArray[np.int64]:
-        """(nv,) of all velocities."""
+        """The only coordinate (nv,) that each velocity changes, or -1."""
         found = np.full(self.nv, -1)
         for member in self.members:
             if not member.rolls:
@@ -153,7 +153,7 @@ class Tree:
 
     @cached_property
     def owners(self) -> NDArray[np.int64]:
-        """(nv,) the body whose joint has each velocity."""
+        """The body (nv,) whose joint has each velocity."""
         found = np.empty(self.nv, dtype=np.int64)
         for body in np.argsort(self.iv, kind="stable"):
             if self.iv[body] >= 0:
@@ -161,12 +161,12 @@ class Tree:
         return frozen(found)
 
     def kinds(self, columns: NDArray[np.int64]) -> list[JointKind]:
-        """The kind of the joint that has each of some velocities."""
+        """Return the kind of the joint that has each of some velocities."""
         return [self.models[body] for body in self.owners[columns]]
 
     @cached_property
     def _ancestry(self) -> Array:
-        """[body, move]: whether the move carries the body."""
+        """The table [body, move] of whether the move carries the body."""
         rows = np.zeros((len(self.parent), len(self.body)))
         for i in range(1, len(self.parent)):
             rows[i] = rows[self.parent[i]] + (self.body == i)

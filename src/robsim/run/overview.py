@@ -65,9 +65,14 @@ def brief(value: Any) -> str:
     changed = [
         f"{each.name}={brief(getattr(value, each.name))}"
         for each in fields(value)
-        if each.repr and hashable(getattr(value, each.name)) != hashable(getattr(plain, each.name, None))
+        if each.repr
+        and hashable(getattr(value, each.name)) != hashable(getattr(plain, each.name, None))
     ]
     return f"{type(value).__name__}({', '.join(changed)})"
+
+
+def _same(a: Any, b: Any) -> bool:
+    return bool(hashable(a) == hashable(b))
 
 
 def _plain(kind: type[Any]) -> Any:

@@ -1,4 +1,4 @@
-"""Trajectories: where joints, or a frame, are to be at every time, from rest to rest."""
+"""Trajectories of joints, or of a frame, over time, from rest to rest."""
 
 from robsim.trajectory.blends import Blends as Blends
 from robsim.trajectory.path import Path as Path

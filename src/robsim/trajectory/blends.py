@@ -1,4 +1,4 @@
-"""Ways through several points, with rounded corners."""
+"""Trajectories through several points, with parabolic blends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.declare.spec import Context
 from robsim.trajectory.limits import Acceleration, Coordinates, Each, Limits, Speed, each, per_axis
 from robsim.trajectory.timing import checked_times
 
-ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # of making segments longer where something does not fit
+ROUNDS, ENOUGH = 200, 1.0 + 1e-9  # rounds of making segments longer; a factor that fits
 
 
 class Plan(NamedTuple):
@@ -34,7 +34,7 @@ CORNERS = OneOrEach(followed, "limits")
 
 @dataclass(frozen=True)
 class BlendsTable:
-    """How a text says a way through points."""
+    """The text form of a trajectory through points."""
 
     points: Annotated[Any, POINTS, "The points, at least two, of one number for each axis."]
     speed: Speed
@@ -44,13 +44,13 @@ class BlendsTable:
     ] = None
 
     def made(self, c: Context) -> Blends:
-        """Return the way."""
+        """Return the trajectory that the table describes."""
         limits = {"speed": self.speed, "acceleration": self.acceleration}
         return Blends(np.array(self.points), **limits, corner=self.corner)
 
     @classmethod
     def of(cls, value: Blends, c: Context) -> BlendsTable:
-        """Return what says a way."""
+        """Return the table that describes a trajectory."""
         limits = value.limits
         return cls(value.points, limits.speed, limits.acceleration, value.corner)
 
@@ -58,7 +58,7 @@ class BlendsTable:
 @register("trajectory", "blends")
 @dataclass(frozen=True, eq=False, init=False)
 class Blends(Value):
-    """Straight segments between points, joined by parabolas: it stops at the ends only.
+    """Straight segments between points, joined by parabolic blends, with rest at the ends only.
 
     points                (m, n) of n axes, in rad or m, m >= 2
     speed, acceleration   limits in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
@@ -100,23 +100,23 @@ class Blends(Value):
 
     @property
     def duration(self) -> float:
-        """Seconds."""
+        """The duration in seconds."""
         return float(self._plan.middle[-1] + 0.5 * self._plan.seconds[-1])
 
     @property
     def times(self) -> Array:
-        """(m,) seconds at which it starts, passes by each point in between, and ends."""
+        """The times (m,) in seconds of the start, of each point in between, and of the end."""
         return np.concatenate([[0.0], self._plan.middle[1:-1], [self.duration]])
 
     @property
     def misses(self) -> Array:
-        """(m, n): how far the way passes by each point, in each axis; zero at both ends."""
+        """The distances (m, n) at which the path passes each point, per axis; zero at the ends."""
         found: Array = np.abs(self._plan.change) * self._plan.seconds[:, None] / 8.0
         found[[0, -1]] = 0.0
         return found
 
     def at(self, t: Any) -> Array:
-        """Where the axes are (..., n) at times t (...), in seconds."""
+        """Return the positions (..., n) of the axes at times t (...), in seconds."""
         times = checked_times(t)
         T, (change, tau, _) = self.duration, self._plan
         x = self._since(times)
@@ -128,25 +128,25 @@ class Blends(Value):
         return np.where(inside[..., None], there, rest)
 
     def velocity(self, t: Any) -> Array:
-        """(..., n) per second."""
+        """Return the velocities (..., n) at times t (...), in rad/s or m/s."""
         times, (change, tau, _) = checked_times(t), self._plan
         share = np.clip(self._since(times) / np.where(tau > 0, tau, 1.0) + 0.5, 0.0, 1.0)
         inside = (times > 0.0) & (times < self.duration)
         return np.where(inside[..., None], _sum(share, change), 0.0)
 
     def acceleration(self, t: Any) -> Array:
-        """(..., n) per second squared."""
+        """Return the accelerations (..., n) at times t (...), in rad/s^2 or m/s^2."""
         times, (change, tau, _) = checked_times(t), self._plan
         on = (np.abs(self._since(times)) < 0.5 * tau) / np.where(tau > 0, tau, 1.0)
         return _sum(on, change)
 
     def _since(self, times: Array) -> Array:
-        """(..., m) seconds since the middle of each blend, within the duration."""
+        """Return seconds (..., m) since the middle of each blend, clipped to the duration."""
         return np.asarray(np.clip(times, 0.0, self.duration)[..., None] - self._plan.middle)
 
     @cached_property
     def _plan(self) -> Plan:
-        """Segments long enough for the limits, for their blends and for the corners."""
+        """The plan: segments long enough for the limits, for their blends and for the corners."""
         axes = self.points.shape[1]
         speed, acceleration = self.limits.of(axes)
         corner = np.full(axes, np.inf)
@@ -154,27 +154,27 @@ class Blends(Value):
             corner = each(self.corner, "corner", axes)
         way = np.diff(self.points, axis=0)
         seconds = np.asarray((np.abs(way) / speed).max(axis=1))
-        lacks = _lacks(way, seconds, acceleration, corner)
+        shortages = _shortages(way, seconds, acceleration, corner)
         for _ in range(ROUNDS):
-            if (lacks <= ENOUGH).all():
+            if (shortages <= ENOUGH).all():
                 break
-            seconds = seconds * np.sqrt(lacks)
-            lacks = _lacks(way, seconds, acceleration, corner)
-        seconds = seconds * np.sqrt(lacks.max())  # all by one factor: then everything fits
+            seconds = seconds * np.sqrt(shortages)
+            shortages = _shortages(way, seconds, acceleration, corner)
+        seconds = seconds * np.sqrt(shortages.max())  # one factor for all, so that all fit
         change, tau = _blends(way, seconds, acceleration)
         middle = 0.5 * tau[0] + np.concatenate([[0.0], np.cumsum(seconds)])
         return Plan(frozen(change), frozen(tau), frozen(middle))
 
 
 def _blends(way: Array, seconds: Array, acceleration: Array) -> tuple[Array, Array]:
-    """Change of velocity (m, n) at each point, and the least time (m,) that it takes."""
+    """Return the velocity change (m, n) at each point, and the least time (m,) for it."""
     rest = np.zeros((1, way.shape[1]))
     change = np.diff(np.concatenate([rest, way / seconds[:, None], rest]), axis=0)
     return change, (np.abs(change) / acceleration).max(axis=1)
 
 
-def _lacks(way: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
-    """(m - 1,) >= 1: the square of the factor by which each segment is too short.
+def _shortages(way: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
+    """Return the square of the factor (m - 1,) >= 1 by which each segment is too short.
 
     Where blends do not fit into a segment, its neighbours are made longer as well: if all times
     grow by a factor, blends shrink by it, and what they need of a segment by its square.
@@ -188,7 +188,7 @@ def _lacks(way: Array, seconds: Array, acceleration: Array, corner: Array) -> Ar
 
 
 def _sum(share: Array, change: Array) -> Array:
-    """(..., n) sum over the points of share (..., m) and change (m, n), one after the other."""
+    """Return the sum (..., n) over points of share (..., m) times change (m, n), in fixed order."""
     total = share[..., :1] * change[0]
     for k in range(1, len(change)):
         total = total + share[..., k : k + 1] * change[k]

@@ -1,4 +1,4 @@
-"""Limits of the speed and the acceleration of each axis."""
+"""The limits of speed and acceleration of each axis."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Coordinates = PerJoint(followed)
 
 @dataclass(frozen=True)
 class Limits:
-    """One positive number for all axes, or one for each, in rad/s or m/s and per second more.
+    """The limits of speed and acceleration: one positive number for all axes, or one for each.
 
     >>> Limits(1.0, [2, 3]).of(2)
     (array([1., 1.]), array([2., 3.]))
@@ -35,19 +35,19 @@ class Limits:
             object.__setattr__(self, name, per_axis(getattr(self, name), name))
 
     def of(self, axes: int) -> tuple[Array, Array]:
-        """(axes,) of each; InputError unless there are as many."""
+        """Return speed and acceleration limits (axes,); raise InputError if the count differs."""
         return each(self.speed, "speed", axes), each(self.acceleration, "acceleration", axes)
 
 
 def per_axis(value: Any, what: str) -> Each:
-    """A positive number, or several; InputError that names `what`."""
+    """Return one positive number or several; raise an InputError that names `what`."""
     if value is None:
         raise InputError(f"{what}: expected a positive number, or one for each axis, got None")
     return one_or_each(value, what, "axis")
 
 
 def each(value: Each, what: str, axes: int) -> Array:
-    """(axes,) numbers; InputError unless there is one for all, or as many."""
+    """Return numbers (axes,), one for each axis; raise InputError if the count differs."""
     if isinstance(value, tuple) and len(value) != axes:
         raise InputError(f"{what}: {len(value)} numbers for {axes} axes")
     return np.full(axes, value, dtype=float)

@@ -1,4 +1,4 @@
-"""How fast a frame goes from one pose to another."""
+"""The timing of a frame's motion from one pose to another."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TurnAcceleration = Annotated[
 
 @dataclass(frozen=True)
 class Pace:
-    """A duration for a motion of least jerk, or limits for the shortest motion under them.
+    """A duration for a minimum-jerk motion, or limits for the shortest motion within them.
 
     speed and acceleration are limits of the origin, turn and turn_acceleration of the orientation;
     they come in pairs, and a pair that is not given limits nothing.
@@ -46,10 +46,10 @@ class Pace:
     def __post_init__(self) -> None:
         given = [each.name for each in fields(self) if getattr(self, each.name) is not None]
         if ("duration" in given) == (len(given) > ("duration" in given)):
-            told = " and ".join(given) or "nothing"
+            listed = " and ".join(given) or "nothing"
             raise InputError(
                 "give either duration, or speed and acceleration, turn and turn_acceleration, or "
-                f"both pairs of limits; got {told}"
+                f"both pairs of limits; got {listed}"
             )
         check_fields(self)
         for name in ("speed", "turn"):
@@ -58,7 +58,10 @@ class Pace:
                 raise InputError(f"{pair[0]} and {pair[1]}: give both of them, or none")
 
     def timing(self, way: Array, angle: Array) -> Timing:
-        """Of ways (...) in metres and angles (...) in radians; InputError if nothing limits one."""
+        """Return the timing of distances (...) in metres and angles (...) in radians.
+
+        InputError: nothing limits one of them.
+        """
         if self.duration is not None:
             return Timing(np.asarray(self.duration))
         ways = np.stack([way, angle], axis=-1)

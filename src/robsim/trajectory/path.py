@@ -1,4 +1,4 @@
-"""Several straight ways of a frame, one after the other."""
+"""Several straight motions of a frame, one after the other."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from robsim.base.values import Value
 from robsim.trajectory.straight import Straight
 from robsim.trajectory.timing import checked_times
 
-MEETS = 1e-6  # metres, and entries of rotations, by which one may end beside the start of the next
+MEETS = 1e-6  # metres, and entries of rotations: the largest gap between two parts
 
 
 @dataclass(frozen=True, eq=False)
 class Path(Value):
-    """Single `Straight`s of which each starts where the one before it ends; it rests in between.
+    """A sequence of single `Straight`s, each from the end of the one before, with rest in between.
 
     >>> from robsim import Pose
     >>> A, B, C = Pose.at(0, 0, 0), Pose.at(1, 0, 0), Pose.at(1, 1, 0)
@@ -48,7 +48,7 @@ class Path(Value):
 
     @property
     def duration(self) -> float:
-        """Seconds."""
+        """The duration in seconds."""
         return float(self._starts[-1])
 
     @property
@@ -62,11 +62,11 @@ class Path(Value):
         return self.parts[-1].end
 
     def at(self, t: Any) -> Array:
-        """Poses (..., 4, 4) in the base frame at times t (...), in seconds."""
+        """Return poses (..., 4, 4) in the base frame at times t (...), in seconds."""
         return self._of(t, "at", (4, 4))
 
     def twist(self, t: Any) -> Array:
-        """(v, omega) (..., 6) of the frame in base axes."""
+        """Return twists (..., 6) = (v, omega) of the frame in base axes at times t (...)."""
         return self._of(t, "twist", (6,))
 
     def _of(self, t: Any, name: str, tail: tuple[int, ...]) -> Array:
@@ -80,5 +80,5 @@ class Path(Value):
 
     @property
     def _starts(self) -> Array:
-        """When each part starts, and the end."""
+        """The times at which the parts start, and of the end, in seconds."""
         return np.concatenate([[0.0], np.cumsum([part.duration for part in self.parts])])

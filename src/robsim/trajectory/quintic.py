@@ -1,4 +1,4 @@
-"""Motions of least jerk."""
+"""Minimum-jerk motions of axes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.trajectory.timing import Timing
 @register("trajectory", "quintic")
 @dataclass(frozen=True, eq=False)
 class Quintic(RestToRest):
-    """From rest to rest in `duration` seconds, with no acceleration at either end.
+    """A minimum-jerk motion from rest to rest in `duration` seconds.
 
     q = start + (10 u^3 - 15 u^4 + 6 u^5) (end - start), u = t/duration: the polynomial of least
     jerk (Craig 2005, section 7.3; Siciliano et al. 2009, section 4.2.1). Each axis is fastest
@@ -39,5 +39,5 @@ class Quintic(RestToRest):
 
     @cached_property
     def timing(self) -> Timing:
-        """When which share of the way is done, the same for all axes."""
+        """The timing of the motion, the same for all axes."""
         return Timing(np.asarray(self.duration))

@@ -1,4 +1,4 @@
-"""What all motions of joints from one rest to another have in common."""
+"""The base class of motions of axes from rest to rest."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robsim.trajectory.timing import Timing, checked_times
 
 @dataclass(frozen=True)
 class Ends(PerJoint):
-    """Coordinates of the axes; in Python also several motions at once."""
+    """The declaration of coordinates of the axes; in Python also of several motions at once."""
 
     def check(self, value: Any, what: str) -> Array:
         return frozen(numbers(value, what, ("n",)))
@@ -36,7 +36,7 @@ ENDS = Ends(followed)
 
 @dataclass(frozen=True, eq=False)
 class RestToRest(Value, ABC):
-    """Axes that start and stop together; before and after they rest at `start` and `end`.
+    """Axes that start and stop together; before and after, they rest at `start` and `end`.
 
     start, end   (..., n) in rad or m; leading axes are several motions at once, and times are
                  broadcast against them
@@ -56,23 +56,23 @@ class RestToRest(Value, ABC):
     @property
     @abstractmethod
     def timing(self) -> Timing:
-        """When which share of the way is done."""
+        """The timing of the motion."""
 
     def at(self, t: Any) -> Array:
-        """Where the axes are (..., n) at times t (...), in seconds."""
+        """Return the positions (..., n) of the axes at times t (...), in seconds."""
         share = self.timing.at(checked_times(t)).s
         there: Array = np.where(share < 1.0, self.start + share * self._way, self.end)
         return there
 
     def velocity(self, t: Any) -> Array:
-        """(..., n) per second."""
+        """Return the velocities (..., n) at times t (...), in rad/s or m/s."""
         return self.timing.at(checked_times(t)).rate * self._way
 
     def acceleration(self, t: Any) -> Array:
-        """(..., n) per second squared."""
+        """Return the accelerations (..., n) at times t (...), in rad/s^2 or m/s^2."""
         return self.timing.at(checked_times(t)).acceleration * self._way
 
     @cached_property
     def _way(self) -> Array:
-        """(..., n)."""
+        """The displacement (..., n) from start to end."""
         return np.asarray(self.end - self.start)

@@ -1,4 +1,4 @@
-"""Straight ways of a frame, with a turn about one axis."""
+"""Straight motions of a frame, with a rotation about one axis."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robsim.trajectory.timing import Shares, Timing, checked_times
 
 @dataclass(frozen=True)
 class StraightTable:
-    """How a text says a straight way."""
+    """The text form of a straight motion."""
 
     start: Annotated[Pose, PoseTable(), "Where it starts."]
     end: Annotated[Pose, PoseTable(), "Where it ends."]
@@ -32,18 +32,18 @@ class StraightTable:
     turn_acceleration: TurnAcceleration = None
 
     def made(self, c: Context) -> Straight:
-        """Return the way."""
+        """Return the motion that the table describes."""
         return Straight(**vars(self))
 
     @classmethod
     def of(cls, value: Straight, c: Context) -> StraightTable:
-        """Return what says a way."""
+        """Return the table that describes a motion."""
         return cls(value.start, value.end, **vars(value.pace))
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class Straight(Value):
-    """From one pose to another: the origin goes straight, and the frame turns about a fixed axis.
+    """A motion from one pose to another along a straight line, with rotation about a fixed axis.
 
     start, end            poses in one base frame; batches (...) of them are several motions at
                           once, and times are broadcast against these
@@ -89,12 +89,12 @@ class Straight(Value):
 
     @property
     def duration(self) -> Any:
-        """Seconds; of several motions (...)."""
+        """The duration in seconds, (...) for several motions."""
         seconds = self._timing.seconds
         return seconds if seconds.ndim else float(seconds)
 
     def at(self, t: Any) -> Array:
-        """Poses (..., 4, 4) in the base frame at times t (...), in seconds."""
+        """Return poses (..., 4, 4) in the base frame at times t (...), in seconds."""
         s = self._shares(t).s
         T, way, turn, end = self._wide(s, self._start, self._way, self._turn, self._end)
         twist, step, out = np.zeros((6, T.shape[-1])), np.empty(T.shape), np.empty(T.shape)
@@ -106,7 +106,7 @@ class Straight(Value):
         return homogeneous(np.where((share == 1.0).all(axis=0), end, out), s.shape[:-1])
 
     def twist(self, t: Any) -> Array:
-        """(v, omega) (..., 6) of the frame in base axes: v of its origin, m/s and rad/s."""
+        """Return twists (..., 6) = (v, omega) of the frame in base axes, in m/s and rad/s."""
         rate = self._shares(t).rate
         T, way, turn = self._wide(rate, self._start, self._way, self._turn)
         share, out = runs_last(rate, 1), np.zeros((6, T.shape[-1]))
@@ -118,13 +118,13 @@ class Straight(Value):
         return runs_first(out, rate.shape[:-1])
 
     def _shares(self, t: Any) -> Shares:
-        """Of the way and of the turn, (..., 2), for all times and motions."""
+        """Return the shares (..., 2) of distance and angle, for all times and motions."""
         found, lead = self._timing.at(checked_times(t)), self._lead
         shape = (*np.broadcast_shapes(found.s.shape[:-1], lead), 2)
         return Shares(*(np.broadcast_to(part, shape) for part in found))
 
     def _wide(self, like: Array, *parts: Array) -> tuple[Array, ...]:
-        """Parts (*lead, ...) for all times and motions, with the run last."""
+        """Return parts (*lead, ...) broadcast to all times and motions, with the run last."""
         depth, lead = len(self._lead), like.shape[:-1]
         wide = (np.broadcast_to(part, (*lead, *part.shape[depth:])) for part in parts)
         return tuple(runs_last(part, part.ndim - len(lead)) for part in wide)
@@ -135,22 +135,22 @@ class Straight(Value):
 
     @cached_property
     def _start(self) -> Array:
-        """(*lead, 3, 4)."""
+        """The start poses (*lead, 3, 4)."""
         return np.broadcast_to(self.start.matrix[..., :3, :], (*self._lead, 3, 4))
 
     @cached_property
     def _end(self) -> Array:
-        """(*lead, 3, 4)."""
+        """The end poses (*lead, 3, 4)."""
         return np.broadcast_to(self.end.matrix[..., :3, :], (*self._lead, 3, 4))
 
     @cached_property
     def _way(self) -> Array:
-        """(*lead, 3) metres, in base axes."""
+        """The displacement (*lead, 3) in metres, in base axes."""
         return np.asarray(self._end[..., 3] - self._start[..., 3])
 
     @cached_property
     def _turn(self) -> Array:
-        """(*lead, 3) rotation vector from start to end, in axes of the start."""
+        """The rotation vector (*lead, 3) from start to end, in axes of the start."""
         T0, T1 = (runs_last(T, 2) for T in (self._start, self._end))
         back, between = np.empty(T0.shape), np.empty(T0.shape)
         se3.inverse(T0, back)
@@ -162,7 +162,7 @@ class Straight(Value):
 
     @cached_property
     def _timing(self) -> Timing:
-        """Of the way and of the turn."""
+        """The timing of distance and angle."""
         ways = (length(np.moveaxis(part, -1, 0)) for part in (self._way, self._turn))
         return self.pace.timing(*ways)
 

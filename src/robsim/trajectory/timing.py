@@ -1,4 +1,4 @@
-"""How the share of a way that is done grows with time, from rest to rest."""
+"""The time laws of motions from rest to rest."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TRAJECTORIES = family("trajectory")
 
 
 class Shares(NamedTuple):
-    """Share s of the way, and its derivatives."""
+    """The share s of a motion that is done, and its time derivatives."""
 
     s: Array
     rate: Array
@@ -24,7 +24,7 @@ class Shares(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """Axes that start and stop together, whose leading axes broadcast against those of the time.
+    """The timing of axes that start and stop together, which broadcasts against times.
 
     `ramp` (..., n) is the share of the time in which an axis speeds up, and in which it slows down
     again; None is for a polynomial of order five, the same for every axis.
@@ -35,13 +35,13 @@ class Timing:
 
     @classmethod
     def shortest(cls, way: Array, speed: Any, acceleration: Any) -> Timing:
-        """Of ways (..., n) >= 0 under limits: the slowest axis sets the time for all."""
+        """Return the shortest timing of distances (..., n) >= 0, set by the slowest axis."""
         seconds, ramp = fastest(way, speed, acceleration)
         return cls(np.asarray(seconds.max(axis=-1)), ramp)
 
     def at(self, t: Any) -> Shares:
-        """Shares (..., n), or (..., 1) where all axes are alike, at times t (...)."""
-        T = np.where(self.seconds > 0, self.seconds, 1.0)  # what takes no time does not move
+        """Return shares (..., n), or (..., 1) where all axes are alike, at times t (...)."""
+        T = np.where(self.seconds > 0, self.seconds, 1.0)  # axes that need no time do not move
         u = np.asarray(np.clip(np.asarray(t, dtype=float) / T, 0.0, 1.0))
         u = np.where(t >= self.seconds, 1.0, u)[..., None]
         found = quintic(u) if self.ramp is None else trapezoid(u, self.ramp)
@@ -52,7 +52,7 @@ class Timing:
 
 
 def quintic(u: Array) -> Shares:
-    """S = 10 u^3 - 15 u^4 + 6 u^5: neither speed nor acceleration at the ends u = 0 and u = 1.
+    """Return s = 10 u^3 - 15 u^4 + 6 u^5, with zero speed and acceleration at u = 0 and u = 1.
 
     The polynomial of least integral of the squared jerk (Craig 2005, section 7.3; Siciliano et
     al. 2009, section 4.2.1).
@@ -63,9 +63,10 @@ def quintic(u: Array) -> Shares:
 
 
 def trapezoid(u: Array, ramp: Array) -> Shares:
-    """Constant acceleration for the share `ramp` of the time, speed 1/(1 - ramp), and back.
+    """Return shares of a trapezoidal speed profile with acceleration for the share `ramp`.
 
-    Siciliano et al. 2009, eqs 4.5 to 4.8. It is symmetric: s(u) = 1 - s(1 - u).
+    It is symmetric, s(u) = 1 - s(1 - u), with the speed 1/(1 - ramp) in between (Siciliano et al.
+    2009, eqs 4.5 to 4.8).
     """
     peak = 1.0 / (1.0 - ramp)
     early = np.minimum(u, 1.0 - u)
@@ -77,12 +78,12 @@ def trapezoid(u: Array, ramp: Array) -> Shares:
 
 
 def fastest(way: Array, speed: Any, acceleration: Any) -> tuple[Array, Array]:
-    """Seconds of each axis under its limits, and the share of them for speeding up.
+    """Return seconds of each axis within its limits, and the share of them for acceleration.
 
     T = d/v + v/a where the limit of the speed is reached, d >= v^2/a, and 2 sqrt(d/a) where not:
     the trapezoid is a triangle then (Siciliano et al. 2009, section 4.2.1).
     """
-    with np.errstate(invalid="ignore"):  # of a limit that is infinite
+    with np.errstate(invalid="ignore"):  # for infinite limits
         long = way * acceleration > np.multiply(speed, speed)
         climb = np.where(long, np.divide(speed, acceleration), np.sqrt(way / acceleration))
         seconds = np.where(long, way / speed + climb, 2.0 * climb)
@@ -91,7 +92,7 @@ def fastest(way: Array, speed: Any, acceleration: Any) -> tuple[Array, Array]:
 
 
 def checked_times(t: Any) -> Array:
-    """Times of any shape in seconds, also infinite; InputError for what is no number."""
+    """Return times of any shape in seconds, also infinite; raise InputError for others."""
     try:
         times = np.asarray(t, dtype=float)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""The shortest motions under limits of speed and acceleration."""
+"""The shortest motions within limits of speed and acceleration."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.trajectory.timing import Timing
 
 @dataclass(frozen=True)
 class TrapezoidTable:
-    """How a text says a motion under limits."""
+    """The text form of a motion within limits."""
 
     start: Annotated[Any, ENDS, "Where the axes start."]
     end: Annotated[Any, ENDS, "Where they stop."]
@@ -26,12 +26,12 @@ class TrapezoidTable:
     acceleration: Acceleration
 
     def made(self, c: Context) -> Trapezoid:
-        """Return the motion."""
+        """Return the motion that the table describes."""
         return Trapezoid(self.start, self.end, speed=self.speed, acceleration=self.acceleration)
 
     @classmethod
     def of(cls, value: Trapezoid, c: Context) -> TrapezoidTable:
-        """Return what says a motion."""
+        """Return the table that describes a motion."""
         return cls(value.start, value.end, value.limits.speed, value.limits.acceleration)
 
 
@@ -63,12 +63,12 @@ class Trapezoid(RestToRest):
 
     @property
     def duration(self) -> Any:
-        """Seconds; of several motions (...)."""
+        """The duration in seconds, (...) for several motions."""
         seconds = self.timing.seconds
         return seconds if seconds.ndim else float(seconds)
 
     @cached_property
     def timing(self) -> Timing:
-        """When which share of the way is done."""
+        """The timing of the motion."""
         way: Array = np.abs(self.end - self.start)
         return Timing.shortest(way, *self.limits.of(way.shape[-1]))

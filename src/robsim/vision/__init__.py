@@ -1,4 +1,4 @@
-"""What images of known or unknown points tell: poses, homographies, points in space."""
+"""The geometry of images: cameras, poses, homographies and triangulation."""
 
 from robsim.vision.plane import HomographyMotions as HomographyMotions
 from robsim.vision.plane import decompose_homography as decompose_homography

@@ -1,4 +1,4 @@
-"""The camera: what it sees of points in the world.
+"""The camera model: projection, visibility and distortion.
 
 Camera axes are those of computer vision: x to the right, y down, z along the optical axis; a
 pixel is (column, row). The chapter's own camera axes (x up, y to the right; u the row, v the
@@ -32,7 +32,7 @@ PIXELS = Whole(1, 1_000_000)
 
 
 class Visibility(IntEnum):
-    """Where a point is for a camera."""
+    """The place of a point relative to a camera: in the image, outside it, or behind."""
 
     IN_IMAGE = kernels.IN_IMAGE
     OUT_OF_IMAGE = kernels.OUT_OF_IMAGE
@@ -44,7 +44,7 @@ T_CHAPTER_CAMERA = Pose([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]
 
 
 def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
-    """K for (column, row) in our axes from the chapter's Ki for (u, v) = (row, column).
+    """Return K for (column, row) in our axes from the chapter's Ki for (u, v) = (row, column).
 
     The rows change places, and Ki is written for the chapter's camera axes.
     """
@@ -52,7 +52,7 @@ def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
 
 
 def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, v0: float) -> Array:
-    """The matrix Ki of the chapter's eq. (10): (u, v, 1) = Ki (X/Z, Y/Z, 1), alpha in radians.
+    """Return Ki of the chapter's eq. (10): (u, v, 1) = Ki (X/Z, Y/Z, 1), with alpha in radians.
 
     u = u0 - X f / (Z px cos alpha), v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
 
@@ -109,9 +109,9 @@ class Camera(Value):
         size: tuple[int, int] | None = None,
         body: CameraBody | None = None,
     ) -> Camera:
-        """From the parameters of the chapter's eq. (10): f, px, py in one unit, alpha in radians.
+        """Return a camera with the parameters of the chapter's eq. (10), alpha in radians.
 
-        There u0 is the row and v0 the column of the image centre.
+        f, px and py are in one unit; u0 is the row and v0 the column of the image centre.
 
         >>> Camera.from_chapter(8e-3, 1e-5, 1e-5, 0, u0=240, v0=320).K[0]
         array([800.,   0., 320.])
@@ -120,9 +120,10 @@ class Camera(Value):
         return cls(intrinsics_from_chapter(Ki), size, body=body)
 
     def project(self, points: ArrayLike, T_w_c: Any) -> Array:
-        """Pixels (..., N, 2) = (column, row) of points (N, 3) or (..., N, 3); NaN behind.
+        """Return pixels (..., N, 2) = (column, row) of points (N, 3) or (..., N, 3).
 
-        `T_w_c` (..., 4, 4) is the pose of the camera. See `visibility` for the flags.
+        `T_w_c` (..., 4, 4) is the pose of the camera in the frame of the points. Pixels of points
+        behind the camera are NaN, see `visibility`.
 
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).project([[0.1, 0, 2]], Pose.at())
         array([[360., 240.]])
@@ -131,7 +132,7 @@ class Camera(Value):
         return runs_first(pixels, lead)
 
     def visibility(self, points: ArrayLike, T_w_c: Any) -> NDArray[np.int8]:
-        """(..., N) of `Visibility`: in the image, out of it, or behind the camera.
+        """Return the `Visibility` (..., N) of points: in the image, outside it, or behind.
 
         >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
         >>> camera.visibility([[0, 0, 1], [9, 0, 1], [0, 0, -1]], Pose.at()).tolist()
@@ -143,7 +144,7 @@ class Camera(Value):
         return runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
-        """(..., N, 2) points at unit depth that project to these pixels: undistorted.
+        """Return the undistorted points (..., N, 2) at unit depth that project to these pixels.
 
         NaN for a pixel that the lens cannot reach.
 
@@ -158,18 +159,18 @@ class Camera(Value):
 
     @cached_property
     def lens(self) -> Array:
-        """The eight numbers (k1, k2, p1, p2, k3, k4, k5, k6)."""
+        """The eight distortion coefficients (k1, k2, p1, p2, k3, k4, k5, k6)."""
         return frozen(np.pad(np.array(self.distortion), (0, 8 - len(self.distortion))))
 
     @cached_property
     def border(self) -> Array:
-        """((left, right), (top, bottom)) of the image, right and bottom not included."""
+        """The limits ((left, right), (top, bottom)) of the image; right and bottom are excluded."""
         low, high = (-np.inf, np.inf) if self.size is None else (-0.5, np.array(self.size) - 0.5)
         return frozen(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
     def valid_radius(self) -> float:
-        """The normalised radius up to which the lens moves points outwards; beyond, it folds.
+        """The normalised radius up to which distortion is monotonic; beyond it, the image folds.
 
         The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
         """
@@ -182,11 +183,11 @@ class Camera(Value):
         return float(np.sqrt(real.min())) if real.size else np.inf
 
     def drawn(self, T_w_c: Any) -> CameraBody | None:
-        """The body where it is drawn; it keeps the chapter's axes (x up, y to the right)."""
+        """Return the camera body at its pose; it has the chapter's axes (x up, y to the right)."""
         return self.body and self.body.at(as_pose(T_w_c) @ T_CHAPTER_CAMERA.inv())
 
     def _look(self, points: ArrayLike, T_w_c: Any) -> tuple[Array, Array, tuple[int, ...]]:
-        """Run-last points in camera axes and pixels, and the leading shape."""
+        """Return run-last points in camera axes, their pixels, and the leading shape."""
         p, T = numbers(points, "points", ("N", 3)), as_pose(T_w_c).matrix
         lead = common_lead(p.shape[:-2], T.shape[:-2], "points and camera poses")
         inv = Pose(T).inv()
@@ -228,7 +229,7 @@ def _checked_distortion(given: Any) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class ImageSize(ListOf):
-    """Width and height of an image in whole pixels."""
+    """The declaration of an image's width and height in whole pixels."""
 
     item: Spec = PIXELS
     least: int = 2

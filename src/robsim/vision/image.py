@@ -1,4 +1,4 @@
-"""What is measured in an image: pixels that may be missing, normalised, and how far one reaches."""
+"""Measured pixels, some of which may be missing, and their normalised coordinates."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from robsim.base.errors import InputError
 from robsim.kernels import camera as kernels
 from robsim.vision.camera import Camera
 
-LARGEST = 1e100  # metres or pixels: what is squared must still be a number
+LARGEST = 1e100  # metres or pixels: its square must be finite
 
 
 def measured(pixels: ArrayLike, what: str, camera: Any, count: int | str = "N") -> Array:
-    """Pixels (..., count, 2) as they are given; NaN where a mark is not seen."""
+    """Return checked pixels (..., count, 2), with NaN where a mark is not seen."""
     if not isinstance(camera, Camera):
         raise InputError(f"{what}: expected a Camera that saw them, got {camera!r:.80}")
     return numbers(pixels, what, (count, 2), gaps=True)
 
 
 def deviation(noise: Any) -> float:
-    """The standard deviation of a pixel coordinate."""
+    """Return a checked standard deviation of a pixel coordinate."""
     sigma = positive(noise, "noise")
     if sigma > LARGEST:
         raise InputError(f"noise: expected pixels, at most {LARGEST:g}, got {sigma:g}")
@@ -31,7 +31,7 @@ def deviation(noise: Any) -> float:
 
 
 def normalised(pixels: Array, camera: Camera) -> Array:
-    """(..., N, 2) of pixels (..., N, 2); NaN for what is not seen or the lens cannot reach."""
+    """Return normalised points (..., N, 2) of pixels (..., N, 2); NaN where there is none."""
     last = runs_last(pixels, 2)
     x = np.empty_like(last)
     kernels.normalise(last, camera.K, camera.lens, camera.valid_radius, x)
@@ -39,7 +39,7 @@ def normalised(pixels: Array, camera: Camera) -> Array:
 
 
 def pixel_rates(x: Array, camera: Camera) -> Array:
-    """(..., N, 2, 2): how pixels move with the normalised points x (..., N, 2)."""
+    """Return derivatives (..., N, 2, 2) of pixels by normalised points x (..., N, 2)."""
     last = runs_last(x, 2)
     J = np.empty((len(last), 2, 2, last.shape[-1]))
     kernels.pixel_rates(last, camera.K, camera.lens, J)

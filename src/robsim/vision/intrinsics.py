@@ -1,4 +1,4 @@
-"""How a text says the intrinsics of a camera: K, or focal, center and skew."""
+"""The text form of a camera's intrinsics: K, or focal, center and skew."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAIR = ListOf(Number(unit="px"), 2, 2)
 
 @dataclass(frozen=True)
 class Focal(ListOf):
-    """Two focal lengths in pixels; one number is both."""
+    """The declaration of two focal lengths in pixels, or one number for both."""
 
     item: Spec = FOCAL_LENGTH
     least: int = 2
@@ -50,7 +50,7 @@ PARTS = ("focal", "center", "skew")
 
 @dataclass(frozen=True)
 class Intrinsics(Spec):
-    """The matrix K, whose keys stand among those of the camera."""
+    """The declaration of the matrix K, with its keys in the table of the camera."""
 
     def keys(self, name: str) -> tuple[str, ...]:
         return tuple(KEYS)
@@ -60,11 +60,11 @@ class Intrinsics(Spec):
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         before = c.problems.seen
-        said = {key: c.at(key).tried(KEYS[key], table[key]) for key in KEYS if key in table}
+        values = {key: c.at(key).tried(KEYS[key], table[key]) for key in KEYS if key in table}
         if c.problems.seen > before:
             return MISSING
         try:
-            return _matrix(said, c.facts["own"].get("size"))
+            return _matrix(values, c.facts["own"].get("size"))
         except InputError as error:
             c.blame(error)
             return MISSING
@@ -76,7 +76,10 @@ class Intrinsics(Spec):
         return "K, or focal and its companions"
 
     def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
-        """One way to say it replaces the other; K is taken apart where a part of it changes."""
+        """Let one form of the intrinsics replace the other in a table, in place.
+
+        K is split where a part of it changes.
+        """
         if "K" in over:
             for key in PARTS:
                 table.pop(key, None)
@@ -97,18 +100,18 @@ class Intrinsics(Spec):
         return [(key, f"{spec.words()}: {MEANINGS[key]}") for key, spec in KEYS.items()]
 
 
-def _matrix(said: Mapping[str, Any], size: Any) -> list[list[float]]:
-    parts = [key for key in PARTS if key in said]
-    if "K" in said:
+def _matrix(values: Mapping[str, Any], size: Any) -> list[list[float]]:
+    parts = [key for key in PARTS if key in values]
+    if "K" in values:
         if parts:
             raise InputError(f"K and {', '.join(parts)}: give K alone, or focal and its companions")
-        return [list(row) for row in said["K"]]
-    if "focal" not in said:
+        return [list(row) for row in values["K"]]
+    if "focal" not in values:
         raise InputError(
             "focal is missing: give K = [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] "
             "or focal = [fx, fy], in pixels"
         )
-    if "center" not in said and size is None:
+    if "center" not in values and size is None:
         raise InputError("center is missing: give it, or size, whose middle it then is")
-    (fx, fy), (cx, cy) = said["focal"], said.get("center") or [(n - 1) / 2 for n in size or ()]
-    return [[fx, said.get("skew", 0.0), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+    (fx, fy), (cx, cy) = values["focal"], values.get("center") or [(n - 1) / 2 for n in size or ()]
+    return [[fx, values.get("skew", 0.0), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]

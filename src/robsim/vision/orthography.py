@@ -1,4 +1,4 @@
-"""The two poses of a target that is taken for flat and far."""
+"""The two poses of a target under scaled orthography, as starts of a pose estimate."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robsim.vision.three_marks import unit
 
 
 def orthographic_poses(marks: Array, x: Array) -> Array:
-    """T_c_o (B, 2, 3, 4) of marks (N, 3) from normalised points x (B, N, 2), both tilts.
+    """Return T_c_o (B, 2, 3, 4), both tilts, of marks (N, 3) at normalised points x (B, N, 2).
 
     The marks are put on their plane (of least squares), and the image is taken for affine about
     the centroid, x - d = J p: with B the projection along the ray (d, 1), J = B A / Z. A, the
@@ -35,7 +35,7 @@ def orthographic_poses(marks: Array, x: Array) -> Array:
 
 
 def mirrored(marks: Array, T_c_o: Array) -> Array:
-    """The pose (B, 3, 4) that looks most like T_c_o: the tilt is turned to the other side.
+    """Return the pose (B, 3, 4) that looks most like T_c_o, with the opposite tilt.
 
     The target's plane is reflected along the ray to its centroid, and the target in its plane: in
     orthographic projection the image of flat targets stays the same.
@@ -47,19 +47,19 @@ def mirrored(marks: Array, T_c_o: Array) -> Array:
 
 
 def plane_axes(marks: Array) -> Array:
-    """Rows: two axes in the plane nearest to the marks, and its normal; a rotation."""
+    """Return a rotation whose rows are two axes in the plane of the marks, and its normal."""
     axes = np.linalg.svd(marks - marks.mean(0), full_matrices=False)[2]
     handed: Array = np.array([1.0, 1.0, np.copysign(1.0, np.linalg.det(axes))])
     return np.asarray(axes * handed[:, None])
 
 
 def _reflection(n: Array) -> Array:
-    """(..., 3, 3): I - 2 n n' for unit vectors n (..., 3)."""
+    """Return reflections (..., 3, 3), I - 2 n n' for unit vectors n (..., 3)."""
     return np.eye(3) - 2.0 * n[..., :, None] * n[..., None, :]
 
 
 def _turned_to(d: Array) -> Array:
-    """(B, 3, 3): the shortest rotation from the optical axis to unit vectors d, d_z > 0."""
+    """Return the shortest rotations (B, 3, 3) from z to unit vectors d with d_z > 0."""
     x, y, z = d.T
     k = 1.0 / (1.0 + z)
     rows = [1 - k * x * x, -k * x * y, x, -k * x * y, 1 - k * y * y, y, -x, -y, z]
@@ -67,7 +67,7 @@ def _turned_to(d: Array) -> Array:
 
 
 def _in_space(A: Array) -> Array:
-    """(B, 3, 3): A (B, 2, 2), orthogonal, as the rotation with these first rows and columns."""
+    """Return rotations (B, 3, 3) whose first rows and columns are orthogonal A (B, 2, 2)."""
     out = np.zeros((len(A), 3, 3))
     out[:, :2, :2] = A
     out[:, 2, 2] = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
@@ -75,7 +75,7 @@ def _in_space(A: Array) -> Array:
 
 
 def _tilt(c: Array, s: Array) -> Array:
-    """(B, 3, 3): rotations about x with cosine c and sine s."""
+    """Return rotations (B, 3, 3) about x with cosine c and sine s."""
     zero, one = np.zeros_like(c), np.ones_like(c)
     rows = [one, zero, zero, zero, c, -s, zero, s, c]
     return np.stack(rows, axis=-1).reshape(-1, 3, 3)

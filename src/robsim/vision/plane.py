@@ -1,4 +1,4 @@
-"""A plane in two images: the homography between them, and the motions that it can come from."""
+"""A plane in two images: its homography, and the camera motions that explain it."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.geometry.pose import common_lead
 
-RANK = 1e-10  # of the largest singular value: what is below does not count
-ASIDE = 1e100  # points so far off are none
-CLOSE = 1e-100  # points so close together are one
-STILL = 1e-10  # of the distance of the plane: a translation below is none
+RANK = 1e-10  # relative to the largest singular value: smaller ones count as zero
+ASIDE = 1e100  # points farther off count as missing
+CLOSE = 1e-100  # points closer together count as one
+STILL = 1e-10  # relative to the distance of the plane: a smaller translation counts as none
 
 
 def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
-    """H (..., 3, 3) with (x_b, 1) ~ H (x_a, 1), from four points (..., N, 2) of a plane or more.
+    """Return H (..., 3, 3) with (x_b, 1) ~ H (x_a, 1) from four or more points (..., N, 2).
 
     The normalised direct linear transform (Hartley and Zisserman 2004, algorithm 4.2). H is scaled
     so that its middle singular value is 1, and for normalised points of a plane in front of both
@@ -52,7 +52,7 @@ def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
 
 
 def _linear(a: Array, b: Array) -> Array:
-    """H (B, 3, 3) of finite points (B, N, 2) that are not all one."""
+    """Return H (B, 3, 3) of finite points (B, N, 2) that do not all coincide."""
     (p, Ta), (q, Tb) = _about_zero(a), _about_zero(b)
     p, zero = _with_one(p), np.zeros((*p.shape[:-1], 3))
     rows = [  # of h, row by row, in (q, 1) x H (p, 1) = 0
@@ -62,7 +62,7 @@ def _linear(a: Array, b: Array) -> Array:
     ]
     _, s, Vt = np.linalg.svd(np.concatenate(rows, axis=1), full_matrices=False)
     N = Vt[:, -1].reshape(-1, 3, 3)
-    sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where a line or a point becomes none
+    sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where H is singular
     H = np.linalg.inv(Tb) @ N @ Ta
     middle = np.linalg.svd(H, compute_uv=False)[:, 1]
     forward = (_with_one(b) * (_with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
@@ -73,7 +73,7 @@ def _linear(a: Array, b: Array) -> Array:
 
 
 def _about_zero(a: Array) -> tuple[Array, Array]:
-    """Points (B, N, 2) moved to their centroid, at a mean distance of sqrt 2; T that does it."""
+    """Return points (B, N, 2) with centroid 0 and mean distance sqrt 2, and the transform T."""
     centre = a.mean(1)
     size = np.sqrt(np.square(a - centre[:, None]).sum(-1)).mean(1) / np.sqrt(2)
     T = np.zeros((len(a), 3, 3))
@@ -89,7 +89,7 @@ def _with_one(a: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class HomographyMotions(Value):
-    """The motions H = R + t n'/d can come from: X_b = R X_a + t, with n'X_a = d on the plane.
+    """The motions of H = R + t n'/d: X_b = R X_a + t, with n'X_a = d on the plane.
 
     rotations (..., 4, 3, 3) R_b_a; translations (..., 4, 3) t / d, in axes of camera b; normals
     (..., 4, 3) in axes of camera a. in_front (..., 4): the points are before both cameras, which
@@ -105,13 +105,13 @@ class HomographyMotions(Value):
 
 
 def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> HomographyMotions:
-    """Rotations, translations and normals of H (..., 3, 3) between normalised image points.
+    """Return the rotations, translations and normals of H (..., 3, 3) of normalised points.
 
     From the singular value decomposition of H (Faugeras and Lustman 1988; in this form Ma, Soatto,
     Kosecka and Sastry 2004, section 5.3.3). H may have any positive scale. `points` (..., N, 2)
-    are normalised points of the plane in camera a, by which `in_front` is told; the centre of the
-    image by default. InputError for an H without inverse or with a negative determinant, which no
-    motion before one side of a plane gives; NaN where H is NaN.
+    are normalised points of the plane in camera a, for which `in_front` is determined; the centre
+    of the image by default. InputError for an H without inverse or with a negative determinant,
+    which no motion in front of one side of a plane gives; NaN where H is NaN.
 
     >>> found = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
     >>> np.round(found.translations[found.in_front], 9) + 0.0
@@ -134,7 +134,7 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
 
 
 def _motions(H: Array) -> tuple[Array, Array, Array]:
-    """R (B, 4, 3, 3), t/d (B, 4, 3) and n (B, 4, 3)."""
+    """Return R (B, 4, 3, 3), t/d (B, 4, 3) and n (B, 4, 3)."""
     s, Vt = np.linalg.svd(H)[1:]
     H = H / s[:, 1, None, None]
     v1, v2, v3 = (Vt[:, i] for i in range(3))
@@ -159,12 +159,12 @@ def _motions(H: Array) -> tuple[Array, Array, Array]:
 
 
 def _triad(a: Array, b: Array) -> Array:
-    """Axes (B, 3, 3) as columns: a (B, 3, 1), b, and across both."""
+    """Return axes (B, 3, 3) as columns: a (B, 3, 1), b, and their cross product."""
     return np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)
 
 
 def _set_rotations(H: Array, rest: NDArray[np.bool_], R: Array, t: Array, n: Array) -> None:
-    """Where nothing moves: H itself, no translation, and one motion only."""
+    """Set the motion to R = H, t = 0 where the homography is a pure rotation, in place."""
     U, _, Vt = np.linalg.svd(H[rest])
     n[rest], R[rest], t[rest] = np.nan, np.nan, np.nan
     R[rest, 0], t[rest, 0] = U @ Vt, 0.0

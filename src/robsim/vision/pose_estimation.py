@@ -1,4 +1,4 @@
-"""The pose of a target from one image of its marks, without a guess."""
+"""The pose of a target from one image of its marks, without an initial guess."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from robsim.vision.image import deviation, measured, pixel_rates
 from robsim.vision.pose_minima import CHUNK, EXACT, all_minima, in_camera, in_image
 from robsim.vision.spread import second_moment
 
-LINE = 1e-9  # of their size: marks that leave a line by less are on it
+LINE = 1e-9  # relative to their size: marks within this distance of a line count as on it
 SMALLEST = 1e-50  # metres
-ROUNDING = 1e-9  # pixels: a smaller rms error is rounding
-ODDS = 100.0  # to one: the best minimum is sure where the next is as unlikely as this
-DEEP = 1 / 3  # of the depth: a larger standard deviation leaves it open
+ROUNDING = 1e-9  # pixels: a smaller rms error counts as rounding
+ODDS = 100.0  # to one: the odds from which the best minimum counts as certain
+DEEP = 1 / 3  # relative to the depth: a larger standard deviation makes it ambiguous
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PoseEstimate(Value):
-    """What `estimate_pose` found: the minimum of the reprojection error, and the next one.
+    """The result of `estimate_pose`: the best pose, and the other minima of the error.
 
     T_c_o (..., 4, 4): the target in camera axes; rms (...): distance in the image between measured
     and reprojected marks, root of the mean square over the 2N coordinates, pixels. `other` and
@@ -39,7 +39,7 @@ class PoseEstimate(Value):
     about the other one. NaN where there is none. Where sigma is estimated, it has 2N - 6 degrees of
     freedom only: of four marks two.
 
-    `ambiguous` (...) is true where the image does not tell the pose: no pose was found; or the
+    `ambiguous` (...) is true where the image does not determine the pose: no pose was found; or the
     other minimum is not a hundred times less likely; or the standard deviation of the target's
     depth is above a third of it. The odds are exp((E2 - E1) / (2 sigma^2)) with E the squared
     errors, and where sigma is unknown (E2 / E1)^(N - 3): sigma integrated out (Jeffreys's prior)
@@ -54,24 +54,24 @@ class PoseEstimate(Value):
 
     @property
     def T_c_o(self) -> Array:
-        """(..., 4, 4) the best."""
+        """The best pose (..., 4, 4) of the target in camera axes."""
         best: Array = self.candidates[..., 0, :, :]
         return best
 
     @property
     def rms(self) -> Array:
-        """(...) of the best, pixels."""
+        """The rms reprojection error (...) of the best pose, in pixels."""
         return np.asarray(self.errors[..., 0])
 
     @property
     def other(self) -> Array:
-        """(..., 4, 4) the next best."""
+        """The second-best pose (..., 4, 4) of the target in camera axes."""
         second: Array = self.candidates[..., 1, :, :]
         return second
 
     @property
     def other_rms(self) -> Array:
-        """(...) of the next best, pixels."""
+        """The rms reprojection error (...) of the second-best pose, in pixels."""
         return np.asarray(self.errors[..., 1])
 
     def __repr__(self) -> str:
@@ -85,7 +85,9 @@ class PoseEstimate(Value):
 def estimate_pose(
     marks: ArrayLike, pixels: ArrayLike, camera: Camera, *, noise: float | None = None
 ) -> PoseEstimate:
-    """T_c_o from pixels (..., N, 2) of marks (N, 3) in target axes (metres), by least squares.
+    """Return the poses T_c_o of a target from one image of its marks, by least squares.
+
+    `marks` (N, 3) are in target axes (metres), `pixels` (..., N, 2) in the image.
 
     Three marks or more, not on one line; in a plane or not. Starts are both scaled-orthography
     poses of the marks' plane (`orthographic_poses`), the best pose of the largest triangle of marks
@@ -113,7 +115,7 @@ def estimate_pose(
     T, squares = all_minima(p, u.reshape(-1, len(p), 2), camera)
     variance = _variance(squares[:, 0], len(p), sigma)
     covariance = _covariance(p, T[:, 0], u.reshape(-1, len(p), 2), camera, variance)
-    sure = _told_apart(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
+    sure = _is_distinct(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
     with np.errstate(over="ignore"):  # of a target beyond measure
         T[..., 3] *= size
         covariance[:, :3] *= size
@@ -130,7 +132,7 @@ def estimate_pose(
 
 
 def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
-    """Marks in units of about their size, so that metres and radians count alike; that size."""
+    """Return the marks in units of about their size, and that size in metres."""
     p = numbers(marks, "marks", ("N", 3))
     if p.ndim != 2 or len(p) < 3:
         raise InputError(f"marks: expected (N, 3) with three marks or more, got shape {p.shape}")
@@ -147,19 +149,19 @@ def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
 
 
 def _power_of_two(size: float) -> float:
-    """A power of two about as large, which changes no digit of what it scales; 1 for 0."""
+    """Return a power of two of about this size, for scaling without rounding; 1 for 0."""
     return 2.0 ** min(math.floor(math.log2(size)), 1000) if size > 0 else 1.0
 
 
 def _variance(squares: Array, N: int, sigma: float | None) -> Array:
-    """Of a pixel coordinate (B): as given, or as the residuals have it; NaN for three marks."""
+    """Return the variance (B) of a pixel coordinate, given or from residuals; NaN for 3 marks."""
     if sigma is not None:
         return np.full(len(squares), sigma * sigma)
     return squares / (2 * N - 6) if N > 3 else np.full(len(squares), np.nan)
 
 
 def _covariance(p: Array, T: Array, u: Array, camera: Camera, variance: Array) -> Array:
-    """(B, 6, 6) of the twist for pixels of that variance, beyond first order.
+    """Return the covariance (B, 6, 6) of the twist for pixels of that variance, beyond first order.
 
     To first order, at the estimate, it is M M' times the variance. Of planes that face the camera
     that is too little: foreshortening goes with the square of their tilt, so an estimate that noise
@@ -179,7 +181,7 @@ def _covariance(p: Array, T: Array, u: Array, camera: Camera, variance: Array) -
 
 
 def _spread(p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array) -> Array:
-    """(B, 6, 6) second moments of the twist, from M and the deviations (B) of a coordinate."""
+    """Return second moments (B, 6, 6) of the twist, from M and deviations (B) of a coordinate."""
     to_z, to_twist, _ = np.linalg.svd(M, full_matrices=False)
     order = np.arange(6)[::-1]  # known best first
     length = sigma[:, None] * to_twist[:, order]
@@ -221,8 +223,8 @@ def _following(p: Array, T: Array, camera: Camera) -> Array:
     return np.asarray(M)
 
 
-def _told_apart(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_]:
-    """Whether there is a best minimum (B), and the next is by ODDS less likely."""
+def _is_distinct(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_]:
+    """Return whether (B) the best minimum is by ODDS more likely than the next."""
     first, second = squares[:, 0], squares[:, 1]
     alone = np.isinf(second)
     first, second = (np.where(np.isinf(s), 1.0, s) for s in (first, second))
@@ -236,7 +238,7 @@ def _told_apart(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_
 
 
 def _depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
-    """Whether the depth of the centroid (B) is known to DEEP; true where nothing tells."""
+    """Return whether (B) the depth of the centroid is known to DEEP; true for NaN covariance."""
     x, y, z = (T[:, :, :3] @ p.mean(0) + T[:, :, 3]).T
     zero, one = np.zeros_like(x), np.ones_like(x)
     rate = np.stack([zero, zero, one, y, -x, zero], axis=-1)  # of -z with the twist

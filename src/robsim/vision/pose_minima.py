@@ -1,4 +1,4 @@
-"""The minima of the reprojection error of a target: starts, their refinement, and their order."""
+"""The minima of the reprojection error of a target: starts, refinement, and order."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from robsim.vision.image import normalised
 from robsim.vision.orthography import mirrored, orthographic_poses
 from robsim.vision.three_marks import three_marks_poses
 
-POINT = 1e-12  # normalised: an image no larger is one point
-ASIDE = 1e8  # normalised: what is so far from the axis is no image
-SAME = 1e-3  # radians, and of the distance: nearer minima are one
-EXACT = 1e-6  # pixels: what three marks' minima may leave over and still be poses of theirs
+POINT = 1e-12  # normalised: an image of this size or less counts as a point
+ASIDE = 1e8  # normalised: points farther from the axis count as missing
+SAME = 1e-3  # radians, and relative to the distance: closer minima count as one
+EXACT = 1e-6  # pixels: the residual up to which a minimum of three marks counts as exact
 CHUNK = 32  # poses that are refined together
-ROUNDS = 10  # of 30 updates; a start on the wrong side of a thick far target takes some
-ARRIVED = 1e-9  # radians, and of the distance: a round that moves a pose by less is its last
+ROUNDS = 10  # rounds of 30 updates; a start on the wrong side of a thick far target takes several
+ARRIVED = 1e-9  # radians, and relative to the distance: a smaller change ends the refinement
 
 
 def all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
-    """T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4) of the minima, the best first.
+    """Return the minima T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4), the best first.
 
     Of marks p (N, 3) and pixels u (B, N, 2); NaN and inf where an image shows nothing.
     """
     x = normalised(u, camera)
     T, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
     seen = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)  # no NaN
-    with np.errstate(all="ignore"):  # a start that is not finite leads nowhere
+    with np.errstate(all="ignore"):  # starts that are not finite are replaced
         T[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
     return T, squares
 
 
 def _minima(p: Array, x: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
-    """T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4) of the minima, the best first."""
+    """Return the minima T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4), the best first."""
     T = _refined(p, x, _starts(p, x))
     squares = _squares(p, T, u, camera)
-    if len(p) == 3:  # exact poses, or what is nearest to one
+    if len(p) == 3:  # exact poses, or the nearest to one
         exact = squares.min(1, keepdims=True) + 2 * len(p) * EXACT**2
         squares = np.where(squares <= exact, squares, np.inf)
     T, squares = _sorted(T, squares)
@@ -52,7 +52,7 @@ def _minima(p: Array, x: Array, u: Array, camera: Camera) -> tuple[Array, Array]
 
 
 def _starts(p: Array, x: Array) -> Array:
-    """T_c_o (B, k, 3, 4); finite, if only as a start that leads nowhere."""
+    """Return starts T_c_o (B, k, 3, 4); those that are not finite are replaced by zeros."""
     three = _largest_triangle(p)
     exact = three_marks_poses(p[three], x[:, three])
     if len(p) > 3:
@@ -64,7 +64,7 @@ def _starts(p: Array, x: Array) -> Array:
 
 
 def _largest_triangle(p: Array) -> NDArray[np.int64]:
-    """The three marks of the largest triangle that has the two of the longest distance."""
+    """Return the numbers of two marks farthest apart, and of a third farthest from their line."""
     between = np.linalg.norm(p[:, None] - p, axis=-1)
     i, j = np.unravel_index(between.argmax(), between.shape)
     k = np.linalg.norm(np.cross(p - p[i], p[j] - p[i]), axis=-1).argmax()
@@ -72,7 +72,7 @@ def _largest_triangle(p: Array) -> NDArray[np.int64]:
 
 
 def _refined(p: Array, x: Array, starts: Array) -> Array:
-    """The minima (B, k, 3, 4) to which the starts lead; those that are not there yet go on."""
+    """Return the minima (B, k, 3, 4) to which the starts converge."""
     T = starts.reshape(-1, 3, 4).copy()
     images = np.repeat(x, starts.shape[1], axis=0)
     going = np.flatnonzero(T.any((1, 2)))
@@ -84,7 +84,7 @@ def _refined(p: Array, x: Array, starts: Array) -> Array:
 
 
 def _fitted(p: Array, images: Array, guess: Array) -> Array:
-    """T (n, 3, 4) after at most 30 updates, a few at a time: none waits long for a slow one."""
+    """Return T (n, 3, 4) after at most 30 updates, in chunks so that slow poses delay few."""
     out = np.empty_like(guess)
     for first in range(0, len(images), CHUNK):
         some = slice(first, first + CHUNK)
@@ -96,12 +96,12 @@ def _fitted(p: Array, images: Array, guess: Array) -> Array:
 
 
 def in_camera(p: Array, T: Array) -> Array:
-    """Marks (..., N, 3) in camera axes."""
+    """Return marks (..., N, 3) in camera axes."""
     return p @ np.swapaxes(T[..., :3], -1, -2) + T[..., None, :, 3]
 
 
 def _normalised_squares(p: Array, T: Array, x: Array) -> Array:
-    """Sums (B, k) of squared distances at unit depth; inf where a mark is behind."""
+    """Return sums (B, k) of squared errors at unit depth; inf if a mark is behind."""
     X = in_camera(p, T)
     depth = np.where(X[..., 2:] > 0, X[..., 2:], np.nan)
     squares = np.square(X[..., :2] / depth - x[:, None]).sum((-1, -2))
@@ -123,13 +123,13 @@ def _squares(p: Array, T: Array, u: Array, camera: Camera) -> Array:
 
 
 def _sorted(T: Array, squares: Array) -> tuple[Array, Array]:
-    """Both with the least error first."""
+    """Return poses and squared errors, sorted by error."""
     order, rows = np.argsort(squares, axis=1, kind="stable"), np.arange(len(T))[:, None]
     return T[rows, order], squares[rows, order]
 
 
 def _apart(A: Array, B: Array) -> Array:
-    """Radians of rotation, or the distance of the positions over that from the camera, if more."""
+    """Return the larger of the rotation (rad) and the relative distance between poses."""
     chord = np.sqrt(np.square(A[..., :3] - B[..., :3]).sum((-1, -2)) / 2)
     shift = np.sqrt(np.square(A[..., 3] - B[..., 3]).sum(-1) / np.square(B[..., 3]).sum(-1))
     return np.asarray(np.maximum(chord, shift))

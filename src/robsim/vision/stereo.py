@@ -1,4 +1,4 @@
-"""Points in space from the images of two cameras, and how well they are known."""
+"""Triangulation of points from the images of two cameras, with covariances."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from robsim.kernels import stereo as kernels
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
 
-RCOND = 1e-12  # what moves the images so little is not seen
-STEPS = 4  # of Gauss-Newton: to rounding where the noise is half a pixel, to 1e-11 at three
+RCOND = 1e-12  # relative to the largest singular value: smaller ones count as zero
+STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of half a pixel, to 1e-11 for three
 
 
 @dataclass(frozen=True, eq=False)
 class Triangulation(Value):
-    """Points (..., N, 3) in axes of the left camera, metres, and covariance (..., N, 3, 3), m^2.
+    """Points (..., N, 3) in left camera axes, metres, and covariance (..., N, 3, 3) in m^2.
 
-    NaN in both where the images do not tell how far a point is: rays that are parallel, or that
-    part from each other, or a pixel that is NaN.
+    Both are NaN where the images do not determine the depth: for rays that are parallel or diverge,
+    or for a pixel that is NaN.
     """
 
     points: Array
@@ -41,7 +41,9 @@ def triangulate(
     *,
     noise: float = 1.0,
 ) -> Triangulation:
-    """Points from pixels (..., N, 2) in both images; T_left_right (..., 4, 4) is the right camera.
+    """Return points from pixels (..., N, 2) in both images of a stereo pair.
+
+    T_left_right (..., 4, 4) is the pose of the right camera in the left one.
 
     The points of least squared distances in both images, which is the likeliest where every pixel
     coordinate has independent noise of the standard deviation `noise`. Gauss-Newton in (x, y, 1/Z),
@@ -72,7 +74,7 @@ def triangulate(
 
 
 def _rig(T_left_right: Any) -> Array:
-    """(..., 4, 4) of two cameras that are apart."""
+    """Return the checked pose (..., 4, 4) of the right camera, which is apart from the left one."""
     try:
         T: Array = as_pose(T_left_right).matrix
     except InputError as error:
@@ -106,7 +108,7 @@ def _likeliest(
 
 
 def _midpoints(x: Array, other: Array, T: Array) -> Array:
-    """(..., N, 3): where the rays pass each other."""
+    """Return points (..., N, 3) midway between the two rays where they are closest."""
     between = runs_last(T[..., :3, :], 2)
     X = np.empty((x.shape[-2], 3, between.shape[-1]))
     kernels.triangulate(runs_last(x, 2), runs_last(other, 2), between, X)
@@ -116,8 +118,10 @@ def _midpoints(x: Array, other: Array, T: Array) -> Array:
 def _images(
     ray: Array, x: Array, other: Array, weights: tuple[Array, Array], T: Array
 ) -> tuple[Array, Array, Any]:
-    """Residuals (..., N, 4) in pixels, their rates J (..., N, 4, 3) with rays (x, y, 1/Z), and
-    whether the point is before the right camera (...); lenses are taken as linear about the pixels.
+    """Return residuals (..., N, 4) in pixels, and their Jacobian J (..., N, 4, 3) by the rays.
+
+    A ray is (x, y, 1/Z). Also returned is whether (..., N) the point is in front of the right
+    camera. Lenses are taken as linear about the pixels.
     """
     R = np.swapaxes(T[..., :3, :3], -1, -2)
     D = np.concatenate([R[..., :2], -R @ T[..., :3, 3:]], axis=-1)  # of q with the ray

@@ -1,4 +1,4 @@
-"""Where three marks can be: the poses that put them exactly at their image."""
+"""The poses that project three marks exactly to their image (perspective-3-point)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SIDES = ((1, 2), (0, 2), (0, 1))  # a, b and c lie opposite marks 0, 1 and 2
 
 
 def three_marks_poses(marks: Array, x: Array) -> Array:
-    """T_c_o (B, 8, 3, 4): candidates that put marks (3, 3) at normalised points x (B, 3, 2).
+    """Return candidates T_c_o (B, 8, 3, 4) of marks (3, 3) at normalised points x (B, 3, 2).
 
     With s1, u s1, v s1 the distances of the marks from the camera, the law of cosines in the three
     triangles that they form with it leaves a quartic in v (Grunert 1841; Haralick, Lee, Ottenberg
@@ -36,13 +36,13 @@ def three_marks_poses(marks: Array, x: Array) -> Array:
 
 
 def unit(a: Array) -> Array:
-    """Vectors (..., n) of length one."""
+    """Return vectors (..., n) normalised to length one."""
     length: Array = np.sqrt((a * a).sum(-1, keepdims=True))
     return a / length
 
 
 def _quartic(aa: float, cc: float, alpha: Array, beta: Array, gamma: Array) -> Array:
-    """Coefficients (B, 5) of v, the highest first, for sides squared over b^2."""
+    """Return coefficients (B, 5) of the quartic in v, highest first, for sides squared over b^2."""
     q, p, two = aa - cc, aa + cc, 2 * alpha * gamma
     return np.stack(
         [
@@ -58,7 +58,7 @@ def _quartic(aa: float, cc: float, alpha: Array, beta: Array, gamma: Array) -> A
 
 
 def _roots(quartic: Array) -> Array:
-    """Real parts (B, 4) of the roots: the eigenvalues of the companion matrix."""
+    """Return the real parts (B, 4) of the roots: the eigenvalues of the companion matrix."""
     least = TINY * np.abs(quartic).max(-1)
     lead = np.where(np.abs(quartic[:, 0]) > least, quartic[:, 0], least)
     companion = np.zeros((len(quartic), 4, 4))
@@ -69,7 +69,7 @@ def _roots(quartic: Array) -> Array:
 
 
 def _triangle_axes(corners: Array) -> Array:
-    """Axes (..., 3, 3) of a triangle (..., 3, 3), as columns: along a side, in it, its normal."""
+    """Return axes (..., 3, 3) of triangles, as columns: along a side, in plane, normal."""
     side = corners[..., 1, :] - corners[..., 0, :]
     e = unit(side)
     n = unit(np.cross(e, corners[..., 2, :] - corners[..., 0, :]))

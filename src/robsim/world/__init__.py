@@ -1,1 +1,1 @@
-"""The world of an experiment: scenes, motions, sensing, actuation and what is believed."""
+"""The world of an experiment: scenes, motions, sensing, actuation and beliefs."""

@@ -1,4 +1,4 @@
-"""How joints move otherwise than they are commanded, and how they are measured."""
+"""The response of joints to commands, and the resolution of their encoders."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Each = float | Sequence[float]  # one number for all, or one for each
 
 @dataclass(frozen=True)
 class Actuation(Declared):
-    """Joints that do not follow their command at once, and encoders that count in steps.
+    """Joints with lag and limits, and encoders with a finite step.
 
     Limits are one number for all velocities of the scene, or one for each; steps likewise for its
     coordinates, of which those of other joints are not counted. Each is off by default. Only
@@ -51,7 +51,7 @@ class Actuation(Declared):
 
     @property
     def moves(self) -> bool:
-        """Whether joints move otherwise than they are commanded."""
+        """Whether joints respond otherwise than commanded."""
         return self.lag > 0.0 or self.velocity is not None or self.acceleration is not None
 
     @property
@@ -60,7 +60,7 @@ class Actuation(Declared):
         return bool(np.any(self.encoder))
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
-        """InputError if there is not one limit for all, or one for each of these names."""
+        """Raise InputError unless there is one number for all, or one for each of these names."""
         for name, owners in (
             ("velocity", velocities),
             ("acceleration", velocities),
@@ -74,6 +74,6 @@ class Actuation(Declared):
                 )
 
     def limits(self, which: str, count: int) -> Array:
-        """(count,) of the velocity or the acceleration; infinite where there is none."""
+        """Return the limits (count,) of the velocity or the acceleration, or infinity."""
         given = getattr(self, which)
         return frozen(np.full(count, math.inf if given is None else given, dtype=float))

@@ -1,4 +1,4 @@
-"""The parts of a scene as somebody believes them who is wrong about them."""
+"""The parts of a scene with the errors of a belief."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ROW = ("theta", "d", "a", "alpha")
 
 
 def differs(value: Any, right: float | tuple[float, float]) -> bool:
-    """Whether it is not what is believed by default, or no number at all: refused later."""
+    """Return whether a value is not the default of a belief, or is no number (refused later)."""
     return isinstance(value, bool) or not isinstance(value, float | int | tuple) or value != right
 
 
@@ -33,7 +33,7 @@ def wrong_camera(
     K, factor = np.array(eye.camera.K), numbers(focal, "focal (a factor)", ())
     if factor.shape not in ((), (2,)) or not (factor > 0).all():
         raise InputError(f"focal: expected one factor above 0, or two, got {focal!r:.80}")
-    with np.errstate(over="ignore"):  # the camera refuses what is not finite
+    with np.errstate(over="ignore"):  # the camera refuses numbers that are not finite
         K[[0, 1], [0, 1]] *= factor
     shift = numbers(center, "center (pixels)", (2,))
     if shift.ndim != 1:
@@ -63,7 +63,7 @@ def wrong_robot(robot: Robot, dh: Any, convention: str, base: Any) -> Robot:
 
 
 def _wrong(link: Link, errors: Any, convention: str) -> Joint:
-    """Small errors of a row: Rz(theta) Tz(d) along the joint's axis, Tx(a) Rx(alpha) across it.
+    """Return a joint with errors Rz(theta) Tz(d) along its axis and Tx(a) Rx(alpha) across.
 
     Both pairs commute, so an error of one number is a factor of its own.
     """
@@ -86,7 +86,7 @@ def wrong_target(thing: Object, size: Any, marks: Any, place: Any) -> Object:
         raise InputError(
             f"marks of '{thing.name}': expected shape {thing.marks.shape}, got {believed.shape}"
         )
-    with np.errstate(over="ignore"):  # the object refuses what is not finite
+    with np.errstate(over="ignore"):  # the object refuses numbers that are not finite
         believed = positive(size, "size (a factor)") * believed
     return replace(thing, marks=believed, pose=_moved(thing.pose, place, "place"))
 

@@ -1,4 +1,4 @@
-"""The frames of a scene, and what they hang from."""
+"""The frames of a scene, and the frames that carry them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from robsim.robot.robot import Robot
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 
-MOST_LINKS = 1024  # of all robots of a scene
+MOST_LINKS = 1024  # total over all robots of a scene
 
 
 def frames_of(
     robots: Iterable[Robot], objects: Iterable[Object], cameras: Iterable[MountedCamera]
 ) -> list[Frame]:
-    """Return the links of all robots, "robot.link", then objects and cameras by name."""
+    """Return the frames of all robots as "robot.link", then of objects and cameras by name."""
     frames = []
     for robot in robots:
         for i, link in enumerate(robot.links):
@@ -37,7 +37,7 @@ def frames_of(
 
 
 def check_hanging(frames: Sequence[Frame], thing: Object, to: Any) -> None:
-    """Raise FrameError if there is no frame `to`, or if it hangs from the object itself."""
+    """Raise FrameError if there is no frame `to`, or if the object itself carries it."""
     above = {frame.name: frame.parent for frame in frames}
     known = ["world", *above]
     if not isinstance(to, str) or to not in known:
@@ -55,9 +55,9 @@ def _fixed(pose: Pose) -> Joint:
 
 
 def check_frames(raw: Mapping[str, Any], parts: Mapping[str, Any], c: Context) -> None:
-    """Report what stands on a frame that does not exist, at its key in the text."""
+    """Report parts on a frame that does not exist, at their keys in the text."""
     if any(kind in raw and kind not in parts for kind in ("robots", "objects", "cameras")):
-        return  # some of them are wrong already
+        return  # some parts have been reported already
     robots = parts.get("robots", ())
     frames = ["world", *(f"{robot.name}.{link.name}" for robot in robots for link in robot.links)]
     if len(frames) > MOST_LINKS:

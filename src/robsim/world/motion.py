@@ -1,4 +1,4 @@
-"""What moves on its own: a conveyor, a turning target, a second robot on its own path."""
+"""Robots with prescribed motions: a conveyor, a turning target, a second robot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.declare.spec import Context, NoText
 
 @dataclass(frozen=True)
 class Rates(PerJoint):
-    """Velocities of a robot; in Python also a function of time."""
+    """The declaration of a robot's velocities; in Python also a function of time."""
 
     noun: str = "rates"
     dimensions: tuple[Dimension, ...] = ("turn rate", "speed")
@@ -29,7 +29,7 @@ class Rates(PerJoint):
 
 
 def _own_velocities(c: Context) -> Axes | None:
-    """Return the velocities of the robot that moves, which stands among the parts of the scene."""
+    """Return the velocities of the robot that a motion names, from the parts of the scene."""
     robots, name = c.facts["parts"].get("robots"), c.facts["own"].get("robot")
     if robots is None or name is None:
         return None
@@ -41,7 +41,7 @@ def _own_velocities(c: Context) -> Axes | None:
 
 @dataclass(frozen=True, eq=False)
 class Motion(Value):
-    """A robot of the scene that no task commands: its velocities are prescribed.
+    """The prescribed velocities of a robot that no task commands.
 
     `rates` are (nv,) in m/s and rad/s, or a function of the time in seconds that gives them; each
     is held for one control period.
@@ -67,17 +67,17 @@ class Motion(Value):
 
     @property
     def name(self) -> str:
-        """That of the robot."""
+        """The name of the robot."""
         return self.robot
 
     def at(self, seconds: float) -> Array:
-        """Velocities (nv,) at a time."""
+        """Return the velocities (nv,) at a time in seconds."""
         if callable(self.rates):
             return numbers(self.rates(seconds), f"rates of '{self.robot}'", ("nv",))
         return self.rates
 
     def check(self, nv: int, seconds: float = 0.0) -> Array:
-        """Velocities (nv,) at a time; InputError unless there are `nv`."""
+        """Return the velocities (nv,) at a time; raise InputError unless there are `nv`."""
         rates = self.at(seconds)
         if rates.shape != (nv,):
             raise InputError(f"rates of '{self.robot}': expected ({nv},), got {rates.shape}")

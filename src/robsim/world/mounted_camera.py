@@ -1,4 +1,4 @@
-"""A camera that is mounted somewhere in a scene."""
+"""A camera mounted on a frame of a scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robsim.vision.intrinsics import Intrinsics
 
 @dataclass(frozen=True)
 class CameraTable:
-    """How a text says a camera where it is mounted."""
+    """The text form of a mounted camera."""
 
     name: Annotated[str, Name(), "Its name."]
     on: Annotated[str, Reference, "The frame that carries it."] = "world"
@@ -37,7 +37,7 @@ class CameraTable:
     body: Annotated[Any, Table(CameraBody), "What is to be seen of it."] = None
 
     def made(self, c: Context) -> MountedCamera:
-        """Return the camera where it is mounted."""
+        """Return the mounted camera that the table describes."""
         with under("K"):
             lens = Camera(np.array(self.K), self.size, body=self.body)
         with under("distortion"):
@@ -46,7 +46,7 @@ class CameraTable:
 
     @classmethod
     def of(cls, value: MountedCamera, c: Context) -> CameraTable:
-        """Return what says a camera."""
+        """Return the table that describes a mounted camera."""
         lens = value.camera
         if type(lens) is not Camera:
             raise NoText(f"{type(lens).__name__} is Python code")
@@ -55,7 +55,7 @@ class CameraTable:
 
 @dataclass(frozen=True)
 class MountedCamera:
-    """A camera in the scene, its axes at `pose` (the hand-eye pose) on the frame `on`.
+    """A camera in a scene, at `pose` (the hand-eye pose) on the frame `on`.
 
     >>> MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.tool").on
     'arm.tool'

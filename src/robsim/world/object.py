@@ -1,4 +1,4 @@
-"""A thing in a scene, with marks to look at."""
+"""An object in a scene, with marks to look at."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POSITION = Vector("length")
 
 @dataclass(frozen=True)
 class MarkList(ListOf):
-    """Points in the axes of the object; an array (N, 3) inside."""
+    """The declaration of points in the axes of the object, an array (N, 3) in Python."""
 
     item: Spec = POSITION
 
@@ -44,7 +44,7 @@ MARKS = MarkList()
 
 @dataclass(frozen=True, eq=False)
 class Object(Value):
-    """A thing in the scene: shapes to draw and `marks` (N, 3) to look at, in its own axes.
+    """An object in a scene, with shapes to draw and `marks` (N, 3) to look at, in its own axes.
 
     It stands at `pose` on the frame `on`: "world", another object, or a link such as
     "rhino_xr4.tool". Without marks given, the vertices of its shapes are its marks.

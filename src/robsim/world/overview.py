@@ -1,4 +1,4 @@
-"""A scene in short: as a few lines of text, and as a table for notebooks."""
+"""Overviews of a scene: as a few lines of text, and as a table for notebooks."""
 
 from __future__ import annotations
 

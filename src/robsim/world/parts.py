@@ -1,4 +1,4 @@
-"""The robots, objects, cameras and motions of a scene: found by name, their coordinates checked."""
+"""The parts of a scene: found by name, and their coordinates checked."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ KINDS: dict[str, type[Any]] = {
 
 
 def pick(parts: Sequence[T], name: str | None, kind: str) -> T:
-    """Return the part of that name, or the only one; InputError if there is none."""
+    """Return the part with a name, or the only one; raise InputError if there is none."""
     names = [p.name for p in parts]
     if name is None and not parts:
         lack = " with marks" if kind == "object" else ""
@@ -39,7 +39,7 @@ def pick(parts: Sequence[T], name: str | None, kind: str) -> T:
 
 
 def put_in_place(parts: dict[str, list[Any]], part: Any) -> None:
-    """Replace the part of the same name and kind; InputError if there is none."""
+    """Replace the part with the same name and kind; raise InputError if there is none."""
     kind = next((kind for kind in KINDS if isinstance(part, KINDS[kind])), None)
     if kind is None:
         raise InputError(f"expected a Robot, Object, MountedCamera or Motion, got {part!r:.80}")
@@ -67,7 +67,7 @@ def coordinates_of(robots: Sequence[Robot], q: Any, what: str, limits: bool) -> 
 
 
 def _joined(parts: Sequence[Array], what: str) -> Array:
-    """(..., nq) of parts (..., n) whose leading shapes are made one."""
+    """Return (..., nq) of parts (..., n), whose leading shapes are broadcast."""
     sizes = [p.shape[:-1] for p in parts]
     try:
         lead = np.broadcast_shapes(*sizes)

@@ -1,4 +1,4 @@
-"""The scene: robots, objects and cameras on one kinematic tree that hangs from the world."""
+"""The scene: robots, objects and cameras on one kinematic tree from the world frame."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from robsim.world.object import MOST_MARKS, Object
 from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
 
-MOST = 64  # things of one kind
+MOST = 64  # parts of one kind
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Robots, objects and cameras. Frames are called "world", "robot.link", and by name.
+    """Robots, objects and cameras, in frames called "world", "robot.link", or by their names.
 
     `motions` say which robots move on their own. `display` is the chapter's gT0: the pose of the
     world in the frame of the figures.
@@ -65,17 +65,17 @@ class Scene:
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Any], c: Context) -> Context:
-        """Let motions see the robots that stand before them."""
+        """Note the robots of a text, which its motions need."""
         return c.knowing(parts=c.facts["own"])
 
     @classmethod
     def written_facts(cls, value: Scene, c: Context) -> Context:
-        """Likewise of a scene that is written."""
+        """Note the robots of a scene that is written, which its motions need."""
         return c.knowing(parts=c.facts["own"])
 
     @classmethod
     def text_check(cls, raw: Mapping[str, Any], c: Context) -> None:
-        """Report frames that do not exist, each at its key."""
+        """Report frames that do not exist, each at its key in the text."""
         check_frames(raw, c.facts["own"], c)
         for thing in c.facts["own"].get("objects", ()):
             if len(thing.marks) > MOST_MARKS:
@@ -102,67 +102,67 @@ class Scene:
             raise InputError(f"two motions for one robot: {', '.join(movers)}")
 
     def __repr__(self) -> str:
-        """Return a few lines, one for each thing."""
+        """Return a few lines, one for each part."""
         return overview.text(self)
 
     def _repr_html_(self) -> str:
-        """Return a table of all things for notebooks."""
+        """Return a table of all parts for notebooks."""
         return overview.table(self)
 
     @cached_property
     def tree(self) -> Tree:
-        """All frames; coordinates come in the order of the robots."""
+        """The tree of all frames; coordinates come in the order of the robots."""
         return Tree(self._frames)
 
     @property
     def nq(self) -> int:
-        """How many coordinates."""
+        """The number of coordinates."""
         return sum(robot.nq for robot in self.robots)
 
     @property
     def nv(self) -> int:
-        """How many velocities."""
+        """The number of velocities."""
         return sum(robot.nv for robot in self.robots)
 
     @property
     def home(self) -> Array:
-        """All robots at home."""
+        """The coordinates (nq,) with all robots at home."""
         return np.concatenate([np.empty(0), *(robot.home for robot in self.robots)])
 
     @property
     def limits(self) -> Array:
-        """(nq, 2)."""
+        """The limits (nq, 2): lowest and highest value of each coordinate, or infinity."""
         return np.concatenate([np.empty((0, 2)), *(robot.limits for robot in self.robots)])
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """Those of the robot; with its name in front where there are several."""
+        """The names of the coordinates; with several robots after the robot's name."""
         return self._labels("coordinate_names")
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
-        """ "rad", "m", or "1" of each coordinate."""
+        """The unit of each coordinate: "rad", "m" or "1"."""
         return tuple(unit for robot in self.robots for unit in robot.coordinate_units)
 
     @property
     def velocity_names(self) -> tuple[str, ...]:
-        """Those of the robot; with its name in front where there are several."""
+        """The names of the velocities; with several robots after the robot's name."""
         return self._labels("velocity_names")
 
     @property
     def velocity_units(self) -> tuple[str, ...]:
-        """ "rad/s" or "m/s" of each velocity."""
+        """The unit of each velocity: "rad/s" or "m/s"."""
         return tuple(unit for robot in self.robots for unit in robot.velocity_units)
 
     @cached_property
     def prescribed(self) -> NDArray[np.bool_]:
-        """(nv,): which velocities no task commands, because their robot moves on its own."""
+        """Whether each velocity (nv,) is prescribed by a motion, so that no task commands it."""
         movers = {motion.robot for motion in self.motions}
         flags = [np.full(robot.nv, robot.name in movers) for robot in self.robots]
         return frozen(np.concatenate([np.empty(0, dtype=np.bool_), *flags]))
 
     def drift(self, seconds: float) -> Array:
-        """(nv,) prescribed velocities at a time; zero for all others."""
+        """Return the prescribed velocities (nv,) at a time in seconds; zero for all others."""
         motions = {motion.robot: motion for motion in self.motions}
         each = [
             motions[robot.name].check(robot.nv, seconds)
@@ -173,20 +173,20 @@ class Scene:
         return frozen(np.concatenate([np.empty(0), *each]))
 
     def robot(self, name: str | None = None) -> Robot:
-        """The robot of that name, or the only one."""
+        """Return the robot with a name, or the only one."""
         return pick(self.robots, name, "robot")
 
     def object(self, name: str | None = None) -> Object:
-        """The object of that name, or the only one that has marks."""
+        """Return the object with a name, or the only one that has marks."""
         candidates = self.objects if name else tuple(o for o in self.objects if len(o.marks))
         return pick(candidates, name, "object")
 
     def camera(self, name: str | None = None) -> MountedCamera:
-        """The camera of that name, or the only one."""
+        """Return the camera with a name, or the only one."""
         return pick(self.cameras, name, "camera")
 
     def replacing(self, *parts: Robot | Object | MountedCamera | Motion) -> Scene:
-        """A copy in which these parts replace those of the same name: a belief, for example.
+        """Return a copy in which these parts replace those with the same names, as for a belief.
 
         >>> scene = Scene(objects=Object("cup", marks=[[0, 0, 0]]))
         >>> moved = Object("cup", marks=[[0, 0, 0]], pose=Pose.at(1, 0, 0))
@@ -215,7 +215,7 @@ class Scene:
         marks: Any = None,
         place: Any = None,
     ) -> Scene:
-        """Return a copy with mistakes, for a task's `belief`; what is not named is right.
+        """Return a copy with errors, for a task's `belief`; what is not named is exact.
 
         camera      which camera; None: the only one
         focal       factor of the focal lengths (one, or one for columns and one for rows)
@@ -252,7 +252,7 @@ class Scene:
         return self.replacing(*wrong)
 
     def attached(self, name: str, to: str, q: Any = None) -> Scene:
-        """A copy in which an object hangs from the frame `to`, and stays where it is at q (nq,).
+        """Return a copy with an object on the frame `to`, at its place for coordinates q (nq,).
 
         From then on it rides with that frame: a gripper has closed on it, or it lies on a pallet.
 
@@ -273,7 +273,7 @@ class Scene:
         return self.replacing(replace(thing, pose=Pose(there.matrix), on=to))
 
     def released(self, name: str, q: Any = None) -> Scene:
-        """A copy in which an object stands in the world, where it is at q (nq,).
+        """Return a copy with an object in the world, at its place for coordinates q (nq,).
 
         >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
         >>> scene = Scene([arm], Object("cup", marks=[[0, 0, 0]], on="arm.link1"))
@@ -283,20 +283,20 @@ class Scene:
         return self.attached(name, "world", q)
 
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
-        """Checked q (..., nq): an array, or {robot: q} where the robots left out stay at home."""
+        """Return checked q (..., nq) of an array, or of {robot: q} with home as the default."""
         if isinstance(q, Mapping):
             for name in q:
                 self.robot(name)
         return coordinates_of(self.robots, q, what, limits)
 
     def pose(self, frame: str, q: Any = None) -> Pose:
-        """Where a frame stands in the world."""
+        """Return the pose of a frame in the world."""
         values = self.coordinates(self.home if q is None else q, limits=False)
         T = self.tree.frame(self.tree.bodies(runs_last(values, 1)), frame)
         return Pose(homogeneous(T, values.shape[:-1]), ("world", frame))
 
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
-        """What a camera sees of points: an object's marks (by name) or world points (N, 3).
+        """Return the view of a camera of an object's marks (by name) or world points (N, 3).
 
         >>> from robsim import Camera
         >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))

@@ -1,4 +1,4 @@
-"""How the image that a controller gets differs from the one that there is."""
+"""The errors of the images that a controller gets."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.world.effects import EFFECT, ImageEffect
 
-AT_ONCE = 1e-9  # seconds: the time of an image, step * dt - latency, is rounded by less
-MOST = 1e15  # control periods: an image that is never followed by another
+AT_ONCE = 1e-9  # seconds: rounding of the time of an image, step * dt - latency, is smaller
+MOST = 1e15  # control periods: so long that no other image follows
 MARK = Whole(0, 10_000)
 PIXELS = Number(least=0, unit="px")
 SHARE = Number(least=0, below=1)
@@ -23,7 +23,7 @@ SHARE = Number(least=0, below=1)
 
 @dataclass(frozen=True)
 class Forever(Quantity):
-    """A time, or infinity, which a text does not say."""
+    """The declaration of a time that may be infinite, which a text leaves out."""
 
     dimension: Dimension = "time"
 
@@ -37,7 +37,7 @@ class Forever(Quantity):
 
 @dataclass(frozen=True)
 class Marks(ListOf):
-    """Numbers of marks; in Python also one alone."""
+    """The declaration of the numbers of marks; in Python also a single number."""
 
     item: Spec = MARK
     least: int = 1
@@ -54,9 +54,10 @@ MARKS = Marks()
 
 @dataclass(frozen=True)
 class Occlusion(Declared):
-    """Some marks are hidden from `start` until `end`, in seconds: of one target or camera, or all.
+    """Marks that are hidden from `start` until `end`, in seconds.
 
-    A feature that has numbers for each mark is servoed on those that are left; a feature that is
+    `target` and `camera` restrict it to one object and to one camera; None stands for all. A
+    feature that has numbers for each mark is servoed on those that are left; a feature that is
     made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones,
     and so does any feature of which nothing is left.
 
@@ -76,14 +77,14 @@ class Occlusion(Declared):
             raise InputError(f"an occlusion from {self.start:g} s must end later, not {self.end:g}")
 
     def hides(self, seconds: float, camera: str, target: str) -> bool:
-        """Whether it does so at a time."""
+        """Return whether the marks of a target are hidden from a camera at a time."""
         mine = self.camera in (None, camera) and self.target in (None, target)
         return mine and self.start <= seconds + AT_ONCE < self.end
 
 
 @dataclass(frozen=True)
 class Sensing(Declared):
-    """What is wrong with the images of a run; each is off by default, and they combine.
+    """The errors of the images of a run; each is off by default, and they combine.
 
     Until the first late image comes, the image of the start is used. Coordinates of joints
     are never late. Random numbers are keyed by (seed, run) and step.
@@ -126,12 +127,12 @@ class Sensing(Declared):
 
     @property
     def only_noise(self) -> bool:
-        """Whether nothing but Gaussian noise is wrong."""
+        """Whether Gaussian noise is the only error."""
         odd = self.quantisation or self.outliers or self.occlusions or self.dropped or self.latency
         return not odd and self.period is None and not self.effects
 
     def periods(self, dt: float) -> int:
-        """Control periods from one image to the next; InputError if these are no whole ones."""
+        """Return the control periods between images; raise InputError unless they are whole."""
         if self.period is None:
             return 1
         ratio = min(self.period / dt, MOST)

@@ -1,4 +1,4 @@
-"""What a camera sees of some points."""
+"""The view that a camera has of some points."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from robsim.base.arrays import Array
 
 
 class View(NamedTuple):
-    """What a camera sees: pixels (..., N, 2), depth (..., N) in metres, `Visibility` (..., N)."""
+    """The image of points: pixels (..., N, 2), depth (..., N) in metres, `Visibility` (..., N)."""
 
     pixels: Array
     depth: Array

@@ -1,4 +1,4 @@
-"""Curves that rails follow, by arc length: line, arc, polyline with round corners, catenary.
+"""The curves that rails follow, by arc length: line, arc, rounded polyline, catenary.
 
 A curve lies in the plane z = 0 of the frame that it is given in. It begins at its first point (of
 a line and an arc the origin, along x), and goes on straight before it and after its end.

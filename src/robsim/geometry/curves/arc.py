@@ -1,4 +1,4 @@
-"""A part of a circle."""
+"""An arc of a circle."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.geometry.curves.curve import Curve, Radius
 @register("curve", "arc")
 @dataclass(frozen=True)
 class Arc(Curve):
-    """A part of a circle of `radius` metres, by `angle` radians: left if positive, right if not.
+    """An arc of a circle of `radius` metres and `angle` radians, to the left if it is positive.
 
     >>> round(Arc(2.0, -math.pi / 2).length, 9)
     3.141592654
@@ -35,10 +35,10 @@ class Arc(Curve):
 
     @property
     def length(self) -> float:
-        """Metres."""
+        """The length of the arc, in metres."""
         return self.radius * abs(self.angle)
 
     @cached_property
     def pieces(self) -> Array:
-        """One."""
+        """The single piece (1, 7) of the arc, see `robsim.kernels.curve.Curves`."""
         return frozen(np.array([[0, 0, 0, 0, math.copysign(1 / self.radius, self.angle), 0, 0.0]]))

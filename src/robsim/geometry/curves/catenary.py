@@ -1,4 +1,4 @@
-"""A cable that hangs between two points."""
+"""The curve of a cable that hangs between two points."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Catenary(Curve):
 
     @cached_property
     def parameter(self) -> float:
-        """a, metres: the radius of curvature at the lowest point."""
+        """The parameter a in metres: the radius of curvature at the lowest point."""
         h: float = self.end[0] - self.start[0]
         v: float = self.end[1] - self.start[1]
         apart = math.hypot(h, v)
@@ -66,7 +66,7 @@ class Catenary(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """One."""
+        """The single piece (1, 7) of the catenary, see `robsim.kernels.curve.Curves`."""
         h, v, a = self.end[0] - self.start[0], self.end[1] - self.start[1], self.parameter
         middle = a * math.atanh(v / self.length)  # of the span, from the lowest point
         u = a * math.sinh((middle - 0.5 * h) / a)
@@ -74,7 +74,7 @@ class Catenary(Curve):
 
 
 def _sinhc_excess(z: float) -> tuple[float, float]:
-    """sinh(z)/z - 1 and its derivative, for z > 0, without cancellation."""
+    """Return sinh(z)/z - 1 and its derivative, for z > 0, without cancellation."""
     if z > 1.0:
         return math.sinh(z) / z - 1.0, (math.cosh(z) - math.sinh(z) / z) / z
     value = slope = 0.0

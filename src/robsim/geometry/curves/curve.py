@@ -1,4 +1,4 @@
-"""A plane curve by arc length: its pose, curvature, and nearest point."""
+"""The base class of plane curves by arc length: pose, curvature, and nearest point."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ Radius = Annotated[float, Length(above=0), "Its radius."]
 
 
 class Curve:
-    """What all curves have in common; a subclass says of which pieces it is made."""
+    """The base class of all curves; a subclass defines the pieces that it is made of."""
 
     @cached_property
     def pieces(self) -> Array:
-        """(P, 7), see `robsim.kernels.curve.Curves`."""
+        """The pieces (P, 7) of the curve, see `robsim.kernels.curve.Curves`."""
         raise NotImplementedError
 
     if TYPE_CHECKING:
 
         @property
         def length(self) -> float:
-            """Metres."""
+            """The length of the curve, in metres."""
 
     @cached_property
     def constants(self) -> kernels.Curves:
-        """For the kernels, as the only curve."""
+        """The constants of the curve for the kernels, as the only curve."""
         ends = frozen(np.array([0, len(self.pieces)], dtype=np.int64))
         return kernels.Curves(ends, frozen(np.array([self.length])), self.pieces)
 
     @cached_property
     def spans(self) -> Array:
-        """(P,) metres of each piece."""
+        """The length (P,) of each piece, in metres."""
         return frozen(np.diff(self.pieces[:, 0], append=self.length))
 
     @cached_property
@@ -53,13 +53,15 @@ class Curve:
         >>> Arc(2.0, -np.pi).bends
         (-0.5, 0.0)
         """
-        lowest = self.pieces[:, 0] - self.pieces[:, 6]  # point of a catenary: it bends most there
+        lowest = self.pieces[:, 0] - self.pieces[:, 6]  # of a catenary: it bends most there
         bends = self.curvature(np.clip(lowest, 0.0, self.length))
         bends = np.concatenate([[0.0], self.pieces[:, 4], bends[self.pieces[:, 5] > 0]])
         return float(bends.min()), float(bends.max())
 
     def at(self, s: ArrayLike) -> Pose:
-        """Pose (..., 4, 4) at arc length s (...,) metres: x along the curve, z out of its plane.
+        """Return the pose (..., 4, 4) at arc length s (...,) in metres.
+
+        Its x axis points along the curve, its z axis out of the plane.
 
         >>> from robsim.geometry.curves import Arc
         >>> Arc(2.0, np.pi).at(np.pi).position.round(12)
@@ -73,7 +75,7 @@ class Curve:
         return Pose(T)
 
     def curvature(self, s: ArrayLike) -> Array:
-        """(...,) per metre, positive where the curve turns left.
+        """Return the curvature (...,) per metre, positive where the curve turns left.
 
         >>> from robsim.geometry.curves import Arc
         >>> float(Arc(2.0, np.pi).curvature(1.0))
@@ -82,7 +84,7 @@ class Curve:
         return self._points(s)[4]
 
     def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
-        """Arc length and distance (...,) of the point of the curve nearest to points (..., 2).
+        """Return arc length and distance (...,) of the curve's point nearest to points (..., 2).
 
         >>> from robsim.geometry.curves import Line
         >>> [float(x) for x in Line(3.0).nearest([1.0, 0.5])]
@@ -103,7 +105,7 @@ class Curve:
         return 0.5 * (low + high), np.hypot(given[..., 0] - x, given[..., 1] - y)
 
     def check(self) -> None:
-        """InputError if its numbers are beyond what can be computed with."""
+        """Raise InputError if its numbers are too large or too small to compute with."""
         try:
             with np.errstate(all="ignore"):
                 good = bool((np.abs([*self.pieces.ravel(), self.length]) < HUGE).all())
@@ -113,7 +115,7 @@ class Curve:
             raise InputError(f"numbers too large or too small for a curve: {self!r:.200}")
 
     def _points(self, s: ArrayLike) -> tuple[Array, ...]:
-        """x, y, cos, sin, curvature, each (...,)."""
+        """Return x, y, cosine and sine of the heading, and curvature, each (...,)."""
         given = numbers(s, "arc length s (metres)", ())
         rows = [kernels.point(self.constants, 0, value) for value in given.ravel().tolist()]
         columns = np.array(rows).reshape(*given.shape, 5)

@@ -15,7 +15,7 @@ from robsim.geometry.curves.curve import Curve, Extent
 @register("curve", "line")
 @dataclass(frozen=True)
 class Line(Curve):
-    """Straight along x; `length` in metres.
+    """A straight line along x, `length` metres long.
 
     >>> Line(3.0).at(2.0).position
     array([2., 0., 0.])
@@ -28,5 +28,5 @@ class Line(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """One."""
+        """The single piece (1, 7) of the line, see `robsim.kernels.curve.Curves`."""
         return frozen(np.zeros((1, 7)))

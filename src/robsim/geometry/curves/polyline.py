@@ -1,4 +1,4 @@
-"""Straight lines with round corners between them."""
+"""A polyline with rounded corners."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.geometry.curves.curve import Curve
 @register("curve", "polyline")
 @dataclass(frozen=True)
 class Polyline(Curve):
-    """Straight from point to point (x, y), each corner an arc of `radius` metres.
+    """Straight lines between points (x, y), each corner rounded by an arc of `radius` metres.
 
     >>> round(Polyline([(0, 0), (1, 0), (1, 1)], radius=0.2).length, 9)  # 0.8 + 0.1 pi + 0.8
     1.914159265
@@ -35,12 +35,12 @@ class Polyline(Curve):
 
     @property
     def length(self) -> float:
-        """Metres."""
+        """The length of the curve, in metres."""
         return float(self._built[1])
 
     @cached_property
     def pieces(self) -> Array:
-        """Lines and arcs by turns."""
+        """The pieces (P, 7), lines and arcs, see `robsim.kernels.curve.Curves`."""
         return frozen(self._built[0])
 
     @cached_property
@@ -51,7 +51,7 @@ class Polyline(Curve):
             i = int(np.argmin(lengths))
             raise InputError(f"points {i} and {i + 1} of a polyline are one: {self.points[i]}")
         turns = _wrapped(np.diff(directions))
-        cut = self.radius * np.abs(np.tan(0.5 * turns))  # what each corner takes of its sides
+        cut = self.radius * np.abs(np.tan(0.5 * turns))  # removed at each corner from its sides
         before, after = np.r_[0.0, cut], np.r_[cut, 0.0]
         rest = lengths - before - after
         if (rest < 0).any():
@@ -75,5 +75,5 @@ class Polyline(Curve):
 
 
 def _wrapped(angle: Array) -> Array:
-    """In [-pi, pi]."""
+    """Return angles wrapped to [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))

@@ -1,4 +1,4 @@
-"""The bricks that robots are built of: block, wheel, ball, camera body, drawn as wire frames.
+"""The primitive shapes of robots: block, wheel, ball, camera body, mesh; drawn as wire frames.
 
 Sizes are in metres (in `robsim.classic`, as in the chapter, in centimetres).
 """

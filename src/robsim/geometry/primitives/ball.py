@@ -1,4 +1,4 @@
-"""A ball."""
+"""A sphere."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Ball(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The three discs."""
+        """The vertex numbers of the three discs."""
         n = self.n
         return tuple(tuple(range(start, start + n)) for start in (0, n, 2 * n))
 

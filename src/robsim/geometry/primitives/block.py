@@ -17,7 +17,7 @@ from robsim.geometry.primitives.tube import RING, SIDES
 @register("shape", "block")
 @dataclass(frozen=True)
 class Block(Primitive):
-    """A box: x along its length, y along its width, z along its height, origin at its centre.
+    """A box with x along its length, y along its width, z along its height, centred at the origin.
 
     8 vertices, 12 edges, 6 faces (chapter, section 2.1).
 
@@ -33,7 +33,7 @@ class Block(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """Bottom, top, four sides."""
+        """The vertex numbers of the bottom, the top and the four sides."""
         return ((3, 2, 1, 0), (4, 5, 6, 7), *SIDES)
 
     def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:

@@ -1,4 +1,4 @@
-"""The body of a camera, with a flare as its eye."""
+"""The body of a camera: a box with a flared front."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.geometry.primitives.tube import RING, SIDES
 @register("shape", "camera")
 @dataclass(frozen=True)
 class CameraBody(Primitive):
-    """A box whose front flares into a larger opening, the eye of the camera.
+    """A box whose front flares into a larger opening, as the lens of a camera.
 
     The frame sits at the centre of the back face, where the image is formed: z along the length
     is the optical axis, x along the height, y along the width. 12 vertices, 20 edges, 9 faces:
@@ -35,15 +35,16 @@ class CameraBody(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The back, the sides of the box, the sides of the flare."""
+        """The vertex numbers of the back, the sides of the box and the sides of the flare."""
         flare = tuple(tuple(i + 4 for i in side) for side in SIDES)
         return ((3, 2, 1, 0), *SIDES, *flare)
 
     def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
-        """Slices across z, of s times the box, s(z) = 1 in the box and up to 1.5 in the flare.
+        """Return volume, centre and moments per mass, by integrals over slices across z.
 
-        With t in [0, 1] along the flare and s = 1 + t / 2, the integrals of s^2, s^2 t, s^2 t^2
-        and s^4 are 19/12, 43/48, 19/30 and 211/80.
+        A slice is s(z) times the box: s = 1 in the box, and up to 1.5 in the flare. With
+        t in [0, 1] along the flare and s = 1 + t / 2, the integrals of s^2, s^2 t, s^2 t^2 and s^4
+        are 19/12, 43/48, 19/30 and 211/80.
         """
         box, flare = 0.75 * self.length, 0.25 * self.length
         area = box + flare * 19 / 12  # all integrals over z, per area of the box

@@ -1,4 +1,4 @@
-"""Circles of n points, as they are drawn."""
+"""Circles as polygons of n points, for drawing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 
-MOST_POINTS = 4096  # of a circle
+MOST_POINTS = 4096  # in a circle
 
 
 def circle(radius: float, n: int) -> Array:
@@ -17,7 +17,7 @@ def circle(radius: float, n: int) -> Array:
 
 
 def check_points(n: object, kind: str) -> None:
-    """InputError unless circles can have n points."""
+    """Raise InputError unless n is a number of points that can draw a circle."""
     if not isinstance(n, int | np.integer) or not 3 <= n <= MOST_POINTS:
         raise InputError(
             f"{kind} n must be a whole number of at least 3, got {n!r}; and at most {MOST_POINTS}"

@@ -1,4 +1,4 @@
-"""A mesh that is named and never opened."""
+"""A mesh by its file name, which is never opened."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SCALE = Number()
 
 @dataclass(frozen=True)
 class MeshName(Text):
-    """The name of a mesh, which stays within its package."""
+    """The declaration of a mesh's file name, which must stay within its package."""
 
     def check(self, value: Any, what: str) -> str:
         _check_mesh_name(value)
@@ -28,7 +28,7 @@ class MeshName(Text):
 
 @dataclass(frozen=True)
 class Scale(ListOf):
-    """Three numbers other than 0."""
+    """The declaration of three scale factors other than 0."""
 
     item: Spec = SCALE
     least: int = 3
@@ -44,11 +44,11 @@ class Scale(ListOf):
 @register("shape", "mesh")
 @dataclass(frozen=True)
 class Mesh(Primitive):
-    """A mesh by the name of its file alone: it is never opened here, and so is not drawn.
+    """A mesh by its file name only: the file is never opened, and the mesh is not drawn.
 
     `filename` is "package://name/..." or a name relative to the folder of the model's file; it
     may climb one folder, to that of the package, and no further. `scale` is along x, y and z.
-    What a mesh weighs is not known: the link says that.
+    The mass of a mesh is not known: the link gives it.
 
     >>> Mesh("package://arm/meshes/elbow.stl").vertices.shape
     (0, 3)
@@ -67,12 +67,12 @@ class Mesh(Primitive):
 
     @property
     def edges(self) -> Array:
-        """None, (0, 2)."""
+        """The edges (0, 2): a mesh has none here."""
         return np.empty((0, 2), dtype=np.int64)
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """None."""
+        """The faces: a mesh has none here."""
         return ()
 
     def _corners(self) -> Array:
@@ -80,7 +80,7 @@ class Mesh(Primitive):
 
 
 def _check_mesh_name(name: object) -> None:
-    """InputError unless the name stays within its package, or the package of the model's file."""
+    """Raise InputError unless the name stays within its package, or that of the model."""
     good = 'expected "package://name/..." or a name relative to the folder of the file'
     if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
         raise InputError(f"mesh {name!r:.80}: {good}")

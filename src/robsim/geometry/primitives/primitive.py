@@ -1,4 +1,4 @@
-"""A wire-frame solid: where it stands, what it weighs, its vertices, edges and faces."""
+"""The base class of wire-frame solids: pose, inertia, vertices, edges and faces."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Colour = Annotated[str, Color, "Its colour, as Matplotlib names it."]
 
 @dataclass(frozen=True)
 class Primitive:
-    """A wire-frame solid that stands at `pose`; what a subclass adds is its shape.
+    """A wire-frame solid at a `pose`; a subclass adds its shape.
 
     It weighs nothing unless its `mass` (kg) is given, or its `density` (kg/m^3): it is solid then,
     and the same all through.
@@ -49,7 +49,7 @@ class Primitive:
             raise InputError(f"{type(self).__name__}: give its mass or its density, not both")
 
     def at(self, pose: Any) -> Self:
-        """A copy moved by `pose`, rigidly: each vertex p becomes pose @ p.
+        """Return a copy that is moved rigidly by `pose`: each vertex p becomes pose @ p.
 
         >>> from robsim import Block
         >>> float(Block(2, 2, 2).at(Pose.at(1, 0, 0)).vertices[:, 0].max())
@@ -60,7 +60,7 @@ class Primitive:
 
     @property
     def inertia(self) -> Inertia | None:
-        """Of the solid, in the axes that its pose stands in; None where it weighs nothing.
+        """The inertia of the solid in the frame of its `pose`, or None if it has no mass.
 
         >>> from robsim import Block
         >>> Block(2, 1, 1, mass=12).inertia.tensor.diagonal()
@@ -76,36 +76,36 @@ class Primitive:
 
     @cached_property
     def vertices(self) -> Array:
-        """(V, 3) corner points."""
+        """The corner points (V, 3), in metres."""
         return frozen(self.pose @ self._corners())
 
     @property
     def edges(self) -> Array:
-        """(E, 2) pairs of vertex numbers."""
+        """The edges (E, 2), as pairs of vertex numbers."""
         return np.array(sorted({tuple(sorted(e)) for e in self._edges()}))
 
     @property
     def color(self) -> str:
-        """Of the lines: a letter as in the chapter, or any colour that Matplotlib knows."""
+        """The colour of the lines: a letter as in the chapter, or any colour of Matplotlib."""
         raise NotImplementedError
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """Vertex numbers around each face."""
+        """The vertex numbers around each face."""
         raise NotImplementedError
 
     def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
-        """Volume, centre of mass, and principal moments per mass along its own axes."""
+        """Return volume, centre of mass, and principal moments per mass in its own axes."""
         raise NotImplementedError
 
     def _corners(self) -> Array:
         raise NotImplementedError
 
     def _edges(self) -> list[tuple[int, int]]:
-        """By default every side of every face."""
+        """Return the edges: by default every side of every face."""
         return [(a, b) for f in self.faces for a, b in zip(f, f[1:] + f[:1], strict=True)]
 
 
 def principal_moments(x2: float, y2: float, z2: float) -> Array:
-    """Principal moments per mass from the mean squares of the distances along the axes."""
+    """Return principal moments per mass from the mean squares x^2, y^2, z^2 of the solid."""
     return np.array([y2 + z2, x2 + z2, x2 + y2])

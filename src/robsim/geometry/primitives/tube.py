@@ -1,4 +1,4 @@
-"""A rectangular tube of two rings of four corners, 0-3 and 4-7, as in blocks and camera bodies."""
+"""A rectangular tube of two rings of four corners, 0-3 and 4-7, in blocks and camera bodies."""
 
 from robsim.geometry.primitives.primitive import Face
 

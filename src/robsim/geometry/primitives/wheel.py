@@ -1,4 +1,4 @@
-"""A wheel, which is a flat cylinder."""
+"""A wheel, drawn as a flat cylinder."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from robsim.geometry.primitives.primitive import (
 @register("shape", "wheel")
 @dataclass(frozen=True)
 class Wheel(Primitive):
-    """Two circles of `n` points, `width` apart; z is the axis of rotation, x points to angle 0.
+    """A cylinder drawn by two circles of `n` points; z is its axis, x points to angle 0.
 
     The origin lies midway between the centres. 2n vertices, 2n edges (the two circles), n + 2
     faces for solid drawing (chapter, section 2.2). Its inertia is that of the round cylinder, not
@@ -41,7 +41,7 @@ class Wheel(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The tread, then the two discs."""
+        """The vertex numbers of the tread, then of the two discs."""
         n = self.n
         tread = tuple((i, (i + 1) % n, (i + 1) % n + n, i + n) for i in range(n))
         return (*tread, tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)))

@@ -1,4 +1,4 @@
-"""Inverse kinematics in closed form, of arms whose axes allow it: all solutions at once.
+"""Inverse kinematics in closed form, with all solutions, of arms whose axes allow it.
 
 Axis 1 is square to axis 2, and axis 3 parallel to it. Then either axes 4, 5, 6 meet in one point,
 4 and 6 square to 5 (a spherical wrist: D. L. Pieper, The kinematics of manipulators under computer
@@ -7,7 +7,7 @@ spherical wrists, Int. J. Robotics Research 5(2), 1986), or axis 4 is parallel t
 5 is square to it, and there are no more (R. J. Schilling, Fundamentals of Robotics, 1990, section
 3.5: the Rhino).
 
-Everything is said in the axes that joint 1 carries: z along axis 1, y along axis 2. In their plane
+All quantities are in the axes that joint 1 carries: z along axis 1, y along axis 2. In their plane
 x, z a point is the complex number z + i x, so a turn by t about y is the factor exp(i t).
 """
 
@@ -25,13 +25,13 @@ from robsim.geometry.pose import as_pose, homogeneous
 from robsim.robot.ik.numeric import Arm
 from robsim.robot.joint import LIMIT_SLACK
 
-TRUE = 1e-9  # metres or radians by which axes may miss what is asked of them
-ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is stretched
+TRUE = 1e-9  # metres or radians by which axes may deviate from such a geometry
+ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is fully stretched
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedIK(Value):
-    """All coordinates that bring an arm to a pose; NaN where there is no such solution.
+    """All coordinates that bring an arm to a pose, with NaN for solutions that do not exist.
 
     q       (..., n, nq), each angle within its limits if a whole turn can bring it there
     valid   (..., n) whether there is the solution: forward kinematics gives the pose
@@ -55,7 +55,7 @@ class ClosedIK(Value):
 
 @dataclass(frozen=True)
 class _Axes:
-    """Where the axes are at zero: h (n, 3) along them, p (n, 3) on them, T of the link."""
+    """The joint axes at q = 0: h (n, 3) along them, p (n, 3) on them, and T of the link."""
 
     h: Array
     p: Array
@@ -64,7 +64,7 @@ class _Axes:
 
 
 def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
-    """All solutions for poses T (..., 4, 4) of the link in the base.
+    """Return all solutions for poses T (..., 4, 4) of the link in the base.
 
     InputError: T is no pose; the arm has no closed form that is known here, and why.
     """
@@ -72,7 +72,7 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     axes = _axes(arm)
     centre = _check(axes, arm.link)
     goals = pose.reshape(-1, 4, 4)
-    with np.errstate(invalid="ignore", divide="ignore"):  # NaN is what is not there
+    with np.errstate(invalid="ignore", divide="ignore"):  # NaN marks solutions that do not exist
         angles = _angles(axes, centre, goals)
     q = np.broadcast_to(arm.home, (*angles.shape[:2], len(arm.home))).copy()
     q[..., axes.rows] = _folded(angles, arm.limits[axes.rows])
@@ -90,7 +90,10 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
 
 
 def _axes(arm: Arm) -> _Axes:
-    """Of the joints that carry the link, from the base on; InputError if one is not revolute."""
+    """Return the axes of the joints that carry the link, from the base on.
+
+    InputError: one of these joints is not revolute.
+    """
     tree = arm.tree
     columns = np.flatnonzero(tree.carries(arm.link))
     columns = columns[np.argsort(tree.owners[columns])]
@@ -107,7 +110,7 @@ def _axes(arm: Arm) -> _Axes:
 
 
 def _check(axes: _Axes, link: str) -> Array:
-    """The point that joints 4 on leave where it is; InputError for what the axes lack."""
+    """Return the point that joints 4 and up leave in place; raise InputError for other arms."""
     h, p = axes.h, axes.p
     if not _is_square(h[0], h[1]):
         raise _no(link, "axis 2 is square to axis 1")
@@ -121,7 +124,7 @@ def _check(axes: _Axes, link: str) -> Array:
         return np.asarray(p[4])
     if not (_is_square(h[3], h[4]) and _is_square(h[4], h[5])):
         raise _no(link, "axes 4 and 6 are square to axis 5")
-    centre = np.asarray(p[3] + h[3] * (h[3] @ (p[4] - p[3])))  # of 4 the point nearest to 5
+    centre = np.asarray(p[3] + h[3] * (h[3] @ (p[4] - p[3])))  # of axis 4, nearest to axis 5
     apart = max(float(np.linalg.norm(np.cross(centre - p[i], h[i]))) for i in (4, 5))
     if apart > TRUE:
         raise _no(link, f"axes 4, 5 and 6 meet in one point: they miss it by {apart:.3g} m")
@@ -144,18 +147,18 @@ def _is_parallel(a: Array, b: Array) -> bool:
 
 
 def _angles(axes: _Axes, centre: Array, goals: Array) -> Array:
-    """(b, solutions, n) of all branches; NaN, or wrong, where there is none."""
+    """Return the angles (b, solutions, n) of all branches; NaN, or wrong, where there is none."""
     h, p = axes.h, axes.p
     base = np.stack([np.cross(h[1], h[0]), h[1], h[0]])  # rows: x, y, z that joint 1 carries
-    turned = goals[:, :3, :3] @ axes.T[:3, :3].T  # from where the link is at zero
+    turned = goals[:, :3, :3] @ axes.T[:3, :3].T  # rotation from the link's orientation at q = 0
     at = np.einsum("bij,j->bi", turned, centre - axes.T[:3, 3]) + goals[:, :3, 3]
-    C, c = (at - p[0]) @ base.T, base @ (centre - p[0])  # at the pose, and at zero
+    C, c = (at - p[0]) @ base.T, base @ (centre - p[0])  # at the pose, and at q = 0
     A, B = _planar(base @ (p[1] - p[0])), _planar(base @ (p[2] - p[0]))
     spare = turned @ h[4] @ base.T if len(h) == 5 else np.zeros_like(C)
     found = []
     for shoulder in (0, 1):
         q1 = _base_angle(C, c[1], spare, shoulder)
-        rest = _about_z(-q1) @ base @ turned  # what the other joints have to do, in x, y, z
+        rest = _about_z(-q1) @ base @ turned  # the rotation left to the other joints, in x, y, z
         along = _planar(np.einsum("bij,bj->bi", _about_z(-q1), C)) - A
         for elbow in (0, 1):
             if len(h) == 5:
@@ -170,7 +173,7 @@ def _planar(x: Array) -> Array:
 
 
 def _base_angle(C: Array, aside: float, spare: Array, shoulder: int) -> Array:
-    """q1 that brings the plane of the arm, `aside` of axis 1, to the point C (b, 3).
+    """Return q1 that brings the plane of the arm, `aside` of axis 1, to the point C (b, 3).
 
     Every plane through axis 1 holds a point on it: then the direction `spare` (b, 3) is brought
     into the plane, and where this is zero, or along the axis too, q1 is 0 or half a turn.
@@ -184,7 +187,7 @@ def _base_angle(C: Array, aside: float, spare: Array, shoulder: int) -> Array:
 
 
 def _two_bars(along: Array, u: Array, w: Array, elbow: int) -> tuple[Array, Array]:
-    """Turns t2, t3 with exp(i t2) (u + exp(i t3) w) = along: the law of cosines."""
+    """Return t2, t3 with exp(i t2) (u + exp(i t3) w) = along, by the law of cosines."""
     square = np.abs(along) ** 2 - np.abs(u) ** 2 - np.abs(w) ** 2
     bend = np.arccos(_unit(square / (2.0 * np.abs(u) * np.abs(w))))
     t3 = np.angle(u) - np.angle(w) + (-bend if elbow else bend)
@@ -198,7 +201,7 @@ def _five(
     zero: tuple[Array, Array, Array],
     elbow: int,
 ) -> Array:
-    """(b, 5): the pitch of axis 5 says where axis 4 is, and this what the two bars do."""
+    """Return angles (b, 5): the pitch of axis 5 gives axis 4, and that the two bars."""
     (q1, along, rest), (A, B, c) = given, zero
     h, s = axes.h, axes.h[1:4] @ axes.h[1]  # +-1
     D = _planar(base @ (axes.p[3] - axes.p[0]))
@@ -216,7 +219,7 @@ def _six(
     bars: tuple[Array, Array],
     elbow: int,
 ) -> list[Array]:
-    """Two of (b, 6): the wrist and the flipped wrist.
+    """Return two sets of angles (b, 6): with the wrist and with the flipped wrist.
 
     What is left to the wrist is M = E4 E5 E6. The angle from axis 4 to M h6 gives q5, the way
     round axis 4 gives q4, and what E6 does to axis 5 gives q6.
@@ -232,7 +235,7 @@ def _six(
     for sign in (1.0, -1.0):
         q5 = np.arctan2(sign * across, aim @ h4) - zero
         q4 = np.arctan2(sign * (aim @ np.cross(h4, side)), sign * (aim @ side))
-        q4 = np.where(across > ROUNDING, q4, 0.0)  # axes 4 and 6 are one: their sum counts
+        q4 = np.where(across > ROUNDING, q4, 0.0)  # axes 4 and 6 coincide: their sum counts
         left = _about(h5, -q5) @ _about(h4, -q4) @ M
         q6 = _angle_about(h6, h5, left @ h5)
         q3 = t3 * (axes.h[1] @ axes.h[2])
@@ -241,18 +244,18 @@ def _six(
 
 
 def _unit(x: Array) -> Array:
-    """Within -1 to 1; NaN outside, but for rounding."""
+    """Return a cosine clipped to [-1, 1], or NaN if it is outside by more than rounding."""
     clipped = np.clip(x, -1.0, 1.0)
     return np.where(np.abs(x) <= 1.0 + ROUNDING, clipped, np.nan)
 
 
 def _angle_about(axis: Array, start: Array, end: Array) -> Array:
-    """Of the turn about `axis` that takes `start`, square to it, to `end` (b, 3)."""
+    """Return the angle about `axis` from `start`, perpendicular to it, to `end` (b, 3)."""
     return np.asarray(np.arctan2(end @ np.cross(axis, start), end @ start))
 
 
 def _about(axis: Array, angle: Array) -> Array:
-    """(b, 3, 3) turns by angle (b,): I + sin [a]x + (1 - cos) [a]x^2 (Rodrigues)."""
+    """Return rotations (b, 3, 3) by angle (b,): I + sin [a]x + (1 - cos) [a]x^2 (Rodrigues)."""
     x, y, z = axis
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
@@ -268,7 +271,7 @@ def _about_z(angle: Array) -> Array:
 
 
 def _folded(angles: Array, limits: Array) -> Array:
-    """In (-pi, pi], or a whole turn away where only this is within the limits."""
+    """Return angles in (-pi, pi], or a full turn away where only this is within the limits."""
     turn = 2.0 * np.pi
     q = angles - turn * np.round(angles / turn)
     low, high = limits[:, 0] - LIMIT_SLACK, limits[:, 1] + LIMIT_SLACK
@@ -278,7 +281,7 @@ def _folded(angles: Array, limits: Array) -> Array:
 
 
 def _reaches(arm: Arm, q: Array, goals: Array, tolerance: float) -> NDArray[np.bool_]:
-    """(b, solutions) whether forward kinematics of q gives the pose."""
+    """Return whether (b, solutions) forward kinematics of q gives the pose."""
     flat = np.nan_to_num(runs_last(q, 1))
     T = homogeneous(arm.tree.frame(arm.tree.bodies(flat), arm.link), q.shape[:-1])
     off = np.abs(T - goals[:, None])[..., :3, :].max(axis=(-1, -2))

@@ -1,4 +1,4 @@
-"""Inverse kinematics: coordinates that bring a link to a pose."""
+"""Inverse kinematics by iteration: coordinates that bring a link to a pose."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from robsim.robot.ik.search import in_chunks, search
 from robsim.robot.tree import Tree
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
-FINEST = 1e-12  # metres or radians: less is rounding
-FARTHEST = 1e9  # metres or radians: more could overflow, and stands for no limit in files
-LIGHTEST = 1e-3  # of weights, against the heaviest: rows of less are not brought to a tolerance
-FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins where there is no limit
+FINEST = 1e-12  # metres or radians: smaller errors are rounding
+FARTHEST = 1e9  # metres or radians: larger numbers could overflow; files use them for no limit
+LIGHTEST = 1e-3  # smallest weight relative to the largest: smaller ones could not reach a tolerance
+FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins, without limits
 
 
 class Arm(NamedTuple):
-    """What is to be moved: a link of a tree, its coordinates, and what users call them."""
+    """The problem of inverse kinematics: a link of a tree, its coordinates, and their names."""
 
     tree: Tree
     link: str
@@ -38,7 +38,7 @@ class Arm(NamedTuple):
 
 
 class Effort(NamedTuple):
-    """How well, and how long, to search."""
+    """The accuracy and the amount of work of a search."""
 
     tolerance: float
     iterations: int
@@ -50,7 +50,7 @@ class Effort(NamedTuple):
     def checked(
         cls, tolerance: Any, iterations: Any, restarts: Any, seed: Any, threads: Any
     ) -> Effort:
-        """InputError for what cannot be."""
+        """Return checked settings; raise InputError for values that cannot be used."""
         finest = positive(tolerance, "tolerance (metres and radians)")
         if finest < FINEST:
             raise InputError(f"tolerance must be at least {FINEST:g}, got {tolerance!r}")
@@ -64,7 +64,7 @@ class Effort(NamedTuple):
 
 
 def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
-    """Coordinates for poses T (..., 4, 4) of the link in the base, searched from q0 (..., nq)."""
+    """Return coordinates (..., nq) for poses T (..., 4, 4) of the link in the base, from q0."""
     goal = as_pose(T).matrix
     if (np.abs(goal[..., :3, 3]) > FARTHEST).any():
         raise InputError(f"T: no position may be farther than {FARTHEST:g} m")
@@ -74,14 +74,14 @@ def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
     target = _target(arm, mask)
     found = _searched(arm, target, goals, first, effort)
     if np.isfinite(arm.limits).any():
-        _tell_limits(arm, target, goals, found, effort)
+        _explain_by_limits(arm, target, goals, found, effort)
     return _result(found, lead)
 
 
 def _searched(
     arm: Arm, target: ik_step.Target, goals: Array, q0: Array, effort: Effort
 ) -> kernels.Found:
-    """What is found for goals[3, 4, run] from q0[nq, run]."""
+    """Return the result of a search for goals[3, 4, run] from q0[nq, run]."""
     bounds = _bounds(arm)
     starts = _starts(arm, bounds, effort)
 
@@ -94,10 +94,10 @@ def _searched(
     return in_chunks(job, goals.shape[-1], effort.threads)
 
 
-def _tell_limits(
+def _explain_by_limits(
     arm: Arm, target: ik_step.Target, goals: Array, found: kernels.Found, effort: Effort
 ) -> None:
-    """Where nothing was found: whether it is there without limits says if these are the reason."""
+    """Set whether failures are due to the limits, by a search without limits."""
     lost = np.flatnonzero(np.isin(found.reason, (kernels.UNREACHABLE, kernels.LIMITS)))
     if lost.size:
         free = arm._replace(limits=np.full_like(arm.limits, np.inf) * [-1.0, 1.0])
@@ -107,7 +107,7 @@ def _tell_limits(
 
 
 def _target(arm: Arm, mask: Any) -> ik_step.Target:
-    """The link and what counts of its pose; InputError if no joint can bring it anywhere."""
+    """Return the link and the rows of its pose that count; InputError if no joint moves it."""
     columns = np.flatnonzero(arm.tree.carries(arm.link))
     if columns.size == 0:
         raise InputError(f"no joint moves link '{arm.link}', so it cannot be brought to a pose")
@@ -129,7 +129,7 @@ def _is(mask: Any, name: str) -> bool:
 
 
 def _weights(mask: Any) -> Array:
-    """(6,) of the rows (v, omega)."""
+    """Return the weights (6,) of the rows (v, omega)."""
     if mask is None or isinstance(mask, str):
         name = "pose" if mask is None else mask
         if name not in MASKS:
@@ -149,7 +149,7 @@ def _weights(mask: Any) -> Array:
 
 
 def _bounds(arm: Arm) -> ik_step.Bounds:
-    """Limits; a joint that may turn for ever is kept within half a turn of zero."""
+    """Return the limits; a joint without limits is kept within half a turn of zero."""
     columns = np.flatnonzero(arm.tree.carries(arm.link))
     row = arm.tree.alone(columns)
     turns = np.zeros(len(arm.limits), dtype=np.bool_)
@@ -163,7 +163,7 @@ def _bounds(arm: Arm) -> ik_step.Bounds:
 
 
 def _starts(arm: Arm, bounds: ik_step.Bounds, effort: Effort) -> tuple[Array, Array]:
-    """Where further searches may begin, q (nq, k), and the link's poses there.
+    """Return starts of further searches, q (nq, k), and the link's poses there.
 
     Uniform within the limits, by the seed and the number of the start alone, the same for every
     run: so a run has the same bits in every batch.

@@ -1,4 +1,4 @@
-"""The result of inverse kinematics, and why the search ended."""
+"""The result of inverse kinematics, with the reason why the search ended."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robsim.kernels import ik as kernels
 
 
 class IKReason(IntEnum):
-    """Why the search for coordinates ended; `message` says what it means.
+    """The reason why the search for coordinates ended; `message` explains it.
 
     >>> IKReason.SOLVED.message
     'solved: the link is at the pose, within the limits'
@@ -25,7 +25,7 @@ class IKReason(IntEnum):
 
     @property
     def message(self) -> str:
-        """One sentence for the user."""
+        """The explanation of the reason, in one sentence."""
         return f"{self.name.lower()}: {_MESSAGES[self]}"
 
 
@@ -45,7 +45,7 @@ _MESSAGES = {
 
 @dataclass(frozen=True, eq=False)
 class IKResult(Value):
-    """What `Robot.ik` found, row by row; for a single pose without the leading axes.
+    """The result of `Robot.ik`, row by row; for a single pose without the leading axes.
 
     q           (..., nq) with the least error that was found, within the limits
     success     (...,) whether that is a solution: `error` is below the tolerance

@@ -1,4 +1,4 @@
-"""The searches of inverse kinematics for many runs: compiled, and in chunks by threads."""
+"""The searches of inverse kinematics for many runs: compiled, in chunks, on threads."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def search(
     tolerance: float,
     iterations: int,
 ) -> kernels.Found:
-    """What is found for goals[3, 4, run] from q0[nq, run], and from the starts."""
+    """Return the results for goals[3, 4, run], searched from q0[nq, run] and from the starts."""
     runs = goals.shape[-1]
     counts = (np.full(runs, value) for value in (kernels.ITERATIONS, 0, 0))
-    found = kernels.Found(q0.copy(), np.full(runs, np.inf), *counts)  # what overflows stays so
+    found = kernels.Found(q0.copy(), np.full(runs, np.inf), *counts)  # inf and NaN stay as they are
     given = goals, kernels.Starts(q0, *starts), tolerance, iterations
     if tree.compiled:
         kernels.solve(tree.joints, target, bounds, *given, found)
@@ -50,7 +50,7 @@ def _in_python(
     iterations: int,
     found: kernels.Found,
 ) -> None:
-    """The same as `kernels.solve`, where joints are of kinds of the user's own."""
+    """Return the results of `kernels.solve` for trees with joints of the user's own kinds."""
     lanes, model, v = kernels.begin(tree.joints, target, goals, starts, found)
     queue = np.full(2, lanes.run.size)
     while queue[1] > 0:
@@ -65,7 +65,7 @@ def _in_python(
 
 
 def in_chunks(job: Any, runs: int, threads: int) -> kernels.Found:
-    """job(start, end) over all runs, by threads where there are many."""
+    """Call job(start, end) over all runs, on threads if there are many."""
     chunk = min(CHUNK, max(kernels.LANES, math.ceil(runs / threads)))
     ends = [(i, min(i + chunk, runs)) for i in range(0, max(runs, 1), chunk)]
     if threads == 1 or len(ends) == 1:

@@ -1,1 +1,1 @@
-"""Kinds of joint, each in a file of its own, and the ways in which coordinates follow others."""
+"""The kinds of joint, one in each file, and the ways in which coordinates follow others."""

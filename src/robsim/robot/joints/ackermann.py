@@ -1,4 +1,4 @@
-"""Wheels that are turned so that all axles meet in one point."""
+"""Steered wheels whose axles all meet in one point (Ackermann steering)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 @register("coupling", "ackermann")
 @dataclass(frozen=True)
 class Ackermann(Coupling):
-    """The angle at which a wheel of a car is turned, by the steering angle in the middle.
+    """The angle of a steered wheel of a car, by the steering angle at the middle of the axle.
 
     All axles point at the centre of the turn; `of` is the name of the steering coordinate, and
     where the wheel is follows from where its joint stands on the car: in front as a rule.
@@ -33,19 +33,19 @@ class Ackermann(Coupling):
 
     @property
     def yields(self) -> Literal["an angle", "a length"]:
-        """An angle."""
+        """The kind of coordinate that it gives: an angle."""
         return "an angle"
 
     @property
     def told(self) -> str:
-        """The steering angle that it follows."""
+        """The steering angle that it follows, for overviews."""
         return f"{self.of}, by Ackermann"
 
     def fits(self, source: Source) -> bool:
-        """Return whether that is a steering angle."""
+        """Return whether the source is a steering angle."""
         return source.steers
 
     def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return the wheelbase, and where the wheel stands."""
+        """Return the wheelbase and the position of the wheel on its car."""
         assert stand is not None  # it is on a car
         return stand.wheelbase, stand.x, stand.y

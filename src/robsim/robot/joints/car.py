@@ -33,7 +33,7 @@ class Car(InPlane):
     needs: ClassVar[str | None] = "steering"
 
     def ranges(self, limits: tuple[float, float] | None, part: Steering) -> Array:
-        """Return no limits (4, 2) but those of the steering angle."""
+        """Return the limits (4, 2): infinite, except those of the steering angle."""
         rows = super().ranges(limits, part)
         rows[STEERED] = -part.limit, part.limit
         return rows
@@ -41,7 +41,7 @@ class Car(InPlane):
 
 @dataclass(frozen=True)
 class Steering:
-    """How a car steers: wheelbase (metres), largest angle (rad), and its rate (rad/s).
+    """The steering of a car: wheelbase (metres), largest angle (rad), and its rate (rad/s).
 
     The angle is that of a front wheel in the middle, tan(angle) = wheelbase * omega / v. Between
     periods it changes by no more than rate * dt, and then it is held.
@@ -60,7 +60,7 @@ class Steering:
             raise InputError(f"steering limit must be below a right angle, got {self.limit:g} rad")
 
     def rates(self, speed: ArrayLike, angle: ArrayLike) -> Array:
-        """Velocities (..., 2) = (v, omega) of a car that is told its speed (m/s) and angle (rad).
+        """Return velocities (..., 2) = (v, omega) of a car with a speed (m/s) and angle (rad).
 
         omega = v tan(angle)/wheelbase: the rates of a `Motion`, for a car that goes its own way.
         InputError: an angle beyond the limit.

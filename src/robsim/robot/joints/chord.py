@@ -1,4 +1,4 @@
-"""Coordinates of a body that hangs from a rail by two wheels."""
+"""The coordinates of a body that hangs from a rail by two wheels."""
 
 from __future__ import annotations
 
@@ -61,30 +61,30 @@ class Chord(Coupling):
 
     @property
     def yields(self) -> Literal["an angle", "a length"]:
-        """An angle, or a length."""
+        """The kind of coordinate that it gives: an angle, or a length."""
         return "an angle" if self.gives in ("angle", "tilt") else "a length"
 
     @property
     def given(self) -> int:
-        """The number of what it gives."""
+        """The number of the quantity that it gives, for the kernel."""
         return GIVEN.index(self.gives)
 
     @property
     def told(self) -> str:
-        """What it gives, of which chord."""
+        """The quantity that it gives, and the chord, for overviews."""
         return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
 
     def fits(self, source: Source) -> bool:
-        """Return whether that is a rail that follows nothing."""
+        """Return whether the source is a rail that follows nothing."""
         return source.kind.needs == "curve" and source.follows is None
 
     def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return length, radius, and where the third wheel is."""
-        assert self.at is not None  # it was filled in
+        """Return length, radius, and the position of the third wheel."""
+        assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
 
     def check(self, name: str, curve: Curve) -> None:
-        """InputError where a wheel does not fit into a bend, or no second wheel is so far away.
+        """Raise InputError if a wheel does not fit a bend, or the chord does not fit the curve.
 
         Wheel centres beside a circle of curvature k are on one of radius |1/k - radius|. Around
         half of it and more, a chord as long as its diameter would jump from one side to the other.

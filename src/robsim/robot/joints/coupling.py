@@ -1,4 +1,4 @@
-"""Coordinates that depend on others: what all ways to follow have in common."""
+"""The base of all ways in which a coordinate depends on others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ UPRIGHT = 1e-9  # how far the axis of a wheel may point from where it should
 
 
 class Source(NamedTuple):
-    """The coordinate that another follows."""
+    """The coordinate that another one follows."""
 
     kind: JointKind
     follows: Coupling | None
@@ -21,7 +21,7 @@ class Source(NamedTuple):
 
 
 class Stand(NamedTuple):
-    """Where a wheel stands on its car."""
+    """The position of a wheel on its car."""
 
     wheelbase: float
     x: float
@@ -29,35 +29,35 @@ class Stand(NamedTuple):
 
 
 class Coupling:
-    """The base of all ways in which a coordinate follows another."""
+    """The base class of all ways in which a coordinate follows another."""
 
     code: ClassVar[int] = -1  # of its kernel
-    tied: ClassVar[bool] = True  # whether the coordinate is no state of its own
-    limited: ClassVar[bool] = True  # whether limits of the coordinate are looked at
-    on_a_car: ClassVar[bool] = False  # whether it has to know where it stands on a car
-    on_a_curve: ClassVar[bool] = False  # whether it has to know the curve of its rail
+    tied: ClassVar[bool] = True  # whether the coordinate is not a state of its own
+    limited: ClassVar[bool] = True  # whether limits of the coordinate are checked
+    on_a_car: ClassVar[bool] = False  # whether it needs its position on a car
+    on_a_curve: ClassVar[bool] = False  # whether it needs the curve of its rail
     wanted: ClassVar[str] = "one coordinate of one joint, or a steering angle"
     of: str
 
     @property
     def yields(self) -> Literal["an angle", "a length"] | None:
-        """What the coordinate has to be; None for either."""
+        """The kind of coordinate that it gives: an angle, a length, or None for either."""
         return None
 
     @property
     def given(self) -> int:
-        """Which of several things the kernel is asked for."""
+        """The number of the quantity that the kernel computes."""
         return 0
 
     @property
     def told(self) -> str:
-        """What the coordinate is, in few words."""
+        """The coupling in a few words, for overviews."""
         return ""
 
     def fits(self, source: Source) -> bool:
-        """Return whether it can follow that."""
+        """Return whether the coordinate can follow that source."""
         return False
 
     def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return the numbers of its kernel."""
+        """Return the constants of its kernel."""
         return 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Joints that do not move."""
+"""The joint that does not move."""
 
 from __future__ import annotations
 
@@ -13,4 +13,4 @@ class Fixed(JointKind):
     """A joint that does not move."""
 
     name: ClassVar[str] = "fixed"
-    code: ClassVar[int] = 0  # it is folded into the constants of others
+    code: ClassVar[int] = 0  # it is folded into the constants of other joints

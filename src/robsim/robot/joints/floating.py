@@ -1,4 +1,4 @@
-"""Joints that move freely."""
+"""The joint that moves freely."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from robsim.robot.joints.kind import AROUND, JointKind
 
 @dataclass(frozen=True)
 class Floating(JointKind):
-    """A joint that moves freely: position, unit quaternion (x, y, z, w); its body twist."""
+    """A joint that moves freely, by a position and a unit quaternion (x, y, z, w).
+
+    Its velocity is the body twist (v, omega).
+    """
 
     name: ClassVar[str] = "floating"
     coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw")
@@ -32,26 +35,26 @@ class Floating(JointKind):
 
     @property
     def rest(self) -> Array:
-        """The identity."""
+        """The coordinates (7,) of the identity."""
         return np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
     def checked(self, q: Array, what: str, name: str) -> Array:
-        """Return q (..., 7), its quaternion of length 1; InputError if it is far from that."""
+        """Return q (..., 7) with its quaternion normalised; raise InputError if it is far off."""
         size = np.linalg.norm(q[..., 3:], axis=-1, keepdims=True)
         if (np.abs(size - 1) > 1e-6).any():
             raise InputError(f"{what}: the quaternion of '{name}' must have length 1")
-        if (np.abs(size - 1) <= 1e-12).all():  # what is exact stays as it is
+        if (np.abs(size - 1) <= 1e-12).all():  # exact values stay as they are
             return q
         return np.concatenate([q[..., :3], q[..., 3:] / size], axis=-1)
 
     def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
-        """Draw positions uniform around home, and rotations uniform over all of them."""
+        """Draw positions uniformly around home, and rotations uniformly over SO(3)."""
         place = home[:3, None] + rng.uniform(-AROUND, AROUND, (3, count))
         turn = rng.standard_normal((4, count))
         return np.concatenate([place, turn / np.linalg.norm(turn, axis=0)]).T
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
-        """Return poses on the way from a to b (B, 7), the shorter way round."""
+        """Return poses on the way from a to b (B, 7), along the shorter rotation."""
         b = b.copy()
         opposite = (a[:, 3:] * b[:, 3:]).sum(axis=1) < 0  # q and -q are one rotation
         b[:, 3:] *= np.where(opposite, -1.0, 1.0)[:, None]
@@ -60,7 +63,7 @@ class Floating(JointKind):
         return q
 
     def distance(self, a: Array, b: Array) -> Array:
-        """Return the larger of the way and the angle between poses (..., 7)."""
+        """Return the larger of the distance and the angle between poses (..., 7)."""
         place, turn, against = (
             length(np.moveaxis(difference, -1, 0))
             for difference in (

@@ -1,4 +1,4 @@
-"""What a kind of joint knows: its coordinates, how it moves, samples and wraps."""
+"""The base class of kinds of joint: coordinates, motion, sampling and wrapping."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.kernels import joints as kernels
 
-AROUND = 0.5  # metres either way of home, where nothing limits a joint; turns have a full circle
+AROUND = 0.5  # metres either way of home, for joints without limits; angles have a full turn
 UNITS = "rad", "m", "1"
 
 
 class Parts(NamedTuple):
-    """What a kind of joint has of its own; the names follow that of the joint."""
+    """The coordinates and velocities of a kind of joint, named by suffixes to the joint's name."""
 
     coordinates: tuple[str, ...] = ()
     units: tuple[str, ...] = ()  # of the coordinates
@@ -26,7 +26,7 @@ class Parts(NamedTuple):
 
 
 class JointKind:
-    """The base of all kinds of joint: how one frame moves against another.
+    """The base class of all kinds of joint: how one frame moves against another.
 
     A kind of the user's own is a frozen dataclass that derives from this; its parameters are its
     fields. It has a `name`, `coordinates` and their `units`, and the methods `motion` and
@@ -65,7 +65,7 @@ class JointKind:
     needs: ClassVar[str | None] = None
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Fill in what follows from what the class says."""
+        """Fill in the attributes that follow from those that the class defines."""
         super().__init_subclass__(**options)
         own = vars(cls)
         if "coordinates" in own and "velocities" not in own:
@@ -77,33 +77,33 @@ class JointKind:
 
     @property
     def parts(self) -> Parts:
-        """Its coordinates and velocities, with their units and what they move."""
+        """Its coordinates and velocities, with their units and the axes that they move."""
         return Parts(self.coordinates, self.units, self.velocities, self.rates, self.moves)
 
     @property
     def single(self) -> bool:
-        """Whether it has one coordinate, and that has limits and a drive of its own."""
+        """Whether it has one coordinate, with limits and a drive of its own."""
         return len(self.coordinates) == 1 and self.straight
 
     @property
     def alone(self) -> tuple[int, ...]:
-        """Of each velocity the number of the only coordinate that it changes, or -1."""
+        """The only coordinate that each velocity changes, by number, or -1."""
         count = len(self.velocities)
         return tuple(range(count)) if self.straight else (-1,) * count
 
     def motion(self, q: Array) -> Array:
-        """Return the pose (B, 4, 4) of the moved frame in that where the joint stands."""
+        """Return the pose (B, 4, 4) of the moved frame in the frame of the joint."""
         raise InputError(f"the motion of a {self.name} joint is compiled; ask Robot.fk")
 
     def twists(self, q: Array) -> Array:
-        """Return the twist (B, nv, 6) of the moved frame for each velocity of one.
+        """Return the twist (B, nv, 6) of the moved frame for a unit of each velocity.
 
         (v, omega) at the origin of the moved frame and in its own axes: V of T^-1 dT/dt.
         """
         raise InputError(f"the twists of a {self.name} joint are compiled; ask Robot.jacobian")
 
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
-        """Return the coordinates (B, n) after velocities v (B, nv) were held for dt seconds."""
+        """Return coordinates (B, n) after velocities v (B, nv) were held for dt seconds."""
         return q + v * dt
 
     @property
@@ -112,11 +112,11 @@ class JointKind:
         return np.zeros(len(self.coordinates))
 
     def span(self, part: Any) -> tuple[float, float] | None:
-        """Return the limits of its coordinate where none are given; `part` is what it needs."""
+        """Return the default limits of its coordinate; `part` is the part that the kind needs."""
         return None
 
     def ranges(self, limits: tuple[float, float] | None, part: Any) -> Array:
-        """Return the lowest and highest (n, 2) of each coordinate, infinite where there is none.
+        """Return the lowest and highest value (n, 2) of each coordinate, or infinity.
 
         `limits` are those of the joint, which only a kind of one coordinate has, and `part` is the
         curve or the steering of a kind that needs one.
@@ -126,11 +126,11 @@ class JointKind:
         return rows
 
     def checked(self, q: Array, what: str, name: str) -> Array:
-        """Return coordinates (..., n) as they are used; InputError for what cannot be."""
+        """Return coordinates (..., n) as they are used; raise InputError if they cannot be."""
         return q
 
     def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
-        """Draw coordinates (count, n), uniform within limits (n, 2).
+        """Draw coordinates (count, n), uniformly within limits (n, 2).
 
         Where there is none, half a metre or half a turn either way of home (n,).
         """
@@ -154,17 +154,17 @@ class JointKind:
         return np.asarray((1.0 - share)[:, None] * a + share[:, None] * b)
 
     def distance(self, a: Array, b: Array) -> Array:
-        """Return how far coordinates (..., n) are apart, the largest of metres and radians."""
+        """Return the distance between coordinates (..., n), the largest in metres or radians."""
         return np.asarray((turned(a - b) if self.turns else np.abs(a - b)).max(axis=-1))
 
 
 def turned(angle: Array) -> Array:
-    """Return the smaller turn, from 0 to pi, that leads as far as an angle."""
+    """Return the equivalent rotation, from 0 to pi, of an angle."""
     return np.asarray(np.abs(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))))
 
 
 def check_kind(kind: JointKind) -> None:
-    """InputError unless a kind of the user's own says all that it must, and fits together."""
+    """Raise InputError unless a kind of the user's own is complete and consistent."""
     who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(f"{who}.name: expected a word such as 'helical', got {kind.name!r:.80}")
@@ -187,7 +187,7 @@ def check_kind(kind: JointKind) -> None:
 
 
 def _check_counts(kind: JointKind, who: str) -> None:
-    """InputError unless there are as many units as coordinates, and rates as velocities."""
+    """Raise InputError unless each coordinate has a unit, and each velocity a rate."""
     nq, nv = len(kind.coordinates), len(kind.velocities)
     if not nq or not 0 < nv <= 6 or (nq, nv) != (len(kind.units), len(kind.rates)):
         raise InputError(

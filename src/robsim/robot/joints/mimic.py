@@ -1,4 +1,4 @@
-"""Coordinates that are linear in another."""
+"""Coordinates that are linear functions of another."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 @register("coupling", "mimic")
 @dataclass(frozen=True)
 class Mimic(Coupling):
-    """A coordinate that follows another: ratio * q_of + offset; `of` is the name of that one.
+    """A coordinate ratio * q_of + offset of the coordinate with the name `of`.
 
     >>> Mimic("finger_left").ratio
     1.0
@@ -32,12 +32,12 @@ class Mimic(Coupling):
 
     @property
     def told(self) -> str:
-        """Ratio, name and offset."""
+        """The ratio, name and offset, for overviews."""
         offset = f" {self.offset:+g}" if self.offset else ""
         return f"{self.ratio:g} {self.of}{offset}"
 
     def fits(self, source: Source) -> bool:
-        """Return whether that is one coordinate of its own speed, or a steering angle."""
+        """Return whether the source is one coordinate of its own speed, or a steering angle."""
         rolls = source.follows is not None and not source.follows.tied
         return source.steers or (source.kind.single and not rolls)
 
@@ -46,13 +46,13 @@ class Mimic(Coupling):
         return self.ratio, self.offset, 0.0
 
     def source_limits(self, limits: tuple[float, float]) -> tuple[float, float]:
-        """(lowest, highest) of what it follows, where it is within such limits itself.
+        """Return (lowest, highest) of the source that keep this coordinate in its limits.
 
         >>> Mimic("finger_left", -2.0, 1.0).source_limits((0.0, 2.0))
         (-0.5, 0.5)
         """
         if self.ratio == 0.0:
             return -np.inf, np.inf
-        with np.errstate(over="ignore"):  # what hardly follows has no say
+        with np.errstate(over="ignore"):  # a tiny ratio gives infinite limits
             ends = (np.array(limits) - self.offset) / self.ratio + 0.0
         return float(ends.min()), float(ends.max())

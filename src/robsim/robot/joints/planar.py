@@ -13,27 +13,27 @@ from robsim.robot.joints.kind import AROUND, JointKind, turned
 
 
 class InPlane(JointKind):
-    """A kind whose first coordinates are x, y and the heading theta in the plane z = 0."""
+    """The base of kinds whose first coordinates are x, y and heading theta in the plane z = 0."""
 
     straight: ClassVar[bool] = False
     roams: ClassVar[bool] = True
 
     def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
-        """Draw places uniform around home, any heading; what else there is stays at home."""
+        """Draw positions uniformly around home, and any heading; other coordinates stay at home."""
         q = np.repeat(home[:, None], count, axis=1)
         q[:2] += rng.uniform(-AROUND, AROUND, (2, count))
         q[2] += rng.uniform(-np.pi, np.pi, count)
         return q.T
 
     def distance(self, a: Array, b: Array) -> Array:
-        """Return the larger of the way and the turn from one to the other."""
+        """Return the larger of the distance and the turn between coordinates (..., n)."""
         way = length(np.moveaxis(a[..., :2] - b[..., :2], -1, 0))
         return np.maximum(way, turned(a[..., 2] - b[..., 2]))
 
 
 @dataclass(frozen=True)
 class Planar(InPlane):
-    """A joint that moves in the plane z = 0: x, y, theta; its twist (vx, vy, omega)."""
+    """A joint that moves in the plane z = 0; q is x, y, theta, and v is (vx, vy, omega)."""
 
     name: ClassVar[str] = "planar"
     coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta")

@@ -11,7 +11,7 @@ from robsim.robot.joints.kind import JointKind
 
 @dataclass(frozen=True)
 class Prismatic(JointKind):
-    """A joint that slides along z, by a way in metres."""
+    """A joint that slides along z, by a distance in metres."""
 
     name: ClassVar[str] = "prismatic"
     coordinates: ClassVar[tuple[str, ...]] = ("",)

@@ -12,7 +12,7 @@ from robsim.robot.joints.kind import JointKind
 
 @dataclass(frozen=True)
 class Rail(JointKind):
-    """A joint that follows the curve of its `Joint`, x along it, by an arc length in metres."""
+    """A joint that follows the `curve` of its `Joint`, x along it, by an arc length in metres."""
 
     name: ClassVar[str] = "rail"
     coordinates: ClassVar[tuple[str, ...]] = ("",)
@@ -23,5 +23,5 @@ class Rail(JointKind):
     needs: ClassVar[str | None] = "curve"
 
     def span(self, part: Curve) -> tuple[float, float]:
-        """Return the ends of the curve."""
+        """Return the arc lengths of the ends of the curve."""
         return 0.0, part.length

@@ -1,4 +1,4 @@
-"""The kinds of joint by name: those of RobSim, and those that the user registers."""
+"""The registry of kinds of joint by name: those of RobSim, and those that the user adds."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ JOINTS = family("joint kind")
 for _kind in (Fixed, Revolute, Prismatic, Floating, Planar, Unicycle, Car, Rail):
     register("joint kind")(_kind)
 KINDS = JOINTS.kinds
-SINGLE = tuple(name for name, kind in KINDS.items() if kind().single)  # of one coordinate
+SINGLE = tuple(name for name, kind in KINDS.items() if kind().single)  # kinds with one coordinate
 
 
 def kind_of(given: object) -> JointKind:
-    """Return what a joint is told of its kind as a kind: a name, or a kind itself."""
+    """Return the kind of a joint from its name, or from a kind itself."""
     if isinstance(given, JointKind):
         return given
     if not isinstance(given, str):

@@ -1,4 +1,4 @@
-"""Wheels that roll under their vehicles."""
+"""Wheels that roll below their vehicles."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robsim.robot.joints.coupling import Coupling
 @register("coupling", "rolling")
 @dataclass(frozen=True)
 class Rolling(Coupling):
-    """The angle of a wheel that rolls without slipping under its vehicle: radius in metres.
+    """The angle of a wheel that rolls without slipping below its vehicle; radius in metres.
 
     The vehicle is the unicycle or car that carries the wheel, or carries what steers it.
 
@@ -20,7 +20,7 @@ class Rolling(Coupling):
     0.1
     """
 
-    tied: ClassVar[bool] = False  # it remembers how far it has rolled
+    tied: ClassVar[bool] = False  # its angle is a state, integrated from the motion
     radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:
@@ -28,5 +28,5 @@ class Rolling(Coupling):
 
     @property
     def yields(self) -> Literal["an angle", "a length"]:
-        """An angle."""
+        """The kind of coordinate that it gives: an angle."""
         return "an angle"

@@ -11,7 +11,7 @@ from robsim.robot.joints.planar import InPlane
 
 @dataclass(frozen=True)
 class Unicycle(InPlane):
-    """A vehicle that cannot move sideways: x, y, theta; v along its x and omega about its z."""
+    """A vehicle that cannot move sideways; q is x, y, theta, v is (v along x, omega about z)."""
 
     name: ClassVar[str] = "unicycle"
     coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta")

@@ -1,7 +1,7 @@
-"""URDF files: read strictly, written so that simulators take them; and MJCF, written only.
+"""The URDF reader, which is strict, and the writers of URDF and MJCF for simulators.
 
-A file that is read is data from anywhere: it is never executed, nothing that it names is opened,
-and whatever is wrong in it is told with its line.
+A file that is read is untrusted data: it is never executed, files that it names are not opened,
+and errors in it are reported with their lines.
 """
 
 from robsim.robot.urdf.mjcf import write_mjcf as write_mjcf

@@ -1,4 +1,4 @@
-"""The elements of an XML file with their lines, by the parser of the standard library."""
+"""The elements of an XML file with their line numbers, by the parser of the standard library."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from xml.parsers import expat
 
 from robsim.base.errors import FileError
 
-LARGEST_FILE = 4_000_000  # bytes; the largest robots that people publish take a tenth of it
+LARGEST_FILE = 4_000_000  # bytes; the largest published robots take a tenth of it
 MOST_PARTS = 100_000  # elements and attributes
 DEEPEST = 64  # elements inside each other
 
 
 @dataclass(slots=True, eq=False)
 class Element:
-    """One element: what is written in it, and where it stands."""
+    """An XML element: its tag, attributes, children and line number."""
 
     tag: str
     attributes: dict[str, str]
@@ -26,7 +26,7 @@ class Element:
 
     @property
     def label(self) -> str:
-        """As messages call it: <joint 'elbow'> <limit>."""
+        """The name of the element in messages, as in <joint 'elbow'> <limit>."""
         name = self.attributes.get("name")
         own = f"<{self.tag:.40}>" if name is None else f"<{self.tag:.40} {name!r:.80}>"
         if name is not None or self.owner is None or self.owner.owner is None:
@@ -35,7 +35,10 @@ class Element:
 
 
 def parsed(path: str | os.PathLike[str]) -> Element:
-    """The root element of a file. FileError: it cannot be read, or is no plain XML."""
+    """Return the root element of a file.
+
+    FileError: it cannot be read, or is not plain XML.
+    """
     data = _bytes(path)
     if not data.strip():
         raise FileError(f"{path}: empty; expected a URDF file, <robot name=...> ... </robot>")
@@ -55,7 +58,7 @@ def parsed(path: str | os.PathLike[str]) -> Element:
 
 
 class _Builder:
-    """Keeps the elements that the parser tells of."""
+    """A builder of the tree of elements from the events of the parser."""
 
     def __init__(self, source: str, parser: expat.XMLParserType):
         self.source, self.parser = source, parser
@@ -91,7 +94,7 @@ class _Builder:
 
 
 def _bytes(path: str | os.PathLike[str]) -> bytes:
-    """What is in a file, unless it is too large: that is looked at before it is read."""
+    """Return the content of a file; raise FileError if it is too large, before it is read."""
     try:
         if Path(path).is_dir():
             raise FileError(f"{path}: this is a folder; expected a URDF file")

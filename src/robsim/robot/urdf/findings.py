@@ -1,4 +1,4 @@
-"""What is wrong in a file, and what is merely odd: all of it is told at once."""
+"""The errors and oddities of a file, collected and reported together."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOST = 50  # errors after which a file is not read further
 MOST_ODDITIES = 1000
 SHOWN = 10  # kinds of oddities that one warning lists
 LONGEST = 600  # characters of a line
-_GIVEN = re.compile(r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?")  # what differs between two of a kind
+_GIVEN = re.compile(r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?")  # what differs within a kind
 
 
 class Findings:
@@ -25,7 +25,7 @@ class Findings:
         self.odd_count = 0
 
     def error(self, element: Element, text: str) -> None:
-        """One more; FileError if it is one too many."""
+        """Add an error; raise FileError if there are too many."""
         line = self._line(element, text)
         if line not in self.errors:
             self.errors.append(line)
@@ -34,7 +34,7 @@ class Findings:
             self.stop()
 
     def odd(self, element: Element, text: str) -> None:
-        """Something that is read in another way than it is written, or left out."""
+        """Add an oddity: something that is left out, or read otherwise than it is written."""
         if self.odd_count == MOST_ODDITIES:
             self.error(element, f"more than {MOST_ODDITIES} unknown words and the like")
             self.stop()
@@ -44,17 +44,17 @@ class Findings:
         found.append((element.line, self._line(element, text)))
 
     def stop(self) -> None:
-        """FileError if there were errors, with one line for each."""
+        """Raise FileError if there were errors, with one line for each."""
         if self.errors:
             raise FileError("\n".join(self.errors)) from None
 
-    def tell(self) -> None:
-        """One FileWarning if there were oddities: the first of each kind, the lines of others."""
+    def warn(self) -> None:
+        """Emit one FileWarning if there were oddities: the first of each kind, and other lines."""
         if self.oddities:
             kinds = list(self.oddities.values())
             more = sum(map(len, kinds[SHOWN:]))
             rest = [f"{self.source}: and {more} more"] if more else []
-            text = "\n".join([*map(_told, kinds[:SHOWN]), *rest])
+            text = "\n".join([*map(_message, kinds[:SHOWN]), *rest])
             warnings.warn(text, FileWarning, stacklevel=4)  # where Robot.from_urdf is called
 
     def _line(self, element: Element, text: str) -> str:
@@ -62,8 +62,8 @@ class Findings:
         return line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
 
 
-def _told(found: list[tuple[int, str]]) -> str:
-    """The first of a kind, and the lines of the others."""
+def _message(found: list[tuple[int, str]]) -> str:
+    """Return the message for the first oddity of a kind, with the lines of the others."""
     (_, first), *others = found
     if not others:
         return first

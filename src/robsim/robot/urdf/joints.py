@@ -1,4 +1,4 @@
-"""From <joint> to Joint."""
+"""Conversion of <joint> to Joint."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ KINDS: dict[str, Kind] = {
     "floating": "floating",
     "planar": "planar",
 }
-UNIT_AXIS = 1e-3  # how far the length of an axis may be from 1, as rounded numbers are
+UNIT_AXIS = 1e-3  # how far the length of an axis may be from 1, as numbers are rounded
 SHORTEST_AXIS = 1e-6
 
 
 @dataclass(frozen=True)
 class Hinge:
-    """A joint and the names, as they are written, of what it joins."""
+    """A joint and the names, as written in the file, of the links that it connects."""
 
     element: Element
     name: str
@@ -39,7 +39,10 @@ class Hinge:
 
 
 def hinge(element: Element, tails: Mapping[str, Element], findings: Findings) -> Hinge | None:
-    """A <joint>, with what is behind its child in `tails`; None after an error in its names."""
+    """Return the joint of a <joint> element, or None if its names are wrong.
+
+    `tails` holds the fixed joints behind links that the writer added.
+    """
     name, kind = named(element, findings), _kind(element, findings)
     ends = [_end(element, tag, findings) for tag in ("parent", "child")]
     place = origin(element, findings)
@@ -75,13 +78,13 @@ def _kind(element: Element, findings: Findings) -> str | None:
 
 
 def _end(element: Element, tag: str, findings: Findings) -> str | None:
-    """The name of the parent or the child."""
+    """Return the link name of the parent or the child."""
     end = needed_child(element, tag, findings)
     return None if end is None else needed(end, "link", findings)
 
 
 def _turn(element: Element, kind: str | None, findings: Findings) -> Pose:
-    """A rotation that takes z to the axis of the joint, which is x where nothing is said."""
+    """Return a rotation that takes z to the axis of the joint, which is x by default."""
     given = child(element, "axis")
     axis = np.array([1.0, 0.0, 0.0])
     if given is not None:
@@ -103,7 +106,7 @@ def _turn(element: Element, kind: str | None, findings: Findings) -> Pose:
 def _drive(
     element: Element, kind: str | None, findings: Findings
 ) -> tuple[float | None, float | None]:
-    """Largest speed and effort; None where nothing, or 0, is said."""
+    """Return the largest speed and effort; None where it is missing or 0."""
     limit = child(element, "limit")
     if limit is None or kind not in ("revolute", "continuous", "prismatic"):
         return None, None
@@ -122,7 +125,7 @@ def _drive(
 
 
 def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[float, float] | None:
-    """(lower, upper) of what has limits; None where they leave no room, or all that there is."""
+    """Return (lower, upper), or None for a joint without limits or after an error."""
     limit = child(element, "limit")
     if kind not in ("revolute", "prismatic"):
         return None
@@ -134,7 +137,7 @@ def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[flo
     if span is None:
         return None
     lower, upper = span
-    if -lower == upper == LARGEST:  # what our writer puts where there are none
+    if -lower == upper == LARGEST:  # our writer's values for no limits
         return None
     if lower == upper or (lower <= -LARGEST and upper >= LARGEST):
         findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")
@@ -143,7 +146,7 @@ def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[flo
 
 
 def _span(limit: Element, findings: Findings) -> tuple[float, float] | None:
-    """(lower, upper) as they are written; 0 for what is not."""
+    """Return (lower, upper) as written, with a default of 0."""
     lower, upper = (number(limit, name, findings, 0.0, np.inf) for name in ("lower", "upper"))
     if lower is None or upper is None:
         return None

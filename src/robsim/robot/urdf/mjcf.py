@@ -1,4 +1,4 @@
-"""From a robot to a MuJoCo model file (MJCF)."""
+"""Conversion of a robot to a MuJoCo model file (MJCF)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from robsim.robot.urdf.solids import plain, rgba
 from robsim.robot.urdf.text import Text, spaced
 from robsim.robot.urdf.write import check
 
-LEAST = 1e-12  # kg m^2, of the moments of a body
+LEAST = 1e-12  # kg m^2, the least moment of a body
 _PRODUCTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
 
 
 def write_mjcf(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -> None:
-    """A file with these links; InputError names all that the format cannot express."""
+    """Write a MuJoCo model of these links; InputError names what the format cannot express."""
     tops = dict(_tops(links))
     lost = [f"'{name}' floats on what moves" for name, pose in tops.items() if pose is None]
     check(name, links, "MJCF", lost)
@@ -41,12 +41,12 @@ def write_mjcf(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -
     meshes = [k.name for k in links if any(isinstance(shape, Mesh) for shape in k.shapes)]
     if meshes:
         listed = ", ".join(meshes[:9])
-        told = f"{path}: meshes are left out, which MuJoCo would open: those of {listed}"
-        warnings.warn(told, FileWarning, stacklevel=3)  # where Robot.to_mjcf is called
+        message = f"{path}: meshes are left out, which MuJoCo would open: those of {listed}"
+        warnings.warn(message, FileWarning, stacklevel=3)  # where Robot.to_mjcf is called
 
 
 def _tops(links: Sequence[Link]) -> Iterator[tuple[str, Pose | None]]:
-    """Of the links that stand in the world itself, the base and what floats, where they stand.
+    """Yield the links that are bodies of the world, the base and floating ones, with their poses.
 
     None for what floats on a link that moves: MuJoCo has free joints in the world alone.
     """
@@ -67,7 +67,7 @@ def _tops(links: Sequence[Link]) -> Iterator[tuple[str, Pose | None]]:
 
 
 def _bodies(text: Text, top: Link, pose: Pose, links: Sequence[Link]) -> None:
-    """A body and those on it, each inside the one that it hangs from; what floats is elsewhere."""
+    """Write a body with its descendants, each inside its parent; floating ones are elsewhere."""
     hung: dict[str | None, list[Link]] = {}
     for link in links:
         if link.joint.kind != "floating":
@@ -87,7 +87,7 @@ def _bodies(text: Text, top: Link, pose: Pose, links: Sequence[Link]) -> None:
 
 
 def _body(text: Text, link: Link) -> None:
-    """What one body has of its own."""
+    """Write the inertia, the joints and the geoms of one body."""
     inertial = link.inertial
     if inertial is None and link.joint.kind != "fixed":
         inertial = TOKEN
@@ -109,7 +109,7 @@ def _body(text: Text, link: Link) -> None:
 
 
 def _joints(text: Text, joint: Joint, name: str) -> None:
-    """One joint, or three for a planar one; axes and points in the axes of the body."""
+    """Write one joint, or three for a planar one; axes and points are in the body's axes."""
     R, point = joint.tail.rotation, spaced(joint.tail.inv().position)
     span = None if joint.limits is None else spaced(joint.limits)
     force = None if joint.effort is None else spaced((-joint.effort, joint.effort))
@@ -129,7 +129,7 @@ def _joints(text: Text, joint: Joint, name: str) -> None:
 
 
 def _equalities(text: Text, links: Sequence[Link]) -> None:
-    """What follows another coordinate q: offset + ratio q."""
+    """Write the constraints of joints that mimic a coordinate q: offset + ratio q."""
     tied = [link for link in links if isinstance(link.joint.follows, Mimic)]
     if not tied:
         return
@@ -142,7 +142,7 @@ def _equalities(text: Text, links: Sequence[Link]) -> None:
 
 
 def _inertial(text: Text, inertia: Inertia) -> None:
-    """MuJoCo takes no moment of zero: a rod or a point becomes a little thicker."""
+    """Write an inertia, with its moments raised to a minimum: MuJoCo takes none of zero."""
     lack = max(LEAST - float(np.linalg.eigvalsh(inertia.tensor)[0]), 0.0)
     tensor = inertia.tensor + lack * np.eye(3)
     full = spaced(tensor[i, j] for i, j in _PRODUCTS)
@@ -150,7 +150,7 @@ def _inertial(text: Text, inertia: Inertia) -> None:
 
 
 def _place(pose: Pose) -> dict[str, str | None]:
-    """pos and quat (w x y z); neither for the identity."""
+    """Return the attributes pos and quat (w x y z), or None for those of the identity."""
     x, y, z, w = pose.quaternion
     turned = not (pose.rotation == np.eye(3)).all()
     return {

@@ -1,4 +1,4 @@
-"""From <link> to Link, but for its joint: inertia, shapes and colours."""
+"""Conversion of <link> to the inertia, shapes and colours of a Link."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from robsim.robot.urdf.words import (
     needed_child,
 )
 
-# what writers give to links that move and weigh nothing, so that simulators accept them
+# our writers' inertia of moving links without mass, so that simulators accept them
 TOKEN = Inertia(1e-3, tensor=1e-6 * np.eye(3))
-LETTERS = {  # of the chapter, as MATLAB shows them
+LETTERS = {  # the letters of the chapter, as MATLAB shows them
     "k": "#000000",
     "w": "#ffffff",
     "r": "#ff0000",
@@ -40,7 +40,7 @@ _NAMES = {code: letter for letter, code in LETTERS.items()}
 
 
 def inertia(link: Element, findings: Findings) -> Inertia | None:
-    """What <inertial> says; None where it is not there, or says that there is no mass."""
+    """Return the inertia of a link; None if there is no <inertial>, or no mass."""
     given = child(link, "inertial")
     if given is None:
         return None
@@ -87,7 +87,7 @@ def _tensor(element: Element, findings: Findings) -> Array | None:
 
 
 def shapes(link: Element, colors: Mapping[str, str], findings: Findings) -> tuple[Primitive, ...]:
-    """What is to be seen of a link; what it collides by, where nothing is."""
+    """Return the visual shapes of a link, or its collision shapes if there are none."""
     seen, hit = (
         [shape for each in children(link, tag) if (shape := _shape(each, colors, findings))]
         for tag in ("visual", "collision")
@@ -96,10 +96,10 @@ def shapes(link: Element, colors: Mapping[str, str], findings: Findings) -> tupl
 
 
 def colors(robot: Element, findings: Findings) -> dict[str, str]:
-    """The colours of all materials that have a name, wherever they are defined."""
+    """Return the colours of all materials with a name, wherever they are defined."""
     drawn = [v for k in children(robot, "link") for v in k.children if v.tag in _DRAWN]
     found = {}
-    for owner in (*drawn, robot):  # what the robot says counts
+    for owner in (*drawn, robot):  # materials of the robot take precedence
         for material in children(owner, "material"):
             color = _own_color(material, findings)
             name = material.attributes.get("name")
@@ -112,7 +112,7 @@ _DRAWN = ("visual", "collision")
 
 
 def _own_color(material: Element, findings: Findings) -> str | None:
-    """Of a <material>, without its opacity; a letter where that says it exactly."""
+    """Return the colour of a <material> without opacity, as a letter where that is exact."""
     element = child(material, "color")
     rgba = None if element is None else vector(element, "rgba", findings, count=4)
     if element is None or rgba is None:
@@ -194,7 +194,7 @@ def _mesh(element: Element, findings: Findings) -> Mesh | None:
 
 
 def _is_elsewhere(mesh: str) -> bool:
-    """Whether a file is named that people's own folders may have, beside that of the model.
+    """Return whether a mesh name refers to a folder outside that of the model.
 
     Exporters write "../../meshes/arm.stl" and "file://meshes/arm.stl". None writes a package that
     is left by "..", or an absolute place without a scheme: these stay mistakes, or worse.

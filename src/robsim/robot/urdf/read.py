@@ -1,4 +1,4 @@
-"""From a file to a robot: its links and joints, and how they hang together."""
+"""Conversion of a URDF file to a robot: its links, its joints and its tree."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ MOST_MIMICS = 256
 
 
 def read(path: str | os.PathLike[str], build: Build[R]) -> tuple[R, Tip]:
-    """What `build` makes of a file, and how its tip was found.
+    """Return what `build` makes of a file, and the choice of the robot's tip.
 
-    FileError with all that is wrong, one line each; a FileWarning tells what is odd.
+    FileError lists all errors, one on each line; a FileWarning lists the oddities.
     """
     root = parsed(path)
     findings = Findings(str(path))
@@ -41,23 +41,23 @@ def read(path: str | os.PathLike[str], build: Build[R]) -> tuple[R, Tip]:
         robot = build(name, tuple(links), tip.name)
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
-    findings.tell()
+    findings.warn()
     return robot, tip
 
 
 def _tip(root: Element, links: Sequence[Link], findings: Findings) -> Tip:
-    """The one that our writer put into the file, or that the links suggest."""
-    said = child(root, "robsim")
-    name = None if said is None else needed(said, "tip", findings)
+    """Return the tip that our writer put into the file, or the one that the links suggest."""
+    element = child(root, "robsim")
+    name = None if element is None else needed(element, "tip", findings)
     names = [link.name for link in links]
-    if said is not None and name is not None and name not in names:
-        findings.error(said, f"tip: no link {name!r:.80}; {hint(name, names)}")
+    if element is not None and name is not None and name not in names:
+        findings.error(element, f"tip: no link {name!r:.80}; {hint(name, names)}")
     findings.stop()
     return find_tip(links) if name is None else Tip(name)
 
 
 def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
-    """The name of the robot, and its links on their joints."""
+    """Return the name of the robot, and its links on their joints."""
     tails = _tails(root)
     drawn = [k for k in children(root, "link") if k.attributes.get("name") not in tails]
     behind = set(tails.values())
@@ -68,7 +68,7 @@ def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
     links = _links(drawn, colors(root, findings), findings)
     hinges = [h for each in joints if (h := hinge(each, tails, findings)) is not None]
     if not links or len(links) + len(hinges) < len(drawn) + len(joints):
-        findings.stop()  # how they hang together cannot be said
+        findings.stop()  # their tree cannot be checked
     order = _hung(root, links, hinges, findings)
     findings.stop()
     assert name is not None
@@ -76,7 +76,7 @@ def _parts(root: Element, findings: Findings) -> tuple[str, list[Link]]:
 
 
 def _tails(root: Element) -> dict[str, Element]:
-    """The <joint> "elbow.tail" behind each <link> "elbow.axis", which it takes a link to write.
+    """Return the <joint> "elbow.tail" behind each added <link> "elbow.axis".
 
     Only what is as our writer makes it: a link on a joint that shows nothing, and carries but
     "elbow".
@@ -97,7 +97,7 @@ def _tails(root: Element) -> dict[str, Element]:
 
 
 def _by_link(root: Element, tag: str) -> dict[str, list[Element]]:
-    """The joints that have a link as their <parent> or <child>."""
+    """Return the joints that have a link as their <parent> or <child>, by its name."""
     found: dict[str, list[Element]] = {}
     for joint in children(root, "joint"):
         end = child(joint, tag)
@@ -122,7 +122,7 @@ def _links(drawn: Iterable[Element], palette: Mapping[str, str], findings: Findi
 
 
 def _hung(root: Element, links: Links, hinges: list[Hinge], findings: Findings) -> list[Link]:
-    """The links on their joints: the root, then the children in the order of the joints."""
+    """Return the links on their joints: the root, then the children in the order of joints."""
     _check_names(links, hinges, findings)
     _check_mimics(hinges, findings)
     if not _check_ends(links, hinges, findings):
@@ -143,7 +143,7 @@ def _hung(root: Element, links: Links, hinges: list[Hinge], findings: Findings) 
 
 
 def _with_room(hinges: Iterable[Hinge], findings: Findings) -> Iterator[Joint]:
-    """The joints; those that mimic without the limits that leave what they follow no room.
+    """Yield the joints, without the limits of a mimic that leave its source no range.
 
     There are such files, and other programs do not look at the limits of what mimics.
     """
@@ -167,7 +167,7 @@ def _with_room(hinges: Iterable[Hinge], findings: Findings) -> Iterator[Joint]:
 def _followed(
     tie: Mimic, joints: Mapping[str, Joint], limits: tuple[float, float]
 ) -> tuple[str, tuple[float, float]]:
-    """What is followed in the end, and where it is while what follows is within its limits."""
+    """Return the source at the end of a chain of mimics, and its range for these limits."""
     above: Coupling | None = tie
     while isinstance(above, Mimic):
         name, limits = above.of, above.source_limits(limits)
@@ -176,7 +176,7 @@ def _followed(
 
 
 def _check_names(links: Links, hinges: Iterable[Hinge], findings: Findings) -> None:
-    """Names of links and of joints are unique, after they were made safe too."""
+    """Report names of links and of joints that occur twice, also after they are made safe."""
     taken: dict[str, Element] = {}
     for element, link in links.values():
         if link.name in taken:
@@ -192,7 +192,7 @@ def _check_names(links: Links, hinges: Iterable[Hinge], findings: Findings) -> N
 
 
 def _check_ends(links: Links, hinges: Iterable[Hinge], findings: Findings) -> bool:
-    """Whether what joints join exists, once, and is not the same; an error where not."""
+    """Return whether every joint connects two existing links; report those that do not."""
     carried: dict[str, Hinge] = {}
     before = len(findings.errors)
     for h in hinges:
@@ -210,7 +210,7 @@ def _check_ends(links: Links, hinges: Iterable[Hinge], findings: Findings) -> bo
 
 
 def _check_loops(links: Iterable[str], above: dict[str, Hinge], findings: Findings) -> None:
-    """Every link hangs, through others, from one that hangs from nothing."""
+    """Report links that are their own ancestors."""
     done: set[str] = set()
     for start in links:
         path: dict[str, None] = {}
@@ -226,7 +226,7 @@ def _check_loops(links: Iterable[str], above: dict[str, Hinge], findings: Findin
 
 
 def _check_mimics(hinges: Iterable[Hinge], findings: Findings) -> None:
-    """What mimics follows one coordinate of a joint that exists, and not itself in the end."""
+    """Report mimics of joints that are missing, unsuitable, or the mimic itself."""
     joints = {h.name: h for h in hinges}
     follows = {name: h.joint.follows for name, h in joints.items() if h.joint.follows}
     if len(follows) > MOST_MIMICS:

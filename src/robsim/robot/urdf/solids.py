@@ -1,4 +1,4 @@
-"""Shapes as the formats have them: boxes, cylinders, spheres and meshes."""
+"""Conversion of shapes to boxes, cylinders, spheres and meshes, which the formats have."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CODE = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6}|[0-9a-fA-F]{8})")
 
 
 def plain(shape: Primitive) -> Iterator[Block | Wheel | Ball | Mesh]:
-    """The shape, or the two boxes that stand for the body of a camera: its box, its flare."""
+    """Yield the shape, or two boxes for the body of a camera: its box and its flare."""
     if isinstance(shape, Block | Wheel | Ball | Mesh):
         yield shape
     if isinstance(shape, CameraBody):
@@ -25,7 +25,7 @@ def plain(shape: Primitive) -> Iterator[Block | Wheel | Ball | Mesh]:
 
 
 def rgba(color: str) -> tuple[float, float, float, float]:
-    """Red, green, blue and opacity of a letter or of a code such as "#1f77b4".
+    """Return red, green, blue and opacity of a letter or of a code such as "#1f77b4".
 
     >>> rgba("r"), rgba("#ff000000")[3]
     ((1.0, 0.0, 0.0, 1.0), 0.0)

@@ -1,4 +1,4 @@
-"""XML as text: elements and their attributes, numbers with all their digits."""
+"""Writing of XML: elements with their attributes, and numbers with all their digits."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ INDENT = "  "
 
 
 class Text:
-    """Lines of XML, indented; at any depth of elements."""
+    """The lines of an XML file, indented by the depth of the elements."""
 
     def __init__(self) -> None:
         self.lines = ['<?xml version="1.0" encoding="utf-8"?>']
         self._open: list[str] = []
 
     def put(self, tag: str, **attributes: str | float | None) -> None:
-        """An element without children; an attribute that is None is left out."""
+        """Add an element without children; attributes of None are left out."""
         self.lines.append(f"{self._indent}<{_head(tag, attributes)}/>")
 
     def start(self, tag: str, **attributes: str | float | None) -> None:
-        """An element whose children follow, until `end`."""
+        """Add the start of an element whose children follow, until `end`."""
         self.lines.append(f"{self._indent}<{_head(tag, attributes)}>")
         self._open.append(tag)
 
     def end(self) -> None:
-        """The end of the element that was started last."""
+        """Add the end of the element that was started last."""
         tag = self._open.pop()
         self.lines.append(f"{self._indent}</{tag}>")
 
     @contextmanager
     def inside(self, tag: str, **attributes: str | float | None) -> Iterator[None]:
-        """`start`, what is done inside, `end`."""
+        """Add an element around what is added within a `with` block."""
         self.start(tag, **attributes)
         yield
         self.end()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the file; FileError if that cannot be."""
+        """Write the file; raise FileError if that fails."""
         try:
             Path(path).write_text("\n".join([*self.lines, ""]), encoding="utf-8")
         except (OSError, TypeError, ValueError) as error:
@@ -55,7 +55,7 @@ class Text:
 
 
 def spaced(numbers: Iterable[float]) -> str:
-    """The numbers with all their digits and spaces between them.
+    """Return numbers with all their digits, separated by spaces.
 
     >>> spaced([0.1, -0.0])
     '0.1 0.0'
@@ -64,7 +64,7 @@ def spaced(numbers: Iterable[float]) -> str:
 
 
 def _head(tag: str, attributes: Mapping[str, str | float | None]) -> str:
-    """What stands between < and >; a key that Python has for itself ends in _."""
+    """Return the text between < and >; a key that is a Python keyword has a _ at its end."""
     given = {k.rstrip("_"): v for k, v in attributes.items() if v is not None}
     texts = {k: v if isinstance(v, str) else spaced([v]) for k, v in given.items()}
     return " ".join([tag, *(f"{key}={quoteattr(text)}" for key, text in texts.items())])

@@ -1,4 +1,4 @@
-"""Numbers, vectors and poses of a URDF file."""
+"""Reading of numbers, vectors and poses of a URDF file."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.words import XACRO, child, needed
 
-LARGEST = 1e9  # of a number, so that no product of poses overflows
-LONGEST = 64  # characters of a number
+LARGEST = 1e9  # largest number, so that no product of poses overflows
+LONGEST = 64  # characters in a number
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
@@ -26,7 +26,7 @@ def number(
     default: float | None = None,
     most: float = LARGEST,
 ) -> float | None:
-    """One finite number; the default where it is not given, and None after an error."""
+    """Return one finite number, the default if it is missing, or None after an error."""
     if default is not None and name not in element.attributes:
         return default
     text = needed(element, name, findings)
@@ -35,7 +35,7 @@ def number(
 
 
 def size(element: Element, name: str, findings: Findings) -> float | None:
-    """A number above 0; None where it is 0, too, which is told."""
+    """Return a number above 0, or None; 0 is reported as an oddity, less as an error."""
     value = number(element, name, findings)
     if value is None or value > 0:
         return value
@@ -49,7 +49,7 @@ def size(element: Element, name: str, findings: Findings) -> float | None:
 def vector(
     element: Element, name: str, findings: Findings, default: str | None = None, count: int = 3
 ) -> Array | None:
-    """Three numbers, with spaces between them."""
+    """Return an array of `count` numbers that are separated by spaces, or None after an error."""
     text = element.attributes.get(name, default)
     text = needed(element, name, findings) if text is None else text
     found = None if text is None else _numbers(element, name, text, count, findings)
@@ -57,7 +57,7 @@ def vector(
 
 
 def origin(element: Element, findings: Findings) -> Pose:
-    """Where something stands; the identity where nothing is said."""
+    """Return the pose of an <origin>, which is the identity by default."""
     where = child(element, "origin")
     if where is None:
         return IDENTITY
@@ -69,7 +69,7 @@ def origin(element: Element, findings: Findings) -> Pose:
 
 
 def frame_of(axis: ArrayLike) -> Array:
-    """A rotation R (3, 3) with R z = axis, a unit vector; exactly the identity for z.
+    """Return a rotation R (3, 3) with R z = axis, a unit vector; the exact identity for z.
 
     >>> frame_of([0, 1, 0]) @ [0, 0, 1]
     array([0., 1., 0.])
@@ -84,7 +84,7 @@ def frame_of(axis: ArrayLike) -> Array:
 
 
 def rpy_of(R: Array) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of R = Rz(y) Ry(p) Rx(r), good to rounding everywhere.
+    """Return roll, pitch and yaw of R = Rz(y) Ry(p) Rx(r), accurate to rounding everywhere.
 
     Yaw first, from the first column, and the others from Rz(-y) R = Ry(p) Rx(r): near p = +-90
     degrees, where yaw is any number, the roll then fits it.

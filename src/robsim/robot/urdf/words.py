@@ -1,8 +1,8 @@
-"""The words of a URDF file: which attributes and elements may stand where, and names.
+"""The vocabulary of URDF files: the allowed attributes and elements, and names.
 
-After the specification at https://wiki.ros.org/urdf/XML. What is misspelt is an error; what is
-unknown otherwise is told and left out; extensions that are known to have no say in kinematics,
-and whatever has a prefix as in "drake:", are left out silently.
+It follows the specification at https://wiki.ros.org/urdf/XML. Misspelt words are errors; other
+unknown words are left out with a warning; known extensions that do not affect kinematics, and
+words with a prefix as in "drake:", are left out without one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from robsim.robot.urdf.findings import Findings
 
 
 class Word(NamedTuple):
-    """What an element may hold; `silent` are extensions, `spare` attributes that say it again."""
+    """The vocabulary of an element; `silent` lists extensions, `spare` redundant attributes."""
 
     attributes: tuple[str, ...] = ()
     children: tuple[str, ...] = ()
@@ -34,7 +34,7 @@ WORDS = {
         ("link", "joint", "material", "robsim"),
         ("gazebo", "transmission", "sensor", "ros2_control", "mujoco"),
     ),
-    "robsim": Word(("tip",)),  # ours, which other programs leave out
+    "robsim": Word(("tip",)),  # our own element, which other programs ignore
     "link": Word(
         ("name", "type"),
         ("inertial", "visual", "collision"),
@@ -64,15 +64,15 @@ WORDS = {
     "parent": Word(("link",)),
     "child": Word(("link",)),
 }
-MEANS_MORE = {"quat_xyzw": "rpy"}  # what must not be left out, and what is read instead
+MEANS_MORE = {"quat_xyzw": "rpy"}  # unknown words that matter, and the known ones to use
 SEVERAL = ("link", "joint", "visual", "collision", "material")
 XACRO = 'an expression of xacro; expand the file first: "xacro in.xacro > out.urdf"'
-AXIS, TAIL = ".axis", ".tail"  # what our writer adds to the name of a link beside its axis
+AXIS, TAIL = ".axis", ".tail"  # suffixes that our writer adds to the name of a link beside its axis
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
 
 
 def check_words(element: Element, findings: Findings) -> None:
-    """All attributes and children of an element, and of the children that are known."""
+    """Report unknown attributes and children of an element, and of its known children."""
     word = WORDS[element.tag]
     for name in element.attributes:
         if name in word.spare:
@@ -94,17 +94,17 @@ def check_words(element: Element, findings: Findings) -> None:
 
 
 def child(element: Element, tag: str) -> Element | None:
-    """The first child of this kind."""
+    """Return the first child with a tag, or None."""
     return next((each for each in element.children if each.tag == tag), None)
 
 
 def children(element: Element, tag: str) -> list[Element]:
-    """All children of this kind."""
+    """Return all children with a tag."""
     return [each for each in element.children if each.tag == tag]
 
 
 def needed_child(element: Element, tag: str, findings: Findings) -> Element | None:
-    """A child that must be there; an error if it is not."""
+    """Return a required child; report an error if it is missing."""
     found = child(element, tag)
     if found is None:
         findings.error(element, f"<{tag}> is missing; it must be given")
@@ -112,7 +112,7 @@ def needed_child(element: Element, tag: str, findings: Findings) -> Element | No
 
 
 def needed(element: Element, name: str, findings: Findings) -> str | None:
-    """An attribute that must be there; an error if it is not, is empty, or is not expanded."""
+    """Return a required attribute; report an error if it is missing, empty or not expanded."""
     value = element.attributes.get(name)
     if value is None or not value.strip():
         findings.error(element, f"{name} is missing; it must be given")
@@ -124,12 +124,12 @@ def needed(element: Element, name: str, findings: Findings) -> str | None:
 
 
 def is_expression(text: str) -> bool:
-    """Whether xacro should have put something else in its place."""
+    """Return whether the text is an expression that xacro should have replaced."""
     return "${" in text or "$(" in text
 
 
 def named(element: Element, findings: Findings) -> str | None:
-    """A name that is safe everywhere; what is not is replaced, and that is told."""
+    """Return the name of an element made safe for paths; report it if that changes it."""
     given = needed(element, "name", findings)
     if given is None:
         return None
@@ -162,7 +162,7 @@ def safe(name: str, kind: str) -> str:
 
 
 def nearest(name: str, names: Iterable[str]) -> str | None:
-    """The name that this one is a misspelling of, if any is near enough.
+    """Return the name of which this one is likely a misspelling, or None.
 
     >>> nearest("xzy", ["xyz", "rpy"]), nearest("current", ["effort", "velocity"])
     ('xyz', None)
@@ -174,7 +174,7 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
 
 
 def hint(name: str, names: Iterable[str]) -> str:
-    """The end of a message about a name that does not exist."""
+    """Return the end of a message about a name that does not exist."""
     near = nearest(name, islice(names, 256))
     return f"did you mean '{near}'?" if near else "there is nothing near that name"
 
@@ -194,7 +194,7 @@ def _unknown(
 
 
 def _distance(a: str, b: str, most: int) -> int:
-    """Letters to add, drop, change or swap with the next one (Damerau), if at most `most`."""
+    """Return the edit distance with swaps (Damerau) of two words, if it is at most `most`."""
     before: list[int] = []
     row = list(range(len(b) + 1))
     for i, x in enumerate(a):

@@ -1,4 +1,4 @@
-"""From a robot to a URDF file."""
+"""Conversion of a robot to a URDF file."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from robsim.robot.urdf.text import Text, spaced
 from robsim.robot.urdf.values import LARGEST, frame_of, rpy_of
 from robsim.robot.urdf.words import AXIS, TAIL
 
-ON_AXIS = 1e-14  # metres beside the axis of a joint that rounding may put its link
+ON_AXIS = 1e-14  # metres by which rounding may put a link beside the axis of its joint
 
 
 def write(name: str, links: Sequence[Link], tip: str, path: str | os.PathLike[str]) -> None:
-    """A file with these links; InputError names all that the format cannot express.
+    """Write a URDF file of these links; InputError names what the format cannot express.
 
     The tip is written, in an element of ours, only where the links do not suggest it.
     """
@@ -47,7 +47,7 @@ def write(name: str, links: Sequence[Link], tip: str, path: str | os.PathLike[st
 
 
 def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ()) -> None:
-    """InputError that names what neither URDF nor MJCF can express, link by link; and `more`."""
+    """Raise InputError with all that neither URDF nor MJCF can express, and with `more`."""
     wrong = []
     for link in links:
         joint = link.joint
@@ -115,7 +115,7 @@ def _solid(text: Text, shape: Primitive) -> None:
 
 
 def _origin(text: Text, pose: Pose) -> None:
-    """Nothing for the identity."""
+    """Write an <origin>, or nothing for the identity."""
     xyz = spaced(pose.position) if pose.position.any() else None
     rpy = None if (pose.rotation == np.eye(3)).all() else spaced(rpy_of(pose.rotation))
     if xyz or rpy:
@@ -123,7 +123,7 @@ def _origin(text: Text, pose: Pose) -> None:
 
 
 def _unchained(links: Sequence[Link]) -> list[Link]:
-    """Coordinates that follow one which follows: they follow what that does, all the way.
+    """Return links whose chains of mimics are resolved: each follows the last source.
 
     Pinocchio and yourdfpy know no others.
     """
@@ -138,7 +138,7 @@ def _unchained(links: Sequence[Link]) -> list[Link]:
 
 
 def _tied(links: Iterable[Link]) -> set[str]:
-    """The links whose coordinates follow or are followed.
+    """Return the names of links whose coordinates follow others or are followed.
 
     Without limits they are written as revolute: Pinocchio has no continuous joints that mimic.
     """
@@ -148,7 +148,7 @@ def _tied(links: Iterable[Link]) -> set[str]:
 
 
 def _joint_names(links: Sequence[Link]) -> dict[str, str]:
-    """Of each link, what its joint is called: what does not move gives way to all others."""
+    """Return a unique joint name for each link; fixed joints give way to moving ones."""
     names = {k.name: k.label for k in links if k.joint.kind != "fixed"}
     taken = set(names.values())
     for link in links[1:]:
@@ -160,7 +160,7 @@ def _joint_names(links: Sequence[Link]) -> dict[str, str]:
 
 
 def _joint(text: Text, link: Link, name: str, tied: set[str]) -> None:
-    """The joint that a link hangs from; two, with a link between, where it is beside its axis."""
+    """Write the joint of a link, or two with a link between if it is beside the axis."""
     joint = link.joint
     if joint.limits is None and (joint.kind == "prismatic" or link.name in tied):
         joint = replace(joint, limits=(-LARGEST, LARGEST))
@@ -176,7 +176,7 @@ def _joint(text: Text, link: Link, name: str, tied: set[str]) -> None:
 
 
 def _reaches(joint: Joint) -> bool:
-    """Whether the frame of the link can be that of the joint as URDF has it, moved along."""
+    """Return whether the link's frame can be the frame of the joint, moved along its axis."""
     p, R = joint.tail.position, joint.tail.rotation
     match joint.kind:
         case "revolute":
@@ -212,7 +212,7 @@ def _hinge(
 
 
 def _limit(text: Text, joint: Joint) -> None:
-    """What is not known of the drive is 0."""
+    """Write a <limit>, with 0 for unknown speed and effort."""
     lower, upper = joint.limits or (None, None)
     if lower is not None or (joint.kind == "revolute" and (joint.speed or joint.effort)):
         drive = {"effort": joint.effort or 0.0, "velocity": joint.speed or 0.0}
