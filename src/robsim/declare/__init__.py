@@ -1,4 +1,4 @@
-"""Declarations: what a kind of thing says of its fields, and all that follows from it.
+"""Declarations: what a class says of its fields, and all that follows from it.
 
 A frozen dataclass declares a field by its annotation, `Annotated[float, Length(above=0), "The
 radius of the sphere."]`, and `register("feature", "my_feature")` gives it a name. From that come

@@ -271,7 +271,7 @@ def _named(kind: type[Any]) -> list[tuple[str, Spec]]:
 
 @dataclass(frozen=True)
 class OneOf(Spec):
-    """Several ways to say a value, told apart by what stands there: plain, a list, or a table."""
+    """One of several forms of a value: plain, a list, or a table."""
 
     specs: tuple[Spec, ...]
     said: str = ""  # what is expected, where the specs do not say it well

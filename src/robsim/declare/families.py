@@ -21,7 +21,7 @@ _FAMILIES: dict[str, Family] = {}
 
 @dataclass
 class Family:
-    """The kinds of one sort of thing; `noun` is "feature", "law", ..."""
+    """The kinds of one sort of thing, such as the "feature" or "law" of its `noun`."""
 
     noun: str
     kinds: dict[str, type[Any]] = field(default_factory=dict)

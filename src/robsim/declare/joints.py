@@ -16,7 +16,7 @@ from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 
 class Axes(NamedTuple):
-    """The joints that numbers belong to."""
+    """The units and names of the joints that numbers belong to."""
 
     units: Sequence[str]
     names: Sequence[str]
@@ -70,7 +70,7 @@ def per(axes: AxesOf, suffix: str, cut: bool = False) -> AxesOf:
 
 @dataclass(frozen=True)
 class PerJoint(Spec):
-    """A list of one number for each joint, an array inside.
+    """A list of one number for each joint, which becomes an array.
 
     `later` says that the joints are known only once the task around it is: until then each number
     is read by whichever of `dimensions` its unit is of, and `check_later` has the last word.
@@ -125,7 +125,7 @@ class PerJoint(Spec):
         return [3, [True], [["x"]]]
 
     def _check_plain(self, raw: list[Raw], c: Context) -> None:
-        """Broken unless each is a text or a number."""
+        """Raise Broken unless each value is a text or a number."""
         before = c.problems.seen
         for i, text in enumerate(raw):
             if isinstance(text, bool) or not isinstance(text, str | int | float):
@@ -152,7 +152,7 @@ class PerJoint(Spec):
 
 @dataclass(frozen=True)
 class OneOrEach(PerJoint):
-    """One number for all joints, or a list of one for each; a tuple or a number inside."""
+    """A number for all joints, or a list of one for each, which becomes a tuple."""
 
     zero: bool = False  # whether it may be zero
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")

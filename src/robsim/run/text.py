@@ -1,4 +1,4 @@
-"""How a text says an experiment: a scene, a task, a start, what is imperfect, and how long."""
+"""The text of an experiment: a scene, a task, a start, imperfections, and how long it runs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SCENE = keys_of(Scene)
 
 @dataclass(frozen=True)
 class RecordSpec(Spec):
-    """What is kept of a run."""
+    """The choice of what is recorded of a run."""
 
     form: ClassVar[str] = "plain"
 
@@ -57,7 +57,7 @@ class RecordSpec(Spec):
 
 @dataclass(frozen=True)
 class StartTable:
-    """Where a run starts; home, if nothing is said."""
+    """The start of a run; home, if nothing is said."""
 
     q: Annotated[Any, PerJoint(coordinates), "One number for each joint."] = None
     pose: Annotated[Pose | None, PoseTable(flat=True), "Of a scene whose only joint floats."] = None
@@ -65,7 +65,7 @@ class StartTable:
 
 @dataclass(frozen=True)
 class RunTable:
-    """How long it goes, and what is kept."""
+    """The duration of a run, its imperfections, and what is recorded."""
 
     dt: Annotated[float | None, Time(above=0), "Control period."] = None
     duration: Annotated[float | None, Time(above=0), "How long it takes at most."] = None
@@ -86,7 +86,7 @@ class RunTable:
 
 @dataclass(frozen=True)
 class BeliefTables(Spec):
-    """What is believed otherwise than it is: tables as those of the scene."""
+    """The belief of all tasks: tables as those of the scene, which differ from it."""
 
     form: ClassVar[str] = "table"
 
@@ -124,7 +124,7 @@ class TaskTable:
 
 @dataclass(frozen=True)
 class ExperimentTable(TaskTable):
-    """A whole text: a scene, and what is done in it."""
+    """The whole text of an experiment: a scene, and what is done in it."""
 
     robots: Annotated[Any, fields_of(Scene)[0].spec, "What moves on joints."] = ()
     objects: Annotated[Any, fields_of(Scene)[1].spec, "What is looked at, and stands about."] = ()

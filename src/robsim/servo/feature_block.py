@@ -1,4 +1,4 @@
-"""A part of what a task regulates: a feature, who sees it of what, and which of its numbers."""
+"""Feature blocks: a feature, the camera and target that it is measured on, and its components."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FEATURE = Choice(KINDS, protocol=Feature)
 
 @dataclass(frozen=True)
 class SceneName(Text):
-    """The name of a camera or an object; in a text it must be one of the scene."""
+    """The name of a camera or an object, which must exist in the scene of a text."""
 
     find: str = "camera"
     most: int = 129
@@ -60,7 +60,7 @@ INDEX = Whole(0, 9_999)
 
 @dataclass(frozen=True)
 class Indices(ListOf):
-    """Different whole numbers from 0 on."""
+    """A list of different whole numbers from 0 on."""
 
     item: Spec = INDEX
     least: int = 1
@@ -88,7 +88,7 @@ CAMERAS, TARGET, INDICES = Cameras(), SceneName(find="object"), Indices()
 
 @dataclass(frozen=True)
 class FeatureBlock(Declared):
-    """One of several features that a task stacks: `IBVS(features=[FeatureBlock(...), ...])`.
+    """One of several features that a task stacks, as in `IBVS(features=[FeatureBlock(...), ...])`.
 
     >>> FeatureBlock("log_depth", marks=[0]).marks
     (0,)
@@ -118,7 +118,7 @@ def blocks_of(given: Any) -> tuple[FeatureBlock, ...]:
 
 @dataclass(frozen=True)
 class Features(Spec):
-    """What a task regulates: a feature, or a list of features and blocks.
+    """The features of a task: one feature, or a list of features and blocks.
 
     In a text the keys of a block stand beside those of its feature.
     """
@@ -160,7 +160,7 @@ class Features(Spec):
 
 @dataclass(frozen=True)
 class _Block(Spec):
-    """One block; a table that says nothing of a block is the feature `alone`."""
+    """A feature block in a text; with `alone`, a table without keys of a block is the feature."""
 
     alone: bool = False
     form: ClassVar[str] = "table"
@@ -202,7 +202,7 @@ class _Block(Spec):
 
 
 class _Feature(Choice):
-    """A feature whose unknown keys are told beside those of its block."""
+    """A feature whose messages about unknown keys also list the keys of its block."""
 
     def read(self, raw: Raw, c: Context) -> Any:
         return super().read(raw, c.knowing(also=_OWN))

@@ -1,4 +1,4 @@
-"""Gains: one number, or one that grows as the error gets smaller."""
+"""Gains: a constant, or a function that grows as the error gets smaller."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ class AdaptiveGain(Declared):
             )
 
     def of(self, norm: Array) -> Array:
-        """Gain (B,) per second at norms (B,) of the error."""
+        """Return the gain (B,) per second at norms (B,) of the error."""
         gain = np.empty(norm.shape)
         kernels.adaptive(self.at_zero, self.at_infinity, self.slope, norm, gain)
         return gain
 
     @property
     def least(self) -> float:
-        """The smallest gain there is, per second: that of a large error."""
+        """The smallest gain, per second, which is that of a large error."""
         return self.at_infinity
 
 

@@ -1,4 +1,4 @@
-"""The law of Corke and Hutchinson, which keeps the optical axis apart from the rest."""
+"""The partitioned law of Corke and Hutchinson, which treats the optical axis apart."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Advance = Annotated[float, SPEED, "Speed along the optical axis, by the logarith
 
 @dataclass(frozen=True)
 class PartitionedLaw(Declared):
-    """V along and about the optical axis from area and angle, the rest from the points.
+    """The partitioned law: area and angle drive the optical axis, the points drive the rest.
 
     With s = (x1, y1, ..., angle, area): omega_z = roll (angle - angle*), since a roll turns the
     image the other way, v_z = advance ln(sigma*/sigma) with sigma the square root of the area, and
@@ -42,7 +42,7 @@ class PartitionedLaw(Declared):
     in_camera: ClassVar[bool] = True
 
     def command(self, state: ControlState) -> Array:
-        """Joint velocities (B, n)."""
+        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         assert state.s_last is not None
         V = np.empty((6, state.error_last.shape[1]))
         area = state.s_last[-1]

@@ -1,4 +1,4 @@
-"""The options of every task about its command: which joints, and what is done after the law."""
+"""The options of every task about its command: the commanded joints, and the shaping."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Columns = NDArray[np.int64]  # indices of velocities of a scene
 
 @dataclass(frozen=True, eq=False)
 class Shaped(Declared):
-    """What can be done to a command after the law."""
+    """The options of a task about its command: the joints, and what is done after the law."""
 
     _: KW_ONLY
     joints: Annotated[
@@ -45,7 +45,7 @@ class Shaped(Declared):
     ] = None
 
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:
-        """For the commanded velocities of a scene."""
+        """Return the shaping of the commanded velocities of a scene."""
         names = [scene.velocity_names[i] for i in columns]
         parts: tuple[Any, ...] = (self.limit, self.secondary)
         for part in parts:
@@ -60,7 +60,7 @@ class Shaped(Declared):
         )
 
     def chosen(self, scene: Scene, moving: Columns) -> Columns:
-        """Those of the velocities that `joints` names."""
+        """Return those of the velocities `moving` that `joints` names."""
         if self.joints is None:
             return moving
         wanted: set[int] = set()
@@ -77,7 +77,7 @@ class Shaped(Declared):
 
 
 def _velocities(scene: Scene, name: str) -> Sequence[int]:
-    """Indices of a robot's velocities, or of the velocity of that name."""
+    """Return the indices of a robot's velocities, or of the velocity of that name."""
     names = scene.velocity_names
     starts = np.cumsum([0, *(robot.nv for robot in scene.robots)])
     for i, robot in enumerate(scene.robots):

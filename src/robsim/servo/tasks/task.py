@@ -38,13 +38,13 @@ from robsim.world.scene import Scene
 
 @runtime_checkable
 class Task(Protocol):
-    """What can be simulated in a scene."""
+    """The interface of a task: what can be simulated in a scene."""
 
     def columns(self, scene: Scene) -> Columns:
-        """The velocities that the task commands."""
+        """Return the velocities that the task commands."""
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
-        """Its controller; InputError or GoalError if it makes no sense there.
+        """Return the controller of the task; InputError or GoalError if it makes no sense there.
 
         `columns` are the velocities that are commanded where several tasks share them.
         """
@@ -52,7 +52,7 @@ class Task(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ServoTask(Shaped):
-    """Drive e = s - s_goal to zero: what IBVS, PBVS and their kin have in common."""
+    """Drive e = s - s_goal to zero: the common part of IBVS, PBVS and other servo tasks."""
 
     own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
     goal: Annotated[
@@ -93,7 +93,7 @@ class ServoTask(Shaped):
 
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:
-        """Check that what a text leaves out there is only one of."""
+        """Return the context; report a camera or target that a text must name."""
         blocks = raw.get("features")
         each = blocks if isinstance(blocks, list) else [blocks]
         for key, find in (("camera", "camera"), ("target", "object")):
@@ -105,16 +105,16 @@ class ServoTask(Shaped):
 
     @property
     def blocks(self) -> tuple[FeatureBlock, ...]:
-        """All features with who sees them."""
+        """The feature blocks of the task."""
         return blocks_of(self.features)
 
     def columns(self, scene: Scene) -> Columns:
-        """The velocities that move a camera of the task against its target."""
+        """Return the velocities that move a camera of the task relative to its target."""
         found = [s.columns for each in self.sights(scene) for s in each]
         return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
-        """The controller of this task in a scene; every name and the goal are checked here.
+        """Return the controller of the task in a scene, with every name and the goal checked.
 
         RankWarning: the features do not fix every motion that the joints can make.
         """
@@ -154,20 +154,20 @@ class ServoTask(Shaped):
         return controller
 
     def sights(self, scene: Scene) -> Found:
-        """The true sights of each feature block."""
+        """Return the true sights of each feature block."""
         return sights_of(self.blocks, self.camera, self.target, scene)
 
     def regulated(self, sights: Found, columns: Columns) -> Regulated:
-        """What the task regulates with its true sights; InputError or GoalError if it cannot."""
+        """Return what the task regulates with its true sights; InputError if it cannot."""
         depths = Depths(self.depth, self.depth_scale)
         return regulated_by(
             self.blocks, self.goal, depths, self.interaction, self.belief, sights, columns
         )
 
     def warn_of_wheels(self, controller: Servo) -> None:
-        """RankWarning if a unicycle alone is asked for more than it can do."""
+        """Warn with RankWarning if a unicycle alone is asked for more than it can do."""
         warn_of_wheels(controller)
 
     def bound_law(self, regulated: Regulated) -> Any:
-        """The law, which may need to know the scene."""
+        """Return the law, which in some tasks depends on the scene."""
         return self.law
