@@ -94,18 +94,30 @@ class FeatureBlock(Declared):
     (0,)
     """
 
-    feature: Annotated[Any, FEATURE, "Its name, or an object with unit, tolerance and measure."]
+    feature: Annotated[
+        Any, FEATURE, "The feature: its name, or an object with unit, tolerance and measure."
+    ]
     camera: Annotated[
         str | tuple[str, str] | None,
         CAMERAS,
-        "Its name, or two for a feature of a stereo pair; None: that of the task.",
+        "The camera, or the two of a stereo pair; None: that of the task.",
     ] = None
-    target: Annotated[
-        str | None, TARGET, "Name of the object with the marks; None: that of the task."
+    target: Annotated[str | None, TARGET, "The object with the marks; None: that of the task."] = (
+        None
+    )
+    marks: Annotated[
+        tuple[int, ...] | None,
+        INDICES,
+        "Numbers of the marks that the feature is measured on; None: all.",
     ] = None
-    marks: Annotated[tuple[int, ...] | None, INDICES, "Which marks, by number; None: all."] = None
-    components: Annotated[tuple[int, ...] | None, INDICES, "Which numbers of s; None: all."] = None
-    weight: Annotated[float, Number(above=0), "On its rows in the least squares of the law."] = 1.0
+    components: Annotated[
+        tuple[int, ...] | None,
+        INDICES,
+        "Numbers of the components of s that are regulated; None: all.",
+    ] = None
+    weight: Annotated[
+        float, Number(above=0), "Weight of its components in the least squares of the law."
+    ] = 1.0
 
 
 def blocks_of(given: Any) -> tuple[FeatureBlock, ...]:

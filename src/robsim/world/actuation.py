@@ -36,17 +36,17 @@ class Actuation(Declared):
     velocity: Annotated[
         Each | None,
         OneOrEach(velocities, "numbers", ("turn rate", "speed")),
-        "Limit of |v|: what a command exceeds is cut off, joint by joint.",
+        "Limit of |v|, at which commands are cut off joint by joint; None: none.",
     ] = None
     acceleration: Annotated[
         Each | None,
         OneOrEach(accelerations, "numbers", ("turn acceleration", "acceleration")),
-        "Limit of |v'|.",
+        "Limit of |v'|; None: none.",
     ] = None
     encoder: Annotated[
         Each,
         OneOrEach(coordinates, "numbers", zero=True),
-        "Step of the measured coordinates of revolute and prismatic joints.",
+        "Step in which revolute and prismatic coordinates are measured.",
     ] = 0.0
 
     @property

@@ -50,8 +50,12 @@ class Motion(Value):
     array([0.2])
     """
 
-    robot: Annotated[str, Reference, "Which robot."]
-    rates: Annotated[Array | Callable[[float], Any], Rates(_own_velocities), "Its velocities."]
+    robot: Annotated[str, Reference, "Name of the robot that moves."]
+    rates: Annotated[
+        Array | Callable[[float], Any],
+        Rates(_own_velocities),
+        "Velocities of the robot: constant, or a function of the time in seconds.",
+    ]
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, str):

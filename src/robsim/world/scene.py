@@ -49,17 +49,23 @@ class Scene:
     array([[320., 240.]])
     """
 
-    robots: Annotated[tuple[Robot, ...], ListOf(ROBOT, most=MOST), "What moves on joints."] = ()
+    robots: Annotated[tuple[Robot, ...], ListOf(ROBOT, most=MOST), "Robots of the scene."] = ()
     objects: Annotated[
-        tuple[Object, ...], ListOf(Table(Object), most=MOST), "What is looked at, and stands about."
+        tuple[Object, ...],
+        ListOf(Table(Object), most=MOST),
+        "Objects that cameras look at, or that stand in the scene.",
     ] = ()
     cameras: Annotated[
-        tuple[MountedCamera, ...], ListOf(Table(MountedCamera), most=MOST), "What looks."
+        tuple[MountedCamera, ...],
+        ListOf(Table(MountedCamera), most=MOST),
+        "Cameras where they are mounted.",
     ] = ()
     motions: Annotated[
-        tuple[Motion, ...], ListOf(Table(Motion), most=MOST), "Robots that move on their own."
+        tuple[Motion, ...],
+        ListOf(Table(Motion), most=MOST),
+        "Motions of robots that no task commands.",
     ] = ()
-    display: Annotated[Pose, PoseTable(), "The world in the frame of the figures."] = field(
+    display: Annotated[Pose, PoseTable(), "Pose of the world in the frame of the figures."] = field(
         default=IDENTITY, kw_only=True
     )
 

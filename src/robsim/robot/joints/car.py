@@ -50,9 +50,11 @@ class Steering:
     0.6
     """
 
-    wheelbase: Annotated[float, Length(above=0), "From axle to axle."]
-    limit: Annotated[float, Angle(above=0), "The largest angle."] = 0.6
-    rate: Annotated[float, Quantity(above=0, dimension="turn rate"), "How fast it changes."] = 1.0
+    wheelbase: Annotated[float, Length(above=0), "Distance of the two axles."]
+    limit: Annotated[float, Angle(above=0), "Largest steering angle."] = 0.6
+    rate: Annotated[
+        float, Quantity(above=0, dimension="turn rate"), "Largest rate of the steering angle."
+    ] = 1.0
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -97,12 +97,20 @@ Goal = TaughtGoal | GoalPose | GoalFeatures
 class GoalTable:
     """The table of a goal in a text: a configuration, a pose, or numbers."""
 
-    q: Annotated[Any, PerJoint(coordinates), "Where the goal is shown: one number a joint."] = None
-    pose: Annotated[Pose | None, PoseTable(flat=True), "Where it is shown, of a free camera."] = (
-        None
-    )
-    computed: Annotated[Pose | None, PoseTable(), "The target in camera axes, T_c_o."] = None
-    s: Annotated[Any, Row(), "The features as numbers."] = None
+    q: Annotated[
+        Any,
+        PerJoint(coordinates),
+        "Configuration at which the goal is shown, one number for each coordinate.",
+    ] = None
+    pose: Annotated[
+        Pose | None, PoseTable(flat=True), "Pose of a free camera at which the goal is shown."
+    ] = None
+    computed: Annotated[
+        Pose | None,
+        PoseTable(),
+        "Pose of the target in camera axes, T_c_o, from which the goal is computed.",
+    ] = None
+    s: Annotated[Any, Row(), "Features at the goal, as numbers."] = None
 
     def made(self, c: Context) -> Goal:
         """Return the goal."""

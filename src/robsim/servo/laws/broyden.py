@@ -34,8 +34,9 @@ class Broyden(Value):
     start: Annotated[
         Any,
         Matrix(),
-        "First estimate (k, n) of ds/dq, unit of s per rad or m of each commanded joint, of rank 6 "
-        "or, where it is smaller, of full rank; None: the modelled one at the start.",
+        "First estimate (k, n) of ds/dq, in units of s per rad or m of each commanded joint, "
+        "of rank 6 or, where it is smaller, of full rank; None: the modelled L J at the "
+        "start.",
     ] = None
 
     def __post_init__(self) -> None:

@@ -33,12 +33,14 @@ class DepthFilter(Declared):
     (array([0., 0., 2.]), array([0.5]))
     """
 
-    start: Annotated[float, Length(above=0), "Depth that every mark is first taken to have."]
+    start: Annotated[float, Length(above=0), "Depth of every mark at the start."]
     start_sigma: Annotated[
         float, Number(above=0), "Relative standard deviation of 1/Z at the start."
     ] = 0.5
     noise: Annotated[
-        float, Number(above=0, unit="px"), "Standard deviation of a measured pixel."
+        float,
+        Number(above=0, unit="px"),
+        "Standard deviation of the noise on each pixel coordinate.",
     ] = 1.0
 
     def __post_init__(self) -> None:

@@ -39,7 +39,9 @@ class EstimatedMotion(Declared):
     0.1
     """
 
-    lag: Annotated[float, Time(above=0), "Time constant of the smoothing."] = 0.2
+    lag: Annotated[
+        float, Time(above=0), "Time constant of the low-pass filter of the estimate."
+    ] = 0.2
 
     def of(self, measurement: Measurement, error: Array) -> Array:
         """Return the estimated drift (k, B) of the error, per second."""

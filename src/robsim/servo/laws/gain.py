@@ -30,10 +30,12 @@ class AdaptiveGain(Declared):
     array([4.   , 1.965, 0.4  ])
     """
 
-    at_zero: Annotated[float, PER_SECOND, "The gain at e = 0."]
-    at_infinity: Annotated[float, PER_SECOND, "The gain far from the goal, the smaller one."]
+    at_zero: Annotated[float, PER_SECOND, "Gain at e = 0."]
+    at_infinity: Annotated[float, PER_SECOND, "Gain for large errors, which is below at_zero."]
     slope: Annotated[
-        float, Number(above=0), "Minus the derivative at e = 0, per second and unit of e."
+        float,
+        Number(above=0),
+        "Minus the derivative of the gain at e = 0, per second and unit of e.",
     ]
 
     def __post_init__(self) -> None:

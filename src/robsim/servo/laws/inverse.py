@@ -27,7 +27,9 @@ class PseudoInverse(Declared):
     PseudoInverse(rcond=1e-06)
     """
 
-    rcond: Annotated[float, SHARE, "Share of the largest below which one counts as zero."] = RCOND
+    rcond: Annotated[
+        float, SHARE, "Share of the largest singular value below which one counts as zero."
+    ] = RCOND
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
@@ -46,7 +48,9 @@ class DampedInverse(Declared):
     0.01
     """
 
-    damping: Annotated[float, Number(above=0), "In the unit of the singular values of A."] = 0.01
+    damping: Annotated[
+        float, Number(above=0), "Damping, in the unit of the singular values of A."
+    ] = 0.01
 
     @property
     def numbers(self) -> tuple[bool, float, float]:

@@ -19,7 +19,7 @@ from robsim.servo.laws.inverse import Inverse
 
 LAWS = family("law")
 UnitOfLength = Annotated[
-    float, Length(above=0), "Unit of length by which |v| is weighed against |omega|."
+    float, Length(above=0), "Length by which speeds are divided to be weighed against turn rates."
 ]
 
 

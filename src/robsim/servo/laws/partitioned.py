@@ -18,8 +18,8 @@ SPEED = Quantity(above=0, dimension="speed")
 ALONG, ACROSS = [2, 5], [0, 1, 3, 4]  # components of the camera's twist
 
 
-Roll = Annotated[float, PER_SECOND, "Gain of the turn about the optical axis."]
-Advance = Annotated[float, SPEED, "Speed along the optical axis, by the logarithm of the size."]
+Roll = Annotated[float, PER_SECOND, "Gain of the rotation about the optical axis."]
+Advance = Annotated[float, SPEED, "Speed along the optical axis per unit of ln(sigma*/sigma)."]
 
 
 @dataclass(frozen=True)

@@ -27,15 +27,19 @@ class SpeedLimit(Declared):
     """
 
     joint: Annotated[
-        float | Sequence[float] | None, JOINT, "On |qdot| of each commanded velocity."
+        float | Sequence[float] | None,
+        JOINT,
+        "Limit of |qdot|: one for all commanded velocities, or one for each.",
     ] = None
     linear: Annotated[
         float | None,
         Quantity(above=0, dimension="speed"),
-        "On the speed |v| of the camera relative to the target.",
+        "Limit of the camera's speed |v| relative to the target.",
     ] = None
     angular: Annotated[
-        float | None, Quantity(above=0, dimension="turn rate"), "On its rate of turn |omega|."
+        float | None,
+        Quantity(above=0, dimension="turn rate"),
+        "Limit of the camera's turn rate |omega| relative to the target.",
     ] = None
 
     def __post_init__(self) -> None:

@@ -77,7 +77,7 @@ class Secondary(Protocol):
 
 
 SECONDARIES = family("secondary motion")
-Gain = Annotated[float, PER_SECOND, "How fast it moves there."]
+Gain = Annotated[float, PER_SECOND, "Gain of the secondary motion."]
 
 
 @register("secondary motion", "avoid_limits")
@@ -96,7 +96,9 @@ class AvoidLimits(Declared):
 
     gain: Gain = 1.0
     margin: Annotated[
-        float, Number(above=0, below=0.5), "Where a limit begins to count, as a share of the range."
+        float,
+        Number(above=0, below=0.5),
+        "Distance from a limit at which the motion begins, as a share of the range.",
     ] = 0.1
 
     def velocity(self, q: Array, limits: Array) -> Array:
@@ -124,7 +126,7 @@ class Posture(Declared):
     q: Annotated[
         Any,
         PerJoint(per(commanded, "/s", cut=True), later=True),
-        "The posture, one number for each commanded joint.",
+        "Preferred coordinates, one for each commanded velocity.",
     ]
     gain: Gain = 1.0
 

@@ -29,19 +29,25 @@ class Shaped(Declared):
 
     _: KW_ONLY
     joints: Annotated[
-        Any, JOINTS, "Names of robots or velocities that are commanded; None: all that matter."
+        Any,
+        JOINTS,
+        "Names of the robots or velocities that are commanded; None: all that move what the "
+        "task controls.",
     ] = None
     secondary: Annotated[
         Any,
         SECONDARY,
-        "A motion within what the task leaves free; or an object with velocity(q, limits).",
+        "Motion within what the task leaves free: a kind, or an object with velocity(q, limits).",
     ] = None
-    projection: Annotated[Any, PROJECTION, "Of the secondary motion."] = "classic"
+    projection: Annotated[Any, PROJECTION, "Projector of the secondary motion."] = "classic"
     smooth_start: Annotated[
-        float | None, PER_SECOND, "The command grows from zero, with exp(-smooth_start t)."
+        float | None,
+        PER_SECOND,
+        "Rate mu at which the command grows from zero: exp(-mu t) of the first command is "
+        "taken off; None: it starts at once.",
     ] = None
     limit: Annotated[
-        SpeedLimit | None, LIMIT, "On speeds; the direction of the command is kept."
+        SpeedLimit | None, LIMIT, "Speed limits, under which the command keeps its direction."
     ] = None
 
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:

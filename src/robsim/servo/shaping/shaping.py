@@ -32,8 +32,10 @@ class LargeProjection(Declared):
     LargeProjection(low=0.01, high=0.1)
     """
 
-    low: Annotated[float, Number(above=0), "||e|| below which every component is kept."] = 0.01
-    high: Annotated[float, Number(above=0), "||e|| above which only the norm is kept."] = 0.1
+    low: Annotated[
+        float, Number(above=0), "Norm ||e|| below which every component of e is kept."
+    ] = 0.01
+    high: Annotated[float, Number(above=0), "Norm ||e|| above which only the norm is kept."] = 0.1
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -64,8 +64,12 @@ class ErrorBelow(Declared):
     'first'
     """
 
-    value: Annotated[float, Number(above=0), "In the unit of the features."]
-    of: Annotated[str, Word(("first", "second"), "scheme"), "Whose error counts."] = "first"
+    value: Annotated[
+        float, Number(above=0), "Bound of the largest |e|, in the unit of the features."
+    ]
+    of: Annotated[str, Word(("first", "second"), "scheme"), "Scheme whose error is compared."] = (
+        "first"
+    )
 
     def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """Return truth values (B,): in which runs the error is below the value."""
@@ -83,8 +87,12 @@ class NearBorder(Declared):
     20.0
     """
 
-    margin: Annotated[float, Number(above=0, unit="px"), "How near a mark may come."]
-    size: Annotated[tuple[int, int], SIZE, "(width, height) of the image in pixels."]
+    margin: Annotated[
+        float,
+        Number(above=0, unit="px"),
+        "Distance of a mark from the border below which the condition holds.",
+    ]
+    size: Annotated[tuple[int, int], SIZE, "Width and height of the image in pixels."]
 
     def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """Return truth values (B,): in which runs a mark is near the border."""

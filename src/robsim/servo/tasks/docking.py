@@ -41,8 +41,8 @@ class Docking(ServoTask):
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default="joint", init=False, repr=False)
     _: KW_ONLY
-    turn: Annotated[float, PER_SECOND, "How fast it turns to the goal."] = 3.0
-    h: Annotated[float, Number(above=0), "Weight of the bearing of the way to the goal."] = 2.0
+    turn: Annotated[float, PER_SECOND, "Gain of the turn towards the goal."] = 3.0
+    h: Annotated[float, Number(above=0), "Weight of the angle theta in the turn."] = 2.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "features", [Translation("goal"), "theta_u"])

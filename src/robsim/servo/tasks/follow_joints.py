@@ -82,26 +82,35 @@ class FollowJoints(Declared):
     """
 
     to: Annotated[
-        Any, JointGoal(followed), "Where to go from wherever a run starts: {joint: value}, or (n,)."
+        Any,
+        JointGoal(followed),
+        "Where the joints go from their start: {joint: value}, or one number for each.",
     ] = None
     _: KW_ONLY
-    trajectory: Annotated[Any, TRAJECTORY, "Instead of `to`; its time is that of the run."] = None
+    trajectory: Annotated[
+        Any, TRAJECTORY, "Trajectory to follow instead of `to`, on the clock of the run."
+    ] = None
     joints: Annotated[
         Any,
         JOINTS,
-        "Joints or robots, in the order of the axes; None: those that `to` names, or all with one "
-        "coordinate and one velocity.",
+        "Names of joints or robots, in the order of the axes of the trajectory; None: the "
+        "joints of `to`, or all that have one coordinate and one velocity.",
     ] = None
-    duration: Annotated[float | None, Time(above=0), "Of the way to `to`, with least jerk."] = None
+    duration: Annotated[
+        float | None, Time(above=0), "Duration of the motion to `to`, along a quintic polynomial."
+    ] = None
     speed: Speed = None
     acceleration: Acceleration = None
     gain: Annotated[
         float | None,
         PER_SECOND,
-        "At which a distance from the trajectory is made up; None: all of it in one period.",
+        "Gain by which deviations from the trajectory are corrected; None: within one period.",
     ] = None
     tolerance: Annotated[
-        float, Number(above=0), "In rad or m, of every joint from the end of the trajectory."
+        float,
+        Number(above=0),
+        "Largest distance of each joint from the end of the trajectory at convergence, in rad"
+        " or m.",
     ] = 1e-6
 
     def __post_init__(self) -> None:

@@ -112,30 +112,39 @@ class FollowPath(Shaped):
     to: Annotated[
         Any,
         PathGoal(),
-        "Where to go straight from wherever a run starts: a pose, or with mask 'position' a "
-        "position (3,).",
+        "Where the frame goes straight from its start: a pose, or with mask 'position' a "
+        "position (3,), in the world.",
     ] = None
     _: KW_ONLY
     path: Annotated[
-        Any, WAY, "Instead of `to`: Straight, Path, or an object with duration and at(t) (4, 4)."
+        Any,
+        WAY,
+        "Path to follow instead of `to`: Straight, Path, or an object with duration and at(t)"
+        " (4, 4).",
     ] = None
     frame: Annotated[
-        str | None, Reference, "Such as 'panda.tool'; None: the tip of the only robot."
+        str | None,
+        Reference,
+        "Name of the frame that is moved, such as 'panda.tool'; None: the tip of the only robot.",
     ] = None
-    mask: Annotated[str, Word(tuple(ROWS), "mask"), "The pose, or its origin alone."] = "pose"
+    mask: Annotated[
+        str,
+        Word(tuple(ROWS), "mask"),
+        "What of the frame is controlled: its pose, or the position of its origin.",
+    ] = "pose"
     duration: Duration = None
     speed: Speed = None
     acceleration: Acceleration = None
     turn: Turn = None
     turn_acceleration: TurnAcceleration = None
-    inverse: Annotated[Any, OF_PATHS, "What stands for the inverse of J."] = "pseudo_inverse"
+    inverse: Annotated[Any, OF_PATHS, "Inverse of the Jacobian J of the frame."] = "pseudo_inverse"
     gain: Annotated[
         float | None,
         PER_SECOND,
-        "At which a distance from the path is made up; None: all of it in one period.",
+        "Gain by which deviations from the path are corrected; None: within one period.",
     ] = None
     tolerance: Annotated[
-        float, Number(above=0), "In m and rad, of the frame from the end of the path."
+        float, Number(above=0), "Largest error of each number of s at convergence, in m and rad."
     ] = 1e-6
 
     def __post_init__(self) -> None:

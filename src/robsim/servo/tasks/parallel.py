@@ -36,7 +36,9 @@ class Parallel(Declared):
     """
 
     tasks: Annotated[
-        Any, ListOf(TaskChoice(TASKS, protocol=Task), 2, 64), "The tasks, at least two."
+        Any,
+        ListOf(TaskChoice(TASKS, protocol=Task), 2, 64),
+        "At least two tasks, which command different joints.",
     ]
 
     @property

@@ -49,14 +49,16 @@ class Placing(ServoTask):
     law: Any = field(default="joint", init=False, repr=False)
     gain: Any = field(default=1.0, init=False, repr=False)
     _: KW_ONLY
-    variant: Annotated[Variant, Word(get_args(Variant), "variant"), "As printed, or corrected."] = (
+    variant: Annotated[Variant, Word(get_args(Variant), "variant"), "Variant of the law."] = (
         "corrected"
     )
     marks: Annotated[
-        tuple[int, int, int], Indices(least=3, most=3), "Numbers of a, b and c, not on one line."
+        tuple[int, int, int],
+        Indices(least=3, most=3),
+        "Numbers of the marks a, b and c, which are not on one line.",
     ] = (0, 1, 2)
-    rotation: Annotated[float, PER_SECOND, "k1 of the chapter."] = 1.0
-    translation: Annotated[float, PER_SECOND, "k2 of the chapter."] = 1.0
+    rotation: Annotated[float, PER_SECOND, "Gain k1 of the rotation."] = 1.0
+    translation: Annotated[float, PER_SECOND, "Gain k2 of the translation."] = 1.0
     length: UnitOfLength = 1.0
 
     def __post_init__(self) -> None:

@@ -48,7 +48,9 @@ class Priorities(Shaped):
     1e-06
     """
 
-    tasks: Annotated[Any, ORDERED, "The tasks, the most important first."]
+    tasks: Annotated[
+        Any, ORDERED, "At least two servo tasks with the joint law, the most important first."
+    ]
     rcond: Annotated[
         float, SHARE, "Share of the largest singular value below which one counts as zero."
     ] = 1e-6

@@ -42,9 +42,12 @@ class PBVS(ServoTask):
 
     features: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY
-    form: Annotated[str, Word(("goal", "camera"), "form"), "Which translation is regulated."] = (
-        "goal"
-    )
+    form: Annotated[
+        str,
+        Word(("goal", "camera"), "form"),
+        "Translation that is regulated: that of the camera in goal axes, or of the target in "
+        "camera axes.",
+    ] = "goal"
 
     def __post_init__(self) -> None:
         form: Any = self.form
@@ -65,7 +68,9 @@ class Hybrid(ServoTask):
 
     features: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY
-    mark: Annotated[int, Whole(0, 9_999), "The mark that goes straight in the image."] = 0
+    mark: Annotated[
+        int, Whole(0, 9_999), "Number of the mark that moves along a straight line in the image."
+    ] = 0
 
     def __post_init__(self) -> None:
         one = [FeatureBlock(name, marks=(self.mark,)) for name in ("points", "log_depth")]
@@ -91,7 +96,9 @@ class Partitioned(ServoTask):
     law: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY
     segment: Annotated[
-        tuple[int, int], Indices(least=2, most=2), "The two marks whose line is followed."
+        tuple[int, int],
+        Indices(least=2, most=2),
+        "Numbers of the two marks whose line gives the angle of roll.",
     ] = (0, 1)
     roll: Roll = 1.0
     advance: Advance = 1.0

@@ -41,10 +41,14 @@ class Switch(Declared):
     True
     """
 
-    first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme at the start."]
-    second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme after the switch."]
-    when: Annotated[Any, CONDITION, "When it switches; or an object with holds(first, second)."]
-    latch: Annotated[bool, Flag(), "Whether it stays with the second once it has switched."] = True
+    first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Scheme at the start."]
+    second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Scheme after the switch."]
+    when: Annotated[
+        Any, CONDITION, "Condition of the switch: a kind, or an object with holds(first, second)."
+    ]
+    latch: Annotated[
+        bool, Flag(), "Whether a run stays with the second scheme once it has switched."
+    ] = True
 
     @property
     def inner(self) -> tuple[Any, ...]:

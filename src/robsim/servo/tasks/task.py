@@ -56,7 +56,7 @@ class ServoTask(Shaped):
 
     own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
     goal: Annotated[
-        Any, GoalSpec(), "q at which the goal is shown (None: home), GoalPose or GoalFeatures."
+        Any, GoalSpec(), "Goal: the q at which it is shown (None: home), GoalPose or GoalFeatures."
     ] = None
     camera: Annotated[
         Any, CAMERAS, "Name of the camera, or of the two of a stereo pair; None: the only one."
@@ -65,26 +65,38 @@ class ServoTask(Shaped):
         str | None, TARGET, "Name of the object with the marks; None: the only one."
     ] = None
     features: Annotated[
-        Any, FEATURES, "What is regulated: a feature, or several, which are stacked."
+        Any, FEATURES, "Feature that is regulated, or several, which are stacked."
     ] = field(default_factory=Points)
     interaction: Annotated[
-        Any, INTERACTION, "L: now, at the goal, the mean of the two, a constant (k, 6), or learnt."
+        Any,
+        INTERACTION,
+        "Interaction matrix L: now, at the goal, the mean of both, a constant (k, 6), or learnt.",
     ] = "current"
-    depth: Annotated[Depth, DEPTH, "Z in L: now, at the goal, metres, or filtered."] = "true"
-    depth_scale: Annotated[Any, SCALE, "Factor of the depths: an error, on purpose."] = 1.0
-    law: Annotated[Any, LAW, "From e to joint velocities; or an object with command(state)."] = (
-        "joint"
-    )
-    gain: Annotated[float | AdaptiveGain, GAIN, "How fast e falls, per second."] = 1.0
-    inverse: Annotated[Any, INVERSE, "What stands for the inverse of L or L J."] = "pseudo_inverse"
+    depth: Annotated[
+        Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
+    ] = "true"
+    depth_scale: Annotated[
+        Any, SCALE, "Factor of the depths in L, which makes them wrong on purpose."
+    ] = 1.0
+    law: Annotated[
+        Any, LAW, "Law from e to joint velocities: a kind, or an object with command(state)."
+    ] = "joint"
+    gain: Annotated[
+        float | AdaptiveGain, GAIN, "Rate at which e falls: a constant, or adaptive."
+    ] = 1.0
+    inverse: Annotated[Any, INVERSE, "Inverse of L or L J in the law."] = "pseudo_inverse"
     tolerance: Annotated[
-        float | None, Number(above=0), "Converged when max|e| is below; None: the feature's own."
+        float | None, Number(above=0), "Largest max|e| at convergence; None: the features' own."
     ] = None
     belief: Annotated[
-        Scene | None, Belief(), "The scene as the controller believes it; None: the truth."
+        Scene | None, Belief(), "Scene as the controller believes it; None: the true one."
     ] = None
     _: KW_ONLY
-    feed_forward: Annotated[Any, FEED_FORWARD, "For what moves on its own."] = None
+    feed_forward: Annotated[
+        Any,
+        FEED_FORWARD,
+        "Compensation of target motion: known from the scene, or estimated; None: none.",
+    ] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
