@@ -13,6 +13,7 @@ from robsim.declare.families import register as register
 from robsim.declare.fields import Declared as Declared
 from robsim.declare.fields import check_fields as check_fields
 from robsim.declare.fields import fields_of as fields_of
+from robsim.declare.parameters import described as described
 from robsim.declare.scalars import Angle as Angle
 from robsim.declare.scalars import Flag as Flag
 from robsim.declare.scalars import Length as Length

@@ -187,6 +187,9 @@ class OneOrEach(PerJoint):
         examples = " or ".join(f'"{EXAMPLES[d]}"' for d in self.dimensions)
         return f"one number with its unit for all, as in {examples}, or a list of one for each"
 
+    def accepts(self) -> str:
+        return "one number for all, or a list of one for each"
+
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 

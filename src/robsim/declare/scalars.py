@@ -79,6 +79,9 @@ class Number(Spec):
             return "a positive number"
         return f"a number {self._bounds()}".rstrip()
 
+    def accepts(self) -> str:
+        return f"{self.words()} ({self.unit})" if self.unit else self.words()
+
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "number", **self._limits()}
 
@@ -212,6 +215,9 @@ class Vector(Spec):
 
     def words(self) -> str:
         return f'{self.count} numbers with a unit of {self.dimension}, as in "{self._example}"'
+
+    def accepts(self) -> str:
+        return f"{self.count} numbers ({SI[self.dimension]})"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "string", "examples": [self._example]}

@@ -103,6 +103,10 @@ class Spec:
         """Return what is expected, as a phrase."""
         raise NotImplementedError
 
+    def accepts(self) -> str:
+        """Return what Python code may give, as a phrase: what a text says, without its units."""
+        return self.words().partition(", as in")[0]
+
     def schema(self, define: Any) -> dict[str, Any]:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""
         raise NotImplementedError
@@ -161,6 +165,11 @@ class Spec:
     def rows(self, name: str) -> list[tuple[str, str]]:
         """Return each key with what it holds, for the documentation."""
         return [(name, self.words())]
+
+
+def with_article(noun: str) -> str:
+    """Return 'a link' for 'link', and 'an object' for 'object'."""
+    return f"{'an' if noun[0] in 'aeiouAEIO' else 'a'} {noun}"
 
 
 def expected(words: str, raw: Raw) -> InputError:

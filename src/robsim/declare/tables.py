@@ -14,7 +14,7 @@ from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.problems import Broken, shown, under
 from robsim.declare.scalars import Text
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 
 LACKING = "missing, and it must be given"
 
@@ -138,7 +138,7 @@ class Table(Spec):
         return write_table(value, c, self.says)
 
     def words(self) -> str:
-        return f"a {self.kind.__name__}"
+        return with_article(self.kind.__name__)
 
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define(self.says or self.kind)
@@ -196,6 +196,10 @@ class ListOf(Spec):
         if self.least == self.most:
             return f"a list of {self.least}: {self.item.words()}"
         return f"a list, each {self.item.words()}"
+
+    def accepts(self) -> str:
+        words = self.words().replace(self.item.words(), self.item.accepts())
+        return words.partition(", as in")[0]
 
     def schema(self, define: Any) -> dict[str, Any]:
         counts = {"minItems": self.least, "maxItems": self.most}

@@ -9,9 +9,19 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.errors import InputError
-from robsim.declare import Choice, Declared, ListOf, Number, OneOf, Text, Whole, fields_of
+from robsim.declare import (
+    Choice,
+    Declared,
+    ListOf,
+    Number,
+    OneOf,
+    Text,
+    Whole,
+    described,
+    fields_of,
+)
 from robsim.declare.problems import Broken, shown
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 from robsim.features import FEATURES as KINDS
 from robsim.features import Feature
 
@@ -32,7 +42,7 @@ class SceneName(Text):
         return name
 
     def words(self) -> str:
-        return f"the name of a {self.find}"
+        return f"the name of {with_article(self.find)}"
 
 
 @dataclass(frozen=True)
@@ -53,6 +63,9 @@ class Cameras(OneOf):
 
     def words(self) -> str:
         return "the name of a camera, or two of a stereo pair"
+
+    def accepts(self) -> str:
+        return self.words()
 
 
 INDEX = Whole(0, 9_999)
@@ -86,6 +99,7 @@ class Indices(ListOf):
 CAMERAS, TARGET, INDICES = Cameras(), SceneName(find="object"), Indices()
 
 
+@described
 @dataclass(frozen=True)
 class FeatureBlock(Declared):
     """One of several features that a task stacks, as in `IBVS(features=[FeatureBlock(...), ...])`.
@@ -154,6 +168,9 @@ class Features(Spec):
 
     def words(self) -> str:
         return f"{FEATURE.words()}, a table of one, or a list of these"
+
+    def accepts(self) -> str:
+        return f"{FEATURE.accepts()}, or a list of these and of feature blocks"
 
     def schema(self, define: Any) -> dict[str, Any]:
         one = {"anyOf": [{"enum": FEATURE.names}, {"type": "object"}]}

@@ -11,12 +11,13 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Time
+from robsim.declare import Declared, Time, described
 from robsim.declare.joints import OneOrEach, accelerations, coordinates, velocities
 
 Each = float | Sequence[float]  # one number for all, or one for each
 
 
+@described
 @dataclass(frozen=True)
 class Actuation(Declared):
     """Joints that do not follow their command at once, and encoders that count in steps.

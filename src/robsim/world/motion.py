@@ -10,6 +10,7 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, suggest
 from robsim.base.units import Dimension
 from robsim.base.values import Value
+from robsim.declare import described
 from robsim.declare.joints import Axes, PerJoint
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, NoText
@@ -39,6 +40,7 @@ def _own_velocities(c: Context) -> Axes | None:
     return Axes(known[name].velocity_units, known[name].velocity_names)
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class Motion(Value):
     """A robot of the scene that no task commands: its velocities are prescribed.

@@ -11,7 +11,7 @@ from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.names import checked_name
 from robsim.base.values import Value
-from robsim.declare import ListOf, Name, Vector
+from robsim.declare import ListOf, Name, Vector, described
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
@@ -42,6 +42,7 @@ class MarkList(ListOf):
 MARKS = MarkList()
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class Object(Value):
     """A thing in the scene: shapes to draw and `marks` (N, 3) to look at, in its own axes.

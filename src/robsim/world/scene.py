@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
 from robsim.base.errors import InputError
-from robsim.declare import ListOf, Table
+from robsim.declare import ListOf, Table, described
 from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import PoseTable
@@ -32,6 +32,7 @@ from robsim.world.view import View
 MOST = 64  # things of one kind
 
 
+@described
 @dataclass(frozen=True)
 class Scene:
     """Robots, objects and cameras. Frames are called "world", "robot.link", and by name.

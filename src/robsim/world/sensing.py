@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError
 from robsim.base.units import Dimension
-from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whole
+from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whole, described
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
 
@@ -51,6 +51,7 @@ class Marks(ListOf):
 MARKS = Marks()
 
 
+@described
 @dataclass(frozen=True)
 class Occlusion(Declared):
     """Some marks are hidden from `start` until `end`, in seconds: of one target or camera, or all.
@@ -86,6 +87,7 @@ class Occlusion(Declared):
         return mine and self.start <= seconds + AT_ONCE < self.end
 
 
+@described
 @dataclass(frozen=True)
 class Sensing(Declared):
     """What is wrong with the images of a run; each is off by default, and they combine.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.declare import Angle, Length, Quantity, check_fields
+from robsim.declare import Angle, Length, Quantity, check_fields, described
 from robsim.geometry.pose import common_lead
 from robsim.kernels import joints as kernels
 from robsim.robot.joints.planar import InPlane
@@ -39,6 +39,7 @@ class Car(InPlane):
         return rows
 
 
+@described
 @dataclass(frozen=True)
 class Steering:
     """How a car steers: wheelbase (metres), largest angle (rad), and its rate (rad/s).

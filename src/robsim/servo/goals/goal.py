@@ -163,6 +163,9 @@ class GoalSpec(Spec):
     def words(self) -> str:
         return "a goal: q, a pose, computed or s"
 
+    def accepts(self) -> str:
+        return "q (nq,), {robot: q}, a TaughtGoal, a GoalPose or GoalFeatures"
+
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define(GoalTable)
         return reference

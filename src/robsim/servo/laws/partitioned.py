@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.declare import Declared, Quantity
+from robsim.declare import Declared, Quantity, described
 from robsim.kernels.laws import realise
 from robsim.kernels.solve import invert
 from robsim.servo.laws.gain import PER_SECOND
@@ -22,6 +22,7 @@ Roll = Annotated[float, PER_SECOND, "Gain of the rotation about the optical axis
 Advance = Annotated[float, SPEED, "Speed along the optical axis per unit of ln(sigma*/sigma)."]
 
 
+@described
 @dataclass(frozen=True)
 class PartitionedLaw(Declared):
     """The partitioned law: area and angle drive the optical axis, the points drive the rest.

@@ -11,13 +11,14 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Quantity, Table
+from robsim.declare import Declared, Quantity, Table, described
 from robsim.declare.joints import OneOrEach, commanded
 from robsim.kernels import limit as kernels
 
 JOINT = OneOrEach(commanded, "speeds", ("turn rate", "speed"), later=True)
 
 
+@described
 @dataclass(frozen=True)
 class SpeedLimit(Declared):
     """Speed limits that scale the whole command by one factor in (0, 1], keeping its direction.

@@ -45,6 +45,9 @@ class Belief(Spec):
     def words(self) -> str:
         return "what differs from the true scene, as in [[belief.cameras]]"
 
+    def accepts(self) -> str:
+        return "a Scene"
+
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "object"}
 

@@ -59,6 +59,9 @@ class JointGoal(PerJoint):
     def words(self) -> str:
         return "{ joint = number } with units, or a list of one for each"
 
+    def accepts(self) -> str:
+        return "{joint: number}, or an array (n,)"
+
 
 TRAJECTORY = Choice(TRAJECTORIES, short=False, protocol=object)
 

@@ -56,6 +56,9 @@ class PathGoal(PoseTable):
             raise InputError("expected position, which the mask is for")
         return made
 
+    def accepts(self) -> str:
+        return "a Pose, or a position (3,)"
+
 
 @dataclass(frozen=True)
 class Way(Spec):
@@ -76,6 +79,9 @@ class Way(Spec):
 
     def words(self) -> str:
         return "a table with start and end, or a list of these"
+
+    def accepts(self) -> str:
+        return "a Straight or a Path"
 
     def schema(self, define: Any) -> dict[str, Any]:
         one = define(Straight)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from robsim.base.arrays import frozen
-from robsim.declare import Number
+from robsim.declare import Number, described
 from robsim.declare.spec import Context
 from robsim.features import Points
 from robsim.servo.controller import Controller
@@ -50,6 +50,7 @@ class Task(Protocol):
         """
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class ServoTask(Shaped):
     """Drive e = s - s_goal to zero: the common part of IBVS, PBVS and other servo tasks."""
