@@ -26,7 +26,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     made.
 
     >>> from robsim.files import examples
-    >>> run = Scenario.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
+    >>> run = Experiment.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
     >>> replay(run).identical(run)
     True
     """

@@ -63,7 +63,7 @@ def simulate(
 
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    >>> run = simulate(scenario.scene, scenario.task, scenario.q0, duration=25)
+    >>> run = simulate(scenario.scene, scenario.task, scenario.start, duration=25)
     >>> rs.Outcome(int(run.outcome)).name, round(float(run.error_norm[149]), 4)
     ('CONVERGED', 0.023)
     """
