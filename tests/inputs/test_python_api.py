@@ -428,7 +428,7 @@ VALUES = {
     "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace"),
     "truncation": (
         lambda: rs.PseudoInverse(2),
-        "rcond must be a number above 0 and below 1, got 2",
+        "rcond must be a number above 0 and below 1",
     ),
     "damping": (lambda: rs.DampedInverse(0), "damping must be a positive number, got 0"),
     "length of a law": (

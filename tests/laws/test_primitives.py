@@ -227,7 +227,7 @@ def test_a_size_is_a_positive_number(make, what, bad):
 def test_a_wheel_has_at_least_three_points(n):
     with pytest.raises(
         InputError,
-        match=r"wheel n(: expected a number| must be a whole number from 3 to 4096), got",
+        match=r"wheel n(: expected a number| must be a whole number from 3 to 4096)",
     ):
         Wheel(1, 1, n)
 

@@ -1,4 +1,4 @@
-"""Declarations: what a kind of thing says of its fields, and all that follows from it.
+"""Declarations: what a class says of its fields, and all that follows from it.
 
 A frozen dataclass declares a field by its annotation, `Annotated[float, Length(above=0), "The
 radius of the sphere."]`, and `register("feature", "my_feature")` gives it a name. From that come
@@ -13,6 +13,7 @@ from robsim.declare.families import register as register
 from robsim.declare.fields import Declared as Declared
 from robsim.declare.fields import check_fields as check_fields
 from robsim.declare.fields import fields_of as fields_of
+from robsim.declare.parameters import described as described
 from robsim.declare.scalars import Angle as Angle
 from robsim.declare.scalars import Flag as Flag
 from robsim.declare.scalars import Length as Length

@@ -17,7 +17,7 @@ MOST = 10_000  # numbers of a list
 
 @dataclass(frozen=True)
 class Row(Spec):
-    """A list of numbers; an array (n,) inside."""
+    """A list of numbers, which becomes an array (n,)."""
 
     form: ClassVar[str] = "list"
 
@@ -45,7 +45,7 @@ class Row(Spec):
 
 @dataclass(frozen=True)
 class Matrix(Spec):
-    """A list of rows of one length; an array (rows, columns) inside."""
+    """A list of rows of one length, which becomes an array (rows, columns)."""
 
     columns: int | None = None
     form: ClassVar[str] = "list"

@@ -12,7 +12,7 @@ from robsim.base.errors import InputError, suggest
 from robsim.declare.families import Family, plural
 from robsim.declare.fields import fields_of
 from robsim.declare.problems import Broken, shown
-from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
+from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected, with_article
 from robsim.declare.tables import (
     LACKING,
     form_of,
@@ -146,8 +146,12 @@ class Choice(Spec):
         names = map(repr, [*self.plain, *(self.names if self.short else [])])
         more = [self.other.words()] if self.other else []
         table = [f"the table of {self._article}"] if not (self.short and self.names) else []
-        *most, last = [*names, *more, *table]
-        return f"{', '.join(most)} or {last}" if most else last
+        return _either(*names, *more, *table)
+
+    def accepts(self) -> str:
+        names = map(repr, [*self.plain, *(self.names if self.short else [])])
+        more = [self.other.accepts()] if self.other else []
+        return _either(*names, *more, self._article)
 
     def schema(self, define: Any) -> dict[str, Any]:
         tables = [define(self.family.kinds[name], name) for name in self.names]
@@ -225,8 +229,7 @@ class Choice(Spec):
 
     @property
     def _article(self) -> str:
-        noun = self.family.noun
-        return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+        return with_article(self.family.noun)
 
     def _written(self, value: Any, c: Context) -> tuple[str, dict[str, Raw]]:
         name = self.family.name_of(value)
@@ -277,7 +280,7 @@ def _named(kind: type[Any]) -> list[tuple[str, Spec]]:
 
 @dataclass(frozen=True)
 class OneOf(Spec):
-    """Several ways to say a value, told apart by what stands there: plain, a list, or a table."""
+    """One of several forms of a value: plain, a list, or a table."""
 
     specs: tuple[Spec, ...]
     said: str = ""  # what is expected, where the specs do not say it well
@@ -322,6 +325,9 @@ class OneOf(Spec):
     def words(self) -> str:
         return self.said or ", or ".join(spec.words() for spec in self.specs)
 
+    def accepts(self) -> str:
+        return self.said or ", or ".join(spec.accepts() for spec in self.specs)
+
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [spec.schema(define) for spec in self.specs]}
 
@@ -337,6 +343,11 @@ class OneOf(Spec):
 
     def inside(self) -> Sequence[type[Any]]:
         return [kind for spec in self.specs for kind in spec.inside()]
+
+
+def _either(*phrases: str) -> str:
+    *most, last = phrases
+    return f"{', '.join(most)} or {last}" if most else last
 
 
 def _form(raw: Raw) -> str:

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from robsim.base.errors import InputError, suggest
 from robsim.base.names import checked_name
+from robsim.declare.parameters import described
 
 K = TypeVar("K", bound=type[Any])
 _FAMILIES: dict[str, Family] = {}
@@ -21,7 +22,7 @@ _FAMILIES: dict[str, Family] = {}
 
 @dataclass
 class Family:
-    """The kinds of one sort of thing; `noun` is "feature", "law", ..."""
+    """The kinds of one sort of thing, such as the "feature" or "law" of its `noun`."""
 
     noun: str
     kinds: dict[str, type[Any]] = field(default_factory=dict)
@@ -69,7 +70,8 @@ def families() -> dict[str, Family]:
 def register(noun: str, name: str | None = None) -> Callable[[K], K]:
     """Return a decorator that gives a class its name in a family, such as ("feature", "points").
 
-    Without a name the class has that of its attribute `name`.
+    Without a name the class has that of its attribute `name`. Its docstring gets a list of its
+    parameters, as by `described`.
 
     InputError: there is no such family, the name cannot be one, or another class has it.
     """
@@ -86,7 +88,7 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
         if known is not None and known.__qualname__ != kind.__qualname__:
             raise InputError(f"there is a {noun} {own!r} already: {known.__qualname__}")
         _FAMILIES[noun].kinds[own] = kind
-        return kind
+        return described(kind)
 
     return named
 

@@ -1,4 +1,4 @@
-"""A declaration: what a frozen dataclass says of its fields, and the checks that follow from it.
+"""The declared fields of frozen dataclasses, and the checks that follow from them.
 
 A field is declared by its annotation, `Annotated[type, spec, "What it means."]`.
 """
@@ -16,7 +16,7 @@ from robsim.declare.spec import MISSING, Spec
 
 @dataclass(frozen=True)
 class Field:
-    """One declared field: what it may hold, what it means, and its default."""
+    """A declared field: what it may hold, what it means, and its default."""
 
     name: str
     spec: Spec
@@ -25,7 +25,7 @@ class Field:
 
     @property
     def required(self) -> bool:
-        """Whether it must be given."""
+        """Whether the field must be given."""
         return self.default is MISSING
 
 

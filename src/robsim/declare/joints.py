@@ -16,7 +16,7 @@ from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 
 class Axes(NamedTuple):
-    """The joints that numbers belong to."""
+    """The units and names of the joints that numbers belong to."""
 
     units: Sequence[str]
     names: Sequence[str]
@@ -73,7 +73,7 @@ def per(axes: AxesOf, suffix: str, cut: bool = False) -> AxesOf:
 
 @dataclass(frozen=True)
 class PerJoint(Spec):
-    """A list of one number for each joint, an array inside.
+    """A list of one number for each joint, which becomes an array.
 
     `later` says that the joints are known only once the task around it is: until then each number
     is read by whichever of `dimensions` its unit is of, and `check_later` has the last word.
@@ -134,7 +134,7 @@ class PerJoint(Spec):
         return [3, [True], [["x"]]]
 
     def _check_plain(self, raw: list[Raw], c: Context) -> None:
-        """Broken unless each is a text or a number."""
+        """Raise Broken unless each value is a text or a number."""
         before = c.problems.seen
         for i, text in enumerate(raw):
             if isinstance(text, bool) or not isinstance(text, str | int | float):
@@ -161,7 +161,7 @@ class PerJoint(Spec):
 
 @dataclass(frozen=True)
 class OneOrEach(PerJoint):
-    """One number for all joints, or a list of one for each; a tuple or a number inside."""
+    """A number for all joints, or a list of one for each, which becomes a tuple."""
 
     zero: bool = False  # whether it may be zero
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
@@ -195,6 +195,9 @@ class OneOrEach(PerJoint):
     def words(self) -> str:
         examples = " or ".join(f'"{EXAMPLES[d]}"' for d in self.dimensions)
         return f"one number with its unit for all, as in {examples}, or a list of one for each"
+
+    def accepts(self) -> str:
+        return "one number for all, or a list of one for each"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}

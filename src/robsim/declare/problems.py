@@ -1,4 +1,4 @@
-"""What is wrong in a text: where it stands, what was given, and what would be valid."""
+"""The problems of a text: where each stands, what was given, and what would be valid."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LONGEST = 600  # characters of one problem
 
 
 class Broken(Exception):
-    """A value that cannot be read; why is among the problems already."""
+    """The signal that a value cannot be read, for reasons that are already reported."""
 
 
 class Misplaced(InputError):
@@ -56,11 +56,11 @@ class Problems:
 
     @property
     def full(self) -> bool:
-        """Whether as many are known as an error lists; more need only be counted."""
+        """Whether as many problems are known as an error lists; more need only be counted."""
         return len(self.found) >= SHOWN
 
     def add(self, path: str, text: str) -> None:
-        """Add one, unless it is known; a path or text that is too long is cut."""
+        """Add a problem, unless it is known; a path or text that is too long is cut."""
         self.seen += 1
         path = path if len(path) <= LONGEST // 2 else f"{path[:140]} ... {path[-140:]}"
         line = f"{self.source}: {path}: {text}" if path else f"{self.source}: {text}"

@@ -49,7 +49,7 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class Number(Spec):
-    """A finite number within bounds; `unit` names what it is measured in where that is no SI."""
+    """A finite number within bounds, in `unit` where that is not an SI unit."""
 
     above: float | None = None
     least: float | None = None
@@ -79,6 +79,9 @@ class Number(Spec):
         if self.above == 0 and self.below is None:
             return "a positive number"
         return f"a number {self._bounds()}".rstrip()
+
+    def accepts(self) -> str:
+        return f"{self.words()} ({self.unit})" if self.unit else self.words()
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "number", **self._limits()}
@@ -135,7 +138,7 @@ def bare(raw: Raw) -> float:
 
 @dataclass(frozen=True)
 class Quantity(Number):
-    """A number with a unit, such as "5 cm"; inside it is in SI."""
+    """A number with a unit in a text, such as "5 cm", which becomes one in SI."""
 
     united: ClassVar[bool] = True
 
@@ -192,7 +195,7 @@ def Time(**bounds: Any) -> Quantity:
 
 @dataclass(frozen=True)
 class Vector(Spec):
-    """Several quantities of one dimension in one text, such as "1, 2, 3 mm"; an array inside."""
+    """Several quantities of one dimension in one text, such as "1, 2, 3 mm"."""
 
     united: ClassVar[bool] = True
 
@@ -213,6 +216,9 @@ class Vector(Spec):
 
     def words(self) -> str:
         return f'{self.count} numbers with a unit of {self.dimension}, as in "{self._example}"'
+
+    def accepts(self) -> str:
+        return f"{self.count} numbers ({SI[self.dimension]})"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "string", "examples": [self._example]}
@@ -264,7 +270,7 @@ class Whole(Spec):
 
 @dataclass(frozen=True)
 class Flag(Spec):
-    """True or false."""
+    """A truth value."""
 
     def check(self, value: Any, what: str) -> bool:
         if not isinstance(value, bool | np.bool_):
@@ -291,7 +297,7 @@ class Flag(Spec):
 
 @dataclass(frozen=True)
 class Text(Spec):
-    """A text of a bounded length, of a pattern if there is one."""
+    """A text of a bounded length, which may have to fit a pattern."""
 
     most: int = 2000
     pattern: str | None = None
@@ -349,7 +355,7 @@ Reference = Text(most=129)  # robot.link
 
 @dataclass(frozen=True)
 class ColorSpec(Text):
-    """A colour, as Matplotlib names it; in Python in any way that Matplotlib takes."""
+    """A colour by a name that Matplotlib knows; in Python in any form that Matplotlib takes."""
 
     pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]{0,63}"
 
@@ -367,7 +373,7 @@ Color = ColorSpec()
 
 @dataclass(frozen=True)
 class Word(Spec):
-    """One of a few words; in Python likewise."""
+    """One of a few words."""
 
     choices: tuple[str, ...]
     noun: str = "choice"
@@ -438,17 +444,17 @@ def either(raw: Raw, *dimensions: units.Dimension) -> float:
 
 
 def written(number: float, unit: str) -> str:
-    """Return '0.1 m'; a text of a bare number where the unit is "1"."""
+    """Return the text of a number with its unit, such as '0.1 m'; bare where the unit is "1"."""
     return f"{float(number)!r} {unit}" if unit != "1" else repr(float(number))
 
 
 def listed(values: Any, unit: str) -> str:
-    """Return '0.1, 0.2 kg m^2'."""
+    """Return the text of several numbers with their unit, such as '0.1, 0.2 kg m^2'."""
     return f"{', '.join(repr(float(x)) for x in values)} {unit}"
 
 
 class _TooLarge(UnitError):
-    """A quantity of the right dimension."""
+    """The error about a quantity of the right dimension that is too large."""
 
 
 def _numbers(raw: Raw, dimension: units.Dimension, count: int | None) -> tuple[float, ...]:
@@ -458,7 +464,7 @@ def _numbers(raw: Raw, dimension: units.Dimension, count: int | None) -> tuple[f
 
 
 def _short(raw: Raw, example: str) -> Any:
-    """Return what `units.parse` may see: short texts, and numbers (it says they lack a unit)."""
+    """Return what `units.parse` may see: a short text, or a number, which it refuses."""
     if isinstance(raw, str) and len(raw) <= LONGEST:
         return " ".join(raw.split())
     if isinstance(raw, int | float) and not abs(raw) > LARGEST:

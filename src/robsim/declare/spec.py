@@ -1,4 +1,4 @@
-"""The kinds of value that a declared field may hold: how each is checked, read and written."""
+"""The specification of what a declared field may hold: checked, read and written."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ Raw = Any  # what a TOML text holds: tables, lists, texts, numbers, truth values
 
 
 class NoText(Exception):
-    """A value that is made of somebody's Python code, which a text cannot hold."""
+    """The error about a value made of a user's Python code, which no text can hold."""
 
 
 class _Missing:
-    """Stands for a field without a value."""
+    """The mark of a field without a value."""
 
     def __repr__(self) -> str:
         return "MISSING"
@@ -35,7 +35,7 @@ class Live:
 
 @dataclass(frozen=True)
 class Context:
-    """Where in a text a value stands, and what is known there.
+    """The place of a value in a text, and what is known there.
 
     `facts` are what outer tables say, such as the scene whose joints give numbers their units.
     """
@@ -77,7 +77,7 @@ class Context:
 
 
 class Spec:
-    """What a declared field may hold.
+    """The specification of what a declared field may hold.
 
     A field is written under its own name, unless `keys`, `pick` and `put` say otherwise.
     """
@@ -102,6 +102,10 @@ class Spec:
     def words(self) -> str:
         """Return what is expected, as a phrase."""
         raise NotImplementedError
+
+    def accepts(self) -> str:
+        """Return what Python code may give, as a phrase: what a text says, without its units."""
+        return self.words().partition(", as in")[0]
 
     def schema(self, define: Any) -> dict[str, Any]:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""
@@ -138,7 +142,7 @@ class Spec:
         return c.at(name).tried(self, table[name]) if name in table else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        """Write the field into its table; nothing for None."""
+        """Write the field into its table, and nothing for None."""
         if value is not None:
             table[name] = self.saved(value, c.at(name))
 
@@ -152,7 +156,7 @@ class Spec:
             return Live(value)
 
     def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
-        """Take from `table` what makes no sense beside the changes `over`."""
+        """Take out of `table` what makes no sense beside the changes `over`."""
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
         """Return the JSON Schema of each key."""
@@ -161,6 +165,11 @@ class Spec:
     def rows(self, name: str) -> list[tuple[str, str]]:
         """Return each key with what it holds, for the documentation."""
         return [(name, self.words())]
+
+
+def with_article(noun: str) -> str:
+    """Return 'a link' for 'link', and 'an object' for 'object'."""
+    return f"{'an' if noun[0] in 'aeiouAEIO' else 'a'} {noun}"
 
 
 def expected(words: str, raw: Raw) -> InputError:

@@ -14,7 +14,7 @@ from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.problems import Broken, shown, under
 from robsim.declare.scalars import Text
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 
 LACKING = "missing, and it must be given"
 
@@ -108,7 +108,7 @@ def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: 
 
 
 def _check_plain(source: Any, own: dict[str, Any]) -> None:
-    """NoText if an object holds what its declared fields do not say."""
+    """Raise NoText if an object holds what its declared fields do not say."""
     for each in dataclasses.fields(source):
         if each.init and each.name not in own:
             plain, value = each.default, getattr(source, each.name)
@@ -118,7 +118,7 @@ def _check_plain(source: Any, own: dict[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Table(Spec):
-    """A table of one class; `says` is the class that declares how it looks, if that is another."""
+    """A table of one class, in the form of the class `says` if that is another."""
 
     kind: type[Any]
     says: type[Any] | None = None
@@ -138,7 +138,7 @@ class Table(Spec):
         return write_table(value, c, self.says)
 
     def words(self) -> str:
-        return f"a {self.kind.__name__}"
+        return with_article(self.kind.__name__)
 
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define(self.says or self.kind)
@@ -156,7 +156,7 @@ class Table(Spec):
 
 @dataclass(frozen=True)
 class ListOf(Spec):
-    """A list of at least and at most so many values; a tuple inside."""
+    """A list of at least and at most so many values, which becomes a tuple."""
 
     item: Spec
     least: int = 0
@@ -199,6 +199,10 @@ class ListOf(Spec):
             return f"a list of {self.least}: {self.item.words()}"
         return f"a list, each {self.item.words()}"
 
+    def accepts(self) -> str:
+        words = self.words().replace(self.item.words(), self.item.accepts())
+        return words.partition(", as in")[0]
+
     def schema(self, define: Any) -> dict[str, Any]:
         counts = {"minItems": self.least, "maxItems": self.most}
         return {"type": "array", "items": self.item.schema(define), **counts}
@@ -236,7 +240,7 @@ NAME = Text(most=200)
 
 @dataclass(frozen=True)
 class Names(ListOf):
-    """One name, or a list of names; a tuple inside."""
+    """One name, or a list of names, which becomes a tuple."""
 
     item: Spec = NAME
     least: int = 1
@@ -288,7 +292,7 @@ def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> lis
 
 
 def _merge_numbered(item: Spec, old: list[Raw], new: Mapping[str, Raw], loose: bool) -> list[Raw]:
-    """Things without names are changed by their numbers: task.tasks.0.gain."""
+    """Return a list in which things without names are changed by number: task.tasks.0.gain."""
     merged = list(old)
     for number, raw in new.items():
         with under(number):

@@ -1,4 +1,4 @@
-"""Changes from outside a text: task.gain=2 or cameras.eye.size=[320, 240]."""
+"""Changes to a text from outside, such as task.gain=2 or cameras.eye.size=[320, 240]."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def pairs(changes: Changes) -> list[tuple[str, Any]]:
 
 
 def value_of(text: Any) -> Any:
-    """Return a TOML value; what is none is a text, so that 20 ms needs no quotes within quotes.
+    """Return the TOML value of a text; a text that is no TOML stands for itself.
+
+    So 20 ms needs no quotes within quotes.
 
     >>> value_of("[1, 2.5]"), value_of("20 ms")
     ([1, 2.5], '20 ms')
@@ -70,7 +72,7 @@ def _pair(change: Any) -> tuple[str, Any]:
 
 
 def _can_be_set(keys: list[str]) -> bool:
-    """Return whether these keys lead to a value; not to a whole thing, its name, or the schema."""
+    """Return whether keys lead to a value, not to a table, a name, or the schema."""
     whole = bool(keys) and all(keys) and len(keys) <= DEEPEST and keys != ["schema"]
     names = [i + 1 for i, key in enumerate(keys) if key in NAMED]
     renames = len(keys) - 2 in names and keys[-1] == NAMED[keys[-3]]

@@ -1,4 +1,4 @@
-"""Robots that a text takes from elsewhere: of the library by `model`, of a URDF file by `urdf`."""
+"""Robots from elsewhere: from the library by `model`, from a URDF file by `urdf`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs as files: NetCDF-4, saved and opened."""
+"""Runs as NetCDF-4 files, saved and opened."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
 
 def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a run that `save_run` wrote. FileError: missing, or not a run.
+    """Return a run that `save_run` wrote. FileError: missing, or not a run.
 
     >>> open_run("nothing.nc")
     Traceback (most recent call last):

@@ -1,4 +1,4 @@
-"""Runs as flat tables: a row for each instant, or for each run, and a column for each number."""
+"""Runs as flat tables: a row for each instant or run, and a column for each number."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def table(run: xr.Dataset, of: Literal["steps", "runs"] | None = None) -> pd.Dat
 
 
 def _rows(run: Any, of: Any) -> tuple[str, ...]:
-    """The dimensions that a row stands for."""
+    """Return the dimensions that a row stands for."""
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
     of = ("steps" if "time" in run.dims else "runs") if of is None else of
@@ -83,7 +83,7 @@ def _rows(run: Any, of: Any) -> tuple[str, ...]:
 
 
 def _variables(run: xr.Dataset, rows: tuple[str, ...]) -> list[xr.DataArray]:
-    """What is shown, the run, the time and the outcome first."""
+    """Return the names of the variables, with run, time and outcome first."""
     timed = "time" in rows
     names = [name for name in run.data_vars if ("time" in run[name].dims) == timed]
     also = [name for name in run.coords if run[name].dims and set(run[name].dims) <= set(rows)]
@@ -95,7 +95,7 @@ def _variables(run: xr.Dataset, rows: tuple[str, ...]) -> list[xr.DataArray]:
 def _columns(
     run: xr.Dataset, variable: xr.DataArray, rows: tuple[str, ...]
 ) -> Iterator[tuple[str, str, NDArray[Any]]]:
-    """Name, unit and values, as they are spread over the rows, of each number of a variable."""
+    """Return name, unit and values, spread over the rows, of each number of a variable."""
     own = [str(dim) for dim in variable.dims if dim not in rows]
     values = variable.transpose(*(dim for dim in rows if dim in variable.dims), *own).values
     if "flag_meanings" in variable.attrs:
@@ -113,14 +113,14 @@ def _columns(
 
 
 def _meanings(variable: xr.DataArray, values: NDArray[Any]) -> NDArray[Any]:
-    """The names of flags."""
+    """Return the names that the values of a variable of flags have."""
     flags = np.atleast_1d(variable.attrs["flag_values"]).tolist()
     names = dict(zip(flags, variable.attrs["flag_meanings"].split(), strict=True))
     return np.array([names[flag] for flag in values.ravel().tolist()], object).reshape(values.shape)
 
 
 def _unit(run: xr.Dataset, variable: xr.DataArray, place: dict[str, int], labels: list[str]) -> str:
-    """Of one number of a variable that may hold several units."""
+    """Return the unit of one number of a variable that may hold several units."""
     unit = str(variable.attrs.get("units", "1"))
     if unit.startswith("see "):
         (dim,) = run[unit.removeprefix("see ")].dims

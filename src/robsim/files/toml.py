@@ -1,4 +1,4 @@
-"""From a file to the tables of its TOML text, and from tables to a text."""
+"""Reading of TOML texts as tables, and writing of tables as TOML."""
 
 from __future__ import annotations
 

@@ -25,10 +25,12 @@ MOMENTS = Vector("inertia")
 class InertiaTable:
     """The text form of an inertia: mass, centre, moments and products of the tensor."""
 
-    mass: Annotated[float, Quantity(above=0, dimension="mass"), "What it weighs."]
-    moments: Annotated[Any, MOMENTS, "ixx, iyy, izz about the centre of mass."]
-    centre: Annotated[Any, Vector("length"), "The centre of mass."] = (0.0, 0.0, 0.0)
-    products: Annotated[Any, MOMENTS, "ixy, ixz, iyz of the tensor."] = (0.0, 0.0, 0.0)
+    mass: Annotated[float, Quantity(above=0, dimension="mass"), "Mass of the body."]
+    moments: Annotated[Any, MOMENTS, "Moments ixx, iyy, izz about the centre of mass."]
+    centre: Annotated[Any, Vector("length"), "Centre of mass."] = (0.0, 0.0, 0.0)
+    products: Annotated[
+        Any, MOMENTS, "Products ixy, ixz, iyz of the tensor about the centre of mass."
+    ] = (0.0, 0.0, 0.0)
 
     def made(self, c: Context) -> Inertia:
         """Return the inertia that the table describes."""

@@ -63,6 +63,9 @@ class PoseTable(Spec):
     def words(self) -> str:
         return "a pose: position, and one of rpy, rotvec and rotation"
 
+    def accepts(self) -> str:
+        return "a Pose"
+
     def schema(self, define: Any) -> dict[str, Any]:
         properties = {key: spec.schema(define) for key, spec in KEYS.items()}
         return {"type": "object", "properties": properties, "additionalProperties": False}

@@ -46,10 +46,10 @@ class JointChoice(Choice):
 class DHRow:
     """A row of a Denavit-Hartenberg table."""
 
-    theta: Annotated[float, Angle(), "The turn about z."]
-    d: Annotated[float, Length(), "The way along z."]
-    a: Annotated[float, Length(), "The way along x."]
-    alpha: Annotated[float, Angle(), "The turn about x."]
+    theta: Annotated[float, Angle(), "Rotation about z."]
+    d: Annotated[float, Length(), "Translation along z."]
+    a: Annotated[float, Length(), "Translation along x."]
+    alpha: Annotated[float, Angle(), "Rotation about x."]
 
 
 @dataclass(frozen=True)
@@ -91,23 +91,37 @@ class Span(Spec):
 class LinkTable:
     """The text form of a link; the constants of its joint are a row `dh`, or `place` and `tail`."""
 
-    name: Annotated[str, LABEL, "Its name."]
-    parent: Annotated[str | None, LABEL, "What it hangs from; None: the link before it."] = None
-    joint: Annotated[Any, JointChoice(JOINTS), "How it moves."] = "fixed"
-    joint_name: Annotated[str | None, LABEL, "Of the coordinates; None: that of the link."] = None
-    speed: Annotated[float | None, OfJoint("/s", above=0), "What the drive can do."] = None
-    effort: Annotated[float | None, Number(above=0), "Likewise, in N m or N."] = None
-    curve: Annotated[Any, Choice(CURVES, short=False), "What a rail follows."] = None
-    steering: Annotated[Steering | None, Table(Steering), "How a car steers."] = None
-    follows: Annotated[Any, Choice(COUPLINGS, short=False), "On what its coordinate depends."] = (
+    name: Annotated[str, LABEL, "Name of the link."]
+    parent: Annotated[str | None, LABEL, "Link that carries the joint; None: the one before."] = (
         None
     )
-    dh: Annotated[DHRow | None, Table(DHRow), "A row of Denavit-Hartenberg constants."] = None
-    place: Annotated[Pose | None, PoseTable(), "From the parent to where it moves."] = None
-    tail: Annotated[Pose | None, PoseTable(), "From where it moves to the link."] = None
-    limits: Annotated[Any, Span(), "The lowest and the highest coordinate."] = None
-    shapes: Annotated[tuple[Primitive, ...], SHAPE_LIST, "What is to be seen of it."] = ()
-    inertia: Annotated[Inertia | None, Table(Inertia), "What it weighs, and how."] = None
+    joint: Annotated[Any, JointChoice(JOINTS), "Kind of the joint that moves the link."] = "fixed"
+    joint_name: Annotated[
+        str | None, LABEL, "Name of the joint and its coordinates; None: that of the link."
+    ] = None
+    speed: Annotated[float | None, OfJoint("/s", above=0), "Largest speed of the drive."] = None
+    effort: Annotated[
+        float | None, Number(above=0), "Largest torque or force of the drive, in N m or N."
+    ] = None
+    curve: Annotated[Any, Choice(CURVES, short=False), "Curve that a joint on a rail follows."] = (
+        None
+    )
+    steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
+    follows: Annotated[
+        Any, Choice(COUPLINGS, short=False), "Coupling by which the coordinate follows others."
+    ] = None
+    dh: Annotated[DHRow | None, Table(DHRow), "Row of Denavit-Hartenberg constants."] = None
+    place: Annotated[Pose | None, PoseTable(), "Pose of the joint in the parent."] = None
+    tail: Annotated[
+        Pose | None, PoseTable(), "Pose of the link in the moved frame of the joint."
+    ] = None
+    limits: Annotated[Any, Span(), "Lowest and highest coordinate."] = None
+    shapes: Annotated[
+        tuple[Primitive, ...], SHAPE_LIST, "Solids that figures show of the link."
+    ] = ()
+    inertia: Annotated[
+        Inertia | None, Table(Inertia), "Mass, centre of mass and moments of inertia."
+    ] = None
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:

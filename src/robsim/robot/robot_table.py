@@ -54,16 +54,20 @@ def _own_joints(c: Context) -> Axes | None:
 class LinkedTable:
     """The text form that robots and tools have in common: links on joints."""
 
-    name: Annotated[str, Name(), "Its name."]
-    links: Annotated[tuple[Link, ...], Links(), "Its links, the base first."]
-    pose: Annotated[Pose | None, PoseTable(flat=True), "Where it stands."] = None
-    about: Annotated[str | None, Text(), "What it is, in a line."] = None
-    sources: Annotated[tuple[str, ...], ListOf(Text(), most=64), "Where its numbers are from."] = ()
-    convention: Annotated[
-        str | None, Word(("standard", "modified"), "convention"), "Of the rows `dh`."
+    name: Annotated[str, Name(), "Name of the robot or tool."]
+    links: Annotated[tuple[Link, ...], Links(), "Links, the base first."]
+    pose: Annotated[
+        Pose | None, PoseTable(flat=True), "Pose of the base in the frame that carries it."
     ] = None
-    home: Annotated[Any, PerJoint(_own_joints), "Where it is at the start."] = None
-    tip: Annotated[str | None, Name(), "The link that is meant where none is named."] = None
+    about: Annotated[str | None, Text(), "Description in one line."] = None
+    sources: Annotated[tuple[str, ...], ListOf(Text(), most=64), "Sources of the numbers."] = ()
+    convention: Annotated[
+        str | None, Word(("standard", "modified"), "convention"), "Convention of the rows `dh`."
+    ] = None
+    home: Annotated[
+        Any, PerJoint(_own_joints), "Coordinates at home, where runs start by default."
+    ] = None
+    tip: Annotated[str | None, Name(), "Link that is taken where none is named."] = None
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
@@ -92,17 +96,17 @@ class LinkedTable:
 class ToolTable(LinkedTable):
     """The text form of a tool on a link, see `Robot.with_tool`."""
 
-    on: Annotated[str | None, Name(), "Which link; None: the last."] = None
-    bare: Annotated[bool, Flag(), "Whether that link loses its shapes."] = False
+    on: Annotated[str | None, Name(), "Link that carries the tool; None: the last."] = None
+    bare: Annotated[bool, Flag(), "Whether the shapes of that link are left out."] = False
 
 
 @dataclass(frozen=True)
 class RobotTable(LinkedTable):
     """The text form of a robot; `model` names one of the library, `urdf` a file."""
 
-    on: Annotated[str, Reference, "The frame on which it stands."] = "world"
+    on: Annotated[str, Reference, "Frame that carries the robot."] = "world"
     tools: Annotated[
-        tuple[Any, ...], ListOf(Table(ToolTable), most=64), "What it carries, one after the other."
+        tuple[Any, ...], ListOf(Table(ToolTable), most=64), "Tools, each on those before."
     ] = ()
 
     def made(self, c: Context) -> Robot:

@@ -17,7 +17,7 @@ from robsim.run.images import ImageStream
 
 @dataclass
 class Chunk:
-    """The runs of a chunk that go on: their state, and what is remembered of them."""
+    """The active runs of a chunk: their state, and what is remembered of them."""
 
     rows: NDArray[np.int64]
     q: Array
@@ -29,7 +29,7 @@ class Chunk:
     memory: dict[str, Any]  # of the controller, run first
 
     def without(self, over: NDArray[np.bool_]) -> Chunk:
-        """The chunk that goes on when some runs are over."""
+        """Return the chunk of the runs that go on when some are over."""
         noise = self.noise._replace(runs=self.noise.runs[~over])
         watch = Watch(*(some_runs(array, ~over) for array in self.watch))
         memory = _remembered(self.memory, ~over)
@@ -40,7 +40,7 @@ class Chunk:
 
 
 def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:
-    """What a controller or a user's law remembers of the runs that go on."""
+    """Return what a controller or a user's law remembers of the runs that go on."""
     kept: dict[str, Any] = {}
     for name, value in memory.items():
         if isinstance(value, dict):
@@ -51,7 +51,7 @@ def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, A
 
 
 def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
-    """An array with a row for each run; InputError if what is remembered is none."""
+    """Return a remembered array, one row for each run; InputError if it is none."""
     try:
         array = np.asarray(value)
     except ValueError:  # rows of unequal lengths

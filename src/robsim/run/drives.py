@@ -1,4 +1,4 @@
-"""The joints of a chunk of runs: what they do while a command is held, and what encoders read."""
+"""The drives: how the joints of a chunk of runs follow a command, and what encoders read."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from robsim.world.scene import Scene
 
 
 class Period(NamedTuple):
-    """One period: where it began, and what was commanded; the run last."""
+    """A control period: where it began, and what was commanded; the run last."""
 
     q: Array  # (nq, B)
     rates: Array  # (nv, B) velocities when it began
     qd: Array  # (nv, B)
 
     def without(self, over: NDArray[np.bool_]) -> Period:
-        """That of the runs that go on."""
+        """Return the period of the runs that go on."""
         return Period(*(some_runs(part, ~over) for part in self))
 
 
 @dataclass(frozen=True, eq=False)
 class Drives:
-    """How commanded velocities, of the numbers `columns`, move the joints of a scene."""
+    """The drives of the joints of a scene, of which `columns` are commanded."""
 
     actuation: Actuation
     scene: Scene
     columns: NDArray[np.int64]
 
     def advance(self, held: Period, dt: float) -> tuple[Array, Array]:
-        """Coordinates and velocities after a period."""
+        """Return coordinates (nq, B) and velocities (nv, B) after a period."""
         return self._after(held, dt, dt)
 
     def moved(self, held: Period, seconds: float, dt: float) -> Array:
-        """Coordinates (nq, B) some time after a period began that lasts dt."""
+        """Return coordinates (nq, B) some time after a period began that lasts dt."""
         return held.q if seconds == 0.0 else self._after(held, seconds, dt)[0]
 
     def counted(self, q: Array) -> Array:
-        """Coordinates (nq, B) as the encoders read them."""
+        """Return coordinates (nq, B) as the encoders read them."""
         if not self.actuation.counts:
             return q
         out = np.empty_like(q)
@@ -52,7 +52,10 @@ class Drives:
         return out
 
     def _after(self, held: Period, seconds: float, dt: float) -> tuple[Array, Array]:
-        """Cars steer once in a period, when it begins."""
+        """Return coordinates and velocities some time after a period began.
+
+        Cars steer once in a period, when it begins.
+        """
         tree, q = self.scene.tree, held.q.copy()
         if tree.cars:
             tree.steer(q, self._velocities(held, dt)[1], dt)
@@ -61,11 +64,11 @@ class Drives:
         return q, tree.driven(q, rates)
 
     def _velocities(self, held: Period, seconds: float) -> tuple[Array, Array]:
-        """(nv, B) after some time, and their mean until then."""
+        """Return velocities (nv, B) after some time, and their mean until then."""
         return self._follow(held, seconds) if self.actuation.moves else (held.qd, held.qd)
 
     def _follow(self, held: Period, dt: float) -> tuple[Array, Array]:
-        """Velocities (nv, B) at the end, and their mean; those that nobody commands are given."""
+        """Return velocities (nv, B) at the end, and their mean; uncommanded ones are as given."""
         wanted = np.ascontiguousarray(held.qd[self.columns])
         v, mean = held.rates[self.columns], np.empty(wanted.shape)
         kernels.follow(wanted, self.actuation.lag, *self._limits, dt, v, mean)
@@ -75,7 +78,7 @@ class Drives:
 
     @property
     def moves(self) -> bool:
-        """Whether joints move otherwise than they are commanded: so does a car that must steer."""
+        """Whether joints move otherwise than commanded, as does a car that must steer."""
         return self.actuation.moves or bool(self.scene.tree.cars)
 
     @cached_property
@@ -88,7 +91,7 @@ class Drives:
 
     @cached_property
     def _steps(self) -> Array:
-        """(nq,) of the encoders; zero where a joint has none."""
+        """The encoder step of each coordinate (nq,); zero where a joint has no encoder."""
         steps = np.zeros(self.scene.nq)
         given = np.full(self.scene.nq, self.actuation.encoder, dtype=float)
         counted = self.scene.tree.alone(np.arange(self.scene.nv))

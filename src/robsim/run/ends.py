@@ -1,4 +1,4 @@
-"""How runs ended: why, when and where, in the image and in space."""
+"""The ends of runs: why, when and where, in the image and in space."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def variables(loop: Loop, goal_pixels: Array) -> dict[str, Any]:
 
 
 def _farthest(away: Array) -> Array:
-    """(runs,) largest length of away (runs, marks, 2); NaN without marks."""
+    """Return the largest length (runs,) of `away` (runs, marks, 2); NaN without marks."""
     if not away.shape[1]:
         return np.full(len(away), np.nan)
     return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
@@ -132,7 +132,7 @@ def regarded(controller: Controller) -> Controller:
 
 
 def _leaves(controller: Controller) -> list[Controller]:
-    """The controllers of which it is made, or itself."""
+    """Return the controllers of which one is made, or itself."""
     if not isinstance(controller, Several | Ordered):
         return [controller]
     return [leaf for part in controller.parts for leaf in _leaves(part)]
@@ -155,7 +155,7 @@ def goal_pose(controller: Controller, q: Array) -> Array | None:
 
 @goal_pose.register
 def _of_servo(controller: Servo, q: Array) -> Array | None:
-    """From T_c_o at the goal and from where target or camera are."""
+    """Return the goal pose from T_c_o at the goal and from where target or camera are."""
     T_c_o = at_goal(controller)
     if T_c_o is None:
         return None
@@ -167,7 +167,7 @@ def _of_servo(controller: Servo, q: Array) -> Array | None:
 
 
 def _composed(A: Array, B: Array) -> Array:
-    """A B of poses (3, 4, runs) and one (3, 4, 1); in plain NumPy, which need not be compiled."""
+    """Return A B of poses (3, 4, runs) and (3, 4, 1), in plain NumPy without compiling."""
     out: Array = A[:, :1] * B[0] + A[:, 1:2] * B[1] + A[:, 2:3] * B[2]
     out[:, 3] += A[:, 3]
     return out
@@ -175,13 +175,13 @@ def _composed(A: Array, B: Array) -> Array:
 
 @goal_pose.register
 def _of_path(controller: PathFollower, q: Array) -> Array | None:
-    """The end of the path."""
+    """Return the end of the path for each run."""
     return np.repeat(controller.end[..., None], q.shape[1], axis=-1)
 
 
 @goal_pose.register
 def _of_joints(controller: JointFollower, q: Array) -> Array | None:
-    """With its joints at their goal, and the others where they are."""
+    """Return the pose with the joints at their goal, and the others where they are."""
     there = q.copy()
     there[controller.coordinates] = controller.goal[:, None]
     return pose_of(controller, there)

@@ -1,4 +1,4 @@
-"""An experiment: all that is needed for a run, as one value."""
+"""The experiment: all that is needed for a run, as one value."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _PERFECT, _EXACT = Sensing(), Actuation()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Value):
-    """A scene, a task, a start, what is imperfect, and how long: one frozen value.
+    """A scene, a task, a start, imperfections and a duration, as one frozen value.
 
     scene, task  what there is, and what is to be done
     start        (nq,), a batch of starts (B, nq), or {robot: q}; None: home
@@ -94,7 +94,9 @@ class Experiment(Value):
 
     @classmethod
     def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Experiment:
-        """Read a TOML text, with changes such as {"task.gain": "2"} or ["task.gain=2"].
+        """Return the experiment of a TOML text.
+
+        `set` are changes such as {"task.gain": "2"} or ["task.gain=2"].
 
         FileError: whatever is wrong, with the key and what would be valid.
 
@@ -138,12 +140,12 @@ class Experiment(Value):
 
     @cached_property
     def tables(self) -> Tables:
-        """The tables of the text; what no text can say stands in them as the object that it is."""
+        """The tables of the text, in which an object that no text can say stands as it is."""
         return write_experiment(self.scene, self.task, self.start, self.settings, live=True)
 
     @cached_property
     def text(self) -> str:
-        """TOML that says this experiment: as it was read, or exact.
+        """The TOML text of this experiment: as it was read, or exact.
 
         InputError: the experiment is made of Python code, or has several starts.
         """
@@ -151,7 +153,9 @@ class Experiment(Value):
         return self.to_toml() if own is None or _has_objects(own) else write(own)
 
     def to_toml(self) -> str:
-        """Return all of it as TOML, robots in full and numbers exact, from which the same is read.
+        """Return all of it as TOML, with robots in full and numbers exact.
+
+        Reading it gives the same experiment.
 
         InputError: the experiment is made of Python code, or has several starts.
         """
@@ -159,12 +163,15 @@ class Experiment(Value):
 
     @cached_property
     def hash(self) -> str:
-        """16 hexadecimal digits that stand for the exact text. InputError: there is no text."""
+        """The first 16 hexadecimal digits of the hash of the exact text.
+
+        InputError: there is no text.
+        """
         return hashlib.sha256(self.to_toml().encode()).hexdigest()[:16]
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All but scene, task and start, by name."""
+        """The fields by name, without scene, task and start."""
         apart = ("scene", "task", "start", "source")
         return {
             each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
@@ -200,7 +207,9 @@ class Experiment(Value):
         return self._of_tables(tables, self.source, None)
 
     def check(self) -> None:
-        """Bind the task and try the start and the settings, as a run would. GoalError, FileError.
+        """Check task, start and settings as a run would, without running.
+
+        GoalError, FileError: a run would be refused.
 
         A start that does not see its target is an error here; as a run it ends at once.
         """
@@ -216,7 +225,7 @@ class Experiment(Value):
         chunk: int = 256,
         **changes: Any,
     ) -> xr.Dataset:
-        """Simulate, and return what happened; `changes` are those of `with_`, for this run.
+        """Simulate, and return the run; `changes` are those of `with_`, for this run.
 
         `run`, `threads`, `chunk` and `progress` are as in `simulate`. The run keeps the text of the
         experiment, so that `replay` can repeat it.
@@ -238,7 +247,7 @@ class Experiment(Value):
         return self._sign(made)
 
     def _sign(self, run: xr.Dataset) -> xr.Dataset:
-        """Let the run say what it was made of, in the words of this experiment's own text."""
+        """Note in a run the text of this experiment, from which it was made."""
         own = self.__dict__.get("tables")
         if own is not None and run.attrs["scenario"] and not _names_files(own):
             run.attrs["scenario"] = self.text
@@ -251,7 +260,7 @@ class Experiment(Value):
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Errors from inside with the name of the file in front."""
+        """Put the name of the file in front of errors from inside."""
         try:
             yield
         except GoalError as error:
@@ -261,7 +270,7 @@ class Experiment(Value):
 
 
 def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Experiment:
-    """Read an experiment from a scenario file, with changes such as ["task.gain=2"].
+    """Return the experiment of a scenario file, with changes such as ["task.gain=2"].
 
     FileError: whatever is wrong, with the key and what would be valid.
 
@@ -273,7 +282,7 @@ def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Experiment
 
 
 def _changed(tables: Tables, changes: Changes, source: str, python: bool = False) -> Tables:
-    """Return tables with every change made, whose values are those of a text or of `python`.
+    """Return tables with every change made; values are those of a text or of `python`.
 
     FileError: no such name, or not a change.
     """

@@ -26,7 +26,7 @@ ROUNDING = 1e-9  # of a period: times that differ by less are one
 
 
 class Image(NamedTuple):
-    """All marks of all sights in one image, the run last."""
+    """The marks of all sights in one image, with the run last."""
 
     pixels: Array  # (N, 2, B) as measured
     depth: Array  # (N, B) true, when it was taken
@@ -34,11 +34,11 @@ class Image(NamedTuple):
     arrived: NDArray[np.int64]  # (B,) the step at which it came
 
     def of(self, rows: slice) -> Image:
-        """Some of the marks."""
+        """Return the image of some of the marks."""
         return Image(self.pixels[rows], self.depth[rows], self.hidden[rows], self.arrived)
 
     def going(self, runs: NDArray[np.bool_]) -> Image:
-        """Some of the runs."""
+        """Return the image of some of the runs."""
         return Image(
             some_runs(self.pixels, runs),
             some_runs(self.depth, runs),
@@ -66,13 +66,13 @@ class ImageStream:
         self.past = deque(maxlen=max(self.delay, 1))
 
     def at(self, step: int, projection: Projection, noise: Noise) -> Image:
-        """The image that the controller has at a step, where all marks are as in `projection`."""
+        """Return the image that the controller has at a step, with marks as in `projection`."""
         if self.last is None or step % self.every == 0:
             self.last = self._arrived(step, self._then(step, projection), noise)
         return self.last
 
     def age(self, step: int) -> NDArray[np.int64] | int:
-        """(B,) periods since the image was taken that is used at a step, rounded up."""
+        """Return the age (B,) in periods, rounded up, of the image that is used at a step."""
         return 0 if self.last is None else step - self.last.arrived + self.delay
 
     def note(self, period: Period) -> None:
@@ -81,14 +81,14 @@ class ImageStream:
             self.past.append(period)
 
     def without(self, over: NDArray[np.bool_]) -> ImageStream:
-        """Those of the runs that go on."""
+        """Return the stream of the runs that go on."""
         rest = ImageStream(self.sensing, self.sights, self.drives, self.dt)
         rest.past.extend(period.without(over) for period in self.past)
         rest.last = self.last and self.last.going(~over)
         return rest
 
     def _then(self, step: int, projection: Projection) -> Projection:
-        """Where all marks were when the image was taken; at the start, if it is older."""
+        """Return the projection when the image was taken, or at the start if it is older."""
         if not self.past:
             return projection
         q = self.past[0].q
@@ -127,7 +127,7 @@ class ImageStream:
             row = rows.stop
 
     def _hidden(self, step: int) -> NDArray[np.bool_]:
-        """(N,): which marks something hid when the image was taken."""
+        """Return (N,): which marks an occlusion hid when the image was taken."""
         seconds = max(step * self.dt - self.sensing.latency, 0.0)
         each = [np.zeros(0, dtype=np.bool_)]
         for sight in self.sights:
@@ -139,7 +139,7 @@ class ImageStream:
         return np.concatenate(each)
 
     def _kept(self, new: Image, last: Image, step: int, noise: Noise) -> Image:
-        """The new image, with what is hidden or lost as in the one before."""
+        """Return the new image, with what is hidden or lost as in the one before."""
         pixels = np.where(new.hidden[:, None], last.pixels, new.pixels)
         new = new._replace(pixels=pixels, depth=np.where(new.hidden, last.depth, new.depth))
         if not self.sensing.dropped:
@@ -150,7 +150,7 @@ class ImageStream:
 
 
 def check_sensing(sensing: Sensing, sights: Sequence[Sight], dt: float) -> None:
-    """InputError if an occlusion hides what does not exist, or periods do not fit."""
+    """Raise InputError if an occlusion hides what does not exist, or periods do not fit."""
     sensing.periods(dt)
     for occlusion in sensing.occlusions:
         for i, kind in enumerate(("camera", "target")):

@@ -1,4 +1,4 @@
-"""The one loop: every run of every servo scheme goes through here, a chunk of runs in lockstep."""
+"""The simulation loop, in which the runs of a chunk advance in lockstep, whatever the task."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ OnStep = Callable[[Snapshot, Decision], None]  # called after every step
 
 
 def worth_compiling(runs: int, steps: float) -> bool:
-    """Whether to take the compiled loop, which gives the same bits: it is there, or saves time."""
+    """Return whether to use the compiled loop, which gives the same bits and may save time."""
     there = getattr(kernels.stride, "signatures", ()) or not is_cold("loop.stride")
     return bool(there) or runs * steps >= LEAST_STEPS
 
 
 @dataclass
 class Loop:
-    """What all chunks share: constants, the record, and whether to stop."""
+    """The constants of a simulation, its record, and whether to stop, which all chunks share."""
 
     controller: Controller
     q0: Array  # (runs, nq)
@@ -80,12 +80,12 @@ class Loop:
         self.moves = controller.sights[0].moves(controller.columns) if self.scheme else None
 
     def _rows(self) -> list[slice]:
-        """Of the pixels, by sight."""
+        """Return the rows of the pixels of each sight."""
         counts = [len(sight.target.marks) for sight in self.controller.sights]
         return [slice(*pair) for pair in pairwise(np.cumsum([0, *counts]).tolist())]
 
     def _scheme(self) -> Scheme | None:
-        """For the compiled loop, where that can run all that is asked for, and saves time."""
+        """Return the scheme for the compiled loop; None if it cannot run this, or saves no time."""
         usual = self.steady and self.prompt and self.scene.tree.compiled
         plain = usual and not (self.drives.moves or self.on_step)
         scheme = self.controller.compiled if plain else None
@@ -93,11 +93,11 @@ class Loop:
 
     @property
     def scene(self) -> Scene:
-        """The true one."""
+        """The true scene."""
         return self.controller.scene
 
     def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
-        """Take a chunk of runs from their starts to their ends, in lockstep."""
+        """Simulate a chunk of runs from start to end, in lockstep."""
         step, chunk = 0, self._chunk(rows)
         go_on = _stride if self.scheme else _step
         while not self.stopped or step:  # a chunk that has begun is left at a recorded instant
@@ -117,7 +117,7 @@ class Loop:
         done(1.0)
 
     def _chunk(self, rows: NDArray[np.int64]) -> Chunk:
-        """Some runs at their start; `endings.begin` fills the watch."""
+        """Return some runs at their start; `endings.begin` fills the watch."""
         runs = rows.size
         still, before = np.empty(runs, dtype=np.int64), np.empty((3, runs))
         watch = Watch(np.empty(runs), np.empty(runs), still, before, np.empty(runs))
@@ -129,7 +129,7 @@ class Loop:
 
 
 def _stride(loop: Loop, chunk: Chunk, step: int) -> tuple[int, Snapshot]:
-    """With a built-in scheme: many steps in compiled code, until a run ends or a while is over."""
+    """Advance by many steps in compiled code, until a run ends or a burst is over."""
     controller, recorder, runs = loop.controller, loop.recorder, chunk.rows.size
     k, n, nv = controller.k, controller.columns.size, loop.scene.nv
     sight = controller.sights[0]
@@ -167,7 +167,10 @@ def _stride(loop: Loop, chunk: Chunk, step: int) -> tuple[int, Snapshot]:
 
 
 def _step(loop: Loop, chunk: Chunk, step: int) -> tuple[int, Snapshot]:
-    """With anybody's feature, law or belief: one step, the same sequence as in `kernels.stride`."""
+    """Advance by one step in Python, in the same sequence as `kernels.stride`.
+
+    Any feature, law or belief may be a user's.
+    """
     controller, runs = loop.controller, chunk.rows.size
     sights = controller.sights
     seen = {sight.key: sight.project(chunk.q) for sight in sights}
@@ -220,7 +223,7 @@ def _wait(
     rates: Array,
     outcome: NDArray[np.int8],
 ) -> None:
-    """A run that only passes its goal goes on: it moved since its image was taken, or will yet.
+    """Let runs go on that only pass their goal, and have moved since the image was taken.
 
     The error must have been below the tolerance in every period since then; and what the joints
     do otherwise than commanded must not move a feature by the tolerance in the time 1/pace.
@@ -239,7 +242,7 @@ def _wait(
 def _measurement(
     loop: Loop, chunk: Chunk, step: int, every: Projection, seen: dict[Key, Projection]
 ) -> Measurement:
-    """What the sensors give the controller at a step, with the imperfections of `sensing`."""
+    """Return what the sensors give the controller at a step, with the faults of `sensing`."""
     if loop.prompt:
         pixels = np.empty_like(every.pixels)
         kernels.measure(every.pixels, chunk.noise, step, pixels)
@@ -260,7 +263,7 @@ def _measurement(
 
 
 def _mark_singular(controller: Controller, snapshot: Snapshot) -> None:
-    """A stall where L J has lost rank is a singularity, not a local minimum."""
+    """Mark a stall where L J has lost rank as a singularity, not a local minimum."""
     stalled = np.flatnonzero(snapshot.outcome == Outcome.LOCAL_MINIMUM)
     if stalled.size:
         task_jacobian = some_runs(snapshot.command.task_jacobian, stalled)

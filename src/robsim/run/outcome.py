@@ -1,4 +1,4 @@
-"""Why a run ended."""
+"""The outcomes of a run."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class Outcome(IntEnum):
 
     @property
     def words(self) -> str:
-        """Its name as it is written in a text."""
+        """The name as it is written in a text."""
         return self.name.lower().replace("_", " ")
 
     @property
     def message(self) -> str:
-        """One sentence for the user."""
+        """The meaning and what to try, as one sentence for the user."""
         return f"{self.words}: {_MESSAGES[self]}"
 
 

@@ -1,4 +1,4 @@
-"""What is kept of the runs while they go on."""
+"""The record of runs while they go on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONGEST = 10_000_000  # steps
 
 
 def every(record: Record) -> int | None:
-    """Of how many steps one is kept; None for a summary."""
+    """Return n if each n-th step is recorded; None for a summary. InputError: neither."""
     if isinstance(record, str):
         if record in ("all", "summary"):
             return 1 if record == "all" else None
@@ -29,12 +29,12 @@ def every(record: Record) -> int | None:
 
 
 def _empty(runs: int, instants: int, widths: tuple[int, ...]) -> Track:
-    """Room for `widths` numbers of q, qd, rates, s and pixels; NaN where nothing is put."""
+    """Return room for `widths` numbers of q, qd, rates, s and pixels, filled with NaN."""
     return Track(*(np.full((runs, instants, width), np.nan) for width in widths))
 
 
 class Recorder:
-    """The chosen instants, and for each run its end. Chunks write to rows of their own."""
+    """The recorded instants, and the end of each run; chunks write to rows of their own."""
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):
         self.every = every(record)
@@ -54,7 +54,7 @@ class Recorder:
         length: Array,
         over: NDArray[np.bool_],
     ) -> None:
-        """Keep how those of the runs ended that are over."""
+        """Keep the ends of those runs that are over."""
         values = (
             snapshot.q,
             snapshot.qd,
@@ -69,7 +69,10 @@ class Recorder:
 
 
 def _check_memory(runs: int, instants: int, width: int) -> None:
-    """Refuse before anything runs; poses, velocities and errors come on top of what is stored."""
+    """Raise InputError if a record would be too large, before anything runs.
+
+    Poses, velocities and errors come on top of what is stored.
+    """
     estimate = 8.0 * runs * (instants + 1) * (2 * width + 32)
     if estimate > MEMORY_BUDGET:
         raise InputError(

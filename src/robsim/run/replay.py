@@ -1,4 +1,4 @@
-"""Doing a run again from what it says about itself."""
+"""Repeating a run from what it says about itself."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 
 
 def replay(run: xr.Dataset) -> xr.Dataset:
-    """The same run, or batch, or selection of consecutive runs, once more: the same bits.
+    """Return the same run, batch, or selection of consecutive runs once more, with the same bits.
 
     Scene, task and what is wrong with images and joints come from the run's scenario; start, seed,
     periods, record and run number are the run's own. InputError: the run does not say how it was
@@ -39,13 +39,13 @@ def replay(run: xr.Dataset) -> xr.Dataset:
 
 
 def check_run(run: object) -> None:
-    """InputError if this is no run."""
+    """Raise InputError if a value is no run."""
     if not isinstance(getattr(run, "attrs", None), dict) or not hasattr(run, "data_vars"):
         raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
 
 
 def settings_of(run: xr.Dataset) -> dict[str, Any]:
-    """The keywords of `simulate`, as they were; whole periods, whatever the rounding."""
+    """Return the keywords of `simulate` with which a run was made."""
     attrs = run.attrs
     lacking = [name for name in NEEDED if name not in attrs]
     if lacking or _wanted(run, "q0").size == 0:
@@ -66,12 +66,15 @@ def settings_of(run: xr.Dataset) -> dict[str, Any]:
 
 
 def whole_duration(periods: float, dt: float) -> float:
-    """Seconds that are so many whole periods, whatever the rounding."""
+    """Return a duration in seconds of so many whole periods, whatever the rounding."""
     return max(round(periods) - 0.5, 1.0) * dt
 
 
 def _first(numbers: Any) -> int:
-    """The number of the first run; noise is keyed by it, so the others must follow."""
+    """Return the number of the first run; InputError unless the others follow it.
+
+    Noise is keyed by that number.
+    """
     numbers = np.atleast_1d(numbers)
     if (np.diff(numbers) != 1).any():
         raise InputError(

@@ -73,7 +73,7 @@ DESCRIPTIONS = {
 
 
 def dataset(loop: Loop, scene: Scene, task: Task) -> Run:
-    """The record of a finished (or stopped) simulation as a Dataset."""
+    """Return the record of a finished or stopped simulation as a Dataset."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
     tall = ["run", "time"]
@@ -100,7 +100,7 @@ def dataset(loop: Loop, scene: Scene, task: Task) -> Run:
 
 
 def _without(absent: set[str], dims: list[str], data: Any) -> tuple[list[str], Any]:
-    """A variable in which some dimensions, of size one, are left out."""
+    """Return a variable without some dimensions, of size one."""
     if absent.isdisjoint(dims):
         return dims, data
     first = tuple(0 if dim in absent else slice(None) for dim in dims)
@@ -108,7 +108,7 @@ def _without(absent: set[str], dims: list[str], data: Any) -> tuple[list[str], A
 
 
 def _simulated(recorder: Recorder) -> Track:
-    """The recorded instants; after an interruption those until then, not all that were planned."""
+    """Return the recorded instants; after an interruption, only those until then."""
     if (recorder.outcome != Outcome.RUNNING).all():
         return recorder.series
     kept = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
@@ -116,7 +116,7 @@ def _simulated(recorder: Recorder) -> Track:
 
 
 def _motion(controller: Controller, series: Track, tall: list[str]) -> dict[str, Any]:
-    """q, qd, and what they mean for the camera, or for the frame that a blind controller moves."""
+    """Return q, qd, and the poses and twists of the camera, or of the frame that is moved."""
     follows = series.rates.shape[-1] == 0
     scene, whose = controller.scene, "camera" if controller.sights else "frame"
     rates = series.qd if follows else series.rates
@@ -131,7 +131,10 @@ def _motion(controller: Controller, series: Track, tall: list[str]) -> dict[str,
 
 
 def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
-    """s and what follows from it. Sums go feature by feature: the same for any batch."""
+    """Return s and what follows from it.
+
+    Sums go feature by feature, so that they are the same in any batch.
+    """
     error = series.s - s_goal
     square = np.zeros(error.shape[:2])
     for i in range(error.shape[2]):
@@ -145,7 +148,9 @@ def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
 
 
 def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
-    """Poses (runs, instants, 4, 4) and twists (runs, instants, 6) of a frame, in its own axes.
+    """Return poses (runs, instants, 4, 4) and twists (runs, instants, 6) of a frame.
+
+    Twists are in the axes of the frame.
 
     Of instants after the end of a run, in which q is NaN, nothing is computed.
     """
@@ -189,7 +194,7 @@ def _coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
 
 
 def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
-    """Who computed this, from what."""
+    """Return the attributes that say which version computed the run, and from what."""
     settings: dict[str, Any] = {
         "dt": loop.dt,
         "duration": loop.steps * loop.dt,
@@ -237,7 +242,7 @@ def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
 
 
 def _belief(belief: Scene | None, truth: Scene) -> str:
-    """What is believed wrongly, by name."""
+    """Return which parts of a scene are believed wrongly, by name."""
     if belief is None or belief == truth:
         return "the truth"
     kinds = ("robots", "objects", "cameras", "motions")
@@ -247,7 +252,7 @@ def _belief(belief: Scene | None, truth: Scene) -> str:
 
 
 def _images(sights: Sequence[Sight]) -> dict[str, Any]:
-    """Size and centre of the images in pixels, for their figures; the first without its name."""
+    """Return size and centre of the images in pixels; those of the first have no name."""
     cameras = {sight.eye.name: sight.eye.camera for sight in sights}
     found: dict[str, Any] = {}
     for i, (name, camera) in enumerate(cameras.items()):
@@ -259,7 +264,7 @@ def _images(sights: Sequence[Sight]) -> dict[str, Any]:
 
 
 def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any]]:
-    """Unit and long name of each variable."""
+    """Return unit and long name of each variable."""
     features = controller.units
     unit = features[0] if len(set(features)) == 1 else "see feature_unit"
     joints = sorted(set(scene.coordinate_units))

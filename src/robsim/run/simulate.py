@@ -1,4 +1,4 @@
-"""`simulate`: check what is asked, let threads take chunks of runs, and return what happened."""
+"""The function `simulate`, which checks its input and lets threads take chunks of runs."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def loop_of(
     run: int = 0,
     on_step: OnStep | None = None,
 ) -> Loop:
-    """The loop that `simulate` runs, with everything checked; `on_step` sees every step."""
+    """Return the loop that `simulate` runs, checked; `on_step` is called after each step."""
     check_kinds(scene, task)
     controller = task.bind(scene)
     starts = scene.coordinates(scene.home if q0 is None else q0, "q0")
@@ -142,7 +142,7 @@ def loop_of(
 def check(
     scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any], must_see: bool = False
 ) -> None:
-    """InputError for what `simulate` refuses with these keywords, as far as no record is made.
+    """Raise InputError for what `simulate` refuses with these keywords, without a record.
 
     With `must_see` also for a start at which the task lacks a mark, where a run ends at once.
     """
@@ -174,7 +174,7 @@ def _unseen(loop: Loop, at: int) -> str:
 
 
 def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:
-    """Let threads take chunks while this one waits for Ctrl-C; False if it came."""
+    """Let threads take chunks while this one waits for Ctrl-C; return False if it came."""
     chunk = min(chunk, math.ceil(len(loop.q0) / threads))
     chunks = [np.arange(i, min(i + chunk, len(loop.q0))) for i in range(0, len(loop.q0), chunk)]
     shares = np.zeros(len(chunks))
@@ -216,13 +216,13 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
 
 
 def check_progress(progress: object) -> None:
-    """InputError unless it is a function, or None."""
+    """Raise InputError unless a value is a function, or None."""
     if progress is not None and not callable(progress):
         raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
 
 
 def check_kinds(scene: object, task: object) -> None:
-    """InputError unless these are a Scene and a task."""
+    """Raise InputError unless these are a Scene and a task."""
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
     if isinstance(task, type) or not isinstance(task, Task):
@@ -230,7 +230,7 @@ def check_kinds(scene: object, task: object) -> None:
 
 
 def whole_periods(dt: float, duration: float) -> int:
-    """How many periods a duration has, at least one; InputError if it is none, or too many."""
+    """Return how many periods a duration has, at least one; InputError if too many or none."""
     if dt > duration:
         raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
     steps = duration / dt - 1e-9  # infinite if dt is tiny
@@ -249,7 +249,7 @@ def _flag(value: Any, what: str) -> bool:
 
 
 def _instance(value: Any, kind: type[T], what: str) -> T:
-    """One of this kind; None for the one in which nothing is wrong."""
+    """Return a value of this kind; for None the one in which nothing is wrong."""
     made = kind() if value is None else value
     if not isinstance(made, kind):
         raise InputError(f"{what}: expected a robsim.{kind.__name__}, got {value!r:.80}")

@@ -1,4 +1,4 @@
-"""A chunk of runs at one control instant."""
+"""The state of a chunk of runs at one control instant."""
 
 from __future__ import annotations
 

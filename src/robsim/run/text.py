@@ -1,4 +1,4 @@
-"""How a text says an experiment: a scene, a task, a start, what is imperfect, and how long."""
+"""The text of an experiment: a scene, a task, a start, imperfections, and how long it runs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SCENE = keys_of(Scene)
 
 @dataclass(frozen=True)
 class RecordSpec(Spec):
-    """What is kept of a run."""
+    """The choice of what is recorded of a run."""
 
     form: ClassVar[str] = "plain"
 
@@ -57,21 +57,25 @@ class RecordSpec(Spec):
 
 @dataclass(frozen=True)
 class StartTable:
-    """Where a run starts; home, if nothing is said."""
+    """The start of a run; home, if nothing is said."""
 
-    q: Annotated[Any, PerJoint(coordinates), "One number for each joint."] = None
-    pose: Annotated[Pose | None, PoseTable(flat=True), "Of a scene whose only joint floats."] = None
+    q: Annotated[Any, PerJoint(coordinates), "Coordinates at the start, one number for each."] = (
+        None
+    )
+    pose: Annotated[
+        Pose | None, PoseTable(flat=True), "Pose at the start, in a scene whose only joint floats."
+    ] = None
 
 
 @dataclass(frozen=True)
 class RunTable:
-    """How long it goes, and what is kept."""
+    """The control period and duration of a run, its seed, and what is recorded."""
 
     dt: Annotated[float | None, Time(above=0), "Control period."] = None
-    duration: Annotated[float | None, Time(above=0), "How long it takes at most."] = None
-    seed: Annotated[int | None, Whole(0, 2**64 - 1), "Of all that is random."] = None
-    hold: Annotated[bool | None, Flag(), "Whether it goes on after convergence."] = None
-    record: Annotated[Any, RecordSpec(), "What is kept."] = None
+    duration: Annotated[float | None, Time(above=0), "Longest duration of a run."] = None
+    seed: Annotated[int | None, Whole(0, 2**64 - 1), "Seed of all random numbers."] = None
+    hold: Annotated[bool | None, Flag(), "Whether a run goes on after convergence."] = None
+    record: Annotated[Any, RecordSpec(), "Instants that are recorded."] = None
 
     @classmethod
     def text_check(cls, raw: Mapping[str, Raw], c: Context) -> None:
@@ -86,7 +90,7 @@ class RunTable:
 
 @dataclass(frozen=True)
 class BeliefTables(Spec):
-    """What is believed otherwise than it is: tables as those of the scene."""
+    """The belief of all tasks: tables as those of the scene, which differ from it."""
 
     form: ClassVar[str] = "table"
 
@@ -113,24 +117,32 @@ class BeliefTables(Spec):
 class TaskTable:
     """The part of a text that is not its scene."""
 
-    task: Annotated[Any, TaskChoice(TASKS), "What is to be done."]
-    title: Annotated[str | None, Text(), "What it shows, in a line."] = None
-    belief: Annotated[Any, BeliefTables(), "What the controller believes of the scene."] = None
-    start: Annotated[Any, Table(StartTable), "Where the run starts."] = None
-    sensing: Annotated[Any, Table(Sensing), "What is wrong with the images."] = None
-    actuation: Annotated[Any, Table(Actuation), "What is wrong with the joints."] = None
-    run: Annotated[Any, Table(RunTable), "How long it goes, and what is kept."] = None
+    task: Annotated[Any, TaskChoice(TASKS), "Task of the robots."]
+    title: Annotated[str | None, Text(), "Description in one line."] = None
+    belief: Annotated[
+        Any,
+        BeliefTables(),
+        "Scene as the controller believes it, where it differs from the true one.",
+    ] = None
+    start: Annotated[Any, Table(StartTable), "Start of the run."] = None
+    sensing: Annotated[Any, Table(Sensing), "Imperfections of the images."] = None
+    actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
+    run: Annotated[Any, Table(RunTable), "Periods, duration and record of the run."] = None
 
 
 @dataclass(frozen=True)
 class ExperimentTable(TaskTable):
-    """A whole text: a scene, and what is done in it."""
+    """The whole text of an experiment: a scene, and what is done in it."""
 
-    robots: Annotated[Any, fields_of(Scene)[0].spec, "What moves on joints."] = ()
-    objects: Annotated[Any, fields_of(Scene)[1].spec, "What is looked at, and stands about."] = ()
-    cameras: Annotated[Any, fields_of(Scene)[2].spec, "What looks."] = ()
-    motions: Annotated[Any, fields_of(Scene)[3].spec, "Robots that move on their own."] = ()
-    display: Annotated[Any, PoseTable(), "The world in the frame of the figures."] = None
+    robots: Annotated[Any, fields_of(Scene)[0].spec, "Robots of the scene."] = ()
+    objects: Annotated[
+        Any, fields_of(Scene)[1].spec, "Objects that cameras look at, or that stand in the scene."
+    ] = ()
+    cameras: Annotated[Any, fields_of(Scene)[2].spec, "Cameras where they are mounted."] = ()
+    motions: Annotated[
+        Any, fields_of(Scene)[3].spec, "Motions of robots that no task commands."
+    ] = ()
+    display: Annotated[Any, PoseTable(), "Pose of the world in the frame of the figures."] = None
 
 
 def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A feature block bound to a scene: what its feature measures there, in its checked shape."""
+"""A feature block bound to a scene, which measures its feature and checks the shape."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robsim.servo.sight import Key, Sight, relative
 
 @dataclass(frozen=True, eq=False)
 class BoundBlock:
-    """A feature block in a scene: its feature, measured by one camera or a pair."""
+    """A feature block bound to a scene: its feature, measured by one camera or a stereo pair."""
 
     feature: Feature
     sights: tuple[Sight, ...]  # as believed
@@ -30,11 +30,11 @@ class BoundBlock:
 
     @property
     def name(self) -> str:
-        """Of the feature's class."""
+        """The name of the feature's class."""
         return type(self.feature).__name__
 
     def towards(self, goal: Observation) -> BoundBlock:
-        """The same, measured relative to what is seen at the goal, where the feature can."""
+        """Return the block measured relative to what is seen at the goal, if its feature can be."""
         towards = getattr(self.feature, "towards", None)
         if towards is None:
             return self
@@ -44,14 +44,14 @@ class BoundBlock:
         return replace(self, feature=feature)
 
     def counted(self, goal: Observation) -> BoundBlock:
-        """The same, with the size that s has at the goal and must keep."""
+        """Return the block with the size k that s has at the goal and must keep."""
         whole = replace(self, components=None)
         return replace(self, k=len(whole.measure(goal)))
 
     def observation(
         self, seen: dict[Key, Observation], projections: dict[Key, Projection]
     ) -> Observation:
-        """What the feature is shown, where things stand as believed."""
+        """Return what the feature is shown, with cameras and targets where they are believed."""
         first, *others = (sight.key for sight in self.sights)
         one = seen[first]
         for second in others:  # at most one
@@ -61,19 +61,19 @@ class BoundBlock:
 
     @property
     def size(self) -> int:
-        """How many numbers are chosen."""
+        """The number of chosen components."""
         return len(self.components) if self.components is not None else self.k or 0
 
     def measure(self, seen: Observation) -> Array:
-        """S (k, B) of the chosen components."""
+        """Return the chosen components s (k, B)."""
         return self._checked(self.feature.measure(seen), seen)
 
     def interaction(self, seen: Observation) -> Array:
-        """L (k, 6, B) of the chosen components, for the first camera's twist."""
+        """Return L (k, 6, B) of the chosen components, for the first camera's twist."""
         return self._checked(interaction(self.feature, seen), seen, 6)
 
     def lost(self, blind: Observation) -> NDArray[np.bool_]:
-        """(k, B) what is NaN where marks are, if not all is."""
+        """Return (k, B): which components hidden marks make NaN, if they do not make all NaN."""
         try:
             gone = np.isnan(self.measure(blind))
         except np.linalg.LinAlgError:  # of a user's feature: LAPACK takes no NaN for any run
@@ -81,7 +81,7 @@ class BoundBlock:
         return np.asarray(gone & ~gone.all(axis=0))
 
     def _checked(self, value: Any, seen: Observation, *tail: int) -> Array:
-        """The chosen components of what a method returned, the run last; shapes must be right."""
+        """Return the chosen components of a returned array, run last; its shape is checked."""
         k = "k" if self.k is None else self.k
         wanted = (seen.pixels_last.shape[-1], k, *tail)
         array = returned(value, f"{self.name}: a method", wanted)

@@ -1,4 +1,4 @@
-"""A task bound to a scene: what it commands at each instant, and what stays the same."""
+"""Controllers: a task bound to a scene, with all that stays the same while it runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.world.scene import Scene
 
 
 class Decision(NamedTuple):
-    """A command with what it is based on; `basis` is for the controller's own `note`."""
+    """A command, the Jacobian of its frame, and the `basis` that the controller's `note` needs."""
 
     command: Command
     J: Array  # (6, n, B) of its frame: of a camera in its own axes, of another in the world's
@@ -27,7 +27,7 @@ class Decision(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Controller(ABC):
-    """Everything of a control loop that does not change while it runs."""
+    """The constant part of a control loop: a task bound to a scene."""
 
     scene: Scene  # the true one
     frame: str  # whose motion is recorded: its first camera, or what it moves where it has none
@@ -43,25 +43,25 @@ class Controller(ABC):
 
     @abstractmethod
     def decide(self, measurement: Measurement) -> Decision:
-        """What to do now."""
+        """Return the command of an instant, with what it is based on."""
 
     @abstractmethod
     def note(self, measurement: Measurement, basis: Any, qd: Array) -> None:
         """Remember that the velocities qd (n, B) were commanded in the end."""
 
     def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
-        """(B,): which runs follow a plan that is not over, and are not judged by their error yet.
+        """Return (B,): which runs follow a plan that is not over, and so cannot have converged yet.
 
         It is asked after the decision at the same instant.
         """
         return np.zeros(measurement.runs, dtype=np.bool_)
 
     def control(self, measurement: Measurement) -> Command:
-        """The command at an instant; error and task Jacobian in units of one tolerance for all."""
+        """Return the command of an instant, error and task Jacobian scaled to one tolerance."""
         return self.decided(measurement).command
 
     def decided(self, measurement: Measurement) -> Decision:
-        """That command with what it is based on."""
+        """Return the decision of an instant, scaled to one tolerance, and note its command."""
         decision = self.decide(measurement)
         command = decision.command
         self.note(measurement, decision.basis, command.qd)
@@ -73,23 +73,23 @@ class Controller(ABC):
 
     @property
     def k(self) -> int:
-        """How many features."""
+        """The number of features."""
         return len(self.s_goal)
 
     @cached_property
     def moving(self) -> str:
-        """The frame whose way is measured: the recorded one, or the target of a standing camera."""
+        """The frame whose path is measured: `frame`, or the target of a standing camera."""
         stands = self.sights and not self.sights[0].constants.moves
         return self.sights[0].target.name if stands else self.frame
 
     @property
     def tolerance(self) -> float:
-        """That of the first feature, to which the others are scaled."""
+        """The tolerance of the first feature, to which the others are scaled."""
         return float(self.tolerances[0])
 
     @property
     def compiled(self) -> Scheme | None:
-        """The scheme for the compiled loop, if it can run this."""
+        """The scheme for the compiled loop; None if that cannot run this controller."""
         return None
 
     @cached_property

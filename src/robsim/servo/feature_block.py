@@ -1,4 +1,4 @@
-"""A part of what a task regulates: a feature, who sees it of what, and which of its numbers."""
+"""Feature blocks: a feature, the camera and target that it is measured on, and its components."""
 
 from __future__ import annotations
 
@@ -9,9 +9,19 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.errors import InputError
-from robsim.declare import Choice, Declared, ListOf, Number, OneOf, Text, Whole, fields_of
+from robsim.declare import (
+    Choice,
+    Declared,
+    ListOf,
+    Number,
+    OneOf,
+    Text,
+    Whole,
+    described,
+    fields_of,
+)
 from robsim.declare.problems import Broken, shown
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 from robsim.features import FEATURES as KINDS
 from robsim.features import Feature
 
@@ -20,7 +30,7 @@ FEATURE = Choice(KINDS, protocol=Feature)
 
 @dataclass(frozen=True)
 class SceneName(Text):
-    """The name of a camera or an object; in a text it must be one of the scene."""
+    """The name of a camera or an object, which must exist in the scene of a text."""
 
     find: str = "camera"
     most: int = 129
@@ -32,7 +42,7 @@ class SceneName(Text):
         return name
 
     def words(self) -> str:
-        return f"the name of a {self.find}"
+        return f"the name of {with_article(self.find)}"
 
 
 @dataclass(frozen=True)
@@ -54,13 +64,16 @@ class Cameras(OneOf):
     def words(self) -> str:
         return "the name of a camera, or two of a stereo pair"
 
+    def accepts(self) -> str:
+        return self.words()
+
 
 INDEX = Whole(0, 9_999)
 
 
 @dataclass(frozen=True)
 class Indices(ListOf):
-    """Different whole numbers from 0 on."""
+    """A list of different whole numbers from 0 on."""
 
     item: Spec = INDEX
     least: int = 1
@@ -86,26 +99,39 @@ class Indices(ListOf):
 CAMERAS, TARGET, INDICES = Cameras(), SceneName(find="object"), Indices()
 
 
+@described
 @dataclass(frozen=True)
 class FeatureBlock(Declared):
-    """One of several features that a task stacks: `IBVS(features=[FeatureBlock(...), ...])`.
+    """One of several features that a task stacks, as in `IBVS(features=[FeatureBlock(...), ...])`.
 
     >>> FeatureBlock("log_depth", marks=[0]).marks
     (0,)
     """
 
-    feature: Annotated[Any, FEATURE, "Its name, or an object with unit, tolerance and measure."]
+    feature: Annotated[
+        Any, FEATURE, "The feature: its name, or an object with unit, tolerance and measure."
+    ]
     camera: Annotated[
         str | tuple[str, str] | None,
         CAMERAS,
-        "Its name, or two for a feature of a stereo pair; None: that of the task.",
+        "The camera, or the two of a stereo pair; None: that of the task.",
     ] = None
-    target: Annotated[
-        str | None, TARGET, "Name of the object with the marks; None: that of the task."
+    target: Annotated[str | None, TARGET, "The object with the marks; None: that of the task."] = (
+        None
+    )
+    marks: Annotated[
+        tuple[int, ...] | None,
+        INDICES,
+        "Numbers of the marks that the feature is measured on; None: all.",
     ] = None
-    marks: Annotated[tuple[int, ...] | None, INDICES, "Which marks, by number; None: all."] = None
-    components: Annotated[tuple[int, ...] | None, INDICES, "Which numbers of s; None: all."] = None
-    weight: Annotated[float, Number(above=0), "On its rows in the least squares of the law."] = 1.0
+    components: Annotated[
+        tuple[int, ...] | None,
+        INDICES,
+        "Numbers of the components of s that are regulated; None: all.",
+    ] = None
+    weight: Annotated[
+        float, Number(above=0), "Weight of its components in the least squares of the law."
+    ] = 1.0
 
 
 def blocks_of(given: Any) -> tuple[FeatureBlock, ...]:
@@ -118,7 +144,7 @@ def blocks_of(given: Any) -> tuple[FeatureBlock, ...]:
 
 @dataclass(frozen=True)
 class Features(Spec):
-    """What a task regulates: a feature, or a list of features and blocks.
+    """The features of a task: one feature, or a list of features and blocks.
 
     In a text the keys of a block stand beside those of its feature.
     """
@@ -143,6 +169,9 @@ class Features(Spec):
     def words(self) -> str:
         return f"{FEATURE.words()}, a table of one, or a list of these"
 
+    def accepts(self) -> str:
+        return f"{FEATURE.accepts()}, or a list of these and of feature blocks"
+
     def schema(self, define: Any) -> dict[str, Any]:
         one = {"anyOf": [{"enum": FEATURE.names}, {"type": "object"}]}
         return {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 1}]}
@@ -160,7 +189,7 @@ class Features(Spec):
 
 @dataclass(frozen=True)
 class _Block(Spec):
-    """One block; a table that says nothing of a block is the feature `alone`."""
+    """A feature block in a text; with `alone`, a table without keys of a block is the feature."""
 
     alone: bool = False
     form: ClassVar[str] = "table"
@@ -202,7 +231,7 @@ class _Block(Spec):
 
 
 class _Feature(Choice):
-    """A feature whose unknown keys are told beside those of its block."""
+    """A feature whose messages about unknown keys also list the keys of its block."""
 
     def read(self, raw: Raw, c: Context) -> Any:
         return super().read(raw, c.knowing(also=_OWN))

@@ -14,7 +14,7 @@ from robsim.servo.sight import Key
 
 @dataclass(frozen=True, eq=False)
 class FeatureState:
-    """s with its interaction matrix and Jacobians, as the controller models them; the run last."""
+    """The features s with L and the Jacobians, as the controller models them, with the run last."""
 
     s: Array  # (k, B)
     L: Array  # (k, 6, B) for the twist of the first camera, where all cameras move as one

@@ -1,4 +1,4 @@
-"""What a controller receives at one instant, and what it remembers until the next."""
+"""What a controller measures at one instant, and what it remembers until the next."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ class Measurement:
 
     @property
     def time(self) -> float:
-        """Seconds since the start."""
+        """The time in seconds since the start."""
         return self.step * self.dt
 
     @property
     def runs(self) -> int:
-        """How many."""
+        """The number of runs B."""
         return int(self.q.shape[1])
 
     def inside(self, name: str) -> Measurement:
-        """The same with a memory of its own, for one of several tasks."""
+        """Return the measurement with a memory of its own, for one of several tasks."""
         return replace(self, memory=self.memory.setdefault(name, {}))
 
 
 def remember(memory: dict[str, Any], name: str, array: Array) -> None:
-    """Keep an array whose run comes last."""
+    """Keep an array, whose last axis is the run, in a memory."""
     memory[name] = first_view(array)
 
 
 def recall(memory: dict[str, Any], name: str) -> Array:
-    """An array that was kept, with the run last."""
+    """Return an array that was kept in a memory, with the run last."""
     return np.ascontiguousarray(last_view(memory[name]))

@@ -1,4 +1,4 @@
-"""What a task regulates, bound to a scene: s, its goal, and how the joints move it."""
+"""What a task regulates in a scene: s, its goal, and how the joints move it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from robsim.servo.sight import Key, Sight, adjoint, relative
 
 @dataclass(frozen=True, eq=False)
 class Regulated:
-    """All parts of a task with their goal, and the velocities that are commanded."""
+    """All feature blocks of a task with their goal, and the commanded velocities."""
 
     parts: tuple[BoundBlock, ...]
     sights: tuple[Sight, ...]  # as believed, each once; the first is the reference
@@ -40,14 +40,14 @@ class Regulated:
     given: Array | None  # (k,) features at the goal, where they are given as numbers
 
     def at_its_goal(self) -> Regulated:
-        """The same, its features measured relative to the goal where it is seen and they can."""
+        """Return a copy whose features are measured relative to the goal, where they can be."""
         parts = zip(self.parts, self._goal_observations, strict=True)
         bound = [part.towards(v) if self.given is None else part for part, v in parts]
         views = zip(bound, self._goal_observations, strict=True)
         return replace(self, parts=tuple(part.counted(view) for part, view in views))
 
     def features(self, measurement: Measurement) -> FeatureState:
-        """What the controller makes of an instant."""
+        """Return the features at an instant, as the controller models them."""
         as_is = self.exact and measurement.prompt
         projections = measurement.projections
         if not as_is:
@@ -70,7 +70,7 @@ class Regulated:
         seen: dict[Key, Observation],
         projections: dict[Key, Projection],
     ) -> NDArray[np.bool_]:
-        """(k, B): the numbers that depend on hidden marks, where others of their feature do not.
+        """Return (k, B): which numbers of a feature depend on hidden marks, if not all of them do.
 
         These are found by hiding the marks: what becomes NaN depends on them.
         """
@@ -99,19 +99,19 @@ class Regulated:
         return FeatureState(s, L, first, self._task_jacobian(L, each, J), J, projections, each)
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[Key, Array]) -> Array:
-        """L J (k, n, B): sdot = L (J_c - J_o) qdot, camera by camera where they move apart."""
+        """Return L J (k, n, B), camera by camera: sdot = L (J_c - J_o) qdot."""
         if self.as_one:
             return product(L, J[self.sights[0].key])
         rows = zip(each, self.parts, strict=True)
         return _stacked([product(L_part, J[part.sights[0].key]) for L_part, part in rows])
 
     def drift(self, measurement: Measurement, features: FeatureState) -> Array:
-        """(k, B) sdot by what moves on its own, as far as the controller knows of it."""
+        """Return sdot (k, B) that prescribed motions cause, as far as the controller knows them."""
         twists = self.twists(measurement, features)
         return self._task_jacobian(features.L, features.each, twists)[:, 0]
 
     def twists(self, measurement: Measurement, features: FeatureState) -> dict[Key, Array]:
-        """(6, 1, B) of every camera against its target, by what moves on its own."""
+        """Return the twist (6, 1, B) of each camera against its target by prescribed motions."""
         columns, moves = self._own_moves
         rates = np.empty((columns.size, 1, measurement.runs))
         rates[:] = self.sights[0].scene.drift(measurement.time)[columns, None, None]
@@ -119,7 +119,7 @@ class Regulated:
         return {key: product(each, rates) for key, each in J.items()}
 
     def _interaction(self, i: int, view: Observation) -> Array:
-        """L (k, 6, B) of one part: now, at the goal, or the mean of both."""
+        """Return L (k, 6, B) of one block: now, at the goal, or the mean of both."""
         L = self.parts[i].interaction(view)
         if isinstance(self.which, str) and self.which != "current":
             kernels.choose_interaction(self.code, self._L_goals[i], L)
@@ -127,17 +127,17 @@ class Regulated:
 
     @property
     def code(self) -> int:
-        """Which interaction matrix, for the kernels."""
+        """The number by which the kernels know the interaction matrix."""
         return get_args(Interaction).index(self.which)
 
     @cached_property
     def as_one(self) -> bool:
-        """Whether all cameras move as one against all targets: one twist moves everything."""
+        """Whether all cameras have one relative motion to their targets, and so one twist."""
         return all(sight.moves_with(self.sights[0]) for sight in self.sights)
 
     @cached_property
     def s_goal(self) -> Array:
-        """(k, 1)."""
+        """The features s (k, 1) at the goal."""
         s = self.at_goal.s
         if self.given is not None:
             if self.given.shape != (len(s),):
@@ -153,28 +153,28 @@ class Regulated:
 
     @property
     def names(self) -> str:
-        """Of the features."""
+        """The names of the features, as text."""
         return ", ".join(part.name for part in self.parts)
 
     @property
     def reasons(self) -> str:
-        """Why features can have no finite value at a goal, as the features say."""
+        """The reasons for which features can have no finite value at a goal, as text."""
         found = [getattr(part.feature, "singular", None) for part in self.parts]
         return "".join(f"; {reason}" for reason in dict.fromkeys(found) if reason)
 
     @property
     def k(self) -> int:
-        """How many features."""
+        """The number of features."""
         return sum(part.size for part in self.parts)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """(k,)."""
+        """The unit of each feature (k,)."""
         return tuple(part.feature.unit for part in self.parts for _ in range(part.size))
 
     @property
     def goal_pixels(self) -> Array:
-        """(N, 2) of all sights."""
+        """The pixels (N, 2) of the marks of all sights at the goal."""
         pixels = np.concatenate([self.goals[sight.key].pixels_last for sight in self.sights])[
             ..., 0
         ]
@@ -182,7 +182,7 @@ class Regulated:
 
     @property
     def motions(self) -> int:
-        """How many motions of a camera against a target are different from one another."""
+        """The number of different relative motions of cameras and targets."""
         apart: list[Sight] = []
         for sight in self.sights:
             if not any(sight.moves_with(other) for other in apart):
@@ -191,23 +191,23 @@ class Regulated:
 
     @property
     def L_goal(self) -> Array:
-        """(k, 6, 1) of the only part."""
+        """The interaction matrix L (k, 6, 1) of the first block at the goal."""
         return self._L_goals[0]
 
     @cached_property
     def at_goal(self) -> FeatureState:
-        """What is measured there, one run; J of the joints where the goal was shown."""
+        """The features at the goal, for one run; J is where the goal was shown."""
         return self._features(self._seen_at_goal, self._goal_projections)
 
     @cached_property
     def tolerances(self) -> Array:
-        """(k,): the feature's own for each component."""
+        """The tolerance (k,) of each component, from its feature."""
         each = [np.full(p.size, positive(p.feature.tolerance, "tolerance")) for p in self.parts]
         return np.concatenate(each)
 
     @cached_property
     def weights(self) -> Array:
-        """(k, 1)."""
+        """The weight (k, 1) of each component, from its block."""
         return np.concatenate([np.full(p.size, p.weight) for p in self.parts])[:, None]
 
     @cached_property
@@ -217,7 +217,7 @@ class Regulated:
 
     @cached_property
     def _goal_observations(self) -> list[Observation]:
-        """What the feature of each part is shown at the goal, one run."""
+        """The observation of each block at the goal, for one run."""
         return [part.observation(self._seen_at_goal, self._goal_projections) for part in self.parts]
 
     @cached_property
@@ -230,7 +230,7 @@ class Regulated:
 
     @cached_property
     def _goal_projections(self) -> dict[Key, Projection]:
-        """What is where, as believed, where the goal was shown; at home where it was computed."""
+        """The believed projections where the goal was shown, or at home where it was computed."""
         q = self.q_goal
         return {
             sight.key: sight.project(runs_last(sight.scene.home, 1) if q is None else q)
@@ -243,13 +243,13 @@ class Regulated:
 
     @cached_property
     def _own_moves(self) -> tuple[NDArray[np.int64], dict[Key, Moves]]:
-        """The velocities that nobody commands, and how they move each camera and target."""
+        """The prescribed velocities, and how they move each camera against its target."""
         columns = frozen(np.flatnonzero(self.sights[0].scene.prescribed))
         return columns, {sight.key: sight.moves(columns) for sight in self.sights}
 
     @cached_property
     def _adjoints(self) -> list[Array | None]:
-        """Of each part (6, 6): its camera's twist from that of the first; None where it is it."""
+        """The map (6, 6) of the first camera's twist to that of each block; None for itself."""
         first = self.sights[0].key
         projections = self._goal_projections
         return [

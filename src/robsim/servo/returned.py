@@ -1,4 +1,4 @@
-"""What a method returned that may be the user's own."""
+"""Checks of what the methods of a user's class return."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from robsim.base.errors import InputError
 
 
 def returned(value: Any, who: str, wanted: tuple[int | str, ...]) -> Array:
-    """Numbers of the wanted shape (a word stands for any size but 0), or an InputError.
+    """Return a value as an array of the wanted shape; InputError if it is none.
+
+    A word in the shape stands for any size but 0.
 
     `who` is "Mine.command", or "Mine: a method" where it is not known which.
     """

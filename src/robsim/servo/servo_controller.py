@@ -1,4 +1,4 @@
-"""The controller of one servo task: features, error, law, shaping."""
+"""The controller of one servo task: features, error, law and shaping of the command."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from robsim.servo.shaping.shaping import Shaping
 
 
 class Basis(NamedTuple):
-    """What the command of one servo task is based on."""
+    """What the command of one servo task is based on: features, error and the state of the law."""
 
     features: FeatureState
     error: Array  # (k, B)
@@ -37,7 +37,7 @@ class Basis(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Servo(Controller):
-    """The controller of one task: it drives e = s - s_goal to zero by a law."""
+    """The controller of one servo task, whose law drives e = s - s_goal to zero."""
 
     regulated: Regulated
     law: Law
@@ -48,7 +48,7 @@ class Servo(Controller):
     shaping: Shaping
 
     def assess(self, measurement: Measurement) -> Basis:
-        """Features, error, and the state that the law is given."""
+        """Return features, error, and the state that the law is given."""
         features = self.regulated.features(measurement)
         error = np.empty(features.s.shape)
         kernels.difference(features.s, self.s_goal, error)
@@ -59,7 +59,7 @@ class Servo(Controller):
         return Basis(features, error, self._state(measurement, features, error))
 
     def decide(self, measurement: Measurement) -> Decision:
-        """Features and error, law, shaping."""
+        """Return the command of the law, shaped, with what it is based on."""
         basis = self.assess(measurement)
         features, error, state = basis
         qd = self._commanded(state)
@@ -116,7 +116,7 @@ class Servo(Controller):
     def _drift(
         self, measurement: Measurement, features: FeatureState, error: Array
     ) -> Array | None:
-        """(k, B) de/dt of what moves on its own, weighted."""
+        """Return the weighted de/dt (k, B) of what moves on its own; None without feed-forward."""
         if isinstance(self.feed_forward, EstimatedMotion):
             return self.feed_forward.of(measurement, error)
         if isinstance(self.feed_forward, KnownMotion):
@@ -124,7 +124,7 @@ class Servo(Controller):
         return None
 
     def _learnt(self, measurement: Measurement, features: FeatureState) -> Array:
-        """L J (k, n, B) by Broyden's rule."""
+        """Return L J (k, n, B) as learnt by Broyden's rule."""
         assert self.broyden is not None
         if "task_jacobian" in measurement.memory:
             A, without, qd = (
@@ -137,7 +137,7 @@ class Servo(Controller):
         return np.ascontiguousarray(wide)
 
     def _commanded(self, state: ControlState) -> Array:
-        """(n, B) from the law, which may be the user's."""
+        """Return velocities (n, B) from the law, which may be a user's."""
         wanted = (state.error_last.shape[1], self.columns.size)
         who = f"{type(self.law).__name__}.command"
         qd = returned(self.law.command(state), who, wanted)
@@ -153,7 +153,7 @@ class Servo(Controller):
 
     @property
     def compiled(self) -> Scheme | None:
-        """The scheme, if all its parts are built in and belief is truth."""
+        """The scheme for the compiled loop, if all is built in and the belief is the truth."""
         kinds: dict[type[Any], bool] = {Points: False, PixelPoints: True}
         laws: dict[type[Any], int] = {JointLaw: JOINT, CameraLaw: CAMERA}
         law, part = laws.get(type(self.law)), self.regulated.parts[0]
@@ -189,7 +189,7 @@ class Servo(Controller):
 
 
 def _without_hidden(features: FeatureState, error: Array) -> tuple[FeatureState, Array]:
-    """What is hidden has no error, and nothing moves it."""
+    """Return features and error in which hidden components are zero, and so are their rows."""
     hidden = features.hidden
     assert hidden is not None
     L, task_jacobian = (
@@ -200,7 +200,10 @@ def _without_hidden(features: FeatureState, error: Array) -> tuple[FeatureState,
 
 
 def pace(regulated: Regulated, gain: float | AdaptiveGain, inverse: Inverse) -> float:
-    """The smallest gain; with the transpose, times the smallest sigma^2 of L J at the goal."""
+    """Return the slowest rate at which the error decays: the smallest gain, per second.
+
+    With the transpose that is times the smallest sigma^2 of L J at the goal.
+    """
     least = gain if isinstance(gain, float) else gain.least
     if not isinstance(inverse, JacobianTranspose):
         return least
@@ -215,7 +218,7 @@ def pace(regulated: Regulated, gain: float | AdaptiveGain, inverse: Inverse) -> 
 
 
 def rank_at_goal(regulated: Regulated) -> int:
-    """Rank of L J at the goal where it was shown; else the most that its shape allows."""
+    """Return the rank of L J at the goal where it was shown; else the most that is possible."""
     goal = regulated.at_goal
     if regulated.q_goal is None:
         return int(min(*goal.task_jacobian.shape[:2], 6 * regulated.motions))
@@ -223,5 +226,5 @@ def rank_at_goal(regulated: Regulated) -> int:
 
 
 def rcond_of(inverse: Inverse) -> float:
-    """What counts as a lost rank."""
+    """Return the share of the largest singular value below which rank counts as lost."""
     return inverse.numbers[2] or RCOND

@@ -1,4 +1,4 @@
-"""One camera looking at one object of a scene: the truth of it, or a belief about it."""
+"""A sight: one camera looking at one object of a scene, true or believed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MARKS = ("points", "depth", "pixels", "visibility")  # what a projection holds o
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """A camera and its target in a scene, and how every velocity moves one against the other."""
+    """A camera and its target in a scene, and how each velocity moves one relative to the other."""
 
     scene: Scene
     eye: MountedCamera
@@ -34,12 +34,12 @@ class Sight:
 
     @property
     def key(self) -> Key:
-        """Names of camera and target."""
+        """The names of camera and target."""
         return self.eye.name, self.target.name
 
     @cached_property
     def sign(self) -> Array:
-        """Of each move of the tree: 1 where it carries the camera, -1 the target, else 0."""
+        """The sign of each move of the tree: 1 if it carries the camera, -1 the target, else 0."""
         tree = self.scene.tree
         return tree.carried(self.eye.name) - tree.carried(self.target.name)
 
@@ -50,14 +50,14 @@ class Sight:
         return frozen(moved[~self.scene.prescribed[moved]])
 
     def project(self, q: Array) -> Projection:
-        """The camera, its target and the marks in the image, for coordinates q (nq, B)."""
+        """Return camera, target and marks in the image at coordinates q (nq, B)."""
         projection = self.room(q.shape[1])
         self.scene.tree.prepare(q, projection.bodies)
         kernels.project(self.scene.tree.joints, self.constants, q, projection)
         return projection
 
     def room(self, runs: int) -> Projection:
-        """Room for a projection, not filled yet."""
+        """Return a projection of the right size that is not filled yet."""
         marks = len(self.target.marks)
         return Projection(
             self.scene.tree.room(runs),
@@ -70,14 +70,14 @@ class Sight:
         )
 
     def jacobian(self, projection: Projection, moves: jacobians.Moves) -> Array:
-        """(6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
+        """Return J (6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
         J = np.empty((6, moves.columns.size, projection.T_w_c.shape[-1]))
         jacobians.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
         return J
 
     @cached_property
     def constants(self) -> kernels.Eye:
-        """For the kernels."""
+        """The constants of camera and target for the kernels."""
         find, camera = self.scene.tree.find, self.eye.camera
         return kernels.Eye(
             *find(self.eye.name),
@@ -91,24 +91,24 @@ class Sight:
         )
 
     def observation(self, pixels: Array, depth: Array, T_c_o: Array | None) -> Observation:
-        """What its camera makes of pixels (N, 2, B) at depths (N, B), near the pose T_c_o."""
+        """Return the observation of pixels (N, 2, B) at depths (N, B), near the pose T_c_o."""
         seen = Observation.of(pixels, depth, self.eye.camera)
         seen.model, seen.guess_last = self.target.marks, T_c_o
         return seen
 
     def moves(self, columns: NDArray[np.int64]) -> jacobians.Moves:
-        """Some velocities for the kernels; read-only, like all that they are compiled for."""
+        """Return some velocities as the kernels take them, read-only."""
         return self.scene.tree.moves(self.sign, columns)
 
     def moves_with(self, other: Sight) -> bool:
-        """Whether both cameras and both targets ride on the same bodies: one relative motion."""
+        """Return whether two sights have one relative motion, riding on the same bodies."""
         find = self.scene.tree.find
         pairs = zip(self.key, other.key, strict=True)
         return all(find(mine)[0] == find(theirs)[0] for mine, theirs in pairs)
 
 
 def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:
-    """The sight of a named camera on a named target; InputError if nothing moves one of them."""
+    """Return the sight of a named camera on a named target; InputError if no joint moves either."""
     found = Sight(scene, scene.camera(camera), scene.object(target))
     if not len(found.target.marks):
         raise InputError(f"object '{found.target.name}' has no marks to look at")
@@ -121,14 +121,14 @@ def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:
 
 
 def relative(T_w_a: Array, T_w_b: Array) -> Array:
-    """T_a_b (3, 4, B)."""
+    """Return T_a_b (3, 4, B) from T_w_a and T_w_b (3, 4, B)."""
     T = np.empty(T_w_a.shape)
     kernels.relative(T_w_a, T_w_b, T)
     return T
 
 
 def joined(projections: Sequence[Projection], runs: int) -> Projection:
-    """All marks of several projections one after the other; poses are those of the first."""
+    """Return all marks of several projections in one, with the poses of the first."""
     if len(projections) == 1:
         return projections[0]
     if not projections:
@@ -138,7 +138,7 @@ def joined(projections: Sequence[Projection], runs: int) -> Projection:
 
 
 def _blind(runs: int) -> Projection:
-    """Of no camera: no poses and no marks."""
+    """Return the projection of no camera, without poses and marks."""
     sizes: list[tuple[int, ...]] = [(3, 4), (), (4,), (4,), (3,), (), (2,)]
     poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
     T_w_c, T_w_o, points, depth, pixels = others
@@ -147,7 +147,7 @@ def _blind(runs: int) -> Projection:
 
 
 def adjoint(T_a_b: Array) -> Array:
-    """A (6, 6) with V_a = A V_b for one body's twist, from T_a_b (3, 4, 1).
+    """Return the adjoint (6, 6) with V_a = A V_b for one body's twist, from T_a_b (3, 4, 1).
 
     v_a = R v_b + p x (R omega_b), omega_a = R omega_b.
     """

@@ -36,11 +36,13 @@ CORNERS = OneOrEach(followed, "limits")
 class BlendsTable:
     """The text form of a trajectory through points."""
 
-    points: Annotated[Any, POINTS, "The points, at least two, of one number for each axis."]
+    points: Annotated[Any, POINTS, "Two or more points, each of one number for each axis."]
     speed: Speed
     acceleration: Acceleration
     corner: Annotated[
-        Each | None, CORNERS, "How far the way may pass by a point in between; None: any."
+        Each | None,
+        CORNERS,
+        "Largest distance at which points in between may be passed; None: any.",
     ] = None
 
     def made(self, c: Context) -> Blends:

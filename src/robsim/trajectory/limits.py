@@ -14,8 +14,8 @@ from robsim.declare.joints import OneOrEach, PerJoint, followed, per
 Each = float | tuple[float, ...]  # one number for all, or one for each
 SPEEDS = OneOrEach(per(followed, "/s"), "limits", ("turn rate", "speed"))
 ACCELERATIONS = OneOrEach(per(followed, "/s^2"), "limits", ("turn acceleration", "acceleration"))
-Speed = Annotated[Any, SPEEDS, "Limit of the speed of each axis."]
-Acceleration = Annotated[Any, ACCELERATIONS, "Limit of the acceleration of each axis."]
+Speed = Annotated[Any, SPEEDS, "Largest speed of each axis."]
+Acceleration = Annotated[Any, ACCELERATIONS, "Largest acceleration of each axis."]
 Coordinates = PerJoint(followed)
 
 

@@ -13,16 +13,18 @@ from robsim.base.errors import InputError
 from robsim.declare import Quantity, Time, check_fields
 from robsim.trajectory.timing import Timing
 
-Duration = Annotated[float | None, Time(above=0), "How long it takes, with least jerk."]
+Duration = Annotated[
+    float | None, Time(above=0), "Duration of the motion, along a quintic polynomial."
+]
 Speed = Annotated[
-    float | None, Quantity(above=0, dimension="speed"), "Limit of the speed of the origin."
+    float | None, Quantity(above=0, dimension="speed"), "Largest speed of the origin."
 ]
 Acceleration = Annotated[
-    float | None, Quantity(above=0, dimension="acceleration"), "Limit of its acceleration."
+    float | None, Quantity(above=0, dimension="acceleration"), "Largest acceleration of the origin."
 ]
-Turn = Annotated[float | None, Quantity(above=0, dimension="turn rate"), "Limit of the turn rate."]
+Turn = Annotated[float | None, Quantity(above=0, dimension="turn rate"), "Largest turn rate."]
 TurnAcceleration = Annotated[
-    float | None, Quantity(above=0, dimension="turn acceleration"), "Limit of its change."
+    float | None, Quantity(above=0, dimension="turn acceleration"), "Largest turn acceleration."
 ]
 
 

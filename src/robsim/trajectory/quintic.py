@@ -31,7 +31,7 @@ class Quintic(RestToRest):
     array([0.9375, 0.    ])
     """
 
-    duration: Annotated[float, Time(above=0), "How long it takes."]
+    duration: Annotated[float, Time(above=0), "Duration of the motion."]
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -42,8 +42,8 @@ class RestToRest(Value, ABC):
                  broadcast against them
     """
 
-    start: Annotated[Any, ENDS, "Where the axes start."]
-    end: Annotated[Any, ENDS, "Where they stop."]
+    start: Annotated[Any, ENDS, "Coordinates of the axes at the start."]
+    end: Annotated[Any, ENDS, "Coordinates of the axes at the end."]
 
     def __post_init__(self) -> None:
         start, end = numbers(self.start, "start", ("n",)), numbers(self.end, "end", ("n",))

@@ -23,8 +23,8 @@ from robsim.trajectory.timing import Shares, Timing, checked_times
 class StraightTable:
     """The text form of a straight motion."""
 
-    start: Annotated[Pose, PoseTable(), "Where it starts."]
-    end: Annotated[Pose, PoseTable(), "Where it ends."]
+    start: Annotated[Pose, PoseTable(), "Pose at the start."]
+    end: Annotated[Pose, PoseTable(), "Pose at the end."]
     duration: Duration = None
     speed: Speed = None
     acceleration: Acceleration = None

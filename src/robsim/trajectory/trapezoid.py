@@ -20,8 +20,8 @@ from robsim.trajectory.timing import Timing
 class TrapezoidTable:
     """The text form of a motion within limits."""
 
-    start: Annotated[Any, ENDS, "Where the axes start."]
-    end: Annotated[Any, ENDS, "Where they stop."]
+    start: Annotated[Any, ENDS, "Coordinates of the axes at the start."]
+    end: Annotated[Any, ENDS, "Coordinates of the axes at the end."]
     speed: Speed
     acceleration: Acceleration
 

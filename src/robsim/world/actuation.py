@@ -11,12 +11,13 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Time
+from robsim.declare import Declared, Time, described
 from robsim.declare.joints import OneOrEach, accelerations, coordinates, velocities
 
 Each = float | Sequence[float]  # one number for all, or one for each
 
 
+@described
 @dataclass(frozen=True)
 class Actuation(Declared):
     """Joints with lag and limits, and encoders with a finite step.
@@ -36,17 +37,17 @@ class Actuation(Declared):
     velocity: Annotated[
         Each | None,
         OneOrEach(velocities, "numbers", ("turn rate", "speed")),
-        "Limit of |v|: what a command exceeds is cut off, joint by joint.",
+        "Limit of |v|, at which commands are cut off joint by joint; None: none.",
     ] = None
     acceleration: Annotated[
         Each | None,
         OneOrEach(accelerations, "numbers", ("turn acceleration", "acceleration")),
-        "Limit of |v'|.",
+        "Limit of |v'|; None: none.",
     ] = None
     encoder: Annotated[
         Each,
         OneOrEach(coordinates, "numbers", zero=True),
-        "Step of the measured coordinates of revolute and prismatic joints.",
+        "Step in which revolute and prismatic coordinates are measured.",
     ] = 0.0
 
     @property

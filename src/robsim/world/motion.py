@@ -10,6 +10,7 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, suggest
 from robsim.base.units import Dimension
 from robsim.base.values import Value
+from robsim.declare import described
 from robsim.declare.joints import Axes, PerJoint
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, NoText
@@ -39,6 +40,7 @@ def _own_velocities(c: Context) -> Axes | None:
     return Axes(known[name].velocity_units, known[name].velocity_names)
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class Motion(Value):
     """The prescribed velocities of a robot that no task commands.
@@ -50,8 +52,12 @@ class Motion(Value):
     array([0.2])
     """
 
-    robot: Annotated[str, Reference, "Which robot."]
-    rates: Annotated[Array | Callable[[float], Any], Rates(_own_velocities), "Its velocities."]
+    robot: Annotated[str, Reference, "Name of the robot that moves."]
+    rates: Annotated[
+        Array | Callable[[float], Any],
+        Rates(_own_velocities),
+        "Velocities of the robot: constant, or a function of the time in seconds.",
+    ]
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, str):

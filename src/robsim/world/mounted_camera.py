@@ -24,17 +24,19 @@ from robsim.vision.intrinsics import Intrinsics
 class CameraTable:
     """The text form of a mounted camera."""
 
-    name: Annotated[str, Name(), "Its name."]
-    on: Annotated[str, Reference, "The frame that carries it."] = "world"
-    pose: Annotated[Pose, PoseTable(flat=True), "Its axes on that frame."] = IDENTITY
-    size: Annotated[Any, SIZE, "[width, height]; None: an image without border."] = None
-    K: Annotated[Any, Intrinsics(), "The matrix of the intrinsics."] = None
+    name: Annotated[str, Name(), "Name of the camera."]
+    on: Annotated[str, Reference, "Frame that carries the camera."] = "world"
+    pose: Annotated[Pose, PoseTable(flat=True), "Pose of the camera in that frame."] = IDENTITY
+    size: Annotated[
+        Any, SIZE, "[width, height] of the image in pixels; None: an image without border."
+    ] = None
+    K: Annotated[Any, Intrinsics(), "Matrix of the intrinsics."] = None
     distortion: Annotated[
         tuple[float, ...],
         ListOf(Number(), most=14),
         "k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six that it may write after these are zero.",
     ] = ()
-    body: Annotated[Any, Table(CameraBody), "What is to be seen of it."] = None
+    body: Annotated[Any, Table(CameraBody), "Housing that figures show of the camera."] = None
 
     def made(self, c: Context) -> MountedCamera:
         """Return the mounted camera that the table describes."""

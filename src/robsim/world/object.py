@@ -11,7 +11,7 @@ from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.names import checked_name
 from robsim.base.values import Value
-from robsim.declare import ListOf, Name, Vector
+from robsim.declare import ListOf, Name, Vector, described
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
@@ -42,6 +42,7 @@ class MarkList(ListOf):
 MARKS = MarkList()
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class Object(Value):
     """An object in a scene, with shapes to draw and `marks` (N, 3) to look at, in its own axes.
@@ -54,13 +55,17 @@ class Object(Value):
     (8, 3)
     """
 
-    name: Annotated[str, Name(), "Its name."]
-    shapes: Annotated[Any, SHAPE_LIST, "What is to be seen of it."] = ()
-    marks: Annotated[Any, MARKS, "(N, 3) points to look at; None: the vertices of its shapes."] = (
-        None
-    )
-    pose: Annotated[Pose, PoseTable(flat=True), "Where it stands."] = IDENTITY
-    on: Annotated[str, Reference, "The frame on which it stands."] = "world"
+    name: Annotated[str, Name(), "Name of the object."]
+    shapes: Annotated[Any, SHAPE_LIST, "Solids that figures show of the object."] = ()
+    marks: Annotated[
+        Any,
+        MARKS,
+        "Points (N, 3) that cameras see, in axes of the object; None: the vertices of its shapes.",
+    ] = None
+    pose: Annotated[
+        Pose, PoseTable(flat=True), "Pose of the object in the frame that carries it."
+    ] = IDENTITY
+    on: Annotated[str, Reference, "Frame that carries the object."] = "world"
 
     def __post_init__(self) -> None:
         checked_name(self.name, "object")

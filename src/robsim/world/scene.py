@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
 from robsim.base.errors import InputError
-from robsim.declare import ListOf, Table
+from robsim.declare import ListOf, Table, described
 from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import PoseTable
@@ -32,6 +32,7 @@ from robsim.world.view import View
 MOST = 64  # parts of one kind
 
 
+@described
 @dataclass(frozen=True)
 class Scene:
     """Robots, objects and cameras, in frames called "world", "robot.link", or by their names.
@@ -49,17 +50,23 @@ class Scene:
     array([[320., 240.]])
     """
 
-    robots: Annotated[tuple[Robot, ...], ListOf(ROBOT, most=MOST), "What moves on joints."] = ()
+    robots: Annotated[tuple[Robot, ...], ListOf(ROBOT, most=MOST), "Robots of the scene."] = ()
     objects: Annotated[
-        tuple[Object, ...], ListOf(Table(Object), most=MOST), "What is looked at, and stands about."
+        tuple[Object, ...],
+        ListOf(Table(Object), most=MOST),
+        "Objects that cameras look at, or that stand in the scene.",
     ] = ()
     cameras: Annotated[
-        tuple[MountedCamera, ...], ListOf(Table(MountedCamera), most=MOST), "What looks."
+        tuple[MountedCamera, ...],
+        ListOf(Table(MountedCamera), most=MOST),
+        "Cameras where they are mounted.",
     ] = ()
     motions: Annotated[
-        tuple[Motion, ...], ListOf(Table(Motion), most=MOST), "Robots that move on their own."
+        tuple[Motion, ...],
+        ListOf(Table(Motion), most=MOST),
+        "Motions of robots that no task commands.",
     ] = ()
-    display: Annotated[Pose, PoseTable(), "The world in the frame of the figures."] = field(
+    display: Annotated[Pose, PoseTable(), "Pose of the world in the frame of the figures."] = field(
         default=IDENTITY, kw_only=True
     )
 

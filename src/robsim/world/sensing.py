@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError
 from robsim.base.units import Dimension
-from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whole
+from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whole, described
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.world.effects import EFFECT, ImageEffect
@@ -52,6 +52,7 @@ class Marks(ListOf):
 MARKS = Marks()
 
 
+@described
 @dataclass(frozen=True)
 class Occlusion(Declared):
     """Marks that are hidden from `start` until `end`, in seconds.
@@ -65,11 +66,17 @@ class Occlusion(Declared):
     inf
     """
 
-    marks: Annotated[tuple[int, ...], MARKS, "Which marks, by number."]
-    start: Annotated[float, Time(above=0), "From when on; they must be seen once before."]
-    end: Annotated[float, Forever(above=0), "Until when."] = math.inf
-    target: Annotated[str | None, Reference, "Of this object alone."] = None
-    camera: Annotated[str | None, Reference, "For this camera alone."] = None
+    marks: Annotated[tuple[int, ...], MARKS, "Numbers of the hidden marks."]
+    start: Annotated[
+        float, Time(above=0), "Time from which the marks are hidden; they must be seen once before."
+    ]
+    end: Annotated[float, Forever(above=0), "Time until which the marks are hidden."] = math.inf
+    target: Annotated[
+        str | None, Reference, "Object whose marks are hidden; None: all objects."
+    ] = None
+    camera: Annotated[
+        str | None, Reference, "Camera for which the marks are hidden; None: all cameras."
+    ] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -82,6 +89,7 @@ class Occlusion(Declared):
         return mine and self.start <= seconds + AT_ONCE < self.end
 
 
+@described
 @dataclass(frozen=True)
 class Sensing(Declared):
     """The errors of the images of a run; each is off by default, and they combine.
@@ -94,30 +102,30 @@ class Sensing(Declared):
     """
 
     noise: Annotated[
-        float, PIXELS, "Standard deviation of Gaussian noise on each coordinate of each mark."
+        float, PIXELS, "Standard deviation of Gaussian noise on each pixel coordinate."
     ] = 0.0
     quantisation: Annotated[
-        float, PIXELS, "To whole multiples of which coordinates are rounded."
+        float, PIXELS, "Step to whose multiples pixel coordinates are rounded."
     ] = 0.0
-    outliers: Annotated[
-        float, SHARE, "Share of the marks that are taken for something else, image by image."
-    ] = 0.0
+    outliers: Annotated[float, SHARE, "Share of the marks that are mismatched in each image."] = 0.0
     outlier_size: Annotated[
-        float, PIXELS, "Standard deviation of where an outlier is seen instead."
+        float, PIXELS, "Standard deviation of the displacement of an outlier."
     ] = 50.0
     occlusions: Annotated[
         tuple[Occlusion, ...],
         ListOf(Table(Occlusion), alone=True),
-        "Marks that are hidden for a while.",
+        "Times in which marks are hidden.",
     ] = ()
     dropped: Annotated[
-        float, SHARE, "Share of the images that are lost: the last one is used again."
+        float, SHARE, "Share of the images that are lost; the one before is used again."
     ] = 0.0
-    latency: Annotated[float, Time(least=0), "How old an image is when it comes."] = 0.0
+    latency: Annotated[float, Time(least=0), "Age of an image when it reaches the controller."] = (
+        0.0
+    )
     period: Annotated[
         float | None,
         Time(above=0),
-        "From one image to the next, a multiple of the control period; None: one in each.",
+        "Time from one image to the next, a multiple of the control period; None: one period.",
     ] = None
     effects: Annotated[
         tuple[ImageEffect, ...],

@@ -9,7 +9,7 @@ from robsim.base.errors import InputError, suggest
 
 
 def names() -> tuple[str, ...]:
-    """The examples that come with RobSim.
+    """Return the names of the examples that come with RobSim.
 
     >>> "chapter_6_1" in names()
     True
@@ -19,7 +19,7 @@ def names() -> tuple[str, ...]:
 
 
 def path(name: str) -> Path:
-    """The file of an example. InputError: there is none of that name."""
+    """Return the file of an example. InputError: there is none of that name."""
     if name not in names():
         raise InputError(f"no example {name!r}; {suggest(name, names(), 'examples')}")
     return Path(str(resources.files(__name__) / f"{name}.toml"))

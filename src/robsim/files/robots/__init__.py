@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 def names() -> tuple[str, ...]:
-    """The robots of the library."""
+    """Return the names of the robots of the library."""
     files = resources.files(__name__).iterdir()
     return tuple(sorted(Path(f.name).stem for f in files if f.name.endswith(".toml")))
 
 
 def file(name: str) -> Path:
-    """The file of a robot of the library. InputError: there is none of that name."""
+    """Return the file of a robot of the library. InputError: there is none of that name."""
     if name not in names():
         raise InputError(
             f"no robot {name!r:.80} in the library; {suggest(name, names(), 'robots')}"
@@ -38,13 +38,13 @@ def file(name: str) -> Path:
 
 
 def about(name: str) -> str:
-    """One line on a robot of the library."""
+    """Return one line about a robot of the library."""
     line: str = tomllib.loads(file(name).read_text(encoding="utf-8"))["about"]
     return line
 
 
 def load(name: str) -> Robot:
-    """A robot of the library. InputError: there is none of that name."""
+    """Return a robot of the library. InputError: there is none of that name."""
     return _read(file(name))
 
 

@@ -25,7 +25,7 @@ class Arc(Curve):
     """
 
     radius: Radius
-    angle: Annotated[float, Angle(), "How far it turns: to the left if positive."]
+    angle: Annotated[float, Angle(), "Angle through which the arc turns, positive to the left."]
 
     def __post_init__(self) -> None:
         check_fields(self)

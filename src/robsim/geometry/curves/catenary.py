@@ -28,8 +28,8 @@ class Catenary(Curve):
     array([ 5.   , -0.872,  0.   ])
     """
 
-    start: Annotated[Any, Vector("length", 2), "(x, y) where it begins, y up."]
-    end: Annotated[Any, Vector("length", 2), "(x, y) where it ends."]
+    start: Annotated[Any, Vector("length", 2), "Point (x, y) at which the curve begins, y up."]
+    end: Annotated[Any, Vector("length", 2), "Point (x, y) at which the curve ends."]
     length: Extent
 
     def __post_init__(self) -> None:

@@ -16,8 +16,8 @@ from robsim.kernels import curve as kernels
 
 HUGE = 1e150  # its square is a number
 CURVES = family("curve")
-Extent = Annotated[float, Length(above=0), "Its length."]
-Radius = Annotated[float, Length(above=0), "Its radius."]
+Extent = Annotated[float, Length(above=0), "Length of the curve."]
+Radius = Annotated[float, Length(above=0), "Radius of the curve."]
 
 
 class Curve:

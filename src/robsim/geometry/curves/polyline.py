@@ -24,10 +24,8 @@ class Polyline(Curve):
     1.914159265
     """
 
-    points: Annotated[
-        Any, ListOf(Vector("length", 2), 2, 1000), "(N, 2) points, kept as a tuple of pairs."
-    ]
-    radius: Annotated[float, Length(above=0), "Radius of the corners."]
+    points: Annotated[Any, ListOf(Vector("length", 2), 2, 1000), "Points (N, 2) of the line."]
+    radius: Annotated[float, Length(above=0), "Radius by which corners are rounded."]
 
     def __post_init__(self) -> None:
         check_fields(self)

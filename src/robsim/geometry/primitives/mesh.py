@@ -54,8 +54,12 @@ class Mesh(Primitive):
     (0, 3)
     """
 
-    filename: Annotated[str, MeshName(most=1000), "The name of its file."]
-    scale: Annotated[tuple[float, float, float], Scale(), "Along x, y and z."] = (1.0, 1.0, 1.0)
+    filename: Annotated[str, MeshName(most=1000), "Name of the file of the mesh."]
+    scale: Annotated[tuple[float, float, float], Scale(), "Scale along x, y and z."] = (
+        1.0,
+        1.0,
+        1.0,
+    )
     color: Colour = "k"
     mass: None = field(default=None, kw_only=True)
     density: None = field(default=None, kw_only=True)

@@ -19,10 +19,10 @@ from robsim.geometry.pose_table import PoseTable
 
 Face = tuple[int, ...]
 SHAPES = family("shape")
-Size = Annotated[float, Length(above=0), "Its size along one axis."]
-Radius = Annotated[float, Length(above=0), "Its radius."]
-Corners = Annotated[int, Whole(3, 4096), "How many points draw its circle."]
-Colour = Annotated[str, Color, "Its colour, as Matplotlib names it."]
+Size = Annotated[float, Length(above=0), "Size along one axis."]
+Radius = Annotated[float, Length(above=0), "Radius of the solid."]
+Corners = Annotated[int, Whole(3, 4096), "Number of points that draw a circle."]
+Colour = Annotated[str, Color, "Colour in figures."]
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,18 @@ class Primitive:
     and the same all through.
     """
 
-    pose: Annotated[Pose, PoseTable(flat=True), "Where it stands."] = field(
-        default=IDENTITY, kw_only=True
-    )
+    pose: Annotated[
+        Pose, PoseTable(flat=True), "Pose of the solid in the frame that carries it."
+    ] = field(default=IDENTITY, kw_only=True)
     mass: Annotated[
-        float | None, Quantity(above=0, dimension="mass"), "What it weighs; None: nothing."
+        float | None,
+        Quantity(above=0, dimension="mass"),
+        "Mass of the solid; None: none, or from its density.",
     ] = field(default=None, kw_only=True)
     density: Annotated[
-        float | None, Quantity(above=0, dimension="density"), "What it is made of, instead."
+        float | None,
+        Quantity(above=0, dimension="density"),
+        "Density of the solid, instead of its mass.",
     ] = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.declare import Angle, Length, Quantity, check_fields
+from robsim.declare import Angle, Length, Quantity, check_fields, described
 from robsim.geometry.pose import common_lead
 from robsim.kernels import joints as kernels
 from robsim.robot.joints.planar import InPlane
@@ -39,6 +39,7 @@ class Car(InPlane):
         return rows
 
 
+@described
 @dataclass(frozen=True)
 class Steering:
     """The steering of a car: wheelbase (metres), largest angle (rad), and its rate (rad/s).
@@ -50,9 +51,11 @@ class Steering:
     0.6
     """
 
-    wheelbase: Annotated[float, Length(above=0), "From axle to axle."]
-    limit: Annotated[float, Angle(above=0), "The largest angle."] = 0.6
-    rate: Annotated[float, Quantity(above=0, dimension="turn rate"), "How fast it changes."] = 1.0
+    wheelbase: Annotated[float, Length(above=0), "Distance of the two axles."]
+    limit: Annotated[float, Angle(above=0), "Largest steering angle."] = 0.6
+    rate: Annotated[
+        float, Quantity(above=0, dimension="turn rate"), "Largest rate of the steering angle."
+    ] = 1.0
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -41,13 +41,17 @@ class Chord(Coupling):
     on_a_curve: ClassVar[bool] = True
     wanted: ClassVar[str] = "a rail of its own speed"
     of: Of
-    length: Annotated[float, Length(above=0), "Between the centres of the two wheels."]
-    radius: Annotated[float, Length(), "Of the wheels, to the left of the way."] = 0.0
+    length: Annotated[float, Length(above=0), "Distance between the centres of the two wheels."]
+    radius: Annotated[
+        float, Length(), "Radius of the wheels, whose centres lie to the left of the curve."
+    ] = 0.0
     at: Annotated[
-        float | None, Length(above=0), "Where on the chord the third wheel is; None: at its end."
+        float | None,
+        Length(above=0),
+        "Distance along the chord of the third wheel; None: at its end.",
     ] = None
     gives: Annotated[
-        Literal["angle", "arc", "height", "tilt"], Word(GIVEN), "What the coordinate is."
+        Literal["angle", "arc", "height", "tilt"], Word(GIVEN), "Quantity that the coordinate is."
     ] = "arc"
 
     def __post_init__(self) -> None:

@@ -8,7 +8,7 @@ from robsim.declare import Text, family
 from robsim.robot.joints.kind import JointKind
 
 COUPLINGS = family("coupling")
-Of = Annotated[str, Text(129, least=1), "The name of the coordinate that it follows."]
+Of = Annotated[str, Text(129, least=1), "Name of the coordinate that this one follows."]
 UPRIGHT = 1e-9  # how far the axis of a wheel may point from where it should
 
 

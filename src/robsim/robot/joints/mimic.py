@@ -24,8 +24,8 @@ class Mimic(Coupling):
 
     code: ClassVar[int] = kernels.MIMIC
     of: Of
-    ratio: Annotated[float, Number(), "Of its change to that of the other."] = 1.0
-    offset: Annotated[float, OfJoint(), "Its value where the other is zero."] = 0.0
+    ratio: Annotated[float, Number(), "Ratio of its change to that of the other coordinate."] = 1.0
+    offset: Annotated[float, OfJoint(), "Value where the other coordinate is zero."] = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,1 +1,1 @@
-"""Goals: where the features shall be."""
+"""Goals: the values that the features of a task are to reach."""

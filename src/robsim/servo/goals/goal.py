@@ -1,4 +1,4 @@
-"""The goal of a task: shown by the true camera, or computed from a pose by what is believed."""
+"""Goals of a task: taught with the true camera, computed from a pose, or given as numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FLOATING = KINDS["floating"].units
 
 
 def _kept(q: Any) -> Any:
-    """A copy that nobody changes; whether it fits is checked against the scene."""
+    """Return a read-only copy of q; whether it fits is checked against the scene."""
     if isinstance(q, Mapping):
         return {name: _kept(value) for name, value in q.items()}
     if isinstance(q, np.ndarray | list | tuple):
@@ -75,7 +75,7 @@ class GoalPose:
 
 @dataclass(frozen=True, eq=False)
 class GoalFeatures(Value):
-    """The features that are wanted, as numbers s (k,): nobody has seen them.
+    """The wanted features as numbers s (k,), which no camera has measured.
 
     >>> GoalFeatures([0.1, 0.2]).s
     array([0.1, 0.2])
@@ -95,14 +95,22 @@ Goal = TaughtGoal | GoalPose | GoalFeatures
 
 @dataclass(frozen=True)
 class GoalTable:
-    """How a text says a goal: where it is shown, computed from which pose, or its numbers."""
+    """The table of a goal in a text: a configuration, a pose, or numbers."""
 
-    q: Annotated[Any, PerJoint(coordinates), "Where the goal is shown: one number a joint."] = None
-    pose: Annotated[Pose | None, PoseTable(flat=True), "Where it is shown, of a free camera."] = (
-        None
-    )
-    computed: Annotated[Pose | None, PoseTable(), "The target in camera axes, T_c_o."] = None
-    s: Annotated[Any, Row(), "The features as numbers."] = None
+    q: Annotated[
+        Any,
+        PerJoint(coordinates),
+        "Configuration at which the goal is shown, one number for each coordinate.",
+    ] = None
+    pose: Annotated[
+        Pose | None, PoseTable(flat=True), "Pose of a free camera at which the goal is shown."
+    ] = None
+    computed: Annotated[
+        Pose | None,
+        PoseTable(),
+        "Pose of the target in camera axes, T_c_o, from which the goal is computed.",
+    ] = None
+    s: Annotated[Any, Row(), "Features at the goal, as numbers."] = None
 
     def made(self, c: Context) -> Goal:
         """Return the goal."""
@@ -114,7 +122,7 @@ class GoalTable:
 
     @classmethod
     def of(cls, value: Goal, c: Context) -> GoalTable:
-        """Return what says a goal."""
+        """Return the table of a goal."""
         if isinstance(value, GoalPose):
             return cls(computed=value.T_c_o)
         if isinstance(value, GoalFeatures):
@@ -125,7 +133,7 @@ class GoalTable:
 
 @dataclass(frozen=True)
 class GoalSpec(Spec):
-    """A goal; in Python also the q at which it is shown."""
+    """A goal; in Python also the configuration q at which it is shown."""
 
     takes_none: ClassVar[bool] = True  # which is home
     form: ClassVar[str] = "table"
@@ -155,6 +163,9 @@ class GoalSpec(Spec):
     def words(self) -> str:
         return "a goal: q, a pose, computed or s"
 
+    def accepts(self) -> str:
+        return "q (nq,), {robot: q}, a TaughtGoal, a GoalPose or GoalFeatures"
+
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define(GoalTable)
         return reference
@@ -172,7 +183,7 @@ class GoalSpec(Spec):
 
 
 def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
-    """Return coordinates of the robots from a text; None where nothing is said, which is home."""
+    """Return coordinates of the robots from a text; None (home) where it says nothing."""
     if q is not None and pose is not None:
         raise InputError("q and a pose: give one of the two only")
     if scene is None or (q is None and pose is None):
@@ -187,7 +198,7 @@ def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
 
 
 def configuration(goal: Goal, scene: Scene) -> Array | None:
-    """Coordinates (nq, 1) at which a goal is shown."""
+    """Return the coordinates (nq, 1) at which a goal is shown; None if it is not shown at any."""
     if not isinstance(goal, TaughtGoal):
         return None
     try:
@@ -200,7 +211,7 @@ def configuration(goal: Goal, scene: Scene) -> Array | None:
 
 
 def goal_observation(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> Observation:
-    """What is seen at the goal, at the true depth; GoalError if a mark is not in the image.
+    """Return what a camera sees at the goal, with true depths; GoalError if a mark is out of view.
 
     A computed goal is the pose of the believed target of `first` in its camera; other sights
     follow from it where they move with that one. Of numbers that are given there is no image.

@@ -22,7 +22,7 @@ TWIST = 6  # motions of a camera: a Jacobian L J has no more rank, however many 
 @register("interaction matrix", "broyden")
 @dataclass(frozen=True, eq=False)
 class Broyden(Value):
-    """The Jacobian of the features is estimated on line from what each step did to them.
+    """The Jacobian of the features, estimated on line from how they move in each step.
 
     See `broyden_update`.
 
@@ -34,8 +34,9 @@ class Broyden(Value):
     start: Annotated[
         Any,
         Matrix(),
-        "First estimate (k, n) of ds/dq, unit of s per rad or m of each commanded joint, of rank 6 "
-        "or, where it is smaller, of full rank; None: the modelled one at the start.",
+        "First estimate (k, n) of ds/dq, in units of s per rad or m of each commanded joint, "
+        "of rank 6 or, where it is smaller, of full rank; None: the modelled L J at the "
+        "start.",
     ] = None
 
     def __post_init__(self) -> None:
@@ -57,7 +58,7 @@ def _start(value: Any) -> Array:
 
 
 def broyden_update(A: Array, ds: Array, dq: Array) -> Array:
-    """A + (ds - A dq) dq'/(dq' dq): the nearest matrix to A (k, n, B) that explains the step.
+    """Return the matrix nearest to A (k, n, B) that explains a step: A + (ds - A dq) dq'/(dq' dq).
 
     The features moved by ds (k, B) while the commanded joints moved by dq (n, B). A step shorter
     than 1e-9 (rad, m) changes nothing. Broyden 1965; for visual servoing Jaegersand, Fuentes and

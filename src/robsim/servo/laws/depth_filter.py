@@ -18,7 +18,7 @@ DEPTHS = family("depth")
 @register("depth", "filter")
 @dataclass(frozen=True)
 class DepthFilter(Declared):
-    """The depth of each mark by an extended Kalman filter of (x, y, 1/Z).
+    """The depth of each mark, estimated by an extended Kalman filter of (x, y, 1/Z).
 
     The motion of a mark under the believed twist of the camera is exact, and the filter allows it
     a drift of 1e-4 in the image and of 1 percent in depth per square root of a second. An
@@ -33,12 +33,14 @@ class DepthFilter(Declared):
     (array([0., 0., 2.]), array([0.5]))
     """
 
-    start: Annotated[float, Length(above=0), "Depth that every mark is first taken to have."]
+    start: Annotated[float, Length(above=0), "Depth of every mark at the start."]
     start_sigma: Annotated[
         float, Number(above=0), "Relative standard deviation of 1/Z at the start."
     ] = 0.5
     noise: Annotated[
-        float, Number(above=0, unit="px"), "Standard deviation of a measured pixel."
+        float,
+        Number(above=0, unit="px"),
+        "Standard deviation of the noise on each pixel coordinate.",
     ] = 1.0
 
     def __post_init__(self) -> None:
@@ -50,7 +52,7 @@ class DepthFilter(Declared):
             )
 
     def begin(self, x: Array, K: Array) -> tuple[Array, Array]:
-        """State (N, 3, B) and covariance (N, 3, 3, B) at the first points x (N, 2, B)."""
+        """Return state (N, 3, B) and covariance (N, 3, 3, B) at the first points x (N, 2, B)."""
         N, _, runs = x.shape
         state, P = np.empty((N, 3, runs)), np.zeros((N, 3, 3, runs))
         state[:, :2], state[:, 2] = x, 1.0 / self.start
@@ -61,7 +63,9 @@ class DepthFilter(Declared):
     def step(
         self, state: Array, P: Array, V: Array, dt: float, x: Array, K: Array
     ) -> tuple[Array, Array]:
-        """State and covariance after a twist V (6, B) held for dt seconds; points x (N, 2, B).
+        """Return state and covariance after a twist V (6, B) is held for dt seconds.
+
+        x (N, 2, B) are the points that are measured then.
 
         V is the camera's relative to the target, in camera axes.
         """
@@ -72,10 +76,10 @@ class DepthFilter(Declared):
 
     @staticmethod
     def depth(state: Array) -> Array:
-        """Depths (N, B) in metres of a state (N, 3, B)."""
+        """Return the depths (N, B) in metres of a state (N, 3, B)."""
         Z: Array = 1.0 / state[:, 2]
         return Z
 
     def _sigma(self, K: Array) -> Array:
-        """(2,) standard deviations of a normalised point."""
+        """Return the standard deviations (2,) of a normalised point."""
         return self.noise / np.abs(np.diagonal(K)[:2])

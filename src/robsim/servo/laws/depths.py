@@ -1,4 +1,4 @@
-"""Which depth of the marks goes into L: true, at the goal, constant, or filtered."""
+"""The depth of the marks that goes into L: true, at the goal, constant, or filtered."""
 
 from __future__ import annotations
 
@@ -30,50 +30,50 @@ SCALE = OneOf(
 
 @cache  # it is asked for in every step
 def _factors(scale: Scale, marks: int) -> Array:
-    """(N, 1)."""
+    """Return the scale as one factor for each mark (N, 1)."""
     return frozen(np.full((marks, 1), np.reshape(scale, (-1, 1))))
 
 
 @dataclass(frozen=True)
 class Depths:
-    """A choice of depth, times a scale (a wrong one, on purpose)."""
+    """The depth that a task takes for its marks, and a factor that makes it wrong on purpose."""
 
     which: Depth
     scale: Scale
 
     @property
     def filtered(self) -> bool:
-        """Whether it is estimated on line."""
+        """Whether the depth is estimated on line by a filter."""
         return isinstance(self.which, DepthFilter)
 
     @property
     def measured(self) -> bool:
-        """Whether it follows the marks, so that a feature may be made of it."""
+        """Whether the depth follows the marks, so that it can serve as a feature."""
         return self.which == "true" or self.filtered
 
     def check(self, marks: int, target: str) -> None:
-        """InputError if there is not one factor for all marks of a target, or one for each."""
+        """Raise InputError unless there is one factor for all marks, or one for each."""
         if isinstance(self.scale, tuple) and len(self.scale) != marks:
             raise InputError(
                 f"depth_scale: {len(self.scale)} factors for the {marks} marks of '{target}'"
             )
 
     def numbers(self, marks: int) -> tuple[int, float, Array]:
-        """(which, metres, scale (N, 1)) for the kernels."""
+        """Return (which, metres, scale (N, 1)) for the kernels."""
         scale = _factors(self.scale, marks)
         if isinstance(self.which, float):
             return kernels.CONSTANT, self.which, scale
         return (kernels.GOAL if self.which == "goal" else kernels.TRUE), 0.0, scale
 
     def of(self, seen: Observation, measurement: Measurement, key: Key, Z_goal: Array) -> Array:
-        """(N, B) of what a camera sees now."""
+        """Return the depths (N, B) of the marks that a camera sees now."""
         if isinstance(self.which, DepthFilter):
             Z = self._filtered(self.which, seen, measurement, f"{key[0]} {key[1]}")
             return _factors(self.scale, len(Z)) * Z
         return self._chosen(measurement.projections[key].depth, Z_goal)
 
     def at_goal(self, Z_goal: Array) -> Array:
-        """(N, 1)."""
+        """Return the depths (N, 1) of the marks at the goal."""
         return self._chosen(Z_goal, Z_goal)
 
     def _chosen(self, Z: Array, Z_goal: Array) -> Array:
@@ -84,7 +84,7 @@ class Depths:
     def _filtered(
         self, filter: DepthFilter, seen: Observation, measurement: Measurement, name: str
     ) -> Array:
-        """By the filter, from how the marks moved while the last command was held."""
+        """Return filtered depths (N, B), from how marks moved while the last command was held."""
         names = f"marks {name}", f"covariance {name}"
         if names[0] not in measurement.memory:
             state, P = filter.begin(seen.points_last, seen.K)
@@ -99,8 +99,9 @@ class Depths:
     def note(
         self, measurement: Measurement, key: Key, J: Array, qd: Array, own: Array | None
     ) -> None:
-        """Remember the twist of a camera against its target: J qd as commanded, and `own`
-        (6, 1, B), which is known of what moves on its own.
+        """Remember the twist of a camera relative to its target for the filter.
+
+        It is J qd as commanded plus `own` (6, 1, B), the known part of what moves on its own.
         """
         twist = product(J, np.ascontiguousarray(qd[:, None]))
         twist = twist if own is None else twist + own

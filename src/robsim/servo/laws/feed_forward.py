@@ -18,7 +18,9 @@ FEED_FORWARDS = family("feed-forward")
 @register("feed-forward", "known")
 @dataclass(frozen=True)
 class KnownMotion:
-    """From the motions of the believed scene: de/dt = L J_p qdot_p of the prescribed joints.
+    """Feed-forward of de/dt = L J_p qdot_p, from the motions of the believed scene.
+
+    J_p and qdot_p are of the prescribed joints, which the task does not command.
 
     >>> KnownMotion()
     KnownMotion()
@@ -28,7 +30,7 @@ class KnownMotion:
 @register("feed-forward", "estimated")
 @dataclass(frozen=True)
 class EstimatedMotion(Declared):
-    """From what the error did and the command does not explain, smoothed over `lag` seconds.
+    """Feed-forward of the part of de/dt that the command does not explain, smoothed over `lag`.
 
     The estimate is a first-order filter of (e_k - e_(k-1))/dt - L J qdot_(k-1) (Chaumette and
     Hutchinson 2007, section on target tracking; Corke and Good 1996).
@@ -37,10 +39,12 @@ class EstimatedMotion(Declared):
     0.1
     """
 
-    lag: Annotated[float, Time(above=0), "Time constant of the smoothing."] = 0.2
+    lag: Annotated[
+        float, Time(above=0), "Time constant of the low-pass filter of the estimate."
+    ] = 0.2
 
     def of(self, measurement: Measurement, error: Array) -> Array:
-        """(k, B) per second."""
+        """Return the estimated drift (k, B) of the error, per second."""
         if "error" not in measurement.memory:
             drift = np.zeros(error.shape)
         else:
@@ -54,7 +58,7 @@ class EstimatedMotion(Declared):
         return drift
 
     def note(self, measurement: Measurement, task_jacobian: Array, qd: Array) -> None:
-        """Remember how the command moves the features."""
+        """Remember the part of de/dt that the command causes."""
         remember(
             measurement.memory,
             "moved",

@@ -61,7 +61,7 @@ class AdaptiveGain(Declared):
 
     @property
     def least(self) -> float:
-        """The smallest gain there is, per second: that of a large error."""
+        """The smallest gain, per second, which is that of a large error."""
         return self.at_infinity
 
 

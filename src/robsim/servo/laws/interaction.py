@@ -1,4 +1,4 @@
-"""Which interaction matrix a task takes."""
+"""The choice of the interaction matrix of a task."""
 
 from __future__ import annotations
 

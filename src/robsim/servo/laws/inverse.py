@@ -1,4 +1,4 @@
-"""What stands for the inverse of L or L J, by name: pseudo-inverse, damped inverse or transpose."""
+"""Inverses of L or L J: the pseudo-inverse, the damped inverse and the transpose."""
 
 from __future__ import annotations
 
@@ -21,41 +21,49 @@ SHARE = Number(above=0, below=1)
 @register("inverse", "pseudo_inverse")
 @dataclass(frozen=True)
 class PseudoInverse(Declared):
-    """A^+ with singular values below rcond times the largest taken as zero.
+    """The pseudo-inverse A^+, with singular values below rcond times the largest taken as zero.
 
     >>> PseudoInverse()
     PseudoInverse(rcond=1e-06)
     """
 
-    rcond: Annotated[float, SHARE, "Share of the largest below which one counts as zero."] = RCOND
+    rcond: Annotated[
+        float, SHARE, "Share of the largest singular value below which one counts as zero."
+    ] = RCOND
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
-        """(transposed, damping, rcond) for the kernels."""
+        """The numbers (transposed, damping, rcond) for the kernels."""
         return False, 0.0, self.rcond
 
 
 @register("inverse", "damped")
 @dataclass(frozen=True)
 class DampedInverse(Declared):
-    """(A'A + damping^2 I)^-1 A': shorter commands near a singularity, and never exact.
+    """The damped inverse (A'A + damping^2 I)^-1 A', with shorter commands near a singularity.
+
+    It is never exact.
 
     >>> DampedInverse().damping
     0.01
     """
 
-    damping: Annotated[float, Number(above=0), "In the unit of the singular values of A."] = 0.01
+    damping: Annotated[
+        float, Number(above=0), "Damping, in the unit of the singular values of A."
+    ] = 0.01
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
-        """(transposed, damping, rcond) for the kernels."""
+        """The numbers (transposed, damping, rcond) for the kernels."""
         return False, self.damping, 0.0
 
 
 @register("inverse", "transpose")
 @dataclass(frozen=True)
 class JacobianTranspose:
-    """A': gradient descent of ||e||^2/2; slow along the weak directions of A, and never singular.
+    """The transpose A' in place of an inverse: gradient descent of ||e||^2/2.
+
+    It is never singular, and slow along the weak directions of A.
 
     Stable while gain * dt * sigma^2 < 2 for the largest singular value sigma of L J (Hutchinson,
     Hager and Corke 1996, section on image-based control).
@@ -66,7 +74,7 @@ class JacobianTranspose:
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
-        """(transposed, damping, rcond) for the kernels; J is inverted as by `PseudoInverse`."""
+        """The numbers (transposed, damping, rcond); J is inverted as by `PseudoInverse`."""
         return True, 0.0, RCOND
 
 
@@ -79,14 +87,17 @@ INVERSE = Choice(
 
 
 def rank(A: Array, rcond: float = RCOND) -> Any:
-    """Rank (B,) of A (m, n, B): how many singular values exceed rcond times the largest."""
+    """Return the rank (B,) of A (m, n, B).
+
+    It is the number of singular values above rcond times the largest.
+    """
     x, found = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
     kernels.least_squares(A, np.zeros((A.shape[0], A.shape[2])), 0.0, rcond, x, found)
     return found
 
 
 def product(A: Array, B: Array) -> Array:
-    """A (m, n, B) times B (n, p, B)."""
+    """Return the product (m, p, B) of A (m, n, B) and B (n, p, B)."""
     out = np.empty((A.shape[0], B.shape[1], A.shape[2]))
     kernels.product(A, B, out)
     return out

@@ -1,4 +1,4 @@
-"""Control laws: from the error to joint velocities, by name.
+"""Control laws, which map the error to joint velocities.
 
 An arm with fewer than six joints cannot realise every camera twist, so "v = -gain L^+ e, then
 qdot = J^+ v" and "qdot = -gain (L J)^+ e" are different laws. The chapter (section 6.1) uses the
@@ -19,13 +19,13 @@ from robsim.servo.laws.inverse import Inverse
 
 LAWS = family("law")
 UnitOfLength = Annotated[
-    float, Length(above=0), "Unit of length by which |v| is weighed against |omega|."
+    float, Length(above=0), "Length by which speeds are divided to be weighed against turn rates."
 ]
 
 
 @dataclass(eq=False)  # not frozen: one is made in every step
 class ControlState:
-    """What a law is given: error, interaction matrix and Jacobian, as the controller believes.
+    """What a law is given: error, interaction matrix and Jacobian, as the controller models them.
 
     Names that end in `_last` have the run last, as the kernels do; the others are run-first views.
     J maps the commanded joint velocities to the camera's twist relative to the target, so that
@@ -47,57 +47,57 @@ class ControlState:
 
     @property
     def error(self) -> Array:
-        """(B, k)."""
+        """The error e (B, k), weighted, and with feed-forward the motion of the target in it."""
         return shown_view(self.error_last)
 
     @property
     def interaction(self) -> Array:
-        """L (B, k, 6)."""
+        """The interaction matrix L (B, k, 6), weighted."""
         return shown_view(self.interaction_last)
 
     @property
     def jacobian(self) -> Array:
-        """J (B, 6, n): twist (v, omega) of the camera in its own axes."""
+        """The Jacobian J (B, 6, n) of the camera's twist (v, omega) in its own axes."""
         return shown_view(self.jacobian_last)
 
     @property
     def task_jacobian(self) -> Array:
-        """L J (B, k, n); with several cameras that move apart, the rows of each."""
+        """The task Jacobian L J (B, k, n), whose rows are each of their own camera."""
         return shown_view(self.task_jacobian_last)
 
     @property
     def s(self) -> Array:
-        """(B, k) features as measured."""
+        """The features s (B, k) as measured."""
         assert self.s_last is not None
         return shown_view(self.s_last)
 
     @property
     def q(self) -> Array:
-        """(B, nq) coordinates of all robots of the scene."""
+        """The coordinates q (B, nq) of all robots of the scene."""
         assert self.q_last is not None
         return shown_view(self.q_last)
 
     def times_gain(self, unit: Array) -> Array:
-        """Velocities (n, B) from those of gain 1."""
+        """Return the velocities (n, B) that those of gain 1 become with the gain of the task."""
         return unit * (self.gain if isinstance(self.gain, float) else np.ravel(self.gain))
 
 
 @runtime_checkable
 class Law(Protocol):
-    """What anything must have to be a law: a user's class needs no base class.
+    """The interface of a control law, which a class of a user has without a base class.
 
     `in_camera = True` says that it reads `state.interaction` and `state.jacobian`, which exist
     only where all cameras of the task move as one.
     """
 
     def command(self, state: ControlState) -> Array:
-        """Joint velocities (B, n) of the commanded joints, rad/s or m/s."""
+        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
 
 
 @register("law", "joint")
 @dataclass(frozen=True)
 class JointLaw:
-    """qdot = -gain (L J)^+ e: the least-squares descent of the error in the joints.
+    """The law qdot = -gain (L J)^+ e, the least-squares descent of the error in the joints.
 
     >>> from robsim import IBVS
     >>> IBVS(law="joint").law
@@ -107,7 +107,7 @@ class JointLaw:
     in_camera: ClassVar[bool] = False
 
     def command(self, state: ControlState) -> Array:
-        """Joint velocities (B, n)."""
+        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         qd = np.empty(state.task_jacobian_last.shape[1:])
         kernels.joint(state.task_jacobian_last, state.error_last, 1.0, *state.inverse.numbers, qd)
         return first_view(state.times_gain(qd))
@@ -116,7 +116,7 @@ class JointLaw:
 @register("law", "camera")
 @dataclass(frozen=True)
 class CameraLaw(Declared):
-    """V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
+    """The law V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
 
     Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
     |omega|^2. The chapter's is a centimetre.
@@ -129,7 +129,7 @@ class CameraLaw(Declared):
     in_camera: ClassVar[bool] = True
 
     def command(self, state: ControlState) -> Array:
-        """Joint velocities (B, n)."""
+        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         qd = np.empty(state.task_jacobian_last.shape[1:])
         kernels.camera(
             state.interaction_last,

@@ -1,4 +1,4 @@
-"""The law of Corke and Hutchinson, which keeps the optical axis apart from the rest."""
+"""The partitioned law of Corke and Hutchinson, which treats the optical axis apart."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.declare import Declared, Quantity
+from robsim.declare import Declared, Quantity, described
 from robsim.kernels.laws import realise
 from robsim.kernels.solve import invert
 from robsim.servo.laws.gain import PER_SECOND
@@ -18,13 +18,14 @@ SPEED = Quantity(above=0, dimension="speed")
 ALONG, ACROSS = [2, 5], [0, 1, 3, 4]  # components of the camera's twist
 
 
-Roll = Annotated[float, PER_SECOND, "Gain of the turn about the optical axis."]
-Advance = Annotated[float, SPEED, "Speed along the optical axis, by the logarithm of the size."]
+Roll = Annotated[float, PER_SECOND, "Gain of the rotation about the optical axis."]
+Advance = Annotated[float, SPEED, "Speed along the optical axis per unit of ln(sigma*/sigma)."]
 
 
+@described
 @dataclass(frozen=True)
 class PartitionedLaw(Declared):
-    """V along and about the optical axis from area and angle, the rest from the points.
+    """The partitioned law: area and angle drive the optical axis, the points drive the rest.
 
     With s = (x1, y1, ..., angle, area): omega_z = roll (angle - angle*), since a roll turns the
     image the other way, v_z = advance ln(sigma*/sigma) with sigma the square root of the area, and
@@ -42,7 +43,7 @@ class PartitionedLaw(Declared):
     in_camera: ClassVar[bool] = True
 
     def command(self, state: ControlState) -> Array:
-        """Joint velocities (B, n)."""
+        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         assert state.s_last is not None
         V = np.empty((6, state.error_last.shape[1]))
         area = state.s_last[-1]

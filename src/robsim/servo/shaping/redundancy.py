@@ -1,4 +1,4 @@
-"""What to do with motions that a task leaves free: projectors, secondary motions, priorities."""
+"""Redundancy: projectors, secondary motions and priorities for motions that a task leaves free."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from robsim.servo.laws.gain import PER_SECOND
 
 
 def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
-    """Velocities (n, B) that serve tasks in order, and the projector (n, n, B) onto what is left.
+    """Return velocities (n, B) that serve tasks in order, and the projector onto what is left.
+
+    The projector is (n, n, B).
 
     `levels` are (A_i (k_i, n, B), rate_i (k_i, B)), at least one, the most important first. Each
     comes as near to A_i qdot = rate_i as those before it allow, and never disturbs them:
@@ -39,7 +41,7 @@ def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Arr
 
 
 def null_space(A: Array, rcond: float) -> Array:
-    """P = I - A^+ A (n, n, B) of A (k, n, B): the orthogonal projector onto its null space.
+    """Return the orthogonal projector P = I - A^+ A (n, n, B) onto the null space of A (k, n, B).
 
     A^+ is truncated at rcond times the largest singular value. Liegeois 1977.
 
@@ -50,7 +52,7 @@ def null_space(A: Array, rcond: float) -> Array:
 
 
 def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> Array:
-    """Projector (n, n, B) onto motions that keep ||e|| if it is large, and all of e if small.
+    """Return the projector (n, n, B) that keeps ||e|| where it is large, and all of e where small.
 
     w P_eta + (1 - w) P, with P_eta = I - A'e e'A/(e'A A'e) for A (k, n, B), e (k, B), and
     P = `null_space(A)`. The weight w rises smoothly from 0 at ||e|| = low to 1 at high, and is 0
@@ -68,14 +70,14 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
 
 @runtime_checkable
 class Secondary(Protocol):
-    """What anything must have to be a secondary motion."""
+    """The interface of a secondary motion."""
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
 
 
 SECONDARIES = family("secondary motion")
-Gain = Annotated[float, PER_SECOND, "How fast it moves there."]
+Gain = Annotated[float, PER_SECOND, "Gain of the secondary motion."]
 
 
 @register("secondary motion", "avoid_limits")
@@ -94,11 +96,13 @@ class AvoidLimits(Declared):
 
     gain: Gain = 1.0
     margin: Annotated[
-        float, Number(above=0, below=0.5), "Where a limit begins to count, as a share of the range."
+        float,
+        Number(above=0, below=0.5),
+        "Distance from a limit at which the motion begins, as a share of the range.",
     ] = 0.1
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
         low, high = limits.T
         limited = np.isfinite(low) & np.isfinite(high)
         border = self.margin * np.where(limited, high - low, 0.0)
@@ -122,12 +126,12 @@ class Posture(Declared):
     q: Annotated[
         Any,
         PerJoint(per(commanded, "/s", cut=True), later=True),
-        "The posture, one number for each commanded joint.",
+        "Preferred coordinates, one for each commanded velocity.",
     ]
     gain: Gain = 1.0
 
     def check(self, names: Sequence[str]) -> None:
-        """InputError if there is not one coordinate for each of these names."""
+        """Raise InputError unless there is one coordinate for each of these names."""
         if len(self.q) != len(names):
             raise InputError(
                 f"a posture of {len(self.q)} coordinates for {len(names)} commanded ones: "
@@ -135,7 +139,7 @@ class Posture(Declared):
             )
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Wished velocities (B, n) at commanded coordinates q (B, n); limits play no part."""
+        """Return wished velocities (B, n) at commanded coordinates q (B, n) of any limits."""
         wish: Array = self.gain * (self.q - q)
         return wish
 

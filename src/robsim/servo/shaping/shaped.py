@@ -1,4 +1,4 @@
-"""The options of every task about its command: which joints, and what is done after the law."""
+"""The options of every task about its command: the commanded joints, and the shaping."""
 
 from __future__ import annotations
 
@@ -25,27 +25,33 @@ Columns = NDArray[np.int64]  # indices of velocities of a scene
 
 @dataclass(frozen=True, eq=False)
 class Shaped(Declared):
-    """What can be done to a command after the law."""
+    """The options of a task about its command: the joints, and what is done after the law."""
 
     _: KW_ONLY
     joints: Annotated[
-        Any, JOINTS, "Names of robots or velocities that are commanded; None: all that matter."
+        Any,
+        JOINTS,
+        "Names of the robots or velocities that are commanded; None: all that move what the "
+        "task controls.",
     ] = None
     secondary: Annotated[
         Any,
         SECONDARY,
-        "A motion within what the task leaves free; or an object with velocity(q, limits).",
+        "Motion within what the task leaves free: a kind, or an object with velocity(q, limits).",
     ] = None
-    projection: Annotated[Any, PROJECTION, "Of the secondary motion."] = "classic"
+    projection: Annotated[Any, PROJECTION, "Projector of the secondary motion."] = "classic"
     smooth_start: Annotated[
-        float | None, PER_SECOND, "The command grows from zero, with exp(-smooth_start t)."
+        float | None,
+        PER_SECOND,
+        "Rate mu at which the command grows from zero: exp(-mu t) of the first command is "
+        "taken off; None: it starts at once.",
     ] = None
     limit: Annotated[
-        SpeedLimit | None, LIMIT, "On speeds; the direction of the command is kept."
+        SpeedLimit | None, LIMIT, "Speed limits, under which the command keeps its direction."
     ] = None
 
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:
-        """For the commanded velocities of a scene."""
+        """Return the shaping of the commanded velocities of a scene."""
         names = [scene.velocity_names[i] for i in columns]
         parts: tuple[Any, ...] = (self.limit, self.secondary)
         for part in parts:
@@ -60,7 +66,7 @@ class Shaped(Declared):
         )
 
     def chosen(self, scene: Scene, moving: Columns) -> Columns:
-        """Those of the velocities that `joints` names."""
+        """Return those of the velocities `moving` that `joints` names."""
         if self.joints is None:
             return moving
         wanted: set[int] = set()
@@ -77,7 +83,7 @@ class Shaped(Declared):
 
 
 def _velocities(scene: Scene, name: str) -> Sequence[int]:
-    """Indices of a robot's velocities, or of the velocity of that name."""
+    """Return the indices of a robot's velocities, or of the velocity of that name."""
     names = scene.velocity_names
     starts = np.cumsum([0, *(robot.nv for robot in scene.robots)])
     for i, robot in enumerate(scene.robots):

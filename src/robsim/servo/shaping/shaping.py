@@ -32,8 +32,10 @@ class LargeProjection(Declared):
     LargeProjection(low=0.01, high=0.1)
     """
 
-    low: Annotated[float, Number(above=0), "||e|| below which every component is kept."] = 0.01
-    high: Annotated[float, Number(above=0), "||e|| above which only the norm is kept."] = 0.1
+    low: Annotated[
+        float, Number(above=0), "Norm ||e|| below which every component of e is kept."
+    ] = 0.01
+    high: Annotated[float, Number(above=0), "Norm ||e|| above which only the norm is kept."] = 0.1
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -46,7 +48,7 @@ PROJECTION = Choice(PROJECTIONS, default="large", plain=("classic",))
 
 @dataclass(frozen=True, eq=False)
 class Shaping:
-    """What is done to a command, for the commanded velocities of a scene."""
+    """What is done to the command after the law, for the commanded velocities of a scene."""
 
     secondary: Secondary | None
     projection: LargeProjection | None
@@ -57,13 +59,13 @@ class Shaping:
 
     @property
     def idle(self) -> bool:
-        """Whether it leaves every command as it is."""
+        """Whether every command is left as it is."""
         return self.secondary is None and self.smooth_start is None and self.limit is None
 
     def shaped(
         self, measurement: Measurement, qd: Array, task_jacobian: Array, error: Array, J: Array
     ) -> Array:
-        """The command (n, B) from that of the law."""
+        """Return the shaped command (n, B) from that of the law."""
         if self.secondary is not None:
             wish = self._wish(measurement.q, qd.shape)
             P = null_space(task_jacobian, RCOND)
@@ -76,7 +78,7 @@ class Shaping:
         return qd if self.limit is None else self.limit.scaled(qd, J)
 
     def _wish(self, q: Array, wanted: tuple[int, ...]) -> Array:
-        """(n, B) from the secondary motion, which may be the user's and has the run first."""
+        """Return the secondary motion (n, B), which may come from a user's class."""
         assert self.secondary is not None
         name, first = type(self.secondary).__name__, wanted[::-1]
         given = self.secondary.velocity(shown_view(self._q(q)), self.limits)
@@ -86,7 +88,7 @@ class Shaping:
         return np.ascontiguousarray(wish.T)
 
     def _smooth(self, measurement: Measurement, qd: Array) -> Array:
-        """Qd - exp(-mu t) qd(0): zero at the start, continuous (Mansard and Chaumette 2007)."""
+        """Return qd - exp(-mu t) qd(0), continuous from zero (Mansard and Chaumette 2007)."""
         assert self.smooth_start is not None
         if "first" not in measurement.memory:
             remember(measurement.memory, "first", qd)
@@ -96,12 +98,12 @@ class Shaping:
         return late
 
     def _q(self, q: Array) -> Array:
-        """(n, B); zero for velocities without a coordinate of their own."""
+        """Return coordinates (n, B), zero for velocities without a coordinate of their own."""
         return np.where(self.coordinates[:, None] >= 0, q[self.coordinates], 0.0)
 
 
 def coordinates_of(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
-    """Of each velocity, the coordinate that it alone changes (else -1), and its limits (n, 2)."""
+    """Return the coordinate that each velocity alone changes (else -1), and its limits (n, 2)."""
     found = scene.tree.alone(columns)
     limits = np.where((found >= 0)[:, None], scene.limits[found], [-np.inf, np.inf])
     return found, frozen(limits)

@@ -1,4 +1,4 @@
-"""What a servo task believes of the scene, in a text."""
+"""The belief of a servo task about the scene, in a text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class Belief(Spec):
-    """A scene; in a text what differs from the true one, or a `complete` one.
+    """A scene; in a text the differences from the true scene, or a `complete` scene.
 
     A task that says nothing has the belief of the whole experiment.
     """
@@ -44,6 +44,9 @@ class Belief(Spec):
 
     def words(self) -> str:
         return "what differs from the true scene, as in [[belief.cameras]]"
+
+    def accepts(self) -> str:
+        return "a Scene"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "object"}

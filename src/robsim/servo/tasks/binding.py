@@ -1,4 +1,4 @@
-"""From the parts of a task to what is regulated in a scene, as it is and as it is believed."""
+"""Binding of feature blocks to a scene, as it is and as it is believed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Found = list[tuple[Sight, ...]]  # of each part, the sights of its one or two ca
 def sights_of(
     parts: Sequence[FeatureBlock], camera: Any, target: str | None, scene: Scene
 ) -> Found:
-    """The sights of each block, whose own camera and target come first.
+    """Return the sights of each block, whose own camera and target come first.
 
     InputError: a name that does not exist, or a camera that nothing moves.
     """
@@ -48,7 +48,10 @@ def regulated_by(
     truth: Found,
     columns: NDArray[np.int64],
 ) -> Regulated:
-    """What blocks with these true sights regulate; InputError or GoalError if they cannot."""
+    """Return what blocks with these true sights regulate.
+
+    InputError, GoalError: they cannot, or not with this goal, belief or depth.
+    """
     scene = truth[0][0].scene
     exact = belief is None or belief == scene
     believed = truth if exact else _believed(belief, scene, truth)
@@ -66,12 +69,12 @@ def regulated_by(
 
 
 def each_once(found: Found) -> tuple[Sight, ...]:
-    """Every sight once, in order."""
+    """Return every sight once, in order."""
     return tuple({sight.key: sight for sights in found for sight in sights}.values())
 
 
 def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> BoundBlock:
-    """A part with its sights; InputError if it cannot be measured there."""
+    """Return a block bound to its sights; InputError if it cannot be measured there."""
     feature, target = part.feature, sights[0].target
     chosen, components = (_integers(part.marks), _integers(part.components))
     if chosen is not None and chosen.max() >= len(target.marks):
@@ -115,7 +118,7 @@ def _integers(numbers: tuple[int, ...] | None) -> NDArray[np.int64] | None:
 
 
 def _believed(belief: Any, scene: Scene, truth: Found) -> Found:
-    """The same sights in the belief, which may differ in every number, not in what there is."""
+    """Return the same sights in the belief, which may differ in numbers, but not in its parts."""
     if not isinstance(belief, Scene):
         raise InputError(f"belief must be a Scene (see Scene.replacing), got {belief!r:.80}")
     there, here = _joints(belief), _joints(scene)
@@ -135,6 +138,6 @@ def _believed(belief: Any, scene: Scene, truth: Found) -> Found:
 
 
 def _joints(scene: Scene) -> list[str]:
-    """Coordinates with their units: two joints of one name may be of different kinds."""
+    """Return the coordinates with their units, which tell joints of one name apart."""
     both = zip(scene.coordinate_names, scene.coordinate_units, strict=True)
     return [f"{name} ({unit})" for name, unit in both]

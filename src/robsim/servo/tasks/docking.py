@@ -1,4 +1,4 @@
-"""Docking of a unicycle, which cannot move sideways, to a pose in front of its target."""
+"""Docking of a unicycle, which cannot move sideways, at a pose in front of its target."""
 
 from __future__ import annotations
 
@@ -41,18 +41,18 @@ class Docking(ServoTask):
     features: Any = field(default=None, init=False, repr=False)
     law: Any = field(default="joint", init=False, repr=False)
     _: KW_ONLY
-    turn: Annotated[float, PER_SECOND, "How fast it turns to the goal."] = 3.0
-    h: Annotated[float, Number(above=0), "Weight of the bearing of the way to the goal."] = 2.0
+    turn: Annotated[float, PER_SECOND, "Gain of the turn towards the goal."] = 3.0
+    h: Annotated[float, Number(above=0), "Weight of the angle theta in the turn."] = 2.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "features", [Translation("goal"), "theta_u"])
         super().__post_init__()
 
     def warn_of_wheels(self, controller: Servo) -> None:
-        """It is not smooth, and so it can."""
+        """Warn of nothing: this law is not smooth, and so can reach the pose."""
 
     def bound_law(self, regulated: Regulated) -> DockingLaw:
-        """The law; InputError unless one unicycle carries the camera."""
+        """Return the law; InputError unless one unicycle carries the camera."""
         eye, scene = regulated.sights[0].eye, regulated.sights[0].scene
         body, T_b_c = scene.tree.find(eye.name)
         moved = scene.tree.owners[regulated.columns]
@@ -75,7 +75,7 @@ class DockingLaw:
     h: float
 
     def command(self, state: ControlState) -> Array:
-        """(v, omega) (B, 2)."""
+        """Return the velocities (v, omega) (B, 2) of the unicycle."""
         x, y, heading = self.planar(state.error_last)
         rho = np.sqrt(x * x + y * y)
         theta = np.where(rho > HERE, np.arctan2(-y, -x), 0.0)
@@ -87,7 +87,7 @@ class DockingLaw:
         return first_view(np.stack([v, omega]))
 
     def planar(self, error: Array) -> tuple[Array, Array, Array]:
-        """Position and heading of the unicycle in axes of its goal, from (c*t_c, theta u)."""
+        """Return position and heading of the unicycle in goal axes, from (c*t_c, theta u)."""
         runs = error.shape[1]
         T_goal_c, T_c, T_goal_b = (np.empty((3, 4, runs)) for _ in range(3))
         twist = np.zeros((6, runs))
@@ -102,5 +102,5 @@ class DockingLaw:
 
 
 def _wrapped(angle: Array) -> Array:
-    """In [-pi, pi]."""
+    """Return an angle wrapped to [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))

@@ -17,7 +17,7 @@ DEEPEST = 64  # keys of the path to a task within tasks
 
 @dataclass(frozen=True)
 class TaskChoice(Choice):
-    """A task; numbers of joints are checked once it is known which it commands."""
+    """A task, whose numbers of joints are checked once it is known which joints it commands."""
 
     short: bool = False
 

@@ -1,4 +1,4 @@
-"""Following a trajectory of joints."""
+"""A task that follows a trajectory of joints."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class JointGoal(PerJoint):
-    """{joint: number}, or a list of one number for each joint."""
+    """The goal of joints: {joint: number}, or a list of one number for each joint."""
 
     forms: ClassVar[tuple[str, ...]] = ("table", "list")
 
@@ -59,6 +59,9 @@ class JointGoal(PerJoint):
     def words(self) -> str:
         return "{ joint = number } with units, or a list of one for each"
 
+    def accepts(self) -> str:
+        return "{joint: number}, or an array (n,)"
+
 
 TRAJECTORY = Choice(TRAJECTORIES, short=False, protocol=object)
 
@@ -71,7 +74,7 @@ def _axes(scene: Scene, axes: list[Axis]) -> Axes:
 @register("task", "follow_joints")
 @dataclass(frozen=True, eq=False)
 class FollowJoints(Declared):
-    """Be on a trajectory of the joints at every instant; no camera has a part in it.
+    """Follow a trajectory of the joints, without a camera.
 
     A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
     s are the commanded coordinates, and s_goal is where the trajectory ends. Commanded is
@@ -82,26 +85,35 @@ class FollowJoints(Declared):
     """
 
     to: Annotated[
-        Any, JointGoal(followed), "Where to go from wherever a run starts: {joint: value}, or (n,)."
+        Any,
+        JointGoal(followed),
+        "Where the joints go from their start: {joint: value}, or one number for each.",
     ] = None
     _: KW_ONLY
-    trajectory: Annotated[Any, TRAJECTORY, "Instead of `to`; its time is that of the run."] = None
+    trajectory: Annotated[
+        Any, TRAJECTORY, "Trajectory to follow instead of `to`, on the clock of the run."
+    ] = None
     joints: Annotated[
         Any,
         JOINTS,
-        "Joints or robots, in the order of the axes; None: those that `to` names, or all with one "
-        "coordinate and one velocity.",
+        "Names of joints or robots, in the order of the axes of the trajectory; None: the "
+        "joints of `to`, or all that have one coordinate and one velocity.",
     ] = None
-    duration: Annotated[float | None, Time(above=0), "Of the way to `to`, with least jerk."] = None
+    duration: Annotated[
+        float | None, Time(above=0), "Duration of the motion to `to`, along a quintic polynomial."
+    ] = None
     speed: Speed = None
     acceleration: Acceleration = None
     gain: Annotated[
         float | None,
         PER_SECOND,
-        "At which a distance from the trajectory is made up; None: all of it in one period.",
+        "Gain by which deviations from the trajectory are corrected; None: within one period.",
     ] = None
     tolerance: Annotated[
-        float, Number(above=0), "In rad or m, of every joint from the end of the trajectory."
+        float,
+        Number(above=0),
+        "Largest distance of each joint from the end of the trajectory at convergence, in rad"
+        " or m.",
     ] = 1e-6
 
     def __post_init__(self) -> None:
@@ -114,7 +126,7 @@ class FollowJoints(Declared):
 
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:
-        """Find the joints, in whose units the numbers are."""
+        """Return the context with the joints of the task, in whose units the numbers are."""
         scene, to, names = c.facts.get("scene"), raw.get("to"), raw.get("joints")
         if scene is None:
             return c
@@ -131,18 +143,18 @@ class FollowJoints(Declared):
 
     @classmethod
     def written_facts(cls, value: FollowJoints, c: Context) -> Context:
-        """Likewise of a task that is written."""
+        """Return the context with the joints of a task that is written."""
         try:
             return c.knowing(followed=_axes(c.facts["scene"], value.axes(c.facts["scene"])))
         except InputError as error:
             raise NoText(str(error)) from None
 
     def columns(self, scene: Scene) -> Columns:
-        """The velocities of its joints."""
+        """Return the velocities of the joints of the task."""
         return frozen(np.array(sorted(axis.velocity for axis in self.axes(scene))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> JointFollower:
-        """Its controller, of its own joints; InputError for what the scene does not have."""
+        """Return the controller of the task; InputError for what the scene does not have."""
         axes = self.axes(scene)
         names = [scene.velocity_names[axis.velocity] for axis in axes]
         goal = self._goal(names)
@@ -171,7 +183,7 @@ class FollowJoints(Declared):
         )
 
     def planned(self, start: Array, goal: Array) -> Any:
-        """The trajectory of runs that start at (B, n)."""
+        """Return the trajectory of runs that start at (B, n)."""
         if self.trajectory is not None:
             return self.trajectory
         if self.duration is not None:
@@ -179,13 +191,13 @@ class FollowJoints(Declared):
         return Trapezoid(start, goal, speed=self.speed, acceleration=self.acceleration)
 
     def axes(self, scene: Scene) -> list[Axis]:
-        """Its joints, in the order of the axes of the trajectory; InputError for unknown names."""
+        """Return the joints in the order of the trajectory; InputError for unknown names."""
         if isinstance(self.to, dict):
             return axes_called(scene, self.to, "to")
         return axes_named(scene, self.joints)
 
     def _goal(self, names: list[str]) -> Array:
-        """(n,) where the trajectory ends; InputError unless it has these n axes."""
+        """Return where the trajectory ends (n,); InputError unless it has these n axes."""
         what = "to" if self.trajectory is None else "trajectory"
         if isinstance(self.to, dict):
             goal = np.array(list(self.to.values()))
@@ -202,7 +214,7 @@ class FollowJoints(Declared):
         return goal
 
     def _checked_goal(self) -> Any:
-        """{name: value}, or an array (n,)."""
+        """Return the goal as {name: value} or an array (n,); InputError if it is neither."""
         if not isinstance(self.to, Mapping):
             goal = numbers(self.to, "to", ("n",))
             if goal.ndim != 1:
@@ -218,7 +230,7 @@ class FollowJoints(Declared):
         return {name: float(value) for name, value in goals.items()}
 
     def _check_plan(self) -> None:
-        """Either a trajectory, or a duration, or limits."""
+        """Raise InputError unless there is one of a trajectory, a duration, and limits."""
         limits = [name for name in ("speed", "acceleration") if getattr(self, name) is not None]
         if self.trajectory is not None:
             if limits or self.duration is not None:
@@ -241,7 +253,7 @@ class JointFollower(Follower):
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
 
     def decide(self, measurement: Measurement) -> Decision:
-        """On the trajectory, and back to it."""
+        """Return the command that keeps to the trajectory, or comes back to it."""
         q = np.ascontiguousarray(measurement.q[self.coordinates])
         r = self.trajectory(measurement, q)
         here, ahead = (
@@ -257,17 +269,17 @@ class JointFollower(Follower):
         )
 
     def planned(self, start: Array) -> Any:
-        """From where each run started (B, n)."""
+        """Return the trajectory from where each run started (B, n)."""
         return self.task.planned(start, self.goal)
 
     def _at(self, trajectory: Any, seconds: float, measurement: Measurement) -> Array:
-        """(n, B) in the order of its axes."""
+        """Return the point (n, B) of a trajectory at a time, in the order of its axes."""
         n = self.k
         there = numbers(trajectory.at(seconds), "trajectory.at", (n,))
         return np.ascontiguousarray(np.broadcast_to(there, (measurement.runs, n)).T)
 
     def _jacobian(self, measurement: Measurement) -> Array:
-        """(6, n, B) of the tip."""
+        """Return the Jacobian (6, n, B) of the tip."""
         tree = self.scene.tree
         return np.ascontiguousarray(
             tree.jacobian(tree.bodies(measurement.q), self.frame)[:, self.columns]
@@ -287,6 +299,6 @@ def _check_limits(scene: Scene, coordinates: NDArray[np.int64], goal: Array) -> 
 
 
 def _owner(scene: Scene, velocity: int) -> int:
-    """The number of the robot that has a velocity."""
+    """Return the number of the robot that has a velocity."""
     ends = np.cumsum([robot.nv for robot in scene.robots])
     return int(np.searchsorted(ends, velocity, "right"))

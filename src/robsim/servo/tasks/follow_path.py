@@ -1,4 +1,4 @@
-"""Following a path of a frame."""
+"""A task that follows a path of a frame."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
 
 @dataclass(frozen=True)
 class PathGoal(PoseTable):
-    """A pose; in Python also a position."""
+    """The goal of a path: a pose, in Python also a position."""
 
     def check(self, value: Any, what: str) -> Any:
         return value  # as far as the mask goes, which the task checks
@@ -56,10 +56,13 @@ class PathGoal(PoseTable):
             raise InputError("expected position, which the mask is for")
         return made
 
+    def accepts(self) -> str:
+        return "a Pose, or a position (3,)"
+
 
 @dataclass(frozen=True)
 class Way(Spec):
-    """A straight way, or a list of several, one after the other."""
+    """A path in a text: a straight segment, or a list of segments one after the other."""
 
     forms: ClassVar[tuple[str, ...]] = ("table", "list")
 
@@ -77,6 +80,9 @@ class Way(Spec):
     def words(self) -> str:
         return "a table with start and end, or a list of these"
 
+    def accepts(self) -> str:
+        return "a Straight or a Path"
+
     def schema(self, define: Any) -> dict[str, Any]:
         one = define(Straight)
         return {"anyOf": [one, {"type": "array", "items": one}]}
@@ -93,7 +99,7 @@ PACE = tuple(each.name for each in fields_of(Pace))
 @register("task", "follow_path")
 @dataclass(frozen=True, eq=False)
 class FollowPath(Shaped):
-    """Drive a frame along a path in the world, by resolved rates; no camera has a part in it.
+    """Drive a frame along a path in the world by resolved rates, without a camera.
 
     It goes to a pose as `Straight`, with `duration`, or with `speed` and `acceleration`, and
     but for a position `turn` and `turn_acceleration`.
@@ -112,30 +118,39 @@ class FollowPath(Shaped):
     to: Annotated[
         Any,
         PathGoal(),
-        "Where to go straight from wherever a run starts: a pose, or with mask 'position' a "
-        "position (3,).",
+        "Where the frame goes straight from its start: a pose, or with mask 'position' a "
+        "position (3,), in the world.",
     ] = None
     _: KW_ONLY
     path: Annotated[
-        Any, WAY, "Instead of `to`: Straight, Path, or an object with duration and at(t) (4, 4)."
+        Any,
+        WAY,
+        "Path to follow instead of `to`: Straight, Path, or an object with duration and at(t)"
+        " (4, 4).",
     ] = None
     frame: Annotated[
-        str | None, Reference, "Such as 'panda.tool'; None: the tip of the only robot."
+        str | None,
+        Reference,
+        "Name of the frame that is moved, such as 'panda.tool'; None: the tip of the only robot.",
     ] = None
-    mask: Annotated[str, Word(tuple(ROWS), "mask"), "The pose, or its origin alone."] = "pose"
+    mask: Annotated[
+        str,
+        Word(tuple(ROWS), "mask"),
+        "What of the frame is controlled: its pose, or the position of its origin.",
+    ] = "pose"
     duration: Duration = None
     speed: Speed = None
     acceleration: Acceleration = None
     turn: Turn = None
     turn_acceleration: TurnAcceleration = None
-    inverse: Annotated[Any, OF_PATHS, "What stands for the inverse of J."] = "pseudo_inverse"
+    inverse: Annotated[Any, OF_PATHS, "Inverse of the Jacobian J of the frame."] = "pseudo_inverse"
     gain: Annotated[
         float | None,
         PER_SECOND,
-        "At which a distance from the path is made up; None: all of it in one period.",
+        "Gain by which deviations from the path are corrected; None: within one period.",
     ] = None
     tolerance: Annotated[
-        float, Number(above=0), "In m and rad, of the frame from the end of the path."
+        float, Number(above=0), "Largest error of each number of s at convergence, in m and rad."
     ] = 1e-6
 
     def __post_init__(self) -> None:
@@ -150,11 +165,11 @@ class FollowPath(Shaped):
 
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:
-        """Note the mask, which decides what `to` must say."""
+        """Return the context with the mask, which decides what `to` must say."""
         return c.knowing(mask=raw.get("mask"))
 
     def columns(self, scene: Scene) -> Columns:
-        """The velocities that move the frame, and can be commanded."""
+        """Return the velocities that move the frame, and can be commanded."""
         frame = self._frame(scene)
         found = np.flatnonzero((scene.tree.carries(frame) != 0) & ~scene.prescribed)
         if not found.size:
@@ -162,7 +177,7 @@ class FollowPath(Shaped):
         return self.chosen(scene, frozen(found))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> PathFollower:
-        """Its controller; InputError for what the scene does not have."""
+        """Return the controller of the task; InputError for what the scene does not have."""
         columns, frame, k = self.columns(scene), self._frame(scene), ROWS[self.mask]
         end = self._end()
         s_goal = np.concatenate([end[:3, 3], np.zeros(3)])[:k]
@@ -186,7 +201,7 @@ class FollowPath(Shaped):
         )
 
     def planned(self, start: Array) -> Any:
-        """The path of runs whose frame starts at (B, 3, 4)."""
+        """Return the path of runs whose frame starts at (B, 3, 4)."""
         if self.path is not None:
             return self.path
         first = homogeneous(runs_last(start, 2))
@@ -200,7 +215,7 @@ class FollowPath(Shaped):
         return {name: getattr(self, name) for name in PACE}
 
     def _frame(self, scene: Scene) -> str:
-        """InputError if there is none of that name."""
+        """Return the name of the frame; InputError if there is none of that name."""
         if self.frame is not None:
             scene.tree.find(self.frame)
             return self.frame
@@ -210,7 +225,7 @@ class FollowPath(Shaped):
         return tips[0]
 
     def _end(self) -> Array:
-        """(3, 4) where the path ends."""
+        """Return the pose (3, 4) at which the path ends."""
         if self.path is not None:
             _ = one_pose(self.path.at(0.0), "path.at")
             return one_pose(self.path.at(self.path.duration), "path.at").matrix[:3]
@@ -219,7 +234,7 @@ class FollowPath(Shaped):
         return Pose.at(*self.to).matrix[:3]
 
     def _checked_goal(self) -> Any:
-        """A pose, or a position."""
+        """Return the goal as a pose or a position; InputError if it is neither."""
         if is_pose_like(self.to):
             pose = Pose(one_pose(self.to, "to").matrix)  # in the world, whatever names it has
             return pose if self.mask == "pose" else pose.position
@@ -231,7 +246,7 @@ class FollowPath(Shaped):
         return frozen(place)
 
     def _check_plan(self) -> None:
-        """Either a path, or a duration, or limits of all that is to move."""
+        """Raise InputError unless there is one of a path, a duration, and all limits."""
         given = {name: value for name, value in self._limits_given().items() if value is not None}
         if self.path is not None:
             if given:
@@ -257,7 +272,7 @@ class PathFollower(Follower):
     shaping: Shaping
 
     def decide(self, measurement: Measurement) -> Decision:
-        """To where the frame should be one period later."""
+        """Return the command that takes the frame to where it should be one period later."""
         tree = self.scene.tree
         M = tree.bodies(measurement.q)
         T = tree.frame(M, self.frame)
@@ -273,11 +288,11 @@ class PathFollower(Follower):
         return Decision(Command(s, error, qd, task_jacobian), J, None)
 
     def planned(self, start: Array) -> Any:
-        """From where the frame of each run started (B, 3, 4)."""
+        """Return the path from where the frame of each run started (B, 3, 4)."""
         return self.task.planned(start)
 
     def _twist(self, measurement: Measurement, T: Array) -> Array:
-        """(v, omega) (6, B) in world axes that carry the frame to its next place."""
+        """Return the twist (v, omega) (6, B) in world axes that takes the frame on."""
         path = self.trajectory(measurement, T)
         here, ahead = (
             self._at(path, t, measurement)
@@ -295,19 +310,22 @@ class PathFollower(Follower):
         return V / measurement.dt
 
     def _drift(self, measurement: Measurement, J: Array) -> Any:
-        """(v, omega) (6, B) of the frame by what moves on its own."""
+        """Return the twist (v, omega) (6, B) of the frame that prescribed motions cause."""
         if not self.scene.motions:
             return 0.0
         rates = self.scene.drift(measurement.time)[:, None, None]
         return product(J, np.repeat(rates, measurement.runs, axis=2))[:, 0]
 
     def _at(self, path: Any, seconds: float, measurement: Measurement) -> Array:
-        """(3, 4, B)."""
+        """Return the pose (3, 4, B) of a path at a time."""
         T = numbers(path.at(seconds), "path.at", (4, 4))
         return runs_last(np.broadcast_to(T[..., :3, :], (measurement.runs, 3, 4)), 2)
 
     def _task_jacobian(self, J: Array, away: Array) -> Array:
-        """(k, n, B) how the joints move s; d(theta u)/dt = L_w(-theta u) omega in fixed axes."""
+        """Return how the joints move s (k, n, B).
+
+        d(theta u)/dt = L_w(-theta u) omega in fixed axes.
+        """
         if self.k == 3:
             return np.ascontiguousarray(J[:3])
         L = np.empty((3, 6, away.shape[1]))
@@ -316,14 +334,14 @@ class PathFollower(Follower):
         return np.concatenate([J[:3], turns])
 
     def _solved(self, J: Array, V: Array) -> Array:
-        """J^+ V (n, B)."""
+        """Return the velocities J^+ V (n, B)."""
         qd = np.empty(J.shape[1:])
         laws.joint(J, np.ascontiguousarray(V), -1.0, *self.inverse.numbers, qd)
         return qd
 
 
 def turn_between(A: Array, B: Array) -> Array:
-    """Rotation vector (3, runs) of R_b R_a', in the base axes of both (3, 4, runs)."""
+    """Return the rotation vector (3, runs) of R_b R_a', in the base axes of both (3, 4, runs)."""
     A, back, turned = np.ascontiguousarray(A), np.empty(A.shape), np.empty(A.shape)
     se3.inverse(A, back)
     se3.compose(B, back, turned)
@@ -334,7 +352,10 @@ def turn_between(A: Array, B: Array) -> Array:
 
 
 def _usual_rank(scene: Scene, frame: str, columns: Columns, k: int) -> int:
-    """Of J (k, n) where nothing is singular: at home, and where every joint has moved a little."""
+    """Return the rank of J (k, n) away from singularities.
+
+    It is the largest at home and where every joint has moved a little.
+    """
     places = [
         np.concatenate([np.empty(0), *(_moved(robot, far) for robot in scene.robots)])
         for far in (0.0, 0.1, 0.3)
@@ -345,7 +366,7 @@ def _usual_rank(scene: Scene, frame: str, columns: Columns, k: int) -> int:
 
 
 def _moved(robot: Any, far: float) -> Array:
-    """Coordinates (nq,) of a robot whose every velocity was held for a while from its home."""
+    """Return coordinates (nq,) of a robot whose velocities were held for a while from home."""
     rates = far * (1.0 + 0.1 * np.arange(robot.nv))
     moved: Array = robot.integrate(robot.home, rates, 1.0)
     return moved

@@ -1,4 +1,4 @@
-"""What tasks that follow a trajectory have in common."""
+"""The common part of tasks that follow a trajectory."""
 
 from __future__ import annotations
 
@@ -20,16 +20,19 @@ ENDED = 1e-9  # of a period: times that differ by less are one
 
 @dataclass(frozen=True, eq=False)
 class Follower(Controller):
-    """The controller of such a task."""
+    """The controller of a task that follows a trajectory."""
 
     gain: float | None  # per second; None for all of it in one period
 
     @abstractmethod
     def planned(self, start: Array) -> Any:
-        """The trajectory of runs from where they started, the run first."""
+        """Return the trajectory of runs from where they started, with the run first."""
 
     def trajectory(self, measurement: Measurement, there: Array) -> Any:
-        """That of these runs; they are `there`, the run last, which counts at their start."""
+        """Return the trajectory of these runs, planned from where they were at their start.
+
+        Now they are `there`, the run last.
+        """
         if "start" not in measurement.memory:
             remember(measurement.memory, "start", there)
         plan = self.planned(measurement.memory["start"])
@@ -39,22 +42,22 @@ class Follower(Controller):
         return plan
 
     def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
-        """(B,): until the trajectory is over."""
+        """Return (B,): in which runs the trajectory is not over."""
         going: NDArray[np.bool_] = (
             measurement.time < measurement.memory["until"] - ENDED * measurement.dt
         )
         return going
 
     def note(self, measurement: Measurement, basis: Any, qd: Array) -> None:
-        """There is nothing to remember."""
+        """Remember nothing, since the trajectory is fixed at the start."""
 
     def rate(self, dt: float) -> float:
-        """The gain per second; more than all of it in one period would be too much."""
+        """Return the gain per second, at most what makes up all of a distance in one period."""
         return 1.0 / dt if self.gain is None else min(self.gain, 1.0 / dt)
 
 
 def check_trajectory(value: Any, what: str) -> None:
-    """InputError unless it has at(t) and a duration."""
+    """Raise InputError unless a value has at(t) and a duration."""
     if isinstance(value, type) or not callable(getattr(value, "at", None)):
         raise InputError(f"{what}: expected an object with duration and at(t), got {value!r:.80}")
     not_negative(getattr(value, "duration", math.nan), f"{what}.duration (seconds)")

@@ -10,14 +10,14 @@ from robsim.world.scene import Scene
 
 
 class Axis(NamedTuple):
-    """A joint among the velocities and the coordinates of a scene."""
+    """The indices of a joint among the velocities and the coordinates of a scene."""
 
     velocity: int
     coordinate: int
 
 
 def axes_of(scene: Scene) -> dict[str, Axis]:
-    """Every such joint by its name with that of its robot, such as "panda.link3"."""
+    """Return every joint of one coordinate and velocity by its full name, such as "panda.link3"."""
     found: dict[str, Axis] = {}
     velocity = coordinate = 0
     for robot in scene.robots:
@@ -30,7 +30,7 @@ def axes_of(scene: Scene) -> dict[str, Axis]:
 
 
 def axes_called(scene: Scene, names: Iterable[str], what: str) -> list[Axis]:
-    """The joints of some names, in which that of the robot may be left out where one has it only.
+    """Return the joints of some names, in which an unambiguous robot name may be left out.
 
     InputError names `what`: there is none, there are several, it moves on its own, or is named
     twice.
@@ -63,7 +63,7 @@ def _one(
 
 
 def axes_named(scene: Scene, names: tuple[str, ...] | None) -> list[Axis]:
-    """Joints by their names, or by those of robots, in that order; None is for all."""
+    """Return joints by their names, or by those of robots, in that order; all for None."""
     robots = [robot.name for robot in scene.robots]
     found: list[Axis] = []
     for name in robots if names is None else names:
@@ -81,7 +81,7 @@ def axes_named(scene: Scene, names: tuple[str, ...] | None) -> list[Axis]:
 
 
 def distinct(scene: Scene, axes: list[Axis], what: str) -> list[Axis]:
-    """The same; InputError if one is named twice."""
+    """Return the axes; InputError if one is named twice."""
     if len(set(axes)) < len(axes):
         twice = min(axis for axis in axes if axes.count(axis) > 1)
         raise InputError(f"{what}: '{scene.velocity_names[twice.velocity]}' is named twice")

@@ -36,7 +36,9 @@ class Parallel(Declared):
     """
 
     tasks: Annotated[
-        Any, ListOf(TaskChoice(TASKS, protocol=Task), 2, 64), "The tasks, at least two."
+        Any,
+        ListOf(TaskChoice(TASKS, protocol=Task), 2, 64),
+        "At least two tasks, which command different joints.",
     ]
 
     @property
@@ -45,11 +47,11 @@ class Parallel(Declared):
         return tuple(self.tasks)
 
     def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return the same with other tasks in their places."""
+        """Return a copy with other tasks in their places."""
         return replace(self, tasks=tuple(tasks))
 
     def columns(self, scene: Scene) -> Columns:
-        """All of them; InputError if two tasks command one joint."""
+        """Return the velocities that the tasks command; InputError if two command one joint."""
         each = [task.columns(scene) for task in self.tasks]
         every, counts = np.unique(np.concatenate(each), return_counts=True)
         if (counts > 1).any():
@@ -61,7 +63,7 @@ class Parallel(Declared):
         return frozen(every)
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
-        """The controller of all of them in a scene."""
+        """Return the controller of all tasks in a scene."""
         mine = self.columns(scene)
         parts = [task.bind(scene, task.columns(scene)) for task in self.tasks]
         return ParallelController(**common(parts), columns=mine, parts=tuple(parts))
@@ -69,10 +71,10 @@ class Parallel(Declared):
 
 @dataclass(frozen=True, eq=False)
 class ParallelController(Several):
-    """Side by side."""
+    """The controller of tasks side by side."""
 
     def decide(self, measurement: Measurement) -> Decision:
-        """Each commands its own joints."""
+        """Return the commands of all tasks, each for its own joints."""
         each, s, error, task_jacobian = self._all(measurement)
         qd = np.empty((self.columns.size, measurement.runs))
         for part, one in zip(self.parts, each, strict=True):

@@ -1,4 +1,4 @@
-"""Section 6.2 of the chapter: two cameras watch an arm place a cube, and vectors drive it."""
+"""The scheme of section 6.2 of the chapter: two cameras watch an arm place a cube."""
 
 from __future__ import annotations
 
@@ -49,14 +49,16 @@ class Placing(ServoTask):
     law: Any = field(default="joint", init=False, repr=False)
     gain: Any = field(default=1.0, init=False, repr=False)
     _: KW_ONLY
-    variant: Annotated[Variant, Word(get_args(Variant), "variant"), "As printed, or corrected."] = (
+    variant: Annotated[Variant, Word(get_args(Variant), "variant"), "Variant of the law."] = (
         "corrected"
     )
     marks: Annotated[
-        tuple[int, int, int], Indices(least=3, most=3), "Numbers of a, b and c, not on one line."
+        tuple[int, int, int],
+        Indices(least=3, most=3),
+        "Numbers of the marks a, b and c, which are not on one line.",
     ] = (0, 1, 2)
-    rotation: Annotated[float, PER_SECOND, "k1 of the chapter."] = 1.0
-    translation: Annotated[float, PER_SECOND, "k2 of the chapter."] = 1.0
+    rotation: Annotated[float, PER_SECOND, "Gain k1 of the rotation."] = 1.0
+    translation: Annotated[float, PER_SECOND, "Gain k2 of the translation."] = 1.0
     length: UnitOfLength = 1.0
 
     def __post_init__(self) -> None:
@@ -66,7 +68,7 @@ class Placing(ServoTask):
         put(self, "gain", min(self.rotation, self.translation))
 
     def bound_law(self, regulated: Regulated) -> PlacingLaw:
-        """The law for the frame that holds the target; InputError if a camera moves."""
+        """Return the law for the frame that holds the target; InputError if a camera moves."""
         for points in (regulated.sights[0].target.marks[list(self.marks)], regulated.s_goal):
             if collinear(points.reshape(3, 3)):
                 raise InputError(
@@ -93,7 +95,7 @@ class PlacingLaw:
     task: Placing
 
     def command(self, state: ControlState) -> Array:
-        """Joint velocities (B, n)."""
+        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         assert state.s_last is not None and state.q_last is not None
         scene, eye, target = self.sight.scene, self.sight.eye, self.sight.target
         bodies = scene.tree.bodies(state.q_last)
@@ -108,7 +110,7 @@ class PlacingLaw:
         return first_view(qd)
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:
-        """T and Omega (3, B) at the origin of the world, from a, b, c (3, 3, B) in its axes."""
+        """Return T and Omega (3, B) at the world's origin, from a, b, c (3, 3, B) in its axes."""
         if self.task.variant == "completed":
             pairs = zip(_edges(now), _edges(goal), strict=True)
             turns = [np.cross(a, b, axis=0) for a, b in pairs]
@@ -121,7 +123,7 @@ class PlacingLaw:
 
 
 def _world(T_w_c: Array, s: Array) -> Array:
-    """Points (3, 3, B), the point first, from camera axes s (9, B) into those of the world."""
+    """Return points (3, 3, B) in the world, the point first, from camera axes s (9, B)."""
     X = s.reshape(3, 3, 1, -1)
     turned = T_w_c[:, 0] * X[:, 0] + T_w_c[:, 1] * X[:, 1] + T_w_c[:, 2] * X[:, 2]
     points: Array = turned + T_w_c[:, 3]
@@ -129,14 +131,14 @@ def _world(T_w_c: Array, s: Array) -> Array:
 
 
 def _normal(points: Array) -> Array:
-    """P_ab x P_ac (3, B): normal to the plane of a, b, c, as long as the sine of the angle at a."""
+    """Return P_ab x P_ac (3, B), normal to the plane of a, b, c, as long as the sine at a."""
     a, b, c = points
     normal: Array = np.cross(_unit(b - a), _unit(c - a), axis=0)
     return normal
 
 
 def _edges(points: Array) -> tuple[Array, Array, Array]:
-    """Unit vectors (3, B): along ab, in the plane of a, b, c at right angles to it, the normal."""
+    """Return unit vectors (3, B) along ab, across ab in the plane of a, b, c, and normal to it."""
     ab, normal = _unit(points[1] - points[0]), _unit(_normal(points))
     return ab, np.cross(normal, ab, axis=0), normal
 

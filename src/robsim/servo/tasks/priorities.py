@@ -1,4 +1,4 @@
-"""Tasks in strict order."""
+"""Tasks in strict order of priority."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ class Priorities(Shaped):
     1e-06
     """
 
-    tasks: Annotated[Any, ORDERED, "The tasks, the most important first."]
+    tasks: Annotated[
+        Any, ORDERED, "At least two servo tasks with the joint law, the most important first."
+    ]
     rcond: Annotated[
         float, SHARE, "Share of the largest singular value below which one counts as zero."
     ] = 1e-6
@@ -73,15 +75,15 @@ class Priorities(Shaped):
         return tuple(self.tasks)
 
     def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return the same with other tasks in their places."""
+        """Return a copy with other tasks in their places."""
         return replace(self, tasks=tuple(tasks))
 
     def columns(self, scene: Scene) -> Columns:
-        """All that any of the tasks commands."""
+        """Return the velocities that any of the tasks commands."""
         return self.chosen(scene, union(task.columns(scene) for task in self.tasks))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
-        """The controller of all tasks in a scene."""
+        """Return the controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
         parts = [task.bind(scene, columns) for task in self.tasks]
         for part in parts:
@@ -95,13 +97,13 @@ class Priorities(Shaped):
 
 @dataclass(frozen=True, eq=False)
 class Ordered(Controller):
-    """In strict order."""
+    """The controller of tasks in strict order."""
 
     parts: tuple[Servo, ...]
     shaping: Shaping
 
     def decide(self, measurement: Measurement) -> Decision:
-        """Each within what those before it leave free."""
+        """Return the command in which each task moves within what those before leave free."""
         each = [part.assess(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
         states = [one.state for one in each]
         levels = [(s.task_jacobian_last, -s.times_gain(s.error_last)) for s in states]
@@ -118,6 +120,6 @@ class Ordered(Controller):
         return Decision(Command(s, error, qd, task_jacobian), J, each)
 
     def note(self, measurement: Measurement, basis: list[Basis], qd: Array) -> None:
-        """Each remembers what was commanded in the end."""
+        """Let each task remember what was commanded in the end."""
         for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
             part.note(measurement.inside(str(i)), one, qd)

@@ -1,4 +1,4 @@
-"""The schemes of the textbooks: features and a law, ready to be given a goal."""
+"""The schemes of the textbooks: features with a law, to be given a goal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robsim.servo.tasks.task import ServoTask
 @register("task", "ibvs")
 @dataclass(frozen=True, eq=False)
 class IBVS(ServoTask):
-    """Regulate image features: edot = -gain e, as well as the robot can (chapter, eqs. 5 to 8).
+    """Image-based visual servoing: regulate image features, edot = -gain e (chapter, eqs. 5 to 8).
 
     >>> IBVS(goal=[0, 0], interaction="mean").gain
     1.0
@@ -30,7 +30,7 @@ class IBVS(ServoTask):
 @register("task", "pbvs")
 @dataclass(frozen=True, eq=False)
 class PBVS(ServoTask):
-    """Regulate the pose of the target, estimated from its marks and its model.
+    """Position-based visual servoing: regulate the pose of the target, estimated from its marks.
 
     form "goal": s = (c*t_c, theta u), and the camera goes straight in the goal's axes; "camera":
     s = (ct_o, theta u), and the target's origin goes straight in the camera's (Chaumette and
@@ -42,9 +42,12 @@ class PBVS(ServoTask):
 
     features: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY
-    form: Annotated[str, Word(("goal", "camera"), "form"), "Which translation is regulated."] = (
-        "goal"
-    )
+    form: Annotated[
+        str,
+        Word(("goal", "camera"), "form"),
+        "Translation that is regulated: that of the camera in goal axes, or of the target in "
+        "camera axes.",
+    ] = "goal"
 
     def __post_init__(self) -> None:
         form: Any = self.form
@@ -65,7 +68,9 @@ class Hybrid(ServoTask):
 
     features: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY
-    mark: Annotated[int, Whole(0, 9_999), "The mark that goes straight in the image."] = 0
+    mark: Annotated[
+        int, Whole(0, 9_999), "Number of the mark that moves along a straight line in the image."
+    ] = 0
 
     def __post_init__(self) -> None:
         one = [FeatureBlock(name, marks=(self.mark,)) for name in ("points", "log_depth")]
@@ -76,7 +81,7 @@ class Hybrid(ServoTask):
 @register("task", "partitioned")
 @dataclass(frozen=True, eq=False)
 class Partitioned(ServoTask):
-    """The partitioned scheme of Corke and Hutchinson 2001: the optical axis apart from the rest.
+    """The partitioned scheme of Corke and Hutchinson 2001, which treats the optical axis apart.
 
     Roll follows the angle of the line through two marks (`segment`), the way along the axis the
     area of the polygon of all marks, and the other four components the points. All else is as in
@@ -91,7 +96,9 @@ class Partitioned(ServoTask):
     law: Any = field(default=None, init=False, repr=False)
     _: KW_ONLY
     segment: Annotated[
-        tuple[int, int], Indices(least=2, most=2), "The two marks whose line is followed."
+        tuple[int, int],
+        Indices(least=2, most=2),
+        "Numbers of the two marks whose line gives the angle of roll.",
     ] = (0, 1)
     roll: Roll = 1.0
     advance: Advance = 1.0
@@ -107,7 +114,7 @@ class Partitioned(ServoTask):
         super().__post_init__()
 
     def bound_law(self, regulated: Regulated) -> PartitionedLaw:
-        """The law; InputError if no joint moves the camera along its optical axis."""
+        """Return the law; InputError if no joint moves the camera along its optical axis."""
         if np.abs(regulated.at_goal.J[2]).max() < 1e-9:
             raise InputError(
                 "the partitioned scheme moves the camera along its optical axis, and no commanded "

@@ -1,4 +1,4 @@
-"""What several tasks at once have in common."""
+"""The common part of controllers of several tasks at once."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from robsim.servo.sight import Key, Sight
 
 @dataclass(frozen=True, eq=False)
 class Several(Controller):
-    """Tasks with joints of their own, which they may share."""
+    """The controller of several tasks, each with joints of its own, which they may share."""
 
     parts: tuple[Controller, ...]
 
     def note(self, measurement: Measurement, basis: list[Decision], qd: Array) -> None:
-        """Each remembers what was commanded of its joints in the end."""
+        """Let each task remember what was commanded of its joints in the end."""
         for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
             part.note(measurement.inside(str(i)), one.basis, qd[self._own(part)])
 
     def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
-        """(B,): where any of them is."""
+        """Return (B,): in which runs any of the tasks is busy."""
         each = [part.busy(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
         found: NDArray[np.bool_] = np.any(each, axis=0)
         return found
 
     def _own(self, part: Controller) -> Columns:
-        """Where the velocities of a part are among all that are commanded."""
+        """Return where the velocities of a part are among all that are commanded."""
         return np.searchsorted(self.columns, part.columns)
 
     def _all(self, measurement: Measurement) -> tuple[list[Decision], Array, Array, Array]:
-        """What each decides; and s, error, and task Jacobian of all joints, stacked."""
+        """Return the decision of each task, and s, error and task Jacobian of all, stacked."""
         each = [part.decide(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
         task_jacobian, row = np.zeros((self.k, self.columns.size, measurement.runs)), 0
         for part, one in zip(self.parts, each, strict=True):
@@ -49,7 +49,7 @@ class Several(Controller):
 
 
 def common(parts: Sequence[Controller]) -> dict[str, Any]:
-    """What the parts make together."""
+    """Return the fields of a controller that several parts have in common."""
     sights: dict[Key, Sight] = {}
     pixels: dict[Key, Array] = {}
     for part in parts:
@@ -75,5 +75,5 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
 
 
 def union(columns: Iterable[Columns]) -> Columns:
-    """Every velocity once, in order."""
+    """Return every velocity once, in order."""
     return frozen(np.unique(np.concatenate(list(columns))))

@@ -1,4 +1,4 @@
-"""Whether a task is sound in a scene: contradictions are errors, weaknesses are warnings."""
+"""Checks that a task is sound in a scene: contradictions are errors, weaknesses are warnings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robsim.servo.servo_controller import Servo
 def check_law(
     law: Any, inverse: Any, feed_forward: FeedForward, interaction: Any, regulated: Regulated
 ) -> None:
-    """InputError for a law and its settings that contradict one another in this scene."""
+    """Raise InputError for a law and settings that contradict one another in this scene."""
     in_camera = bool(getattr(law, "in_camera", False))
     name = type(law).__name__
     if feed_forward is not None and isinstance(inverse, JacobianTranspose):
@@ -47,7 +47,7 @@ def check_law(
 
 
 def check_own_law(name: str, inverse: Any, feed_forward: FeedForward, interaction: Any) -> None:
-    """InputError for settings that a task `name` with a law of its own would ignore."""
+    """Raise InputError for settings that a task `name` with a law of its own would ignore."""
     if feed_forward is not None:
         raise InputError(f"{name} has a law of its own, which knows no feed_forward: leave it out")
     if not isinstance(inverse, PseudoInverse):
@@ -85,7 +85,10 @@ def _check_constant(L: Array, regulated: Regulated) -> None:
 
 
 def check_goal(goal: Goal, depth: Depth, interaction: Any, regulated: Regulated) -> None:
-    """InputError if the goal cannot be what the task wants of it."""
+    """Raise InputError if the goal does not fit the other settings of the task.
+
+    GoalError: L at the goal is not finite, or a pose is given as numbers.
+    """
     by_name = isinstance(interaction, str)
     if not isinstance(goal, GoalFeatures):
         if not np.isfinite(regulated.at_goal.L).all():
@@ -110,7 +113,7 @@ def fixed_motions(controller: Servo) -> tuple[int, int]:
 
 
 def warn_of_rank(controller: Servo) -> None:
-    """RankWarning if the features leave motions free that the joints can make."""
+    """Warn with RankWarning if the features leave motions free that the joints can make."""
     first, (found, full) = controller.sights[0], fixed_motions(controller)
     if found < full:
         marks = np.unique(first.target.marks, axis=0)
@@ -129,7 +132,7 @@ def warn_of_rank(controller: Servo) -> None:
 
 
 def warn_of_wheels(controller: Servo) -> None:
-    """RankWarning if a unicycle or a car alone is asked for more than two numbers."""
+    """Warn with RankWarning if wheels alone are to regulate more features than velocities."""
     columns = controller.columns
     kinds = controller.scene.tree.kinds(columns)
     if all(kind.wheeled for kind in kinds) and controller.k > columns.size:
@@ -144,5 +147,5 @@ def warn_of_wheels(controller: Servo) -> None:
 
 
 def collinear(marks: Any) -> bool:
-    """Whether marks (N, 3) lie on one line."""
+    """Return whether marks (N, 3) lie on one line."""
     return int(np.linalg.matrix_rank(marks - marks[:1], tol=1e-9)) < 2

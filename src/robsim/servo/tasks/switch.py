@@ -1,4 +1,4 @@
-"""One scheme, and from a condition on another."""
+"""A task that switches from one scheme to another on a condition."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from robsim.world.scene import Scene
 @register("task", "switch")
 @dataclass(frozen=True, eq=False)
 class Switch(Declared):
-    """The first scheme, and from when a condition holds the second: PBVS far away, IBVS near.
+    """Use the first scheme, and from a condition on the second: PBVS far away, IBVS near.
 
     Without `latch` it is asked anew at every instant (a switched system as in Gans and Hutchinson
     2007).
@@ -41,10 +41,14 @@ class Switch(Declared):
     True
     """
 
-    first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme at the start."]
-    second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "The scheme after the switch."]
-    when: Annotated[Any, CONDITION, "When it switches; or an object with holds(first, second)."]
-    latch: Annotated[bool, Flag(), "Whether it stays with the second once it has switched."] = True
+    first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Scheme at the start."]
+    second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Scheme after the switch."]
+    when: Annotated[
+        Any, CONDITION, "Condition of the switch: a kind, or an object with holds(first, second)."
+    ]
+    latch: Annotated[
+        bool, Flag(), "Whether a run stays with the second scheme once it has switched."
+    ] = True
 
     @property
     def inner(self) -> tuple[Any, ...]:
@@ -52,16 +56,16 @@ class Switch(Declared):
         return self.first, self.second
 
     def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return the same with other tasks in their places."""
+        """Return a copy with other tasks in their places."""
         first, second = tasks
         return replace(self, first=first, second=second)
 
     def columns(self, scene: Scene) -> Columns:
-        """All that one of the two commands."""
+        """Return the velocities that either scheme commands."""
         return union([self.first.columns(scene), self.second.columns(scene)])
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
-        """The controller of both in a scene, each with its own joints."""
+        """Return the controller of both schemes in a scene, each with its own joints."""
         mine = self.columns(scene)
         parts = [task.bind(scene, task.columns(scene)) for task in (self.first, self.second)]
         return Switched(
@@ -71,13 +75,13 @@ class Switch(Declared):
 
 @dataclass(frozen=True, eq=False)
 class Switched(Several):
-    """One after the other."""
+    """The controller of two schemes, one after the other."""
 
     when: Condition
     latch: bool
 
     def decide(self, measurement: Measurement) -> Decision:
-        """The command of the one whose turn it is; joints that are the other's stand still."""
+        """Return the command of the active scheme; the joints of the other stand still."""
         each, s, error, task_jacobian = self._all(measurement)
         second = self._thrown(measurement, each)
         qd = np.zeros((self.columns.size, measurement.runs))
@@ -86,7 +90,7 @@ class Switched(Several):
         return Decision(Command(s, error, qd, task_jacobian), each[0].J, each)
 
     def _thrown(self, measurement: Measurement, each: list[Decision]) -> NDArray[np.bool_]:
-        """(B,): which runs are with the second."""
+        """Return (B,): which runs use the second scheme."""
         seen = [
             self._comparison(measurement, part, d) for part, d in zip(self.parts, each, strict=True)
         ]
@@ -104,7 +108,7 @@ class Switched(Several):
 
 
 def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[np.bool_]:
-    """(B,) from a condition, which may be the user's."""
+    """Return truth values (B,) from a condition, which may be a user's."""
     value = when.holds(*seen)
     try:
         holds: NDArray[Any] = np.asarray(value)

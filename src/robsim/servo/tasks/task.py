@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from robsim.base.arrays import frozen
-from robsim.declare import Number
+from robsim.declare import Number, described
 from robsim.declare.spec import Context
 from robsim.features import Points
 from robsim.servo.controller import Controller
@@ -38,25 +38,26 @@ from robsim.world.scene import Scene
 
 @runtime_checkable
 class Task(Protocol):
-    """What can be simulated in a scene."""
+    """The interface of a task: what can be simulated in a scene."""
 
     def columns(self, scene: Scene) -> Columns:
-        """The velocities that the task commands."""
+        """Return the velocities that the task commands."""
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
-        """Its controller; InputError or GoalError if it makes no sense there.
+        """Return the controller of the task; InputError or GoalError if it makes no sense there.
 
         `columns` are the velocities that are commanded where several tasks share them.
         """
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class ServoTask(Shaped):
-    """Drive e = s - s_goal to zero: what IBVS, PBVS and their kin have in common."""
+    """Drive e = s - s_goal to zero: the common part of IBVS, PBVS and other servo tasks."""
 
     own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
     goal: Annotated[
-        Any, GoalSpec(), "q at which the goal is shown (None: home), GoalPose or GoalFeatures."
+        Any, GoalSpec(), "Goal: the q at which it is shown (None: home), GoalPose or GoalFeatures."
     ] = None
     camera: Annotated[
         Any, CAMERAS, "Name of the camera, or of the two of a stereo pair; None: the only one."
@@ -65,26 +66,38 @@ class ServoTask(Shaped):
         str | None, TARGET, "Name of the object with the marks; None: the only one."
     ] = None
     features: Annotated[
-        Any, FEATURES, "What is regulated: a feature, or several, which are stacked."
+        Any, FEATURES, "Feature that is regulated, or several, which are stacked."
     ] = field(default_factory=Points)
     interaction: Annotated[
-        Any, INTERACTION, "L: now, at the goal, the mean of the two, a constant (k, 6), or learnt."
+        Any,
+        INTERACTION,
+        "Interaction matrix L: now, at the goal, the mean of both, a constant (k, 6), or learnt.",
     ] = "current"
-    depth: Annotated[Depth, DEPTH, "Z in L: now, at the goal, metres, or filtered."] = "true"
-    depth_scale: Annotated[Any, SCALE, "Factor of the depths: an error, on purpose."] = 1.0
-    law: Annotated[Any, LAW, "From e to joint velocities; or an object with command(state)."] = (
-        "joint"
-    )
-    gain: Annotated[float | AdaptiveGain, GAIN, "How fast e falls, per second."] = 1.0
-    inverse: Annotated[Any, INVERSE, "What stands for the inverse of L or L J."] = "pseudo_inverse"
+    depth: Annotated[
+        Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
+    ] = "true"
+    depth_scale: Annotated[
+        Any, SCALE, "Factor of the depths in L, which makes them wrong on purpose."
+    ] = 1.0
+    law: Annotated[
+        Any, LAW, "Law from e to joint velocities: a kind, or an object with command(state)."
+    ] = "joint"
+    gain: Annotated[
+        float | AdaptiveGain, GAIN, "Rate at which e falls: a constant, or adaptive."
+    ] = 1.0
+    inverse: Annotated[Any, INVERSE, "Inverse of L or L J in the law."] = "pseudo_inverse"
     tolerance: Annotated[
-        float | None, Number(above=0), "Converged when max|e| is below; None: the feature's own."
+        float | None, Number(above=0), "Largest max|e| at convergence; None: the features' own."
     ] = None
     belief: Annotated[
-        Scene | None, Belief(), "The scene as the controller believes it; None: the truth."
+        Scene | None, Belief(), "Scene as the controller believes it; None: the true one."
     ] = None
     _: KW_ONLY
-    feed_forward: Annotated[Any, FEED_FORWARD, "For what moves on its own."] = None
+    feed_forward: Annotated[
+        Any,
+        FEED_FORWARD,
+        "Compensation of target motion: known from the scene, or estimated; None: none.",
+    ] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -93,7 +106,7 @@ class ServoTask(Shaped):
 
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:
-        """Check that what a text leaves out there is only one of."""
+        """Return the context; report a camera or target that a text must name."""
         blocks = raw.get("features")
         each = blocks if isinstance(blocks, list) else [blocks]
         for key, find in (("camera", "camera"), ("target", "object")):
@@ -105,16 +118,16 @@ class ServoTask(Shaped):
 
     @property
     def blocks(self) -> tuple[FeatureBlock, ...]:
-        """All features with who sees them."""
+        """The feature blocks of the task."""
         return blocks_of(self.features)
 
     def columns(self, scene: Scene) -> Columns:
-        """The velocities that move a camera of the task against its target."""
+        """Return the velocities that move a camera of the task relative to its target."""
         found = [s.columns for each in self.sights(scene) for s in each]
         return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
-        """The controller of this task in a scene; every name and the goal are checked here.
+        """Return the controller of the task in a scene, with every name and the goal checked.
 
         RankWarning: the features do not fix every motion that the joints can make.
         """
@@ -154,20 +167,20 @@ class ServoTask(Shaped):
         return controller
 
     def sights(self, scene: Scene) -> Found:
-        """The true sights of each feature block."""
+        """Return the true sights of each feature block."""
         return sights_of(self.blocks, self.camera, self.target, scene)
 
     def regulated(self, sights: Found, columns: Columns) -> Regulated:
-        """What the task regulates with its true sights; InputError or GoalError if it cannot."""
+        """Return what the task regulates with its true sights; InputError if it cannot."""
         depths = Depths(self.depth, self.depth_scale)
         return regulated_by(
             self.blocks, self.goal, depths, self.interaction, self.belief, sights, columns
         )
 
     def warn_of_wheels(self, controller: Servo) -> None:
-        """RankWarning if a unicycle alone is asked for more than it can do."""
+        """Warn with RankWarning if a unicycle alone is asked for more than it can do."""
         warn_of_wheels(controller)
 
     def bound_law(self, regulated: Regulated) -> Any:
-        """The law, which may need to know the scene."""
+        """Return the law, which in some tasks depends on the scene."""
         return self.law
