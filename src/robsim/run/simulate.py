@@ -85,6 +85,7 @@ def simulate(
         record=record,
         run=run,
     )
+    loop.controller.check_start(loop.q0)
     finished = _work(loop, threads, chunk, progress)
     with undisturbed() as stops:
         result = dataset(loop, scene, task)
@@ -132,12 +133,17 @@ def loop_of(
 
 
 def check(
-    scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any], must_see: bool = False
+    scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any], starts: bool = True
 ) -> None:
-    """InputError for what `simulate` refuses with these keywords, as far as no record is made."""
+    """InputError for what `simulate` refuses with these keywords, as far as no record is made.
+
+    Without `starts` q0 is not yet where the task will start.
+    """
     later = {"record", "threads", "chunk", "progress"}
     now = {key: value for key, value in settings.items() if key not in later}
-    loop_of(scene, task, q0, record="summary", **now)
+    loop = loop_of(scene, task, q0, record="summary", **now)
+    if starts:
+        loop.controller.check_start(loop.q0)
 
 
 def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:

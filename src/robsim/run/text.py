@@ -113,7 +113,7 @@ class BeliefTables(Spec):
 class TaskTable:
     """The part of a text that is not its scene."""
 
-    task: Annotated[Any, TaskChoice(TASKS), "What is to be done."]
+    task: Annotated[Any, TaskChoice(TASKS, whole=True), "What is to be done."]
     title: Annotated[str | None, Text(), "What it shows, in a line."] = None
     belief: Annotated[Any, BeliefTables(), "What the controller believes of the scene."] = None
     start: Annotated[Any, Table(StartTable), "Where the run starts."] = None

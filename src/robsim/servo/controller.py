@@ -56,6 +56,9 @@ class Controller(ABC):
         """
         return np.zeros(measurement.runs, dtype=np.bool_)
 
+    def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers start anywhere
+        """InputError if it cannot be done from any of the starts q0 (B, nq)."""
+
     def control(self, measurement: Measurement) -> Command:
         """The command at an instant; error and task Jacobian in units of one tolerance for all."""
         return self.decided(measurement).command
