@@ -9,7 +9,7 @@ from robsim.plot import palette
 scenario = rs.load_scenario(rs.examples.path("adaptive_gain"))
 adaptive, goal = scenario.task.gain, scenario.task.goal
 first = scenario.run(duration=0.01).error_norm.values[0]
-constant = float(adaptive.of(np.array([first]))[0])  # as fast at the start
+constant = float(adaptive.at(np.array([first]))[0])  # as fast at the start
 tasks = {"adaptive": scenario.task, f"constant {constant:.3f}/s": rs.PBVS(goal, gain=constant)}
 found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.01, duration=40)
 print(found)

@@ -13,7 +13,7 @@ def at_rest(gain_dt):
     """The end of many runs from the goal, when they have forgotten where they started."""
     scenario = rs.load_scenario(rs.examples.path("noise_floor"), [f"task.gain={gain_dt / DT}"])
     starts, long = np.tile(GOAL.q, (RUNS, 1)), 4 / scenario.task.gain + 10 * DT
-    return scenario.run(q0=starts, duration=long, record="summary")
+    return scenario.run(start=starts, duration=long, record="summary")
 
 
 def interaction():

@@ -18,7 +18,7 @@ STARTS = np.array(
 def tracks(*changes):
     """The runs from all starts; x, y and theta of the unicycle are their q."""
     scenario = rs.load_scenario(rs.examples.path("unicycle_docking"), changes)
-    return scenario.run(q0=STARTS, duration=40)
+    return scenario.run(start=STARTS, duration=40)
 
 
 docked = tracks()

@@ -5,6 +5,7 @@ array([0., 0., 1.])
 """
 
 import importlib
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -28,6 +29,7 @@ from robsim.base.errors import Interrupted as Interrupted
 from robsim.base.errors import RankWarning as RankWarning
 from robsim.base.errors import RobSimError as RobSimError
 from robsim.base.errors import UnitError as UnitError
+from robsim.base.errors import UnitWarning as UnitWarning
 from robsim.features import DecoupledMoments as DecoupledMoments
 from robsim.features import Ellipse as Ellipse
 from robsim.features import Lines as Lines
@@ -138,9 +140,24 @@ if TYPE_CHECKING:
     from robsim.files.table import table as table
     from robsim.run.replay import replay as replay
 
-# what needs xarray, pydantic or matplotlib is imported when it is first used
+# modules that are part of the public surface; all others are private
+_DOORS = (
+    "classic",
+    "curves",
+    "declare",
+    "examples",
+    "plot",
+    "robots",
+    "testing",
+    "trajectory",
+    "units",
+)
+# what needs xarray or matplotlib is imported when it is first used
 _LAZY = {
+    "classic": "robsim.classic",
+    "declare": "robsim.declare",
     "plot": "robsim.plot",
+    "testing": "robsim.testing",
     "clearance": "robsim.analysis.clearance",
     "Comparison": "robsim.analysis.comparison",
     "compare": "robsim.analysis.compare",
@@ -158,9 +175,11 @@ def __getattr__(name: str) -> Any:
     if name not in _LAZY:
         raise AttributeError(f"module 'robsim' has no attribute {name!r}")
     module = importlib.import_module(_LAZY[name])
-    return module if name == "plot" else getattr(module, name)
+    return module if name in _DOORS else getattr(module, name)
 
 
 def __dir__() -> list[str]:
-    inside = {"Any", "TYPE_CHECKING", "importlib"}
-    return sorted({*globals(), *_LAZY} - inside)
+    """Return the public names: classes, functions, and the modules that are doors."""
+    own = (name for name, value in globals().items() if not isinstance(value, ModuleType))
+    public = {name for name in own if not name.startswith("_")} - {"Any", "TYPE_CHECKING"}
+    return sorted({*public, *_LAZY, *_DOORS} - {"ModuleType"})

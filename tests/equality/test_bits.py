@@ -124,7 +124,7 @@ def vehicle(request):
     starts = scenario.start + spread
 
     def run(q0=starts, **changes):
-        return scenario.run(q0=q0, dt=0.1, duration=8.0, **changes)
+        return scenario.run(start=q0, dt=0.1, duration=8.0, **changes)
 
     return run, starts
 

@@ -1,6 +1,7 @@
 """Task -> text -> task for every task and option: equal values, and runs of the same bits."""
 
 import dataclasses
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -126,7 +127,8 @@ def any_common(rng, scene, belief):
 def any_servo(rng, scene, belief, ordered=False):
     """A servo task; `ordered` as it may stand in priorities."""
     common = any_common(rng, scene, belief)
-    gain = pick(rng, rng.uniform(0.1, 5), rs.AdaptiveGain(4, 0.4, rng.uniform(1, 50)))
+    adaptive = rs.AdaptiveGain(4, 0.4, rng.uniform(1, 50), of=pick(rng, "error", "command"))
+    gain = pick(rng, rng.uniform(0.1, 5), adaptive)
     if ordered:
         del common["joints"]
     else:
@@ -327,6 +329,17 @@ def test_what_a_file_cannot_hold_is_told(task, reason):
         Experiment(flying(), task).to_toml()
 
 
+def test_a_lens_may_be_written_as_opencv_writes_it():
+    """With a thin prism and a tilted sensor that are not there: 14 numbers."""
+    eye = rs.MountedCamera("eye", rs.Camera(LENS.K, distortion=(0.1, 0, 0, 0)))
+    text = Experiment(flying().replacing(eye), rs.IBVS()).to_toml()
+    (short,) = re.findall(r"distortion = \[.*?\]", text, re.DOTALL)
+    lens = [0.1, *[0] * 13]
+    read = Experiment.from_text(text.replace(short, f"distortion = {lens}")).scene.camera("eye")
+    assert read.camera.distortion == (0.1, *[0] * 7)
+    np.testing.assert_array_equal(read.camera.lens, eye.camera.lens)
+
+
 def test_a_camera_of_somebody_has_no_text():
     class Mirror(rs.Camera):
         """Somebody's own."""
@@ -402,6 +415,7 @@ def servo(**changes):
 
 FLYING = {
     "gain": servo(gain=rs.AdaptiveGain(4, 0.4, 30)),
+    "gain of the command": servo(gain=rs.AdaptiveGain(4, 0.4, 30, of="command")),
     "parts": servo(
         features=[rs.FeatureBlock("lines", marks=[0, 1, 2, 5], weight=2.0), "log_depth"]
     ),

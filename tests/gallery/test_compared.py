@@ -39,7 +39,7 @@ def seven():
         "hybrid": rs.Hybrid(goal),
         "partitioned": rs.Partitioned(goal),
     }
-    return rs.compare(one.scene, tasks, one.q0, dt=0.02, duration=20)
+    return rs.compare(one.scene, tasks, one.start, dt=0.02, duration=20)
 
 
 def test_every_scheme_arrives(seven):
@@ -52,7 +52,7 @@ def test_what_each_scheme_keeps_straight(seven):
     data = seven.data.sel
     one = scenario("schemes_compared")
     tasks = {"camera": rs.PBVS(one.task.goal, form="camera"), "hybrid": rs.Hybrid(one.task.goal)}
-    finer = rs.compare(one.scene, tasks, one.q0, dt=0.005, duration=20).runs
+    finer = rs.compare(one.scene, tasks, one.start, dt=0.005, duration=20).runs
     # PBVS, goal form: the camera in space
     assert float(data(scheme="goal").path_ratio) == pytest.approx(1.0, abs=1e-3)
     # PBVS, camera form: the origin of the target in the image
@@ -106,9 +106,9 @@ def test_the_partitioned_scheme_pays_with_the_longest_way(seven):
 def gains():
     one = scenario("adaptive_gain")
     first = one.run(duration=0.01).error_norm.values[0]
-    constant = float(one.task.gain.of(np.array([first]))[0])
+    constant = float(one.task.gain.at(np.array([first]))[0])
     tasks = {"adaptive": one.task, "constant": rs.PBVS(one.task.goal, gain=constant)}
-    return one.task.gain, rs.compare(one.scene, tasks, one.q0, dt=0.01, duration=40)
+    return one.task.gain, rs.compare(one.scene, tasks, one.start, dt=0.01, duration=40)
 
 
 def test_the_adaptive_gain_is_never_faster_than_at_its_start(gains):
@@ -123,10 +123,10 @@ def test_the_time_is_the_integral_of_the_gain(gains):
     """dx/dt = -gain(x) x for x = ||e||, so that t = integral of dx/(gain(x) x); a held command
     contracts by 1 - gain dt instead of exp(-gain dt), at gain 4 and 10 ms by 2 percent more."""
     gain, found = gains
-    for run, rate in zip(found.runs.values(), (gain.of, None), strict=True):
+    for run, rate in zip(found.runs.values(), (gain.at, None), strict=True):
         error = run.error.values[0]
         norm = np.linalg.norm(error)
-        constant = float(gain.of(np.array([norm]))[0])
+        constant = float(gain.at(np.array([norm]))[0])
         last = 1e-5 * norm / np.abs(error).max()  # e keeps its direction; max|e| < 1e-5 ends it
         x = np.geomspace(last, norm, 20_001)
         log, slow = np.log(x), 1 / (rate(x) if rate else np.full(x.shape, constant))
@@ -172,7 +172,7 @@ def test_also_with_a_turn_and_what_it_costs_and_saves():
     one = scenario("smooth_start")
     goal, mus = one.task.goal, (2.0, 4.0)
     tasks = {"jump": rs.PBVS(goal), **{f"{m}": rs.PBVS(goal, smooth_start=m) for m in mus}}
-    found = rs.compare(one.scene, tasks, one.q0, dt=0.01, duration=15)
+    found = rs.compare(one.scene, tasks, one.start, dt=0.01, duration=15)
     time, peak = found.data.time.values, found.data.peak_speed.values
     for i, mu in enumerate(mus, start=1):
         lived = found.runs[f"{mu}"].error_norm.dropna("time")
@@ -208,7 +208,7 @@ def ceiling():
         "large": one.task,
         "unprojected": rs.IBVS(goal, law=Unprojected(away, one.scene.limits)),
     }
-    return rs.compare(one.scene, tasks, one.q0, dt=0.02, duration=20)
+    return rs.compare(one.scene, tasks, one.start, dt=0.02, duration=20)
 
 
 def test_only_the_large_projection_arrives(ceiling):
@@ -223,7 +223,7 @@ def test_only_the_large_projection_arrives(ceiling):
     assert q[2] < 0.2  # the lift; where there is no limit it goes 0.4 m beyond its goal, as of a
     # turn of 86 degrees alone, 1.1 m/cos(43 degrees) - 1.1 m
     high = scenario("joint_limits", "robots.gantry.links.lift.limits=['-1 m', '1.2 m']")
-    free = rs.simulate(high.scene, rs.IBVS(high.task.goal), high.q0, dt=0.02, duration=20)
+    free = rs.simulate(high.scene, rs.IBVS(high.task.goal), high.start, dt=0.02, duration=20)
     assert name_of(free) == "CONVERGED"
     assert 0.4 - float(free.q[:, 2].min()) == pytest.approx(0.404, rel=0.02)
 

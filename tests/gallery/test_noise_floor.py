@@ -15,7 +15,7 @@ DT, N, GOAL = 0.04, 2000, rs.Pose.at(0, 0, -0.5)
 def runs(gain_dt, *changes, **more):
     changes = [f"task.gain={gain_dt / DT!r}", *changes]
     scenario = rs.load_scenario(rs.examples.path("noise_floor"), changes)
-    return scenario.run(q0=np.tile(GOAL.q, (N, 1)), **more)
+    return scenario.run(start=np.tile(GOAL.q, (N, 1)), **more)
 
 
 def L_goal():

@@ -17,7 +17,7 @@ def run_of(*changes, lag=0.0, **more):
     """The scenario from a start in which the head is `lag` radians behind."""
     scenario = rs.load_scenario(rs.examples.path("pan_tilt_tracking"), changes)
     start = np.array([-2.9, 0.0, lag - 2.9])
-    return scenario.run(q0=start, **more)
+    return scenario.run(start=start, **more)
 
 
 def bearing(run):
@@ -77,5 +77,5 @@ def test_of_an_estimated_rate_that_grows_its_delay_is_left(seconds):
     left = {"known": 0.0, rs.EstimatedMotion(lag=seconds): acceleration * (seconds + dt) / GAIN}
     for feed_forward, expected in left.items():
         task = replace(told.task, feed_forward=feed_forward)
-        run = rs.simulate(scene, task, told.q0, dt=dt, duration=6.5, hold=True)
+        run = rs.simulate(scene, task, told.start, dt=dt, duration=6.5, hold=True)
         assert bearing(run)[-1] == pytest.approx(expected, rel=1e-3, abs=1e-9)

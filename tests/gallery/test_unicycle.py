@@ -15,7 +15,7 @@ def starts():
 
 def run_of(*changes):
     scenario = rs.load_scenario(rs.examples.path("unicycle_docking"), changes)
-    return scenario.run(q0=starts(), duration=60.0)
+    return scenario.run(start=starts(), duration=60.0)
 
 
 def test_docking_arrives_from_every_start():

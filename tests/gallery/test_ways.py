@@ -90,7 +90,7 @@ def test_pbvs_loses_what_ibvs_keeps_on_a_detour_and_hybrid_keeps_on_a_short_way(
     hybrid = run_of("pbvs_loses_target", "task.kind=hybrid", "task.mark=4")
     ends = [outcome(run) for run in (pbvs, ibvs, hybrid)]
     assert ends == ["OUT_OF_IMAGE", "CONVERGED", "CONVERGED"]
-    straight = np.linalg.norm(ibvs.q0[:3] - [0, 0, -1])
+    straight = np.linalg.norm(ibvs.start[:3] - [0, 0, -1])
     assert float(ibvs.path_length) > 3 * straight
     assert straight < float(hybrid.path_length) < 1.15 * straight
 

@@ -16,7 +16,7 @@ def test_the_end_is_the_same_and_the_way_mostly_longer():
     truth = rs.simulate(scenario.scene, exact, starts, **settings)
     kept = (truth.outcome == rs.Outcome.CONVERGED).values  # the others do not see the plate
     assert kept.sum() > 40
-    run = scenario.run(q0=starts[kept], **settings)
+    run = scenario.run(start=starts[kept], **settings)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
     assert run.pixel_error.max() < 0.015  # the tolerance is 0.01 px for a column or a row
     assert abs(run.q_end.values - truth.q_end.values[kept]).max() < 1e-3

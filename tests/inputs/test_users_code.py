@@ -178,7 +178,7 @@ def test_three_marks_on_a_line_cannot_be_placed():
     cube = section.scene.object("cube")
     bar = section.scene.replacing(rs.Object("cube", marks=LINE, pose=cube.pose, on=cube.on))
     with pytest.raises(rs.InputError, match="three marks that are not on one line"):
-        rs.simulate(bar, section.task, section.q0)
+        rs.simulate(bar, section.task, section.start)
 
 
 def test_one_task_of_a_list_is_changed_by_its_number():

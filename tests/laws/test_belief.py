@@ -64,9 +64,9 @@ def test_the_target():
 def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors_are_equal():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     goal, told = visp.task.goal, {"duration": 1.0}
-    one = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=1.3), visp.q0, **told)
-    four = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1.3] * 4), visp.q0, **told)
-    uneven = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1, 1, 1, 1.3]), visp.q0, **told)
+    one = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=1.3), visp.start, **told)
+    four = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1.3] * 4), visp.start, **told)
+    uneven = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1, 1, 1, 1.3]), visp.start, **told)
     np.testing.assert_array_equal(one.q.values, four.q.values)
     assert np.abs(one.q.values - uneven.q.values).max() > 1e-3
     assert rs.replay(uneven).identical(uneven)
@@ -117,7 +117,7 @@ def test_the_run_names_what_was_believed_wrongly():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     for mistake, said in (({}, "the truth"), ({"focal": 2.0}, "differs from the truth: camera")):
         task = rs.IBVS(visp.task.goal, belief=visp.scene.believe(**mistake))
-        run = rs.simulate(visp.scene, task, visp.q0, duration=0.2)
+        run = rs.simulate(visp.scene, task, visp.start, duration=0.2)
         assert run.attrs["belief"] == said
 
 
@@ -127,7 +127,7 @@ VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
 def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
     """A flying body that believes its camera turned by 0.3 rad flies what it means, turned back."""
     turn = rs.Pose.at(rpy=(0, 0, 0.3))
-    start = rs.Pose(VISP.scene.pose("camera", VISP.q0).matrix)
+    start = rs.Pose(VISP.scene.pose("camera", VISP.start).matrix)
     told = {"duration": 0.04, "dt": 0.04}
     goal = rs.TaughtGoal(VISP.task.goal.q)
     plain = rs.simulate(VISP.scene, rs.IBVS(goal), start.q, **told)
@@ -152,7 +152,7 @@ def test_a_model_of_the_wrong_size_puts_a_computed_goal_at_a_distance_over_its_f
 def test_wrong_links_give_the_command_of_the_wrong_jacobian():
     """qdot = -gain (L J)^+ e with J of the believed arm at the same joints, in plain NumPy."""
     puma = rs.load_scenario(rs.examples.path("wrong_calibration"))
-    scene, q = puma.scene, puma.q0
+    scene, q = puma.scene, puma.start
     believed = scene.believe(dh={"forearm": {"a": 0.01, "alpha": 0.02}, "wrist_roll": {"d": 0.02}})
     goal = scene.home + 0.05
     run = rs.simulate(

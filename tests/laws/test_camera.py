@@ -349,6 +349,32 @@ def test_an_image_has_a_width_and_a_height_in_whole_pixels(size):
         Camera(K, size=size)
 
 
+@pytest.mark.parametrize("lens", [(), *LENSES])
+def test_a_lens_is_taken_in_every_shape_that_opencv_writes(lens):
+    """Flat, a row, a column; with a thin prism (12) and a tilted sensor (14) that are not there."""
+    flat, camera = np.array(lens), Camera(K, distortion=lens)
+    for shape in ((-1,), (1, -1), (-1, 1)):
+        again = Camera(K, distortion=flat.reshape((1, 0) if not lens and 1 in shape else shape))
+        assert again == camera and again.distortion == lens
+    for more in (12, 14):
+        padded = np.pad(flat, (0, more - len(flat)))
+        for row in (padded, padded[None], padded[:, None]):
+            np.testing.assert_array_equal(Camera(K, distortion=row).lens, camera.lens)
+
+
+def test_a_lens_that_is_not_modelled_is_refused():
+    lens = np.zeros((1, 14))
+    lens[0, 9] = 1e-4
+    with pytest.raises(
+        InputError, match=r"tau_x .* not modelled: .* must be zero, got \[0.0, 0.00"
+    ):
+        Camera(K, distortion=lens)
+    with pytest.raises(InputError, match=r"flat, in a row or in a column, got shape \(1, 1, 5\)"):
+        Camera(K, distortion=np.zeros((1, 1, 5)))
+    with pytest.raises(InputError, match=r"expected one row or column, got shape \(2, 4\)"):
+        Camera(K, distortion=np.zeros((2, 4)))
+
+
 @pytest.mark.parametrize("lens", [(0.1,), (0.1, 0.2, 0.3), (0,) * 6, (0,) * 9, (np.nan,) * 4, "k1"])
 def test_a_lens_has_four_five_or_eight_numbers(lens):
     with pytest.raises(InputError, match="distortion: "):

@@ -47,7 +47,7 @@ def random_view(seed):
 @given(seed=seeds)
 def test_the_interaction_matrix_of_an_ellipse_is_its_derivative(n, seed):
     angles = UNEVEN if n == 5 else np.arange(8) * np.pi / 4
-    assert check_feature(Ellipse(), marks=round_marks(angles), seed=seed, runs=50) == []
+    assert check_feature(Ellipse(), marks=round_marks(angles), seed=seed, runs=50, bits=True) == []
 
 
 @steady
@@ -119,7 +119,7 @@ def test_where_there_is_no_ellipse_there_is_no_number(points):
 @steady
 @given(seed=seeds, radius=st.floats(0.02, 0.5))
 def test_the_interaction_matrix_of_a_sphere_is_its_derivative(seed, radius):
-    assert check_feature(Sphere(radius), marks=1, seed=seed, runs=50) == []
+    assert check_feature(Sphere(radius), marks=1, seed=seed, runs=50, bits=True) == []
 
 
 @steady

@@ -281,7 +281,7 @@ def test_a_unicycle_stands_still_askew_and_docking_has_no_derivative_at_its_goal
 def test_the_camera_law_has_a_trap_on_the_rhino_and_the_joint_law_none():
     """Erratum 7: J^+ V = 0 with V not 0; the run of the shipped scenario ends in that trap."""
     stalls = rs.load_scenario(rs.examples.path("camera_law_stalls"))
-    start = stalls.scene.coordinates(stalls.q0)
+    start = stalls.scene.coordinates(stalls.start)
     equilibria = rs.equilibria(stalls.scene, stalls.task, start[None], duration=60.0)
     trap = equilibria.minima[0]
     assert trap.share == 1.0

@@ -35,7 +35,7 @@ MARKS = {
 @pytest.mark.parametrize("name", FEATURES)
 def test_its_interaction_matrix_is_a_derivative_of_second_order(name, seed):
     """check_feature: central differences along six motions, whose error shrinks as h squared."""
-    assert check_feature(FEATURES[name](), MARKS.get(name, SPREAD), seed, runs=50) == []
+    assert check_feature(FEATURES[name](), MARKS.get(name, SPREAD), seed, runs=50, bits=True) == []
 
 
 def test_every_feature_is_public():

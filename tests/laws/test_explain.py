@@ -228,6 +228,16 @@ def wrong_links():
     return rs.simulate(scenario.scene, task, scenario.start)
 
 
+def skewed(**settings):
+    """A square with one corner pulled out: as no pose shows it."""
+    goal = np.array([-0.1, -0.1, 0.1, -0.1, 0.1, 0.1, -0.12, 0.1])
+    return fly(rs.IBVS(goal=rs.GoalFeatures(goal)), **{"duration": 20.0} | settings)
+
+
+def skewed_and_short():
+    return skewed(duration=3.0)
+
+
 # what made it, how it ends, what the first cause is about, and words of its sentence
 KNOWN = [
     (local_minimum, "LOCAL_MINIMUM", "local minimum", "k = 8 numbers and L J has rank 6"),
@@ -262,6 +272,13 @@ KNOWN = [
     (hardly_any_gain, "TIME_LIMIT", "too little time", r"falls at 0\.0001 per second, with a gain"),
     (one_period, "TIME_LIMIT", "too little time", r"below the tolerance after 9\.68 s"),
     (given_in_pixels, "BEHIND_CAMERA", "goal", r"largest is 60, and at the start 0\.1\."),
+    (
+        skewed,
+        "LOCAL_MINIMUM",
+        "unreachable goal",
+        r"no pose .* has them: .* length 0\.0038, and",
+    ),
+    (skewed_and_short, "TIME_LIMIT", "unreachable goal", "no pose of the camera has them"),
     (
         wheels,
         "LOCAL_MINIMUM",
@@ -747,3 +764,54 @@ def test_every_example_is_explained(name):
     run = example(name, duration=3.0)
     told = rs.explain(run)
     assert told.when == float(run.end_time) and str(told) and "nan" not in str(told)
+
+
+def test_the_best_that_no_pose_can_better_is_where_the_run_stood_still():
+    """Two searches: that of `explain` from everywhere, and the servo loop."""
+    run = skewed()
+    told = rs.explain(run, experiments=False).causes[0]
+    assert told.evidence["nearest"] == pytest.approx(
+        float(run.error_norm.dropna("time")[-1]), rel=1e-4
+    )
+
+
+@pytest.mark.parametrize(
+    ("task", "where"),
+    [
+        (rs.IBVS(gain=0.1, goal=rs.GoalFeatures((SQUARE[:, :2] / 0.8).ravel())), "800 mm in front"),
+        (
+            rs.IBVS(gain=0.1, features="pixels", goal=rs.GoalFeatures([250, 250, 350, 250] * 2)),
+            None,
+        ),
+        (rs.IBVS(gain=0.1, goal=rs.GoalFeatures((SQUARE[:, :2] + 5).ravel())), "not see all marks"),
+    ],
+)
+def test_of_a_goal_made_of_numbers_it_is_told_which_pose_has_them(task, where):
+    told = rs.explain(fly(task, duration=1.0), experiments=False)
+    (goal,) = (cause for cause in told.causes if "goal" in cause.about)
+    assert (where or "no pose of the camera") in goal.sentence, told
+
+
+@pytest.mark.parametrize(
+    ("marks", "free"),
+    [(SQUARE[[0, 2]], 2), (SQUARE[:1], 4), ([[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]], 1)],
+)
+def test_a_run_that_converged_without_a_fixed_pose_is_told_so(marks, free):
+    """Of one, two, or three marks on a line: a camera may stand elsewhere with the same image."""
+    told = rs.explain(fly(rs.IBVS(), scene=flying(marks)))
+    assert told.outcome is rs.Outcome.CONVERGED
+    off, why = told.causes[:2]
+    assert off.evidence["off_m"] > 0.01 and "away from where it was meant" in off.sentence
+    assert why.about == "free motions" and why.evidence["free_motions"] == free
+    assert "Three marks or more that are not on one line" in why.sentence
+
+
+def test_of_two_marks_given_as_numbers_there_is_no_pose_to_miss():
+    goal = rs.GoalFeatures([-0.1, -0.1, 0.1, 0.1])
+    told = rs.explain(fly(rs.IBVS(goal=goal), scene=flying(SQUARE[[0, 2]])))
+    assert told.causes[0].about == "free motions" and told.causes[0].evidence["free_motions"] == 2
+
+
+def test_joints_that_move_a_camera_in_two_ways_need_no_more_than_two_numbers():
+    told = rs.explain(example("pan_tilt_tracking", "run.hold=false", duration=20))
+    assert all(cause.about != "free motions" for cause in told.causes)

@@ -54,7 +54,7 @@ def directed(angle):
 @steady
 @given(seed=seeds)
 def test_the_interaction_matrix_is_the_derivative_in_50_views_each(feature, marks, seed):
-    assert check_feature(feature, marks, seed, runs=50) == []
+    assert check_feature(feature, marks, seed, runs=50, bits=True) == []
 
 
 @EACH

@@ -47,7 +47,7 @@ def scattered(seed, runs=1, marks=4):
 @steady
 @given(seed=seeds)
 def test_the_interaction_matrix_is_the_derivative_in_50_views_each(feature, seed):
-    assert check_feature(feature, MARKS, seed, runs=50) == []
+    assert check_feature(feature, MARKS, seed, runs=50, bits=True) == []
 
 
 @EACH

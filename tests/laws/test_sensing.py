@@ -10,7 +10,7 @@ from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Sight
 
 VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
-SCENE, TASK, Q0 = VISP.scene, VISP.task, VISP.q0
+SCENE, TASK, Q0 = VISP.scene, VISP.task, VISP.start
 GOAL = TASK.goal.q
 F = SCENE.camera().camera.K[0, 0]
 DT = 0.04

@@ -1,5 +1,7 @@
 """What is done to a command besides the law: gains, smooth starts, limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,76 @@ def test_an_adaptive_gain_is_that_of_the_norm_at_every_state(arrange, around, de
     formula = (high - low) * np.exp(-slope * run.error_norm.values / (high - low)) + low
     np.testing.assert_allclose(ratio, formula, rtol=1e-11)
     assert (ratio > 0.4).all() and (ratio < 4.0).all() and (np.diff(ratio) > -1e-9).all()
+
+
+@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize("law", ["joint", "camera"])
+def test_an_adaptive_gain_may_be_that_of_the_largest_joint_velocity(
+    arrange, around, decide, law, name
+):
+    """max |qd| of the same law at a gain of one, at every state."""
+    scene, gain = arrange(name), rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    run = closed(scene, rs.IBVS(gain=gain, law=law), around(scene, 1, spread=0.06)[0])
+    unit = decide(scene, rs.IBVS(law=law), run.q.values).command.qd
+    expected = gain.at(np.abs(unit).max(axis=0)) * unit
+    np.testing.assert_allclose(run.qd.values[:, rs.IBVS().columns(scene)].T, expected, atol=1e-13)
+
+
+def test_the_size_of_a_command_is_that_without_feed_forward(arrange, around, decide):
+    """Two laws that differ in their feed-forward only have the same gain at the same state."""
+    scene = arrange("eye_in_hand")
+    q = around(scene, 3, spread=0.06)
+    gain = rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    gains = []
+    for feed_forward in (None, "known"):
+        decision = decide(scene, rs.IBVS(gain=gain, feed_forward=feed_forward), q)
+        gains.append(decision.basis.state.gain)
+    np.testing.assert_array_equal(*gains)
+
+
+class Counting:
+    """A law that remembers how often it was asked; as a joint law otherwise."""
+
+    def command(self, state):
+        count = state.memory.setdefault("asked", np.zeros((len(state.error), 1)))
+        count += 1
+        state.memory["largest"] = np.abs(state.error).max(axis=1)
+        return rs.JointLaw().command(state)
+
+
+def test_a_law_that_remembers_is_asked_for_its_size_without_a_trace(arrange, around):
+    scene, gain = arrange("eye_in_hand"), rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    q0 = around(scene, 2, spread=0.06)
+    a, b = (closed(scene, rs.IBVS(gain=gain, law=law), q0) for law in (Counting(), "joint"))
+    np.testing.assert_array_equal(a.q, b.q)
+
+
+# ViSP's tutorial "How to boost your visual servo control law" (visp-doc.inria.fr) counts iterations
+# until the sum of the squares of e is below 1e-4: one for a constant gain, one for an adaptive one,
+# and one for that with mu = 4 of Mansard and Chaumette
+BOOSTED = {
+    "constant": (rs.IBVS(gain=0.5), 191),
+    "adaptive": (rs.IBVS(gain=rs.AdaptiveGain(4, 0.4, 30, of="command")), 91),
+    "smooth": (rs.IBVS(gain=rs.AdaptiveGain(4, 0.4, 30, of="command"), smooth_start=4), 98),
+    "of the error": (rs.IBVS(gain=rs.AdaptiveGain(4, 0.4, 30)), 62),  # not ViSP's
+}
+
+
+@pytest.mark.parametrize("name", BOOSTED)
+def test_the_counts_of_visp_s_tutorial_come_out(name):
+    tutorial, (task, count) = rs.load_scenario(rs.examples.path("visp_tutorial")), BOOSTED[name]
+    task = replace(task, goal=tutorial.task.goal)
+    run = rs.simulate(tutorial.scene, task, tutorial.start, dt=0.04, duration=10.0)
+    assert int(np.argmax(run.error_norm.values**2 < 1e-4)) == count
+
+
+def test_a_gain_of_the_command_has_the_same_bits_alone_and_in_any_batch(arrange, around):
+    scene, gain = arrange("eye_in_hand"), rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    q0 = around(scene, 5, spread=0.06)
+    together = closed(scene, rs.IBVS(gain=gain), q0)
+    for i in (0, 3):
+        alone = closed(scene, rs.IBVS(gain=gain), q0[i])
+        np.testing.assert_array_equal(together.q[i], alone.q)
 
 
 @pytest.mark.parametrize("scheme", [rs.IBVS, rs.PBVS])

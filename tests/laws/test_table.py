@@ -14,7 +14,7 @@ def demo():
 @pytest.fixture(scope="module")
 def batch():
     one = rs.load_scenario(rs.examples.path("camera_retreat"))
-    starts = np.stack([one.q0, rs.Pose.at(0, 0, -1).q, rs.Pose.at(3, 0, -1).q])
+    starts = np.stack([one.start, rs.Pose.at(0, 0, -1).q, rs.Pose.at(3, 0, -1).q])
     return rs.simulate(one.scene, one.task, starts, dt=0.1, duration=3, run=7)
 
 

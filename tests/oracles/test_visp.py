@@ -252,7 +252,7 @@ def test_decoupled_moments(case, kind):
 def test_adaptive_gains():
     for case in cases("adaptive_gain"):
         gain = AdaptiveGain(case["at_zero"], case["at_infinity"], case["slope"])
-        close(gain.of(np.array(case["x"])), case["gain"])
+        close(gain.at(np.array(case["x"])), case["gain"])
 
 
 def task(case):

@@ -109,7 +109,7 @@ def tool_twist(scene, run):
 def test_the_rhino_places_the_cube(section, variant, path):
     """The printed law takes 0.8322 m with this grasp; 0.8334 if the tool holds mark a itself."""
     scenario = rs.load_scenario(rs.examples.path("chapter_6_2"), {"task.variant": variant})
-    start, goal = (section.scene.pose("cube", q) for q in (section.q0, section.task.goal.q))
+    start, goal = (section.scene.pose("cube", q) for q in (section.start, section.task.goal.q))
     np.testing.assert_allclose(start.matrix, START.matrix, atol=1e-9)
     np.testing.assert_allclose(goal.matrix, GOAL.matrix, atol=1e-9)
     run = scenario.run()
@@ -149,6 +149,6 @@ def test_the_left_image_shows_the_marks_from_their_start_to_their_goal(section):
     run = section.run()
     left = run.isel(mark=run.mark_camera == "left")
     assert left.sizes["mark"] == 3
-    seen = section.scene.view(section.q0, camera="left", points="cube").pixels
+    seen = section.scene.view(section.start, camera="left", points="cube").pixels
     np.testing.assert_allclose(left.pixels[0], seen, atol=1e-10)
     np.testing.assert_allclose(left.pixels_end, left.pixels_goal, atol=0.05)

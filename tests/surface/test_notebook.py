@@ -67,7 +67,7 @@ def test_an_explanation_is_a_table_of_reasons_and_advice():
 def test_a_comparison_is_the_table_that_it_prints():
     one = rs.load_scenario(rs.examples.path("camera_retreat"))
     tasks = {"<b>image</b>": rs.IBVS(one.task.goal), "pose": rs.PBVS(one.task.goal)}
-    found = rs.compare(one.scene, tasks, one.q0, duration=1)
+    found = rs.compare(one.scene, tasks, one.start, duration=1)
     head, first, second = cells(found._repr_html_())
     assert head[:2] == ["scheme", "outcome"] and len(head) == len(first) == len(second)
     assert (first[0], second[0]) == ("&lt;b&gt;image&lt;/b&gt;", "pose")

@@ -1148,7 +1148,7 @@ def test_a_diagnosis_that_is_not_whole_is_refused(examined, change, message):
 def test_v_of_features_with_several_units_has_none():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     task = replace(visp.task, features=["points", "theta_u"])
-    run = rs.simulate(visp.scene, task, visp.q0, duration=0.4)
+    run = rs.simulate(visp.scene, task, visp.start, duration=0.4)
     assert plot.diagnosis(rs.diagnose(run)).axes[0].get_ylabel() == "V"
 
 

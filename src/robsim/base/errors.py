@@ -9,6 +9,7 @@ RobSimError
 └── Interrupted                      Ctrl-C; holds what was simulated so far in `.run`
 
 RankWarning                          the features cannot fix every motion of the camera
+UnitWarning                          an angle that looks like degrees, where radians are taken
 FileWarning                          a file has oddities, which are left out or read otherwise
 """
 
@@ -51,6 +52,10 @@ class Interrupted(RobSimError):
 
 class RankWarning(UserWarning):
     """The features do not fix every motion that the robot can make."""
+
+
+class UnitWarning(UserWarning):
+    """A number looks as if it were given in another unit than the one in which it is taken."""
 
 
 class FileWarning(UserWarning):

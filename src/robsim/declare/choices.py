@@ -143,7 +143,7 @@ class Choice(Spec):
     def words(self) -> str:
         names = map(repr, [*self.plain, *(self.names if self.short else [])])
         more = [self.other.words()] if self.other else []
-        table = [] if self.short else [f"the table of {self._article}"]
+        table = [f"the table of {self._article}"] if not (self.short and self.names) else []
         *most, last = [*names, *more, *table]
         return f"{', '.join(most)} or {last}" if most else last
 

@@ -169,8 +169,7 @@ class OneOrEach(PerJoint):
             return tuple(values)
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
             raise UnitError(f"{shown(raw)}: expected {self.words()}")
-        axes = self.axes(c)
-        kinds = [unit for unit in dict.fromkeys(axes.units if axes else ()) if unit != "1"]
+        kinds = self._kinds(c)
         if len(kinds) == 1:
             value = coordinate(raw, kinds[0])
         else:
@@ -181,7 +180,8 @@ class OneOrEach(PerJoint):
     def write(self, value: Any, c: Context) -> Any:
         if isinstance(value, tuple):
             return super().write(value, c)
-        return written(value, SI[self.dimensions[0]])  # of whatever joint: it is for all
+        kinds = self._kinds(c) or [SI[self.dimensions[0]]]
+        return written(value, kinds[0])  # of whatever joint: it is for all
 
     def words(self) -> str:
         examples = " or ".join(f'"{EXAMPLES[d]}"' for d in self.dimensions)
@@ -189,6 +189,11 @@ class OneOrEach(PerJoint):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
+
+    def _kinds(self, c: Context) -> list[str]:
+        """Return the units that the joints have, each once, without "1"."""
+        axes = self.axes(c)
+        return [unit for unit in dict.fromkeys(axes.units if axes else ()) if unit != "1"]
 
     def _checked(self, value: float, raw: Raw) -> float:
         if value < 0 or (value == 0 and not self.zero):

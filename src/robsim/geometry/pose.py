@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import InputError
+from robsim.base.warned import warn_of_degrees
 from robsim.geometry.frame_names import checked_names, joined_names
 from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid
 from robsim.kernels import joints, se3
@@ -53,7 +54,7 @@ class Pose:
     ) -> Pose:
         """Position in metres; roll, pitch, yaw in radians as in URDF, R = Rz(y) Ry(p) Rx(r).
 
-        Or a rotation vector theta u instead of `rpy`.
+        Or a rotation vector theta u instead of `rpy`. UnitWarning for what looks like degrees.
 
         >>> Pose.at(0, 0, 1, rotvec=(0, 0, np.pi)).matrix[:3, 3]
         array([0., 0., 1.])
@@ -62,9 +63,11 @@ class Pose:
             if np.any(rpy):
                 raise InputError("rpy and rotvec: give one rotation only")
             turn = _three(rotvec, "rotvec")
+            warn_of_degrees(turn, "rotvec")
             rotation = cls.exp([0.0, 0.0, 0.0, *turn]).matrix[:3, :3]
         else:
-            r, p, y_ = _three(rpy, "rpy")
+            r, p, y_ = turn = _three(rpy, "rpy")
+            warn_of_degrees(turn, "rpy")
             rotation = axis_rotation("z", y_) @ axis_rotation("y", p) @ axis_rotation("x", r)
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = rotation, _three((x, y, z), "position")

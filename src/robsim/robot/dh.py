@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
+from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
 from robsim.geometry.rotation import axis_rotation
@@ -30,6 +31,7 @@ def dh_links(
     n = len(table)
     if table.ndim != 2 or n == 0:
         raise InputError(f"DH rows: expected shape (n, 4), got {table.shape}")
+    warn_of_degrees(table[:, [0, 3]], "DH rows (theta, d, a, alpha)")
     kinds = _joint_kinds("R" * n if joints is None else joints, n)
     spans: list[Any] = [None] * n
     if limits is not None:

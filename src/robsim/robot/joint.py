@@ -10,6 +10,7 @@ from typing import Any, Literal
 from robsim.base.arrays import numbers, positive
 from robsim.base.errors import InputError
 from robsim.base.names import checked_name
+from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import joints as kernels
@@ -178,6 +179,8 @@ class Joint:
                 f"limits of a joint that follows by {type(self.follows).__name__} are not looked "
                 f"at: limit '{self.follows.of}'"
             )
+        if self.kind == "revolute":
+            warn_of_degrees(self.limits, "joint limits")
         object.__setattr__(self, "limits", (float(low), float(high)))
 
 

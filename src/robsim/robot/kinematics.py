@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, numbers, runs_first, runs_last
 from robsim.base.errors import FrameError, InputError, suggest
 from robsim.base.values import Value
+from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import as_pose, common_lead, homogeneous, is_pose_like
 from robsim.robot.frame import Frame
 from robsim.robot.ik.closed import ClosedIK, solve_closed
 from robsim.robot.ik.numeric import Arm, Effort, solve
 from robsim.robot.ik.result import IKResult
-from robsim.robot.joint import FIXED, JointKind, units_of
+from robsim.robot.joint import FIXED, JointKind, Rolling, units_of
 from robsim.robot.limits import check_limits, ranges
 from robsim.robot.link import Link, coordinate_names, velocity_names
 from robsim.robot.tree import Tree
@@ -90,7 +91,14 @@ class Kinematics(Value):
         """Checked coordinates (..., nq), a copy; a Pose is taken where one joint floats.
 
         InputError: wrong length, not finite, quaternion without length 1, outside the limits.
+        UnitWarning: an angle that looks like degrees.
         """
+        values = self._valid(q, what, limits)
+        warn_of_degrees(values[..., self._angles], what)
+        return values
+
+    def _valid(self, q: Any, what: str, limits: bool = True) -> Array:
+        """The same, whatever angles look like."""
         if self._floats and is_pose_like(q):
             q = as_pose(q).q
         values = numbers(q, what, (self.nq,))
@@ -242,6 +250,14 @@ class Kinematics(Value):
                 found.append((kind, rows, link.name))
             start = rows.stop
         return found
+
+    @cached_property
+    def _angles(self) -> list[int]:
+        """Which coordinates are angles that people write by hand: not those of rolling wheels."""
+        own = [link.joint for link in self.links]
+        rolling = [isinstance(joint.follows, Rolling) for joint in own for _ in joint.parts.units]
+        units = zip(self.coordinate_units, rolling, strict=True)
+        return [i for i, (unit, rolls) in enumerate(units) if unit == "rad" and not rolls]
 
     @cached_property
     def _floats(self) -> bool:

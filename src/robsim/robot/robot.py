@@ -11,9 +11,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import frozen
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import FileWarning, InputError, suggest
 from robsim.base.names import checked_name
+from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.primitives import Primitive
 from robsim.robot import overview
@@ -69,7 +70,7 @@ class Robot(Kinematics):
         _ = self.tree  # an unknown parent is an error now, not later
         object.__setattr__(self, "tip", self._link(self.tip or self.links[-1].name))
         check_ranges(self._ranges, self.coordinate_names, self.name)
-        home = self.coordinates(self._given_home(), f"{self.name}.home")
+        home = self._full_home(f"{self.name}.home")
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
         object.__setattr__(self, "home", frozen(home))
@@ -215,14 +216,17 @@ class Robot(Kinematics):
         tip = links[len(self.links) + number].name
         return replace(self, links=links, tip=tip, home=np.concatenate([self.home, tool.home]))
 
-    def _given_home(self) -> Any:
-        """Home as it was given, or next to zero where it was not."""
+    def _full_home(self, what: str) -> Array:
+        """Home as it was given, or next to zero where it was not: there limits are at fault."""
         if self.home is not None and not isinstance(self.home, Mapping):
-            return self.home
+            return self.coordinates(self.home, what)
         given, names = dict(self.home or {}), self.coordinate_names
         for name in given:
             if name not in names:
                 hint = suggest(name, names, "coordinates")
-                raise InputError(f"{self.name}.home: no coordinate {name!r:.80}; {hint}")
+                raise InputError(f"{what}: no coordinate {name!r:.80}; {hint}")
         nearest = np.clip(self.rest, *self.limits.T).tolist()
-        return [given.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
+        full = [given.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
+        home = self._valid(full, what)
+        warn_of_degrees(home[[i for i in self._angles if names[i] in given]], what)
+        return home

@@ -14,7 +14,7 @@ import numpy as np
 
 from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
-from robsim.base.values import Value
+from robsim.base.values import Value, hashable
 from robsim.declare.lookup import as_raw, dotted_names, nearest
 from robsim.declare.problems import Problems, shown
 from robsim.declare.spec import Live
@@ -244,6 +244,11 @@ class Experiment(Value):
         if own is not None and run.attrs["scenario"] and not _names_files(own):
             run.attrs["scenario"] = self.text
         return run
+
+    def _key(self) -> tuple[Any, ...]:
+        """What counts in comparisons: all but where it was read."""
+        apart = ("source",)
+        return tuple(hashable(getattr(self, f.name)) for f in fields(self) if f.name not in apart)
 
     @contextmanager
     def _named(self) -> Iterator[None]:

@@ -19,6 +19,7 @@ from robsim.kernels.sight import Projection
 from robsim.run.drives import Drives, Period
 from robsim.run.record import LONGEST
 from robsim.servo.sight import Sight, joined
+from robsim.world.effects import FIRST_STREAM, Exposure, changed
 from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # of a period: times that differ by less are one
@@ -109,8 +110,21 @@ class ImageStream:
         sensing, key = self.sensing, (noise.seed, noise.runs, step)
         if sensing.outliers:
             imperfect.displace(sensing.outliers, sensing.outlier_size, *key, pixels)
+        if sensing.effects:
+            self._add_effects(step, noise, pixels)
         if sensing.quantisation:
             imperfect.quantise(sensing.quantisation, pixels)
+
+    def _add_effects(self, step: int, noise: Noise, pixels: Array) -> None:
+        """Let the user's effects change the marks of each sight, in place."""
+        seconds, row = max(step * self.dt - self.sensing.latency, 0.0), 0
+        for sight in self.sights:
+            rows = slice(row, row + len(sight.target.marks))
+            for i, effect in enumerate(self.sensing.effects):
+                stream = FIRST_STREAM + 2 * i
+                shot = Exposure(seconds, *sight.key, step, noise.seed, noise.runs, stream)
+                pixels[rows] = changed(effect, pixels[rows], shot)
+            row = rows.stop
 
     def _hidden(self, step: int) -> NDArray[np.bool_]:
         """(N,): which marks something hid when the image was taken."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -86,35 +87,31 @@ class Servo(Controller):
         self, measurement: Measurement, features: FeatureState, error: Array
     ) -> ControlState:
         """What the law is given: weighted, and with the motion of the target in the error."""
-        gain = self._gain(error)
         L, task_jacobian, weighted = features.L, features.task_jacobian, error
         if self._is_weighted:
             weighted, L = self._weights * error, self._weights[:, None] * L
             task_jacobian = self._weights[:, None] * task_jacobian
+        memory = measurement.memory.setdefault("law", {})
+        given = (weighted, L, features.J, task_jacobian, 1.0, self.inverse, features.s)
+        state = ControlState(*given, measurement.q, measurement.time, measurement.dt, memory)
+        gain = state.gain = self._gain(error, state)
         drift = self._drift(measurement, features, weighted)
         if drift is not None and features.hidden is not None:
             drift = np.where(features.hidden, 0.0, drift)
         if drift is not None:
-            weighted = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
-        memory = measurement.memory.setdefault("law", {})
-        return ControlState(
-            weighted,
-            L,
-            features.J,
-            task_jacobian,
-            gain,
-            self.inverse,
-            features.s,
-            measurement.q,
-            measurement.time,
-            measurement.dt,
-            memory,
-        )
+            state.error_last = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
+        return state
 
-    def _gain(self, error: Array) -> Any:
+    def _gain(self, error: Array, state: ControlState) -> Any:
         if isinstance(self.gain, float):
             return self.gain
-        return self.gain.of(length(error))[:, None]
+        size = length(error) if self.gain.of == "error" else self._unit_speed(state)
+        return self.gain.at(size)[:, None]
+
+    def _unit_speed(self, state: ControlState) -> Array:
+        """The largest joint velocity (B,) that the law commands at a gain of one."""
+        asked = replace(state, memory=deepcopy(state.memory))  # the law will be asked again
+        return np.asarray(np.abs(self._commanded(asked)).max(axis=0))
 
     def _drift(
         self, measurement: Measurement, features: FeatureState, error: Array

@@ -24,6 +24,8 @@ from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
 
+COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
+UNMODELLED = 12, 14  # of those that OpenCV writes for a thin prism, and for a tilted sensor too
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
 
 PIXELS = Whole(1, 1_000_000)
@@ -70,7 +72,9 @@ class Camera(Value):
 
     K is [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels; `size` is (width, height) in pixels,
     None for an image without border; `distortion` is (k1, k2, p1, p2[, k3[, k4, k5, k6]]) in the
-    order of OpenCV. Pixel centres are whole numbers, so an image covers [-0.5, width - 0.5).
+    order and in any shape of OpenCV's `dist`: flat, a row or a column, with the coefficients of a
+    thin prism and a tilted sensor (12 or 14 numbers) if these are zero; a flat tuple of at most
+    eight is kept. Pixel centres are whole numbers, so an image covers [-0.5, width - 0.5).
 
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
     >>> camera.project([[0.1, 0, 1], [0, 0, -1]], Pose.at())
@@ -90,15 +94,7 @@ class Camera(Value):
             object.__setattr__(self, "size", SIZE.check(self.size, "image size"))
         if not isinstance(self.body, CameraBody | None):
             raise InputError(f"body: expected a CameraBody, got {self.body!r:.80}")
-        lens = numbers(self.distortion, "distortion", ("n",))
-        if lens.shape not in ((0,), (4,), (5,), (8,)):
-            raise InputError(
-                f"distortion: expected 0, 4 (k1 k2 p1 p2), 5 (.. k3) or 8 (.. k4 k5 k6) numbers, "
-                f"got {lens.size}"
-            )
-        if (np.abs(lens) > 1e6).any():
-            raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")
-        object.__setattr__(self, "distortion", tuple(lens.tolist()))
+        object.__setattr__(self, "distortion", _checked_distortion(self.distortion))
 
     @classmethod
     def from_chapter(
@@ -207,6 +203,27 @@ def _checked_intrinsics(given: Any) -> Array:
     if not (K[0, 0] > 0 and K[1, 1] > 0):
         raise InputError(f"K: focal lengths must be above zero, got {K[0, 0]} and {K[1, 1]} px")
     return K
+
+
+def _checked_distortion(given: Any) -> tuple[float, ...]:
+    """The coefficients in a flat tuple, from a row, a column or a flat array of OpenCV."""
+    array = numbers(given, "distortion", ())
+    lens = array.ravel()
+    if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *UNMODELLED):
+        raise InputError(
+            "distortion: expected 0, 4 (k1 k2 p1 p2), 5 (.. k3) or 8 (.. k4 k5 k6) numbers, flat, "
+            f"in a row or in a column, got shape {array.shape}"
+        )
+    if array.ndim == 2 and 1 not in array.shape and lens.size:
+        raise InputError(f"distortion: expected one row or column, got shape {array.shape}")
+    if lens[8:].any():
+        raise InputError(
+            "distortion: thin prisms and tilted sensors (s1 s2 s3 s4 tau_x tau_y, from the ninth "
+            f"on) are not modelled: these coefficients must be zero, got {lens[8:].tolist()}"
+        )
+    if (np.abs(lens) > 1e6).any():
+        raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")
+    return tuple(lens[:8].tolist())
 
 
 @dataclass(frozen=True)

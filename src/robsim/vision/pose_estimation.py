@@ -12,10 +12,12 @@ from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.geometry.pose import homogeneous
+from robsim.kernels import se3
 from robsim.kernels.features import points_interaction
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, pixel_rates
-from robsim.vision.pose_minima import all_minima, in_camera
+from robsim.vision.pose_minima import CHUNK, EXACT, all_minima, in_camera, in_image
+from robsim.vision.spread import second_moment
 
 LINE = 1e-9  # of their size: marks that leave a line by less are on it
 SMALLEST = 1e-50  # metres
@@ -33,7 +35,9 @@ class PoseEstimate(Value):
     `other_rms`: the next best minimum, the second pose of a planar target; `candidates`
     (..., 4, 4, 4) and `errors` (..., 4): all that were found with their rms, the best first.
     `covariance` (..., 6, 6) of the twist (v, omega) in camera axes that leads from the estimate to
-    the truth, m and rad, to first order. NaN where there is none.
+    the truth, m and rad: the second moment of what the image leaves likely about this minimum, not
+    about the other one. NaN where there is none. Where sigma is estimated, it has 2N - 6 degrees of
+    freedom only: of four marks two.
 
     `ambiguous` (...) is true where the image does not tell the pose: no pose was found; or the
     other minimum is not a hundred times less likely; or the standard deviation of the target's
@@ -108,7 +112,7 @@ def estimate_pose(
     lead = u.shape[:-2]
     T, squares = all_minima(p, u.reshape(-1, len(p), 2), camera)
     variance = _variance(squares[:, 0], len(p), sigma)
-    covariance = _covariance(p, T[:, 0], camera) * variance[:, None, None]
+    covariance = _covariance(p, T[:, 0], u.reshape(-1, len(p), 2), camera, variance)
     sure = _told_apart(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
     with np.errstate(over="ignore"):  # of a target beyond measure
         T[..., 3] *= size
@@ -154,23 +158,67 @@ def _variance(squares: Array, N: int, sigma: float | None) -> Array:
     return squares / (2 * N - 6) if N > 3 else np.full(len(squares), np.nan)
 
 
-def _covariance(p: Array, T: Array, camera: Camera) -> Array:
-    """(B, 6, 6) of the twist for pixel noise of one: M M' with M = L^+ J^-1.
+def _covariance(p: Array, T: Array, u: Array, camera: Camera, variance: Array) -> Array:
+    """(B, 6, 6) of the twist for pixels of that variance, beyond first order.
 
-    L is the interaction matrix of the normalised points, of which the fit takes the pseudo-inverse,
-    and J their rates in the image. With square pixels and no distortion it is (L' L)^-1 with L in
-    pixels, the least that any unbiased estimate can have.
+    To first order, at the estimate, it is M M' times the variance. Of planes that face the camera
+    that is too little: foreshortening goes with the square of their tilt, so an estimate that noise
+    has tilted seems to be known better than the truth is. So the second moment is taken of what
+    the image leaves likely about the estimate, along the two directions that are known least.
     """
     out = np.full((len(T), 6, 6), np.nan)
-    found = np.isfinite(T).all((-1, -2))
-    X = in_camera(p, T[found])
+    found = np.flatnonzero(np.isfinite(T).all((-1, -2)))
+    M = _following(p, T[found], camera)
+    out[found] = M @ np.swapaxes(M, -1, -2) * variance[found, None, None]
+    noisy = np.flatnonzero(np.isfinite(out[found]).all((-1, -2)) & (variance[found] > EXACT**2))
+    for first in range(0, len(noisy), CHUNK):
+        some = noisy[first : first + CHUNK]
+        i = found[some]
+        out[i] = _spread(p, T[i], u[i], camera, M[some], np.sqrt(variance[i]))
+    return out
+
+
+def _spread(p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array) -> Array:
+    """(B, 6, 6) second moments of the twist, from M and the deviations (B) of a coordinate."""
+    to_z, to_twist, _ = np.linalg.svd(M, full_matrices=False)
+    order = np.arange(6)[::-1]  # known best first
+    length = sigma[:, None] * to_twist[:, order]
+    S = to_z[:, :, order] * length[:, None]  # twist = S z
+    back = np.swapaxes(to_z[:, :, order], 1, 2) @ M / to_twist[:, order, None]
+
+    def residuals(z: Array) -> Array:
+        pixels = in_image(p, _moved(T, z @ np.swapaxes(S, 1, 2)), camera)
+        return np.asarray((pixels - u[:, None]).reshape(*z.shape[:2], -1) / sigma[:, None, None])
+
+    with np.errstate(all="ignore"):  # nodes far away may be anywhere
+        return np.asarray(S @ second_moment(residuals, back) @ np.swapaxes(S, 1, 2))
+
+
+def _moved(T: Array, twists: Array) -> Array:
+    """Poses (B, n, 3, 4) exp(twist) T of T (B, 3, 4); NaN beyond a half turn."""
+    columns = runs_last(twists, 1)
+    moved, T_all = np.empty((3, 4, columns.shape[1])), np.repeat(T, twists.shape[1], axis=0)
+    se3.exp(columns, moved)
+    out = np.empty_like(moved)
+    se3.compose(moved, runs_last(T_all, 2), out)
+    out[..., ~(np.square(columns[3:]).sum(0) < np.pi**2)] = np.nan
+    return runs_first(out, twists.shape[:2])
+
+
+def _following(p: Array, T: Array, camera: Camera) -> Array:
+    """M (B, 6, 2N) = L^+ J^-1, by which the twist of the estimate follows the pixels.
+
+    L is the interaction matrix of the normalised points, of which the fit takes the pseudo-inverse,
+    and J their rates in the image. With square pixels and no distortion M M' is (L' L)^-1 with L
+    in pixels, the least that any unbiased estimate can have.
+    """
+    X = in_camera(p, T)
     x, Z = X[..., :2] / X[..., 2:], np.ascontiguousarray(X[..., 2])
     L = np.empty((2 * len(p), 6, len(X)))
     points_interaction(runs_last(x, 2), runs_last(Z, 1), L)
     back = np.linalg.pinv(runs_first(L)).reshape(-1, 6, len(p), 2).swapaxes(1, 2)
     M = (back @ np.linalg.inv(pixel_rates(x, camera))).swapaxes(1, 2).reshape(-1, 6, 2 * len(p))
-    out[found] = M @ np.swapaxes(M, -1, -2)
-    return out
+    return np.asarray(M)
 
 
 def _told_apart(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_]:

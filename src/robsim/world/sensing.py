@@ -12,6 +12,7 @@ from robsim.base.units import Dimension
 from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whole
 from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
+from robsim.world.effects import EFFECT, ImageEffect
 
 AT_ONCE = 1e-9  # seconds: the time of an image, step * dt - latency, is rounded by less
 MOST = 1e15  # control periods: an image that is never followed by another
@@ -117,12 +118,17 @@ class Sensing(Declared):
         Time(above=0),
         "From one image to the next, a multiple of the control period; None: one in each.",
     ] = None
+    effects: Annotated[
+        tuple[ImageEffect, ...],
+        ListOf(EFFECT, most=64, alone=True),
+        "Effects of a kind of your own, one after the other.",
+    ] = ()
 
     @property
     def only_noise(self) -> bool:
         """Whether nothing but Gaussian noise is wrong."""
         odd = self.quantisation or self.outliers or self.occlusions or self.dropped or self.latency
-        return not odd and self.period is None
+        return not odd and self.period is None and not self.effects
 
     def periods(self, dt: float) -> int:
         """Control periods from one image to the next; InputError if these are no whole ones."""

@@ -47,9 +47,8 @@ def with_gain(case: Case, factor: float) -> Case | None:
     def change(leaf: ServoTask) -> ServoTask:
         gain = leaf.gain
         if isinstance(gain, AdaptiveGain):
-            new: Any = AdaptiveGain(
-                factor * gain.at_zero, factor * gain.at_infinity, factor * gain.slope
-            )
+            numbers = ("at_zero", "at_infinity", "slope")
+            new: Any = replace(gain, **{name: factor * getattr(gain, name) for name in numbers})
         else:
             new = factor * gain
         return replace(leaf, gain=new)

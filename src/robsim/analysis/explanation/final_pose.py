@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from robsim.analysis.case import Case
 from robsim.analysis.explanation.attribution import Criterion, Cure
 from robsim.analysis.explanation.changes import with_leaves
@@ -27,12 +29,14 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     loop = inquiry.again.loop
     off, full = miss(loop), _determined(loop.controller)
     far, turned = (FAR, TURNED) if full else (ends.FAR, ends.TURNED)
+    if math.isnan(off[0]) and ends.free_motions(loop.controller):
+        return [_undetermined(inquiry)]  # of a goal that is numbers: no pose is the right one
     if not (off[0] > far or off[1] > turned):
         return []
     wrong = imperfections(inquiry.again)
     first = _told(loop.controller, off, bool(wrong))
     if not full:
-        return [first, _undetermined(loop.controller)]
+        return [first, _undetermined(inquiry)]
     if not inquiry.experiments:
         return [first]
     cured = _nearer(off, float(inquiry.depths[-1]))
@@ -58,13 +62,14 @@ def _told(controller: Controller, off: tuple[float, float], wrong: bool) -> Find
     return Finding("final pose", sentence, {"off_m": off[0], "angle_deg": math.degrees(off[1])})
 
 
-def _undetermined(controller: Controller) -> Finding:
+def _undetermined(inquiry: Inquiry) -> Finding:
     """Why features that are met do not tell the pose."""
+    controller = inquiry.again.loop.controller
     free, count = ends.free_motions(controller), controller.columns.size
     if free:
         sentence = (
             f"The features leave {counted(free, 'motion')} free that the joints can make, and so "
-            "they have their goal at many poses. More features or marks tell these apart."
+            f"they have their goal at many poses. {_more(inquiry)}"
         )
     else:
         sentence = (
@@ -72,6 +77,14 @@ def _undetermined(controller: Controller) -> Finding:
             "features have their goal at other poses too."
         )
     return Finding("free motions", sentence, {"free_motions": free, "velocities": count})
+
+
+def _more(inquiry: Inquiry) -> str:
+    """What would tell the poses apart."""
+    marks = inquiry.sight.target.marks
+    if np.linalg.matrix_rank(marks - marks[0], tol=1e-9) < 2:
+        return "Three marks or more that are not on one line tell these apart."
+    return "More features or marks tell these apart."
 
 
 def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]:

@@ -156,6 +156,12 @@ def _encoder(again: Repeated) -> Statement:
     return sentence, {"step": step, **evidence}
 
 
+def _effects(again: Repeated) -> Statement:
+    names = ", ".join(type(effect).__name__ for effect in again.case.sensing.effects)
+    sentence, evidence = _floor(again, f"The images are changed by {names}")
+    return sentence, evidence
+
+
 SENSING: dict[str, tuple[str, Stating]] = {
     "noise": ("pixel noise", _noise),
     "quantisation": ("rounded pixels", _quantisation),
@@ -164,6 +170,7 @@ SENSING: dict[str, tuple[str, Stating]] = {
     "dropped": ("lost images", _dropped),
     "latency": ("latency", _latency),
     "period": ("rare images", _period),
+    "effects": ("effects on the images", _effects),
 }
 ACTUATION: dict[str, tuple[str, Stating]] = {
     "lag": ("the lag of the joints", _lag),

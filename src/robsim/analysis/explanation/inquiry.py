@@ -11,6 +11,7 @@ import numpy as np
 from robsim.analysis.case import Case, Repeated
 from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
+from robsim.analysis.explanation.goal_search import Nearest, nearest_to_goal
 from robsim.analysis.explanation.removal import Change, Trial, patient, tried
 from robsim.analysis.explanation.wording import number
 from robsim.base.arrays import Array
@@ -75,6 +76,11 @@ class Inquiry:
     def goal_pose(self) -> Pose | None:
         """T_c_o at the goal, as it was meant."""
         return views.goal_pose(self.again.loop.controller)
+
+    @cached_property
+    def nearest(self) -> Nearest | None:
+        """The pose whose features are nearest to those of a goal that is given as numbers."""
+        return nearest_to_goal(self.again)
 
     @cached_property
     def turn(self) -> Array | None:

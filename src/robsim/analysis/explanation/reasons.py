@@ -15,6 +15,7 @@ from robsim.analysis.explanation.departures import (
     roll,
 )
 from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.given_goals import unreachable_goal, unseen_goal
 from robsim.analysis.explanation.growth import growing, loop_gain, misled, singular_feature
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.lateness import lagging, slow
@@ -24,7 +25,6 @@ from robsim.analysis.explanation.stalls import (
     lost_direction,
     null_space,
     own_law,
-    unseen_goal,
 )
 from robsim.analysis.explanation.steering import steering
 from robsim.run.outcome import Outcome
@@ -38,6 +38,10 @@ def reasons(inquiry: Inquiry) -> Iterator[Finding]:
     if start:
         yield start
         return
+    unreachable = unreachable_goal(inquiry) if inquiry.outcome in _UNDECIDED else None
+    if unreachable:
+        yield unreachable
+        return
     for reason in _REASONS[inquiry.outcome]:
         finding = reason(inquiry)
         if finding:
@@ -46,6 +50,7 @@ def reasons(inquiry: Inquiry) -> Iterator[Finding]:
                 return  # nothing else stands in the way
 
 
+_UNDECIDED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # as all end that cannot arrive
 _LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
 _WILD = (loop_gain, pose_features, ascending, retreat, roll, misled, own_motion, unseen_goal)
 _REASONS: dict[Outcome, tuple[Reason, ...]] = {

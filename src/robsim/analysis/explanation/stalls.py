@@ -10,9 +10,8 @@ from robsim.analysis.explanation.curvature import least_curvature
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import listed, number
-from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array
-from robsim.servo import CameraLaw, GoalFeatures, JointLaw
+from robsim.servo import CameraLaw, JointLaw
 
 SHARE = 0.35  # of a unit direction that a component must have to be named
 
@@ -97,19 +96,6 @@ def own_law(inquiry: Inquiry) -> Finding | None:
     return Finding(
         "law", f"{name} commands (almost) nothing here: this is an equilibrium of its own."
     )
-
-
-def unseen_goal(inquiry: Inquiry) -> Finding | None:
-    """A goal that is made of numbers, which there may be no way to reach."""
-    if not any(isinstance(leaf.goal, GoalFeatures) for leaf in leaves(inquiry.case.task)):
-        return None
-    run = inquiry.again.run
-    wanted, seen = (float(np.abs(s).max()) for s in (run["s_goal"].values, run["s"].values[0]))
-    sentence = (
-        "The goal is given as numbers that no camera has seen: there may be no pose that has them. "
-        f"The largest is {inquiry.size(wanted)}, and at the start {inquiry.size(seen)}."
-    )
-    return Finding("goal", sentence, {"goal": wanted, "start": seen})
 
 
 def lost_direction(inquiry: Inquiry) -> Finding | None:

@@ -1,40 +1,49 @@
-"""Gains: one number, or one that grows as the error gets smaller."""
+"""Gains: one number, or one that grows as the error or the command gets smaller."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Choice, Declared, Number, family, register
+from robsim.declare import Choice, Declared, Number, Word, family, register
 from robsim.kernels import gain as kernels
 
 PER_SECOND = Number(above=0, unit="per second")
 GAINS = family("gain")
+Size = Literal["error", "command"]  # what a gain can depend on
 
 
 @register("gain", "adaptive")
 @dataclass(frozen=True)
 class AdaptiveGain(Declared):
-    """A gain that is low for large errors, for gentle starts, and high near the goal.
+    """A gain that is low far from the goal, for gentle starts, and high near it.
 
-    gain(x) = (at_zero - at_infinity) exp(-slope x/(at_zero - at_infinity)) + at_infinity, with x
-    the 2-norm of e in its own unit (Kermorgant and Chaumette 2014, "Dealing with constraints in
-    sensor-based robot control").
+    gain(x) = (at_zero - at_infinity) exp(-slope x/(at_zero - at_infinity)) + at_infinity
+    (Kermorgant and Chaumette 2014, "Dealing with constraints in sensor-based robot control").
+    What x is, `of` says: of the "error" the 2-norm of e, in its own unit; of the "command" the
+    largest component of the joint velocities that the law commands at a gain of one per second,
+    without feed-forward, as in ViSP: max |L^+ e| of a free camera, in m and rad. InputError unless
+    at_zero is above at_infinity.
 
     >>> gain = AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
-    >>> gain.of(np.array([0.0, 0.1, 10.0])).round(3)
+    >>> gain.at(np.array([0.0, 0.1, 10.0])).round(3)
     array([4.   , 1.965, 0.4  ])
     """
 
-    at_zero: Annotated[float, PER_SECOND, "The gain at e = 0."]
+    at_zero: Annotated[float, PER_SECOND, "The gain at x = 0."]
     at_infinity: Annotated[float, PER_SECOND, "The gain far from the goal, the smaller one."]
     slope: Annotated[
-        float, Number(above=0), "Minus the derivative at e = 0, per second and unit of e."
+        float, Number(above=0), "Minus the derivative at x = 0, per second and unit of x."
     ]
+    of: Annotated[
+        Size,
+        Word(get_args(Size), "size"),
+        "On what it depends: the size of the error, or that of the command at a gain of one.",
+    ] = "error"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -44,10 +53,10 @@ class AdaptiveGain(Declared):
                 f"got {self.at_zero} and {self.at_infinity}"
             )
 
-    def of(self, norm: Array) -> Array:
-        """Gain (B,) per second at norms (B,) of the error."""
-        gain = np.empty(norm.shape)
-        kernels.adaptive(self.at_zero, self.at_infinity, self.slope, norm, gain)
+    def at(self, size: Array) -> Array:
+        """Return the gains (B,) per second at sizes (B,) of the error or the command."""
+        gain = np.empty(size.shape)
+        kernels.adaptive(self.at_zero, self.at_infinity, self.slope, size, gain)
         return gain
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
+from robsim.base.warned import callers
 from robsim.servo.goals.goal import Goal, GoalFeatures
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depth
@@ -124,7 +124,7 @@ def warn_of_rank(controller: Servo) -> None:
             f"motions of camera '{first.eye.name}' at the goal: {cause}"
             f"use {advice}",
             RankWarning,
-            stacklevel=_callers(),
+            stacklevel=callers(),
         )
 
 
@@ -139,16 +139,8 @@ def warn_of_wheels(controller: Servo) -> None:
             f"it to a pose (Brockett 1983): use {'' if steers else 'Docking, or '}no more features "
             "than it has velocities",
             RankWarning,
-            stacklevel=_callers(),
+            stacklevel=callers(),
         )
-
-
-def _callers() -> int:
-    """How many frames up the user's code is, for whom a warning is."""
-    frame, level = sys._getframe(1), 1
-    while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] == "robsim":
-        frame, level = frame.f_back, level + 1
-    return level
 
 
 def collinear(marks: Any) -> bool:

@@ -1,0 +1,121 @@
+"""Write the pages that follow from the code: docs/reference.md and docs/kinds.md.
+
+    python docs/build.py            writes them
+    python docs/build.py --check    exit status 1 if they are not up to date
+"""
+
+import inspect
+import sys
+from pathlib import Path
+
+import robsim as rs
+from robsim.declare.document import markdown
+from robsim.declare.families import families
+from robsim.robot.link_table import LinkTable
+from robsim.robot.robot_table import RobotTable
+from robsim.run.text import ExperimentTable, RunTable, StartTable
+from robsim.world.mounted_camera import CameraTable
+
+HERE = Path(__file__).parent
+# the public names, by what a user looks for
+GROUPS = {
+    "Experiments and runs": "Experiment load_scenario simulate replay save_run open_run table "
+    "Outcome Interrupted Mission Phase MissionRun examples",
+    "Robots": "Robot robots Link Joint JointKind Mimic Chord Ackermann Rolling Steering IKResult "
+    "IKReason ClosedIK manipulability condition_number singularity_distance workspace Workspace",
+    "Shapes, poses, curves": "Pose Block Wheel Ball CameraBody Mesh Inertia curves units clearance",
+    "Scenes and cameras": "Scene Object MountedCamera Camera Visibility Motion",
+    "Imperfection": "Sensing Occlusion Actuation",
+    "Servo tasks": "IBVS PBVS Hybrid Partitioned Placing Docking ServoTask Priorities Switch "
+    "Parallel ErrorBelow NearBorder",
+    "Goals": "TaughtGoal GoalPose GoalFeatures",
+    "Features": "FeatureBlock Points PixelPoints Polar Spherical LogDepth Points3D StereoPoints "
+    "Segments Lines VanishingPoint Ellipse Sphere RegionMoments PointMoments DecoupledMoments "
+    "ThetaU Translation Observation",
+    "Laws and what they are made of": "JointLaw CameraLaw PartitionedLaw ControlState "
+    "PseudoInverse DampedInverse JacobianTranspose AdaptiveGain Broyden DepthFilter "
+    "EstimatedMotion",
+    "What is done to a command": "SpeedLimit AvoidLimits Posture LargeProjection",
+    "Trajectories": "FollowJoints FollowPath trajectory",
+    "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
+    "decompose_homography HomographyMotions",
+    "Analysis": "compare Comparison diagnose explain Explanation equilibria Equilibria Equilibrium",
+    "Figures": "plot",
+    "Your own parts": "declare testing",
+    "The chapter": "classic",
+    "Errors and warnings": "RobSimError InputError UnitError FrameError GoalError FileError "
+    "RankWarning UnitWarning FileWarning",
+}
+TABLES = {
+    "A whole file": ExperimentTable,
+    "`[start]`": StartTable,
+    "`[run]`": RunTable,
+    "`[sensing]`": rs.Sensing,
+    "`[[sensing.occlusions]]`": rs.Occlusion,
+    "`[actuation]`": rs.Actuation,
+    "`[[robots]]`": RobotTable,
+    "`[[robots.links]]`": LinkTable,
+    "`[[objects]]`": rs.Object,
+    "`[[cameras]]`": CameraTable,
+    "`[[motions]]`": rs.Motion,
+}
+
+
+def first_sentence(name: str) -> str:
+    """Return the first line of a docstring."""
+    text = inspect.getdoc(getattr(rs, name)) or ""
+    return text.split("\n", 1)[0]
+
+
+def reference() -> str:
+    """Return the page of all public names."""
+    lines = [
+        "# Reference",
+        "",
+        "Every public name of `robsim`, by what it is for. `help(robsim.NAME)` says all of it.",
+        "This page is written by `docs/build.py`.",
+    ]
+    for title, names in GROUPS.items():
+        lines += ["", f"## {title}", "", "| name | |", "| --- | --- |"]
+        lines += [f"| `{name}` | {first_sentence(name)} |" for name in names.split()]
+    return "\n".join(lines) + "\n"
+
+
+def kinds() -> str:
+    """Return the page of all tables that a scenario file may hold."""
+    lines = [
+        "# Tables of a scenario file",
+        "",
+        "What may stand in each table of a scenario file, as the classes declare it: every kind",
+        "that RobSim brings, with its keys. The same names are the dotted names of `--set`,",
+        "`--vary` and `Experiment.at`. This page is written by `docs/build.py`;",
+        "[scenario.md](scenario.md) explains and shows the tables.",
+    ]
+    for title, kind in TABLES.items():
+        lines += ["", f"## {title}", "", markdown(kind)]
+    for noun, family in sorted(families().items()):
+        lines += ["", f"## {noun.capitalize()}s", ""]
+        for name, kind in family.kinds.items():
+            about = (inspect.getdoc(kind) or "").split("\n", 1)[0]
+            lines += [f"### `{name}`", "", f"`{kind.__name__}`: {about}", "", markdown(kind), ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def main() -> int:
+    """Write or check the pages."""
+    pages = {"reference.md": reference(), "kinds.md": kinds()}
+    stale = [name for name, text in pages.items() if _read(HERE / name) != text]
+    if "--check" in sys.argv:
+        print(*[f"docs/{name} is not up to date: python docs/build.py" for name in stale], sep="\n")
+        return int(bool(stale))
+    for name in stale:
+        (HERE / name).write_text(pages[name], encoding="utf-8")
+    return 0
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8") if path.exists() else ""
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,58 @@
+"""Goals that are given as numbers: whether any pose has them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.goal_search import STARTS
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.wording import length
+from robsim.analysis.leaves import leaves
+from robsim.servo import GoalFeatures
+
+
+def unreachable_goal(inquiry: Inquiry) -> Finding | None:
+    """A goal made of numbers that no pose of the camera has."""
+    nearest = inquiry.nearest
+    if nearest is None or nearest.error < inquiry.tolerance:
+        return None
+    sentence = (
+        "The goal is given as numbers, and no pose of the camera has them: of "
+        f"{STARTS} searches from all around the target the best leaves an error of length "
+        f"{inquiry.size(nearest.length)}, and the tolerance is {inquiry.size(inquiry.tolerance)}. "
+        "Show the goal, or compute it from a pose."
+    )
+    return Finding("unreachable goal", sentence, {"nearest": nearest.length, **_sizes(inquiry)})
+
+
+def unseen_goal(inquiry: Inquiry) -> Finding | None:
+    """A goal made of numbers that this run did not reach, though there may be a way."""
+    if not any(isinstance(leaf.goal, GoalFeatures) for leaf in leaves(inquiry.case.task)):
+        return None
+    if unreachable_goal(inquiry):
+        return unreachable_goal(inquiry)
+    sizes = _sizes(inquiry)
+    wanted, seen = (inquiry.size(sizes[name]) for name in ("goal", "start"))
+    sentence = (
+        f"The goal is given as numbers that no camera has seen: {_where(inquiry)}. The largest is "
+        f"{wanted}, and at the start {seen}."
+    )
+    return Finding("goal", sentence, sizes)
+
+
+def _where(inquiry: Inquiry) -> str:
+    """Where a pose would be that has them."""
+    if inquiry.nearest is None:
+        return "there may be no pose that has them"
+    depth = length(float(inquiry.nearest.T_c_o.position[2]))
+    if not inquiry.nearest.seen:
+        return f"a pose that has them, {depth} in front of the target, does not see all marks"
+    return f"a pose has them, {depth} in front of the target, and the run did not come there"
+
+
+def _sizes(inquiry: Inquiry) -> dict[str, float]:
+    """The largest feature at the goal and at the start."""
+    run = inquiry.again.run
+    wanted, seen = (float(np.abs(s).max()) for s in (run["s_goal"].values, run["s"].values[0]))
+    return {"goal": wanted, "start": seen}

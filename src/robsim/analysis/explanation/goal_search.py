@@ -1,0 +1,149 @@
+"""Whether some pose of the camera has the features of a goal that is given as numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.analysis.case import Repeated
+from robsim.analysis.explanation import views
+from robsim.base.arrays import Array, runs_last
+from robsim.features import Observation
+from robsim.geometry.pose import Pose, homogeneous
+from robsim.kernels import camera as kernels
+from robsim.kernels import se3
+from robsim.servo.servo_controller import Servo
+from robsim.vision.camera import Visibility
+
+STARTS = 300  # all around the target
+NEARER, FARTHER = 0.2, 5.0  # of the depth at the start
+ASIDE = 0.5  # tangent of the angle from the optical axis
+ROUNDS = 100  # of Levenberg and Marquardt
+STEP = 0.5  # radians, and of the depth: a longer step is shortened
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The pose of the target in camera axes whose features are nearest to those of the goal.
+
+    `error` is the largest of its features and `length` that of all, both in units of one tolerance;
+    `seen` tells whether the camera sees all marks from there.
+    """
+
+    T_c_o: Pose
+    error: float
+    length: float
+    seen: bool
+
+
+def nearest_to_goal(again: Repeated) -> Nearest | None:
+    """Return the nearest pose; None unless one camera regulates features given as numbers.
+
+    From poses all around the target damped steps V = -(L'L + mu D)^-1 L'e of the camera lessen the
+    error, as long as that goes (Levenberg 1944; Marquardt 1963).
+    """
+    servo = views.servo_of(again)
+    if servo is None or servo.regulated.given is None or len(servo.sights) != 1:
+        return None
+    search = _Search(servo)
+    T = _starts(again)
+    with np.errstate(all="ignore"):  # a pose that is none is left
+        e, T = search.minimised(T)
+    best = int(np.square(e).sum(0).argmin())
+    one = np.ascontiguousarray(T[..., best : best + 1])
+    X, _ = search.image(one)
+    flags = servo.sights[0].eye.camera.visibility(X[..., 0], Pose.at())
+    seen = bool((flags == Visibility.IN_IMAGE).all())
+    left = e[:, best]
+    size, length = float(np.abs(left).max()), float(np.linalg.norm(left))
+    return Nearest(Pose(homogeneous(one)[0]), size, length, seen)
+
+
+def _starts(again: Repeated) -> Array:
+    """T_c_o (3, 4, B): as at the start and at the end, and from all around."""
+    sight, rng = again.loop.controller.sights[0], np.random.default_rng(0)
+    ends = [views.pose_at(sight, again.snapshots[i].q[:, 0]).matrix for i in (0, -1)]
+    quaternions = rng.normal(size=(STARTS, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    T = np.array(Pose.from_quaternion(np.zeros(3), quaternions).matrix)
+    share = np.exp(rng.uniform(np.log(NEARER), np.log(FARTHER), STARTS))
+    depth = share * float(views.mean_depths(again)[0])
+    aside = rng.uniform(-ASIDE, ASIDE, (STARTS, 2))
+    middle = np.concatenate([aside, np.ones((STARTS, 1))], axis=1) * depth[:, None]
+    T[:, :3, 3] = middle - T[:, :3, :3] @ sight.target.marks.mean(axis=0)
+    return runs_last(np.concatenate([ends, T])[:, :3], 2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What a task regulates, as a function of where its camera is."""
+
+    servo: Servo
+
+    def minimised(self, T: Array) -> tuple[Array, Array]:
+        """Errors (k, B) where the descents end, in units of one tolerance, and T there."""
+        e, L = self._errors(T)
+        damping = np.full(T.shape[2], 1e-3)
+        for _ in range(ROUNDS):
+            there = _moved(T, _step(e, L, damping, self._depth(T)))
+            e_there, L_there = self._errors(there)
+            better = np.square(e_there).sum(0) < np.square(e).sum(0)
+            damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
+            T = np.where(better, there, T)
+            e, L = np.where(better, e_there, e), np.where(better, L_there, L)
+        return e, T
+
+    def image(self, T: Array) -> tuple[Array, Array]:
+        """Marks in camera axes (N, 3, B), and their true pixels (N, 2, B)."""
+        sight = self.servo.sights[0]
+        camera, here = sight.eye.camera, np.zeros(T.shape)
+        here[:3, :3] = np.eye(3)[..., None]
+        X = np.empty((len(sight.target.marks), 3, T.shape[2]))
+        kernels.into_camera(here, np.ascontiguousarray(T), sight.target.marks, X)
+        pixels = np.empty((X.shape[0], 2, X.shape[2]))
+        kernels.project(X, camera.K, camera.lens, pixels)
+        return X, pixels
+
+    def _errors(self, T: Array) -> tuple[Array, Array]:
+        """E (k, B) and L (k, 6, B) as the controller measures them; infinite behind the camera."""
+        regulated = self.servo.regulated
+        (sight,) = regulated.sights
+        X, pixels = self.image(T)
+        seen = Observation.of(pixels, np.ascontiguousarray(X[:, 2]), sight.eye.camera)
+        seen.model, seen.guess_last = sight.target.marks, np.ascontiguousarray(T)
+        views_ = [part.observation({sight.key: seen}, {}) for part in regulated.parts]
+        each = list(zip(regulated.parts, views_, strict=True))
+        s = np.concatenate([part.measure(view) for part, view in each])
+        L = np.concatenate([part.interaction(view) for part, view in each])
+        scale = (self.servo.tolerance / self.servo.tolerances)[:, None]
+        e = scale * (s - regulated.s_goal)
+        return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
+
+    def _depth(self, T: Array) -> Array:
+        """(B,) of the middle of the marks."""
+        middle: Array = self.servo.sights[0].target.marks.mean(axis=0)
+        return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
+
+
+def _moved(T: Array, V: Array) -> Array:
+    """T_c_o after the camera moved by exp(V)."""
+    back, out = np.empty(T.shape), np.empty(T.shape)
+    se3.exp(np.ascontiguousarray(-V), back)
+    se3.compose(back, np.ascontiguousarray(T), out)
+    return out
+
+
+def _step(e: Array, L: Array, damping: Array, depth: Array) -> Array:
+    """V (6, B), lengths measured in depths; zero where there is no finite step."""
+    unit = np.ones((6, e.shape[1]))
+    unit[:3] = depth
+    usable = np.isfinite(e).all(0) & np.isfinite(L).all((0, 1))
+    A = np.where(usable, L * unit, 0.0).transpose(2, 0, 1)
+    H = np.swapaxes(A, 1, 2) @ A
+    size = np.maximum(np.trace(H, axis1=1, axis2=2), 1e-300)
+    H += (damping * size)[:, None, None] * np.eye(6)
+    g = np.einsum("bki,kb->bi", A, np.where(usable, e, 0.0))
+    z = -np.linalg.solve(H, g[..., None])[..., 0]
+    z *= np.minimum(1.0, STEP / np.maximum(np.linalg.norm(z, axis=1), 1e-300))[:, None]
+    return np.asarray(unit * z.T)

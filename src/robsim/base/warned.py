@@ -1,0 +1,44 @@
+"""Warnings of what is given: for whom they are, and angles that look like degrees."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.errors import UnitWarning
+
+TWO_TURNS = 4.0 * np.pi  # radians that people write by hand are within
+LARGEST = 720.0  # degrees; larger numbers stand for "no limit"
+ROUND = 5.0  # degrees that people write by hand are multiples of it
+
+
+def callers() -> int:
+    """Return the `stacklevel` of the user's code, for whom a warning of our caller is."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] == "robsim":
+        frame, level = frame.f_back, level + 1
+    return level
+
+
+def warn_of_degrees(angles: ArrayLike, what: str) -> None:
+    """Warn of an angle in radians that was meant in degrees, by all likelihood.
+
+    That is a multiple of 5 between 15 and 720: more than two turns in radians, and round in
+    degrees. 10 passes, as do 1.57, 6.28319 and any angle that was computed.
+
+    >>> warn_of_degrees(np.radians([10.0, 180.0, 360.0]), "rpy")
+    """
+    size = np.abs(angles)
+    large = size[(size > TWO_TURNS) & (size <= LARGEST)]
+    degrees = large[large % ROUND == 0.0]
+    if degrees.size:
+        told, meant = float(degrees[0]), float(np.radians(degrees[0]))
+        warnings.warn(
+            f"{what}: {told:g} looks like degrees, and angles are in radians; "
+            f"np.radians({told:g}) is {meant:.4g}",
+            UnitWarning,
+            stacklevel=callers(),
+        )
