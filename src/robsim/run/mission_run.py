@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+MISSION_TITLE = "RobSim mission"  # of the joint motion of all phases
+
+
 @dataclass(frozen=True, eq=False)
 class Leg:
     """One phase of a mission as it went; seconds since the start of the mission.
@@ -68,9 +71,12 @@ class MissionRun:
             raise InputError("nothing to join: this mission has no legs, or summaries of them only")
         parts = [_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
         joined: xr.Dataset = xr.concat(parts, dim="time")
-        own = {"title": "RobSim mission", "succeeded": int(self.succeeded)}
+        own = {"title": MISSION_TITLE, "succeeded": int(self.succeeded)}
         joined.attrs = {**self.attrs, **own}
         return joined
+
+    def __repr__(self) -> str:
+        return f"<MissionRun: {len(self.legs)} of {self.planned} phases>"
 
     def __str__(self) -> str:
         wide = max((len(leg.name) for leg in self.legs), default=0)
