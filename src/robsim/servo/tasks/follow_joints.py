@@ -124,6 +124,10 @@ class FollowJoints(Declared):
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:
         """Find the joints, in whose units the numbers are."""
+        given = [key for key in WAYS if key in raw]
+        if len(given) > 1:
+            c.report(f"{' and '.join(given)}: give one of them")
+            raise Broken
         scene, names = c.facts.get("scene"), raw.get("joints")
         if scene is None:
             return c
