@@ -1,7 +1,7 @@
 """Write the pages that follow from the code: docs/reference.md and docs/kinds.md.
 
-    python docs/build.py            writes them
-    python docs/build.py --check    exit status 1 if they are not up to date
+python docs/build.py            writes them
+python docs/build.py --check    exit status 1 if they are not up to date
 """
 
 import inspect

@@ -195,22 +195,22 @@ def _error(drives, held, dt, parts=100):
 @pytest.mark.parametrize(
     ("made", "words"),
     [
-        ({"lag": -1}, "lag (seconds) must be a number not below 0, got -1"),
-        ({"lag": [1, 2]}, "lag (seconds) must be a number not below 0"),
+        ({"lag": -1}, "actuation lag must be a number (s) not below 0, got -1"),
+        ({"lag": [1, 2]}, "actuation lag must be a number (s) not below 0"),
         (
             {"velocity": 0},
-            "velocity limit must be a positive number, or one for each",
+            "actuation velocity must be a positive number, or one for each",
         ),
         (
             {"acceleration": [1, -2]},
-            "acceleration limit must be a positive number, or",
+            "actuation acceleration must be a positive number, or",
         ),
         (
             {"encoder": -0.1},
-            "encoder step must be a number not below 0, or one for",
+            "actuation encoder must be a number not below 0, or one for",
         ),
-        ({"velocity": "fast"}, "velocity limit: expected a number, got 'fast'"),
-        ({"encoder": np.nan}, "encoder step: nan"),
+        ({"velocity": "fast"}, "actuation velocity: expected a number, got 'fast'"),
+        ({"encoder": np.nan}, "actuation encoder: nan"),
     ],
 )
 def test_what_makes_no_sense_is_refused(made, words):

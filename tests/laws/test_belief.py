@@ -109,7 +109,7 @@ def test_the_depth_factors_must_be_one_for_each_mark():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     with pytest.raises(rs.InputError, match="3 factors for the 4 marks of"):
         rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
-    with pytest.raises(rs.InputError, match="positive number, or one for each mark"):
+    with pytest.raises(rs.InputError, match="factor above zero, or one for each mark"):
         rs.IBVS(depth_scale=[1, 0])
 
 

@@ -419,12 +419,12 @@ class Endless:
 @pytest.mark.parametrize(
     "told,message",
     [
-        ({}, "give either to="),
-        ({"to": [0.0], "trajectory": ONE}, "give either to="),
+        ({}, "give one of to="),
+        ({"to": [0.0], "trajectory": ONE}, "give one of to="),
         ({"to": [0.0]}, "give either duration, or speed and acceleration; got None"),
         ({"to": [0.0], "speed": 1.0}, "give either duration, .* got speed"),
         ({"to": [0.0], "speed": 1.0, "acceleration": 1.0, "duration": 1.0}, "give either duration"),
-        ({"to": [0.0], "duration": -1.0}, r"duration \(seconds\) must be a positive number"),
+        ({"to": [0.0], "duration": -1.0}, "follow joints duration must be a positive number"),
         ({"to": [0.0], "speed": 0.0, "acceleration": 1.0}, "speed must be a positive number"),
         ({"to": [np.nan], "duration": 1.0}, "to: nan at index"),
         ({"to": [[0.0]], "duration": 1.0}, r"to: expected \{joint: value\} or shape \(n,\)"),
@@ -435,11 +435,11 @@ class Endless:
         ({"to": {"shoulder": 0.0}, "joints": "forearm", "duration": 1.0}, "leave joints out"),
         ({"trajectory": ONE, "duration": 1.0}, "a trajectory has its own times"),
         ({"trajectory": 3}, r"trajectory: expected an object with duration and at\(t\), got 3"),
-        ({"trajectory": Quintic}, "expected an object with duration"),
+        ({"trajectory": Quintic}, "expected a trajectory, not the class, got <class"),
         ({"trajectory": Endless()}, r"trajectory.duration \(seconds\): inf"),
         ({"to": [0.0], "duration": 1.0, "gain": 0.0}, "gain"),
         ({"to": [0.0], "duration": 1.0, "tolerance": -1.0}, "tolerance must be a positive"),
-        ({"to": [0.0], "duration": 1.0, "joints": 5}, "joints: expected names"),
+        ({"to": [0.0], "duration": 1.0, "joints": 5}, "joints: expected a text, got 5"),
     ],
 )
 def test_bad_tasks_for_joints_are_one_clear_error(told, message):
@@ -509,7 +509,7 @@ PACE = {"speed": 1.0, "acceleration": 1.0}
         ({}, "give either to=a pose"),
         ({"to": HERE, "path": Straight(HERE, HERE, 1.0)}, "give either to=a pose"),
         ({"to": HERE}, "give either duration, or speed"),
-        ({"to": HERE, "duration": 0.0}, r"duration \(s\) must be a positive number"),
+        ({"to": HERE, "duration": 0.0}, "follow path duration must be a positive number"),
         ({"to": HERE, **PACE}, "expected speed, acceleration, turn and turn_acceleration; got"),
         ({"to": HERE, "turn": 1.0, "turn_acceleration": 1.0}, "expected speed, acceleration"),
         (
@@ -522,7 +522,7 @@ PACE = {"speed": 1.0, "acceleration": 1.0}
         ({"to": np.stack([HERE] * 2), "duration": 1.0}, "expected one pose, got a batch"),
         ({"to": 2 * HERE, "duration": 1.0}, "to: not a rotation"),
         ({"to": HERE, "duration": 1.0, "mask": "turn"}, "no mask 'turn'; masks: pose, position"),
-        ({"to": HERE, "duration": 1.0, "frame": 3}, "frame: expected a name"),
+        ({"to": HERE, "duration": 1.0, "frame": 3}, "frame: expected a text, got 3"),
         ({"to": HERE, "duration": 1.0, "inverse": "transpose"}, "a path needs an inverse of J"),
         ({"to": HERE, "duration": 1.0, "inverse": "exact"}, "no inverse 'exact'"),
         ({"to": HERE, "duration": 1.0, "gain": -2}, "gain"),

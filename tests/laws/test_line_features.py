@@ -17,11 +17,11 @@ angles = st.floats(-np.pi, np.pi)
 PINHOLE = rs.Camera(np.eye(3))
 ENDS = np.array([[0.4, 0.3, 0], [-0.4, 0.3, 0.1], [-0.1, -0.4, 0], [0.1, 0.4, -0.1]])
 RAILS = np.array([[0.3, 0.2, -0.3], [0.3, 0.2, 0.3], [-0.3, -0.1, -0.4], [-0.3, -0.1, 0.3]])
-BOTH = pytest.mark.parametrize("feature", [Segments(), Lines()], ids=lambda f: f.name)
+BOTH = pytest.mark.parametrize("feature", [Segments(), Lines()], ids=lambda f: type(f).__name__)
 EACH = pytest.mark.parametrize(
     ("feature", "marks"),
     [(Segments(), ENDS), (Lines(), ENDS), (VanishingPoint(), RAILS)],
-    ids=lambda v: getattr(v, "name", ""),
+    ids=lambda v: type(v).__name__,
 )
 
 

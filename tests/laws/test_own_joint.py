@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.declare import register
 from robsim.robot.joint import KINDS
 from robsim.testing import check_joint
 
@@ -229,7 +230,7 @@ def test_a_servo_task_converges_with_it_alone_and_in_a_batch(kind):
     both = np.isfinite(alone.q.values)
     np.testing.assert_array_equal(batch.q.values[1][: len(both)][both], alone.q.values[both])
     assert alone.camera_velocity.values[0] == pytest.approx(body_twist(made, alone))
-    assert "no joint kind" in batch.attrs["no_scenario"]
+    assert "is Python code" in batch.attrs["no_scenario"]
 
 
 def body_twist(made, run):
@@ -288,8 +289,8 @@ def registry():
 
 
 def test_a_registered_kind_goes_by_its_name(registry):
-    rs.register_joint(Universal)
-    rs.register_joint(Helical)
+    register("joint kind")(Universal)
+    register("joint kind")(Helical)
     assert rs.Joint("universal").model == Universal()
     assert arm("universal").fk([0.1, 0.2, 0.3, 0.0]).tolist() == (
         arm(Universal()).fk([0.1, 0.2, 0.3, 0.0]).tolist()
@@ -303,15 +304,15 @@ def test_a_registered_kind_goes_by_its_name(registry):
 def test_what_is_no_kind_is_refused(registry):
     for given, words in (
         (Universal, "no joint kind <class .*; write Universal"),
-        ("universl", "no joint kind 'universl'; did you mean 'unicycle'\\? kinds: fixed"),
-        (3, "no joint kind 3; kinds: fixed"),
+        ("universl", "no joint kind 'universl'; did you mean 'unicycle'\\? joint kinds: fixed"),
+        (3, "no joint kind 3; joint kinds: fixed"),
     ):
         with pytest.raises(rs.InputError, match=words):
             rs.Joint(given)
-    with pytest.raises(rs.InputError, match="expected a class of JointKind, got 3"):
-        rs.register_joint(3)
-    with pytest.raises(rs.InputError, match="'revolute' is one of RobSim"):
-        rs.register_joint(type("Mine", (Universal,), {"name": "revolute"}))
+    with pytest.raises(rs.InputError, match="joint kind: expected a class, got 3"):
+        register("joint kind")(3)
+    with pytest.raises(rs.InputError, match="there is a joint kind 'revolute' already: Revolute"):
+        register("joint kind")(type("Mine", (Universal,), {"name": "revolute"}))
 
 
 LACKING = {

@@ -16,7 +16,7 @@ steady = settings(derandomize=True, max_examples=25, deadline=None)
 seeds = st.integers(0, 2**31)
 angles = st.floats(-np.pi, np.pi)
 EACH = pytest.mark.parametrize(
-    "feature", [Polar(), Spherical(), LogDepth(), Points3D()], ids=lambda f: f.name
+    "feature", [Polar(), Spherical(), LogDepth(), Points3D()], ids=lambda f: type(f).__name__
 )
 PINHOLE = rs.Camera(np.eye(3))
 # away from the principal point, where polar coordinates are not smooth, in all the views below
@@ -180,7 +180,7 @@ def test_log_depth_is_relative_to_the_goal_and_zero_there():
     np.testing.assert_array_equal(feature.interaction(seen(X)), LogDepth().interaction(seen(X)))
 
 
-@pytest.mark.parametrize("kind", [Polar, LogDepth], ids=lambda f: f.name)
+@pytest.mark.parametrize("kind", [Polar, LogDepth], ids=lambda f: type(f).__name__)
 def test_a_feature_towards_a_goal_is_a_value(kind):
     here, there, elsewhere = (kind().towards(seen(scattered(i))) for i in (1, 1, 2))
     assert here == there == pickle.loads(pickle.dumps(here))

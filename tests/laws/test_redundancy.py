@@ -338,13 +338,13 @@ def test_secondary_motions_are_values():
     "make, message",
     [
         (lambda: AvoidLimits(gain=0), "gain .per second. must be a positive number"),
-        (lambda: AvoidLimits(margin=0.5), "margin must be below 0.5 of the range, got 0.5"),
-        (lambda: AvoidLimits(margin=-0.1), "margin must be a positive number"),
+        (lambda: AvoidLimits(margin=0.5), "margin must be a number above 0 and below 0.5, got 0.5"),
+        (lambda: AvoidLimits(margin=-0.1), "margin must be a number above 0"),
         (lambda: Posture("home"), "posture q: expected numbers"),
-        (lambda: Posture([]), r"one posture of shape \(n,\), got \(0,\)"),
-        (lambda: Posture([[1.0]]), r"one posture of shape \(n,\), got \(1, 1\)"),
+        (lambda: Posture([]), r"one number for each joint, of shape \(n,\), got \(0,\)"),
+        (lambda: Posture([[1.0]]), r"one number for each joint, of shape \(n,\), got \(1, 1\)"),
         (lambda: Posture([1.0, np.nan]), r"posture q: nan at index \(1,\)"),
-        (lambda: Posture([1.0], gain=None), "gain .per second."),
+        (lambda: Posture([1.0], gain=None), "posture gain: expected a number, got None"),
         (lambda: Posture([1.0]).check(["a", "b"]), "1 coordinates for 2 commanded ones: a, b"),
     ],
 )

@@ -218,7 +218,7 @@ def test_a_level_has_no_law_of_its_own(arrange):
 
 @pytest.mark.parametrize("size", [None, 3, (1, 2, 3), [640]])
 def test_an_image_has_two_sides(size):
-    with pytest.raises(rs.InputError, match=r"expected \(width, height\)"):
+    with pytest.raises(rs.InputError, match=r"must be \(width, height\)"):
         rs.NearBorder(10, size)
 
 

@@ -476,7 +476,7 @@ def test_a_point_or_a_pose_that_is_none_is_an_error(p3D, T_c, message):
     [
         (lambda: init_block(0, 1, 1, "r"), "length must be a positive number"),
         (lambda: init_circ(1, -1, 8, "r"), "width must be a positive number"),
-        (lambda: init_circ(1, 1, 2, "r"), "n must be a whole number of at least 3"),
+        (lambda: init_circ(1, 1, 2, "r"), "n must be a whole number from 3"),
         (lambda: init_cam(8, 4, 0, *INTRINSICS, "b"), "height must be a positive number"),
         (lambda: init_cam(8, 4, 3, 0, 1, 1, 0, 0, 0, "b"), "f must be a positive number"),
         (lambda: init_cam(8, 4, 3, 1, 1, -1, 0, 0, 0, "b"), "py must be a positive number"),

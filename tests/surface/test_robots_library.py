@@ -334,27 +334,16 @@ def test_limits_of_the_new_arms_are_those_of_their_sources():
 
 
 def test_robsim_reads_robots_only_when_asked():
-    """`import robsim` leaves the slow libraries alone; a robot needs pydantic, and no figures."""
+    """`import robsim` and a robot leave the slow libraries alone."""
     code = """
 import sys, robsim
-slow = {"pydantic", "xarray", "matplotlib", "scipy"}
+slow = {"xarray", "matplotlib", "scipy"}
 assert not slow & sys.modules.keys(), slow & sys.modules.keys()
 robsim.robots.rhino_xr4()
-assert "pydantic" in sys.modules
-assert not {"xarray", "matplotlib", "scipy"} & sys.modules.keys()
+assert not slow & sys.modules.keys(), slow & sys.modules.keys()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-
-
-def test_only_the_scenario_package_knows_pydantic():
-    source = Path(rs.__file__).parent
-    users = {
-        path.relative_to(source).parts[0]
-        for path in source.rglob("*.py")
-        if "import pydantic" in path.read_text() or "from pydantic" in path.read_text()
-    }
-    assert users == {"scenario"}
 
 
 def test_the_car_is_that_of_the_f1tenth_gym():

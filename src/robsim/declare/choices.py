@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, suggest
-from robsim.declare.families import Family
+from robsim.declare.families import Family, plural
 from robsim.declare.fields import fields_of
 from robsim.declare.problems import Broken, shown
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
@@ -65,9 +65,11 @@ class Choice(Spec):
                 return value
             if self.other is not None:
                 return self.other.check(value, what)
-        hint = suggest(value, [*self.plain, *self.names], f"{self.family.noun}s")
+        hint = suggest(value, [*self.plain, *self.names], plural(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
-        raise InputError(f"{what}: no {self.family.noun} {value!r:.80}; {hint}{more}")
+        named = isinstance(value, str)
+        wrong = f"no {self.family.noun} {value!r:.80}" if named else self._not_one(value)
+        raise InputError(f"{what}: {wrong}; {hint}{more}")
 
     def read(self, raw: Raw, c: Context) -> Any:
         if isinstance(raw, str) and raw in self.plain:
@@ -216,6 +218,10 @@ class Choice(Spec):
         near = difflib.get_close_matches(str(raw)[:64], names, 1, 0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"must be {self.words()}, got {shown(raw)}{guess}")
+
+    def _not_one(self, value: object) -> str:
+        made = ", not the class" if isinstance(value, type) else ""
+        return f"expected {self._article}{made}, got {value!r:.80}"
 
     @property
     def _article(self) -> str:

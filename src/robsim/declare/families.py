@@ -31,7 +31,7 @@ class Family:
         if not isinstance(name, str) or name not in self.kinds:
             _load_entry_points()
         if not isinstance(name, str) or name not in self.kinds:
-            hint = suggest(str(name)[:64], self.kinds, f"{self.noun}s")
+            hint = suggest(str(name)[:64], self.kinds, plural(self.noun))
             raise InputError(f"no {self.noun} {name!r:.80}; {hint}")
         return self.kinds[name]
 
@@ -43,6 +43,17 @@ class Family:
     def holds(self, value: object) -> bool:
         """Return whether a value is of one of these kinds."""
         return isinstance(value, tuple(self.kinds.values()))
+
+
+def plural(noun: str) -> str:
+    """Return the plural of the noun of a family.
+
+    >>> plural("law"), plural("trajectory"), plural("kind of moments")
+    ('laws', 'trajectories', 'kinds of moments')
+    """
+    head, of, tail = noun.partition(" of ")
+    many = f"{head[:-1]}ies" if head.endswith("y") else f"{head}s"
+    return many.replace("matrixs", "matrices") + of + tail
 
 
 def family(noun: str) -> Family:
@@ -64,6 +75,8 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
     """
 
     def named(kind: K) -> K:
+        if not isinstance(kind, type):
+            raise InputError(f"{noun}: expected a class, got {kind!r:.80}")
         own = checked_name(getattr(kind, "name", None) if name is None else name, noun)
         if noun not in _FAMILIES and kind.__module__.startswith("robsim."):
             family(noun)  # whose own module may be imported after those of its kinds

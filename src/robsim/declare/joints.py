@@ -86,8 +86,14 @@ class PerJoint(Spec):
 
     def check(self, value: Any, what: str) -> Any:
         array = numbers(value, what, ("n",))
-        if array.ndim != 1 or (self.above is not None and not (array > self.above).all()):
-            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+        if array.ndim != 1 or not array.size:
+            raise InputError(
+                f"{what}: expected one number for each joint, of shape (n,), got {array.shape}"
+            )
+        if self.above is not None and not (array > self.above).all():
+            raise InputError(
+                f"{what}: every number must be above {self.above:g}, got {value!r:.80}"
+            )
         return frozen(array)
 
     def read(self, raw: Raw, c: Context) -> list[float]:

@@ -14,6 +14,7 @@ from robsim.base import units
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, UnitError, suggest
 from robsim.base.names import checked_name
+from robsim.declare.families import plural
 from robsim.declare.problems import shown
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
@@ -374,7 +375,7 @@ class Word(Spec):
 
     def check(self, value: Any, what: str) -> str:
         if not isinstance(value, str) or value not in self.choices:
-            hint = suggest(value, self.choices, f"{self.noun}s")
+            hint = suggest(value, self.choices, plural(self.noun))
             raise InputError(f"{what}: no {self.noun} {value!r:.80}; {hint}")
         return value
 

@@ -21,6 +21,7 @@ from robsim.declare.spec import Live
 from robsim.declare.tables import merge_table
 from robsim.files.changes import Changes, nested, pairs
 from robsim.files.toml import Tables, parse, read_text, write
+from robsim.run import overview
 from robsim.run.mission_run import MissionRun
 from robsim.run.record import Record
 from robsim.run.simulate import Progress, check, simulate
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 _PERFECT, _EXACT = Sensing(), Actuation()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Value):
     """A scene, a task, a start, what is imperfect, and how long: one frozen value.
 
@@ -83,6 +84,14 @@ class Experiment(Value):
         object.__setattr__(self, "start", start)
         if self.title is not None and not isinstance(self.title, str):
             raise InputError(f"title: expected a text, got {self.title!r:.80}")
+
+    def __repr__(self) -> str:
+        """Return a few lines: the scene, the task, and the settings."""
+        return overview.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table for notebooks."""
+        return overview.table(self)
 
     @classmethod
     def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Experiment:
@@ -198,9 +207,9 @@ class Experiment(Value):
         """
         with self._named():
             if isinstance(self.task, Staged):
-                self.task.checked(self.scene, self.start, **self.keywords)
+                self.task.checked(self.scene, self.start, must_see=True, **self.keywords)
             else:
-                check(self.scene, self.task, self.start, self.keywords)
+                check(self.scene, self.task, self.start, self.keywords, must_see=True)
 
     def run(
         self,

@@ -109,10 +109,13 @@ class Mission(Declared):
                 break
         return so_far()
 
-    def checked(self, scene: Scene, q0: Any = None, **settings: Any) -> None:
+    def checked(
+        self, scene: Scene, q0: Any = None, *, must_see: bool = False, **settings: Any
+    ) -> None:
         """InputError for what can be known of the phases before the first begins.
 
-        Where things will be that change hands is not known, and so neither the goals after that.
+        With `must_see` also where the first does not see its target at the start. Where things
+        will be that change hands is not known, and so neither the goals after that.
         """
         q = self._start(scene, q0)
         staged, known = scene, True
@@ -121,7 +124,8 @@ class Mission(Declared):
                 staged = phase.begun(staged, q)
                 known = known and staged is scene
                 if known:
-                    check(scene, phase.task, q, _settings(phase, settings), starts=i == 0)
+                    own, first = _settings(phase, settings), i == 0
+                    check(scene, phase.task, q, own, must_see=must_see and first, starts=first)
 
     def _start(self, scene: Scene, q0: Any) -> Array:
         """(nq,); InputError for a batch, and for a scene in which no mission can be."""

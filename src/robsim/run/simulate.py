@@ -14,8 +14,10 @@ from robsim.base.errors import InputError, Interrupted
 from robsim.base.interrupt import undisturbed
 from robsim.base.threads import processors
 from robsim.run.loop import Loop, OnStep
+from robsim.run.outcome import Outcome
 from robsim.run.record import LONGEST, Record
 from robsim.servo.tasks.task import Task
+from robsim.vision.camera import Visibility
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -25,6 +27,12 @@ if TYPE_CHECKING:
 
 T = TypeVar("T", Sensing, Actuation)
 Progress = Callable[[float], None]
+
+_BLIND = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
+_WHERE = {
+    Visibility.BEHIND_CAMERA: "behind the camera",
+    Visibility.OUT_OF_IMAGE: "outside the image",
+}
 
 
 def simulate(
@@ -133,17 +141,45 @@ def loop_of(
 
 
 def check(
-    scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any], starts: bool = True
+    scene: Scene,
+    task: Task,
+    q0: Any,
+    settings: Mapping[str, Any],
+    must_see: bool = False,
+    starts: bool = True,
 ) -> None:
     """InputError for what `simulate` refuses with these keywords, as far as no record is made.
 
     Without `starts` q0 is not yet where the task will start.
+    With `must_see` also for a start at which the task lacks a mark, where a run ends at once.
     """
     later = {"record", "threads", "chunk", "progress"}
     now = {key: value for key, value in settings.items() if key not in later}
     loop = loop_of(scene, task, q0, record="summary", **now)
     if starts:
         loop.controller.check_start(loop.q0)
+    if must_see:
+        first = simulate(scene, task, q0, **{**now, "duration": loop.dt, "record": "summary"})
+        blind = np.isin(first.outcome, _BLIND) & (first.end_time.values == 0)
+        if blind.any():
+            at = int(np.flatnonzero(np.atleast_1d(blind))[0])
+            raise InputError(_unseen(loop, at))
+
+
+def _unseen(loop: Loop, at: int) -> str:
+    """Return which camera lacks which marks at a start."""
+    which = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
+    for sight in loop.controller.sights:
+        seen = sight.scene.view(loop.q0[at], sight.eye.name, sight.target.name).visibility
+        for flag, where in _WHERE.items():
+            marks = np.flatnonzero(seen == flag)
+            if marks.size:
+                named = f"mark{'s' * (marks.size > 1)} {', '.join(map(str, marks))}"
+                return (
+                    f"{which}: '{sight.eye.name}' does not see {named} of "
+                    f"'{sight.target.name}': {where}"
+                )
+    return f"{which}: the camera does not see all marks"
 
 
 def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:

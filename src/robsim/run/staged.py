@@ -14,5 +14,7 @@ class Staged(Protocol):
     def simulated(self, scene: Scene, q0: Any = None, **settings: Any) -> Any:
         """Return what happened from q0; `settings` are those of `simulate`."""
 
-    def checked(self, scene: Scene, q0: Any = None, **settings: Any) -> None:
-        """InputError for what can be known to be wrong before."""
+    def checked(
+        self, scene: Scene, q0: Any = None, *, must_see: bool = False, **settings: Any
+    ) -> None:
+        """InputError for what can be known to be wrong before; `must_see` is that of `check`."""

@@ -235,8 +235,8 @@ class ImageSize(ListOf):
     most: int = 2
 
     def check(self, value: Any, what: str) -> tuple[int, int]:
-        pair = numbers(value, what, (2,))
-        if pair.ndim != 1 or (pair < 1).any() or (pair != np.round(pair)).any():
+        pair = numbers(value, what, ())
+        if pair.shape != (2,) or (pair < 1).any() or (pair != np.round(pair)).any():
             raise InputError(f"{what} must be (width, height) in whole pixels, got {value!r}")
         return int(pair[0]), int(pair[1])
 

@@ -15,7 +15,7 @@ MOST = 12  # lines of a text
 
 def text(scene: Scene) -> str:
     """Return a line for each robot, object and camera; of more than twelve how many there are."""
-    lines = [f"{kind} '{name}' on {on}: {what}" for kind, name, on, what in _rows(scene)]
+    lines = [f"{kind} '{name}' on {on}: {what}" for kind, name, on, what in rows(scene)]
     more = [f"... ({len(lines)} in all)"] if len(lines) > MOST else []
     return "\n  ".join(["<Scene", *lines[:MOST], *more]) + ">"
 
@@ -23,13 +23,13 @@ def text(scene: Scene) -> str:
 def table(scene: Scene) -> str:
     """Return a table of robots, objects and cameras as HTML."""
     title = f"Scene: {scene.nq} coordinates, {scene.nv} velocities"
-    return html.table(title, _rows(scene), ("", "name", "stands on", ""))
+    return html.table(title, rows(scene), ("", "name", "stands on", ""))
 
 
-def _rows(scene: Scene) -> list[tuple[str, str, str, str]]:
-    """Kind, name, what it stands on, and what it is."""
+def rows(scene: Scene) -> list[tuple[str, str, str, str]]:
+    """Return the kind, name, what it stands on, and what it is."""
     movers = {motion.robot for motion in scene.motions}
-    rows = [
+    found = [
         (
             "robot",
             robot.name,
@@ -42,9 +42,9 @@ def _rows(scene: Scene) -> list[tuple[str, str, str, str]]:
     for thing in scene.objects:
         count = len(thing.marks)
         marks = "one mark" if count == 1 else f"{count or 'no'} marks"
-        rows.append(("object", thing.name, thing.on, marks))
+        found.append(("object", thing.name, thing.on, marks))
     for eye in scene.cameras:
         size = eye.camera.size
         pixels = "no image size" if size is None else f"{size[0]} x {size[1]} px"
-        rows.append(("camera", eye.name, eye.on, pixels))
-    return rows
+        found.append(("camera", eye.name, eye.on, pixels))
+    return found

@@ -27,7 +27,9 @@ def kind_of(given: object) -> JointKind:
         return given
     if not isinstance(given, str):
         made = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
-        raise InputError(f"no joint kind {given!r}{made or '; ' + suggest(given, KINDS, 'kinds')}")
+        raise InputError(
+            f"no joint kind {given!r}{made or '; ' + suggest(given, KINDS, 'joint kinds')}"
+        )
     kind: type[JointKind] = JOINTS.find(given)
     try:
         return kind()
