@@ -271,7 +271,6 @@ def test_any_mission_comes_back_from_its_text(seed):
             f"phase {i}",
             any_task(rng, scene),
             pick(rng, None, rng.uniform(1, 9)),
-            release=pick(rng, (), scene.objects[0].name),
             expects=pick(rng, "converged", ["joint_limit", "time_limit"]),
         )
         for i in range(rng.integers(1, 4))
