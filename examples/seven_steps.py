@@ -66,14 +66,13 @@ above = [65 * cm, 18 * cm, 65 * cm]
 goal = [6 * deg, 97 * deg, 30 * cm, 3 * deg]
 
 mission = rs.Mission(
-    scene,
     [
         rs.Phase("turn to it", rs.FollowJoints(turned, duration=2)),
         rs.Phase("and straight up", rs.FollowPath(above, mask="position", duration=2)),
         rs.Phase("servo on it", rs.IBVS(goal=goal, gain=1.0)),
-    ],
+    ]
 )
-story = mission.run(home)
+story = rs.Experiment(scene, mission, home, duration=60).run()
 print(story)
 run = story.legs[-1].run
 rs.plot.run(run, scene, goal=goal).savefig("crane_servo.png", dpi=130)

@@ -73,9 +73,9 @@ from robsim.robot.robot import Robot as Robot
 from robsim.run.experiment import Experiment as Experiment
 from robsim.run.experiment import load_scenario as load_scenario
 from robsim.run.mission import Mission as Mission
-from robsim.run.mission import MissionRun as MissionRun
-from robsim.run.mission import Phase as Phase
+from robsim.run.mission_run import MissionRun as MissionRun
 from robsim.run.outcome import Outcome as Outcome
+from robsim.run.phase import Phase as Phase
 from robsim.run.simulate import simulate as simulate
 from robsim.servo import IBVS as IBVS
 from robsim.servo import PBVS as PBVS

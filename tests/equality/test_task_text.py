@@ -173,8 +173,9 @@ def any_joints(rng):
         lambda: rs.FollowJoints(to, **pace, **control),
         lambda: rs.FollowJoints(points[0, :2], joints="crane", **pace, **control),
         lambda: rs.FollowJoints(trajectory=pick(rng, *trajectories), joints=names, **control),
+        lambda: rs.FollowJoints(by=to, **pace, **control),
     ]
-    return made[rng.integers(3)]()
+    return made[rng.integers(4)]()
 
 
 def any_pace(rng, turns=True):
@@ -261,9 +262,25 @@ def test_a_feature_alone_and_in_a_list_stay_what_they_are(feature):
         assert again(flying(), task) == task
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_any_mission_comes_back_from_its_text(seed):
+    rng = np.random.default_rng(seed)
+    scene = any_scene()
+    phases = [
+        rs.Phase(
+            f"phase {i}",
+            any_task(rng, scene),
+            pick(rng, None, rng.uniform(1, 9)),
+            expects=pick(rng, "converged", ["joint_limit", "time_limit"]),
+        )
+        for i in range(rng.integers(1, 4))
+    ]
+    assert again(scene, rs.Mission(phases)) == rs.Mission(phases)
+
+
 def test_every_task_of_the_package_is_among_those_that_are_tried():
     kinds = {type(any_task(np.random.default_rng(seed), any_scene())) for seed in range(200)}
-    assert kinds == set(family("task").kinds.values())
+    assert kinds | {rs.Mission} == set(family("task").kinds.values())
 
 
 def test_motions_come_back_and_a_belief_may_change_them():

@@ -41,6 +41,9 @@ MEANT = {
             tolerance=1e-4,
         )
     ),
+    'kind = "follow_joints"\nby = { slew = "-90 deg", lift = "5 cm" }\nduration = "1 s"': (
+        rs.FollowJoints(by={"slew": -90 * DEG, "lift": 0.05}, duration=1.0)
+    ),
     'kind = "follow_joints"\njoints = ["hook", "lift"]\ntrajectory = { kind = "quintic", '
     'start = ["0 deg", "0 m"], end = ["90 deg", "5 cm"], duration = "2 s" }': (
         rs.FollowJoints(trajectory=Quintic([0, 0], [90 * DEG, 0.05], 2.0), joints=["hook", "lift"])
@@ -130,12 +133,18 @@ TO = 'to = { position = "1, 0, 2 m" }\n'
 @pytest.mark.parametrize(
     "text,words",
     [
-        (JOINTS + 'duration = "1 s"', ["task", "give either to="]),
+        (JOINTS + 'duration = "1 s"', ["task", "give one of to="]),
         (JOINTS + 'to = { lift = "5 cm" }', ["task", "give either duration, or speed"]),
         (JOINTS + 'to = { lft = "5 cm" }\nduration = "1 s"', ["no joint 'lft'", "mean 'lift'"]),
         (JOINTS + 'to = { lift = "5 deg" }\nduration = "1 s"', ["task.to.lift", "length", "m, cm"]),
         (JOINTS + 'to = { lift = 5 }\nduration = "1 s"', ["task.to.lift", "unit"]),
         (JOINTS + 'to = { lift = [5] }\nduration = "1 s"', ["task.to.lift", "text with a unit"]),
+        (JOINTS + 'by = { lft = "5 cm" }\nduration = "1 s"', ["by: no joint 'lft'", "mean 'lift'"]),
+        (JOINTS + 'by = { lift = "5 deg" }\nduration = "1 s"', ["task.by.lift", "length", "m, cm"]),
+        (
+            JOINTS + 'by = { lift = "5 cm", slew = "1 rad" }\nto = { lift = "5 cm" }',
+            ["task: to and by: give one of them"],
+        ),
         (JOINTS + 'to = {}\nduration = "1 s"', ["task.to", "at least 1"]),
         (
             JOINTS + 'to = ["5 cm"]\nduration = "1 s"',

@@ -419,8 +419,8 @@ class Endless:
 @pytest.mark.parametrize(
     "told,message",
     [
-        ({}, "give either to="),
-        ({"to": [0.0], "trajectory": ONE}, "give either to="),
+        ({}, "give one of to="),
+        ({"to": [0.0], "trajectory": ONE}, "give one of to="),
         ({"to": [0.0]}, "give either duration, or speed and acceleration; got None"),
         ({"to": [0.0], "speed": 1.0}, "give either duration, .* got speed"),
         ({"to": [0.0], "speed": 1.0, "acceleration": 1.0, "duration": 1.0}, "give either duration"),

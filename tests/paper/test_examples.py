@@ -20,11 +20,14 @@ def run_of(name, *changes):
     return rs.load_scenario(rs.examples.path(name), changes).run()
 
 
+MISSIONS = ("inspection_a", "inspection_b")  # see test_inspection.py
+
+
 def outcome(run):
     return rs.Outcome(int(run.outcome)).name
 
 
-@pytest.mark.parametrize("name", rs.examples.names())
+@pytest.mark.parametrize("name", [name for name in rs.examples.names() if name not in MISSIONS])
 def test_it_ends_as_it_says(name):
     assert outcome(run_of(name)) == ENDINGS.get(name, "CONVERGED")
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.run.experiment import Experiment
+    from robsim.run.mission_run import MissionRun
 
 
 def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
@@ -32,6 +33,15 @@ def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
     for name, figure in figures.items():
         with writing(folder / f"{name}.png") as path:
             figure.savefig(path, dpi=200)
+
+
+def draw_mission(result: MissionRun, scenario: Experiment, folder: Path) -> None:
+    """The scene where the mission ended."""
+    from robsim import plot
+
+    last = result.legs[-1]
+    with writing(folder / "scene.png") as path:
+        plot.scene(last.scene, last.q_end).savefig(path, dpi=200)
 
 
 def _moving_frame(result: xr.Dataset, scenario: Experiment) -> str | None:

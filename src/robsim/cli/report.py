@@ -13,6 +13,8 @@ from robsim.run.outcome import Outcome
 if TYPE_CHECKING:
     import xarray as xr
 
+    from robsim.run.mission_run import MissionRun
+
 
 def report(result: xr.Dataset, folder: Path) -> None:
     """Print how a run ended, or how many runs of a batch ended in each way."""
@@ -35,6 +37,14 @@ def report(result: xr.Dataset, folder: Path) -> None:
             click.echo(f"final error  {away:.3g} px")
         _print_pose(result, folder)
         click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
+    click.echo(f"results      {folder}")
+
+
+def report_mission(result: MissionRun, folder: Path) -> None:
+    """Print when each phase of a mission began, and how it ended."""
+    click.echo(str(result))
+    click.echo(f"outcome      {'all phases as expected' if result.succeeded else 'not completed'}")
+    click.echo(f"time         {result.legs[-1].end:.2f} s")
     click.echo(f"results      {folder}")
 
 

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from robsim.base.interrupt import undisturbed
-from robsim.cli.figures import draw
+from robsim.cli.figures import draw, draw_mission
 from robsim.cli.files import folder_for, free_folder, write, writing
 from robsim.cli.options import changes, output
 from robsim.cli.progress import STOPPED, drawing, finished
-from robsim.cli.report import report
+from robsim.cli.report import report, report_mission
 from robsim.cli.scenarios import COMPILING, check_colors, load, must_compile
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from robsim.run.experiment import Experiment
 
 FIGURES = ("image.png", "scene.png", "velocity.png")
@@ -50,20 +48,30 @@ def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
         click.echo(COMPILING)
     result = finished(scenario.run, lambda run: _save(run, scenario, folder), folder)
     stopped = _save(result, scenario, folder)
-    report(result, folder)
+    tell, picture = (report_mission, draw_mission) if _staged(result) else (report, draw)
+    tell(result, folder)
     if stopped:
         sys.exit(STOPPED)
     if figures:
         with drawing("run is"):
-            draw(result, scenario, folder)
+            picture(result, scenario, folder)
 
 
-def _save(result: xr.Dataset, scenario: Experiment, folder: Path) -> bool:
-    """Write run and scenario completely; return whether Ctrl-C came meanwhile."""
+def _staged(result: Any) -> bool:
+    from robsim.run.mission_run import MissionRun
+
+    return isinstance(result, MissionRun)
+
+
+def _save(result: Any, scenario: Experiment, folder: Path) -> bool:
+    """Write run and scenario completely; return whether Ctrl-C came meanwhile.
+
+    The run of a mission is the joint motion of all its phases.
+    """
     from robsim.files.netcdf import save_run
 
     with undisturbed() as stops:
-        save_run(result, folder / "run.nc")
+        save_run(result.run if _staged(result) else result, folder / "run.nc")
         write(folder / "scenario.toml", scenario.text)
         for name in FIGURES:
             with writing(folder / name) as path:

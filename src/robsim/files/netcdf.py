@@ -11,6 +11,8 @@ import xarray as xr
 from robsim.base.errors import FileError, InputError
 from robsim.files.table import Run
 
+TITLES = ("RobSim run", "RobSim mission")
+
 
 def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """Write a run as NetCDF-4; the file appears only once it is complete.
@@ -60,6 +62,6 @@ def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
             run = Run(data.load().data_vars, data.coords, data.attrs)
     except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
         raise FileError(f"{path} is not a NetCDF-4 file: {error}") from None
-    if run.attrs.get("title") != "RobSim run":
+    if run.attrs.get("title") not in TITLES:
         raise FileError(f"{path} is not a run that RobSim saved")
     return run

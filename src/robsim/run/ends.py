@@ -15,8 +15,8 @@ from robsim.run.outcome import Outcome
 from robsim.servo.controller import Controller
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import relative
-from robsim.servo.tasks.follow_joints import JointFollower
 from robsim.servo.tasks.follow_path import PathFollower
+from robsim.servo.tasks.joint_follower import JointFollower
 from robsim.servo.tasks.priorities import Ordered
 from robsim.servo.tasks.several import Several
 from robsim.servo.tasks.soundness import fixed_motions
@@ -47,7 +47,7 @@ def variables(loop: Loop, goal_pixels: Array) -> dict[str, Any]:
         "q0": (["run", "coordinate"], loop.q0),
         "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
         "pixels_end": (["run", "mark", "axis"], pixels_end),
-        **goal_variables(loop.controller, recorder.last.q[:, 0]),
+        **goal_variables(loop.controller, recorder.last.q[:, 0], loop.q0),
     }
 
 
@@ -58,7 +58,7 @@ def _farthest(away: Array) -> Array:
     return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
 
 
-def goal_variables(controller: Controller, q_end: Array) -> dict[str, Any]:
+def goal_variables(controller: Controller, q_end: Array, q0: Array) -> dict[str, Any]:
     """Return the variables of a run that say how far from its goal it ended.
 
     The frame is the camera; where the camera stands still, the target; without a camera, what is
@@ -66,9 +66,9 @@ def goal_variables(controller: Controller, q_end: Array) -> dict[str, Any]:
     NaN where no pose is known (`GoalFeatures`, a user's controller), and of the angle where only a
     position is wanted.
 
-    q_end       (B, nq) where the runs ended
+    q_end, q0   (B, nq) where the runs ended and started
     """
-    goal, away, turn = off_goal(controller, runs_last(q_end, 1))
+    goal, away, turn = off_goal(controller, runs_last(q_end, 1), q0)
     poses = homogeneous(goal)
     poses[np.isnan(away)] = np.nan
     return {
@@ -78,12 +78,15 @@ def goal_variables(controller: Controller, q_end: Array) -> dict[str, Any]:
     }
 
 
-def off_goal(controller: Controller, q: Array) -> tuple[Array, Array, Array]:
-    """Return the goal pose (3, 4, B) of the frame that moves, and metres and radians to it (B,)."""
+def off_goal(controller: Controller, q: Array, q0: Array) -> tuple[Array, Array, Array]:
+    """Return the goal pose (3, 4, B) of the frame that moves, and metres and radians to it (B,).
+
+    q (nq, B) says where the runs are, q0 (B, nq) where they started.
+    """
     part = regarded(controller)
     with np.errstate(invalid="ignore", over="ignore"):  # a run that went wrong is data
         T = pose_of(part, q)
-        goal = goal_pose(part, q)
+        goal = goal_pose(part, q, q0)
         goal = np.full(T.shape, np.nan) if goal is None else goal
         away, turn = between(goal, T)
     if isinstance(part, PathFollower) and part.k == 3:  # the orientation is free
@@ -145,16 +148,16 @@ def pose_of(controller: Controller, q: Array) -> Array:
 
 
 @singledispatch
-def goal_pose(controller: Controller, q: Array) -> Array | None:
+def goal_pose(controller: Controller, q: Array, q0: Array) -> Array | None:
     """Return the pose T_w_f (3, 4, B) that this frame has at the goal; None where it is unknown.
 
-    q (nq, B) says where everything else is.
+    q (nq, B) says where everything else is, q0 (B, nq) where the runs started.
     """
     return None
 
 
 @goal_pose.register
-def _of_servo(controller: Servo, q: Array) -> Array | None:
+def _of_servo(controller: Servo, q: Array, q0: Array) -> Array | None:
     """Return the goal pose from T_c_o at the goal and from where target or camera are."""
     T_c_o = at_goal(controller)
     if T_c_o is None:
@@ -174,16 +177,18 @@ def _composed(A: Array, B: Array) -> Array:
 
 
 @goal_pose.register
-def _of_path(controller: PathFollower, q: Array) -> Array | None:
+def _of_path(controller: PathFollower, q: Array, q0: Array) -> Array | None:
     """Return the end of the path for each run."""
     return np.repeat(controller.end[..., None], q.shape[1], axis=-1)
 
 
 @goal_pose.register
-def _of_joints(controller: JointFollower, q: Array) -> Array | None:
+def _of_joints(controller: JointFollower, q: Array, q0: Array) -> Array | None:
     """Return the pose with the joints at their goal, and the others where they are."""
     there = q.copy()
-    there[controller.coordinates] = controller.goal[:, None]
+    there[controller.coordinates] = np.atleast_2d(
+        controller.goal_from(q0[:, controller.coordinates])
+    ).T
     return pose_of(controller, there)
 
 

@@ -22,10 +22,11 @@ from robsim.declare.tables import merge_table
 from robsim.files.changes import Changes, nested, pairs
 from robsim.files.toml import Tables, parse, read_text, write
 from robsim.run import overview
+from robsim.run.mission_run import MissionRun
 from robsim.run.record import Record
 from robsim.run.simulate import Progress, check, simulate
+from robsim.run.staged import Staged
 from robsim.run.text import ExperimentTable, read_experiment, text_of, write_experiment
-from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -40,7 +41,7 @@ _PERFECT, _EXACT = Sensing(), Actuation()
 class Experiment(Value):
     """A scene, a task, a start, imperfections and a duration, as one frozen value.
 
-    scene, task  what there is, and what is to be done
+    scene, task  what there is, and what is to be done: a task, or a `Mission`
     start        (nq,), a batch of starts (B, nq), or {robot: q}; None: home
     sensing      what is wrong with the images
     actuation    what is wrong with the joints
@@ -61,7 +62,7 @@ class Experiment(Value):
     """
 
     scene: Scene
-    task: Task
+    task: Any
     start: Any = None
     _: KW_ONLY
     sensing: Sensing = _PERFECT
@@ -116,7 +117,7 @@ class Experiment(Value):
         return cls._of_tables(changed, source, text if changed is tables else None)
 
     @classmethod
-    def of(cls, run: xr.Dataset) -> Experiment:
+    def of(cls, run: xr.Dataset | MissionRun) -> Experiment:
         """Return the experiment that a run was made of. InputError: the run does not say.
 
         >>> from robsim import examples
@@ -214,7 +215,10 @@ class Experiment(Value):
         A start that does not see its target is an error here; as a run it ends at once.
         """
         with self._named():
-            check(self.scene, self.task, self.start, self.keywords, must_see=True)
+            if isinstance(self.task, Staged):
+                self.task.checked(self.scene, self.start, must_see=True, **self.keywords)
+            else:
+                check(self.scene, self.task, self.start, self.keywords, must_see=True)
 
     def run(
         self,
@@ -224,8 +228,10 @@ class Experiment(Value):
         threads: int | None = None,
         chunk: int = 256,
         **changes: Any,
-    ) -> xr.Dataset:
-        """Simulate, and return the run; `changes` are those of `with_`, for this run.
+    ) -> Any:
+        """Simulate, and return the run: an xarray.Dataset, or a `MissionRun` of a mission.
+
+        `changes` are those of `with_`, for this run.
 
         `run`, `threads`, `chunk` and `progress` are as in `simulate`. The run keeps the text of the
         experiment, so that `replay` can repeat it.
@@ -240,13 +246,17 @@ class Experiment(Value):
         }
         try:
             with self._named():
-                made = simulate(self.scene, self.task, self.start, **self.keywords, **how)
+                how |= self.keywords
+                if isinstance(self.task, Staged):
+                    made = self.task.simulated(self.scene, self.start, **how)
+                else:
+                    made = simulate(self.scene, self.task, self.start, **how)
         except Interrupted as stop:
             self._sign(stop.run)
             raise
         return self._sign(made)
 
-    def _sign(self, run: xr.Dataset) -> xr.Dataset:
+    def _sign(self, run: Any) -> Any:
         """Note in a run the text of this experiment, from which it was made."""
         own = self.__dict__.get("tables")
         if own is not None and run.attrs["scenario"] and not _names_files(own):

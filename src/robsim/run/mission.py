@@ -2,261 +2,171 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
-from robsim.base.errors import InputError, Interrupted, suggest
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, Interrupted
+from robsim.declare import Declared, ListOf, Table, register
+from robsim.declare.spec import Context, Raw
+from robsim.run.mission_run import Leg, MissionRun
 from robsim.run.outcome import Outcome
-from robsim.run.simulate import check, check_kinds, simulate
-from robsim.servo.tasks.task import Task
-from robsim.world.actuation import Actuation
+from robsim.run.phase import Phase, named
+from robsim.run.simulate import Progress, check, check_progress, simulate
+from robsim.run.text import text_of
 from robsim.world.scene import Scene
-from robsim.world.sensing import Sensing
 
-if TYPE_CHECKING:
-    import xarray as xr
+MOST = 1000  # phases
 
 
+@register("task", "mission")
 @dataclass(frozen=True, eq=False)
-class Phase:
-    """One task of a mission.
+class Mission(Declared):
+    """Phases, one after the other; the first that goes wrong is the last.
 
-    At its start the objects of `release` are left standing in the world where they are, and those
-    of `attach`, {object: frame}, are from then on carried by that frame; none of them jumps. The
-    phase has succeeded if it ends as `expects` says: one outcome or several. After an expected
-    JOINT_LIMIT the next phase starts at the limit.
+    It stands where a task stands in an `Experiment`, whose run is then a `MissionRun`. Each phase
+    is a run of its own: it starts where the one before it ended, its joints at rest, and what moves
+    on its own goes on at constant rates. Duration, hold and record of the experiment are those of
+    each phase.
 
-    >>> from robsim import FollowJoints
-    >>> Phase("lift", FollowJoints(to={"lift": 0.1}, duration=2.0), attach={"cube": "arm.tool"})
-    Phase('lift')
-    """
-
-    name: str
-    task: Task
-    duration: float = 60.0
-    attach: Mapping[str, str] = field(default_factory=dict)
-    release: Sequence[str] = ()
-    expects: Any = Outcome.CONVERGED
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name.strip():
-            raise InputError(f"a phase needs a name, got {self.name!r:.80}")
-        if isinstance(self.task, type) or not isinstance(self.task, Task):
-            raise InputError(
-                f"phase '{self.name}': expected a task such as IBVS(...), got {self.task!r:.80}"
-            )
-        put = object.__setattr__
-        put(self, "duration", positive(self.duration, f"duration of phase '{self.name}'"))
-        if not isinstance(self.attach, Mapping):
-            raise InputError(f"phase '{self.name}': attach is {{object: frame}}")
-        put(self, "attach", dict(self.attach))
-        let_go = (self.release,) if isinstance(self.release, str) else self.release
-        if not isinstance(let_go, Sequence):
-            raise InputError(f"phase '{self.name}': release is a list of objects, got {let_go!r}")
-        put(self, "release", tuple(let_go))
-        both = sorted(set(self.release) & set(self.attach))
-        if both:
-            raise InputError(f"phase '{self.name}': attach and release of '{both[0]}' at once")
-        expects = self.expects if isinstance(self.expects, tuple | list) else (self.expects,)
-        if not expects or not all(isinstance(each, Outcome) for each in expects):
-            raise InputError(f"phase '{self.name}': expects an Outcome, got {self.expects!r:.80}")
-        put(self, "expects", tuple(expects))
-
-    def __repr__(self) -> str:
-        return f"Phase({self.name!r})"
-
-    def after(self, legs: Sequence[Leg], scene: Scene, q: Array, **settings: Any) -> Leg:
-        """How it goes from q (nq,), after these legs."""
-        with _named(self):
-            scene = self.begun(scene, q)
-            run = simulate(scene, self.task, q, duration=self.duration, **settings)
-        start, outcome = legs[-1].end if legs else 0.0, Outcome(int(run["outcome"]))
-        end = start + float(run["end_time"])
-        return Leg(self.name, outcome, outcome in self.expects, start, end, run, scene)
-
-    def begun(self, scene: Scene, q: Array) -> Scene:
-        """The scene as it hangs together from the start of this phase, at q (nq,)."""
-        for thing in self.release:
-            scene = scene.released(thing, q)
-        for thing, frame in self.attach.items():
-            scene = scene.attached(thing, frame, q)
-        return scene
-
-
-@dataclass(frozen=True, eq=False)
-class Leg:
-    """One phase of a mission as it went; seconds since the start of the mission."""
-
-    name: str
-    outcome: Outcome
-    succeeded: bool
-    start: float
-    end: float
-    run: xr.Dataset
-    scene: Scene
-
-    @property
-    def q_end(self) -> Array:
-        """(nq,) where it ended."""
-        q: Array = np.array(self.run["q_end"].values)
-        return q
-
-
-@dataclass(frozen=True, eq=False)
-class MissionRun:
-    """How a mission went: the legs that were begun, the last one perhaps in vain."""
-
-    legs: tuple[Leg, ...]
-    planned: int  # phases
-    problem: str = ""  # why the next phase could not begin, if it could not
-
-    @property
-    def succeeded(self) -> bool:
-        """Whether every phase ended as it should."""
-        return len(self.legs) == self.planned and all(leg.succeeded for leg in self.legs)
-
-    @property
-    def run(self) -> xr.Dataset:
-        """q (time, coordinate) and qd (time, velocity) of the whole mission, and its phases.
-
-        Where one phase ends and the next begins there is one instant, that of the next.
-        """
-        import xarray as xr
-
-        parts = [_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
-        joined: xr.Dataset = xr.concat(parts, dim="time")
-        joined.attrs = {"title": "RobSim mission", "succeeded": int(self.succeeded)}
-        return joined
-
-    def __str__(self) -> str:
-        wide = max(len(leg.name) for leg in self.legs)
-        lines = [f"{leg.start:8.2f} s  {leg.name:{wide}}  {leg.outcome.words}" for leg in self.legs]
-        left = self.planned - len(self.legs)
-        lines += [self.problem] if self.problem else []
-        return "\n".join([*lines, *([f"phases not begun: {left}"] if left else [])])
-
-
-@dataclass(frozen=True, eq=False)
-class Mission:
-    """Phases in a scene, one after the other; the first that goes wrong is the last.
-
-    Each phase is a run of its own: it starts where the one before it ended, its joints at rest,
-    and what moves on its own goes on at constant rates.
-
-    >>> from robsim import FollowJoints
-    >>> from robsim.files import robots
+    >>> from robsim import Experiment, FollowJoints, Scene, robots
     >>> arm = robots.planar_2r()
     >>> there = Phase("there", FollowJoints(to=[0.5, 0.5], duration=1.0))
-    >>> back = Phase("back", FollowJoints(to=arm.home, duration=1.0))
-    >>> print(Mission(Scene(arm), [there, back]).run())
+    >>> back = Phase("back", FollowJoints(by=[-0.5, -0.5], duration=1.0))
+    >>> print(Experiment(Scene(arm), Mission([there, back])).run())
         0.00 s  there  converged
         1.00 s  back   converged
     """
 
-    scene: Scene
-    phases: Any
+    outermost: ClassVar[bool] = True  # no phase is a mission, nor is a part of another task
+
+    phases: Annotated[
+        Any, ListOf(Table(Phase), 1, MOST, alone=True), "What is done one after the other."
+    ]
 
     def __post_init__(self) -> None:
-        phases = (self.phases,) if isinstance(self.phases, Phase) else self.phases
-        if not isinstance(phases, Sequence) or not phases:
-            raise InputError(f"a mission needs a list of Phase, got {phases!r:.80}")
-        for phase in phases:
-            if not isinstance(phase, Phase):
-                raise InputError(f"a mission needs a list of Phase, got {phase!r:.80} in it")
-        object.__setattr__(self, "phases", tuple(phases))
-        check_kinds(self.scene, phases[0].task)
-        for motion in self.scene.motions:
+        super().__post_init__()
+        names = [phase.name for phase in self.phases]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"two phases are called {twice!r}")
+
+    @classmethod
+    def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
+        """Let each phase see what the phases before it have grasped and let go."""
+        return c.knowing(stage={"scene": c.facts.get("scene")})
+
+    @classmethod
+    def written_facts(cls, value: Mission, c: Context) -> Context:
+        """Likewise of a mission that is written."""
+        return c.knowing(stage={"scene": c.facts["scene"]})
+
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return tuple(phase.task for phase in self.phases)
+
+    def simulated(
+        self,
+        scene: Scene,
+        q0: Any = None,
+        *,
+        run: int = 0,
+        progress: Progress | None = None,
+        **settings: Any,
+    ) -> MissionRun:
+        """Simulate all phases from q0 (nq,), or home; `settings` are those of `simulate`.
+
+        The phases have the numbers run, run + 1, ..., and their noise by these. InputError: in the
+        words of `simulate`, with the name of the phase in front. What turns out only on the way,
+        such as a target that is out of sight where it was put down, ends the mission and is its
+        `problem`. Interrupted after Ctrl-C, with the legs so far in `.run`.
+        """
+        check_progress(progress)
+        q = self._start(scene, q0)
+        self.checked(scene, q, **settings)
+        origin = self._origin(scene, q, settings)
+        legs: list[Leg] = []
+
+        def so_far(problem: str = "") -> MissionRun:
+            return MissionRun(tuple(legs), len(self.phases), problem, origin)
+
+        for i, phase in enumerate(self.phases):
+            how = {**settings, "run": run + i, "progress": self._share(i, progress)}
+            try:
+                legs.append(_leg(phase, legs[-1].end if legs else 0.0, scene, q, how))
+            except Interrupted:
+                raise Interrupted("stopped by the user", so_far()) from None
+            except InputError as error:
+                if not legs:
+                    raise
+                return so_far(str(error))
+            scene, q = legs[-1].scene, np.clip(legs[-1].q_end, *scene.limits.T)
+            if not legs[-1].succeeded:
+                break
+        return so_far()
+
+    def checked(
+        self, scene: Scene, q0: Any = None, *, must_see: bool = False, **settings: Any
+    ) -> None:
+        """InputError for what can be known of the phases before the first begins.
+
+        With `must_see` also where the first does not see its target at the start. Where things
+        will be that change hands is not known, and so neither the goals after that.
+        """
+        q = self._start(scene, q0)
+        staged, known = scene, True
+        for i, phase in enumerate(self.phases):
+            with named(phase):
+                staged = phase.begun(staged, q)
+                known = known and staged is scene
+                if known:
+                    own, first = _settings(phase, settings), i == 0
+                    check(scene, phase.task, q, own, must_see=must_see and first, starts=first)
+
+    def _start(self, scene: Scene, q0: Any) -> Array:
+        """(nq,); InputError for a batch, and for a scene in which no mission can be."""
+        if not isinstance(scene, Scene):
+            raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
+        q = scene.coordinates(scene.home if q0 is None else q0, "q0")
+        if q.ndim != 1:
+            raise InputError(f"a mission starts at one q0 ({scene.nq},), got {q.shape}")
+        for motion in scene.motions:
             if callable(motion.rates):
                 raise InputError(
                     f"in a mission '{motion.robot}' moves at constant rates, not by a function: "
                     "every phase starts at time 0"
                 )
-        self._check_names()
+        return q
 
-    def run(
-        self,
-        q0: Any = None,
-        *,
-        dt: float = 0.04,
-        seed: int = 0,
-        sensing: Sensing | None = None,
-        actuation: Actuation | None = None,
-    ) -> MissionRun:
-        """Simulate all phases from q0 (nq,), or home; keywords as those of `simulate`.
+    def _origin(self, scene: Scene, q: Array, settings: Mapping[str, Any]) -> dict[str, Any]:
+        """What a run says of where it comes from."""
+        try:
+            return {"scenario": text_of(scene, self, q, settings)}
+        except InputError as reason:
+            return {"scenario": "", "no_scenario": str(reason)}
 
-        InputError: in the words of `simulate`, with the name of the phase in front. What turns out
-        only on the way, such as a target that is out of sight where it was put down, ends the
-        mission and is its `problem`. Interrupted after Ctrl-C, with the legs so far in `.run`.
-        """
-        scene = self.scene
-        q = scene.coordinates(scene.home if q0 is None else q0, "q0")
-        if q.ndim != 1:
-            raise InputError(f"a mission starts at one q0 ({scene.nq},), got {q.shape}")
-        settings: dict[str, Any] = {
-            "dt": dt,
-            "seed": seed,
-            "sensing": sensing,
-            "actuation": actuation,
-        }
-        self._check_tasks(q, settings)
-        legs: list[Leg] = []
-        for i, phase in enumerate(self.phases):
-            try:
-                legs.append(phase.after(legs, scene, q, run=i, **settings))
-            except Interrupted:
-                raise Interrupted("stopped by the user", self._so_far(legs)) from None
-            except InputError as error:
-                if not legs:
-                    raise
-                return self._so_far(legs, str(error))
-            scene, q = legs[-1].scene, np.clip(legs[-1].q_end, *scene.limits.T)
-            if not legs[-1].succeeded:
-                break
-        return self._so_far(legs)
-
-    def _so_far(self, legs: Sequence[Leg], problem: str = "") -> MissionRun:
-        return MissionRun(tuple(legs), len(self.phases), problem)
-
-    def _check_names(self) -> None:
-        """InputError for an object or a frame that does not exist, in any phase."""
-        things = [thing.name for thing in self.scene.objects]
-        for phase in self.phases:
-            for thing in (*phase.release, *phase.attach):
-                if thing not in things:
-                    hint = suggest(thing, things, "objects")
-                    raise InputError(f"phase '{phase.name}': no object {thing!r}; {hint}")
-            for frame in phase.attach.values():
-                with _named(phase):
-                    self.scene.tree.find(frame)
-
-    def _check_tasks(self, q: Array, settings: Mapping[str, Any]) -> None:
-        """What can be known of the phases before the first thing is grasped or let go."""
-        for phase in self.phases:
-            if phase.attach or phase.release:
-                return
-            with _named(phase):
-                check(self.scene, phase.task, q, {**settings, "duration": phase.duration})
+    def _share(self, done: int, progress: Progress | None) -> Progress | None:
+        """Progress of one phase as a share of the mission."""
+        if progress is None:
+            return None
+        return lambda share: progress((done + share) / len(self.phases))
 
 
-@contextmanager
-def _named(phase: Phase) -> Iterator[None]:
-    """Errors that name the phase."""
-    try:
-        yield
-    except InputError as error:
-        raise type(error)(f"phase '{phase.name}': {error}") from None
+def _leg(phase: Phase, start: float, scene: Scene, q: Array, settings: Mapping[str, Any]) -> Leg:
+    """How a phase goes that starts after some seconds at q (nq,)."""
+    with named(phase):
+        scene = phase.begun(scene, q)
+        run = simulate(scene, phase.task, q, **_settings(phase, settings))
+    outcome = Outcome(int(run["outcome"]))
+    end = start + float(run["end_time"])
+    return Leg(phase.name, outcome, outcome in phase.expects, start, end, run, scene)
 
 
-def _instants(leg: Leg, *, last: bool) -> xr.Dataset:
-    """q and qd of a leg on the clock of the mission; its end belongs to the next."""
-    run = leg.run[["q", "qd"]].drop_vars("run", errors="ignore")
-    before = run["time"].values < leg.end - leg.start - 1e-9 * float(leg.run.attrs["dt"])
-    count = int(before.sum()) + (1 if last else 0)
-    run = run.isel(time=slice(0, max(count, 1 if last else 0)))
-    run = run.assign_coords(time=run["time"] + leg.start)
-    return run.assign_coords(phase=("time", np.full(run.sizes["time"], leg.name)))
+def _settings(phase: Phase, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of a phase, which may have a duration of its own."""
+    own = {} if phase.duration is None else {"duration": phase.duration}
+    return {**settings, **own}

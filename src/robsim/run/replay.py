@@ -9,6 +9,7 @@ import numpy as np
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
+from robsim.run.mission_run import MISSION_TITLE
 from robsim.run.simulate import simulate
 
 if TYPE_CHECKING:
@@ -38,10 +39,15 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     return again
 
 
-def check_run(run: object) -> None:
+def check_run(run: Any) -> None:
     """Raise InputError if a value is no run."""
     if not isinstance(getattr(run, "attrs", None), dict) or not hasattr(run, "data_vars"):
         raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
+    if run.attrs.get("title") == MISSION_TITLE:
+        raise InputError(
+            "this is a whole mission; expected the run of a leg, legs[i].run; all of it is done "
+            "again by Experiment.of(it).run()"
+        )
 
 
 def settings_of(run: xr.Dataset) -> dict[str, Any]:

@@ -93,6 +93,7 @@ def simulate(
         record=record,
         run=run,
     )
+    loop.controller.check_start(loop.q0)
     finished = _work(loop, threads, chunk, progress)
     with undisturbed() as stops:
         result = dataset(loop, scene, task)
@@ -140,15 +141,23 @@ def loop_of(
 
 
 def check(
-    scene: Scene, task: Task, q0: Any, settings: Mapping[str, Any], must_see: bool = False
+    scene: Scene,
+    task: Task,
+    q0: Any,
+    settings: Mapping[str, Any],
+    must_see: bool = False,
+    starts: bool = True,
 ) -> None:
     """Raise InputError for what `simulate` refuses with these keywords, without a record.
 
+    Without `starts` q0 is not yet where the task will start.
     With `must_see` also for a start at which the task lacks a mark, where a run ends at once.
     """
     later = {"record", "threads", "chunk", "progress"}
     now = {key: value for key, value in settings.items() if key not in later}
     loop = loop_of(scene, task, q0, record="summary", **now)
+    if starts:
+        loop.controller.check_start(loop.q0)
     if must_see:
         first = simulate(scene, task, q0, **{**now, "duration": loop.dt, "record": "summary"})
         blind = np.isin(first.outcome, _BLIND) & (first.end_time.values == 0)

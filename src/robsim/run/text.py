@@ -117,7 +117,7 @@ class BeliefTables(Spec):
 class TaskTable:
     """The part of a text that is not its scene."""
 
-    task: Annotated[Any, TaskChoice(TASKS), "Task of the robots."]
+    task: Annotated[Any, TaskChoice(TASKS, whole=True), "Task of the robots."]
     title: Annotated[str | None, Text(), "Description in one line."] = None
     belief: Annotated[
         Any,

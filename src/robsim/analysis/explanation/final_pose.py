@@ -110,7 +110,8 @@ def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]
 
 def miss(loop: Loop) -> tuple[float, float]:
     """Return the distance (m) and angle (rad) of the first camera from its goal at the end."""
-    _, metres, radians = ends.off_goal(loop.controller, runs_last(loop.recorder.last.q[:, 0], 1))
+    q_end = runs_last(loop.recorder.last.q[:, 0], 1)
+    _, metres, radians = ends.off_goal(loop.controller, q_end, loop.q0)
     return float(metres[0]), float(radians[0])
 
 

@@ -17,11 +17,29 @@ DEEPEST = 64  # keys of the path to a task within tasks
 
 @dataclass(frozen=True)
 class TaskChoice(Choice):
-    """A task, whose numbers of joints are checked once it is known which joints it commands."""
+    """A task, whose numbers of joints are checked once it is known which joints it commands.
+
+    Kinds whose class says `outermost`, such as a mission, are no part of another task: they may
+    stand where this says `whole`.
+    """
 
     short: bool = False
+    whole: bool = False
 
     __hash__ = Choice.__hash__
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the kinds that may stand here."""
+        kinds = self.family.kinds
+        return [
+            name for name in super().names if self.whole or not hasattr(kinds[name], "outermost")
+        ]
+
+    def check(self, value: Any, what: str) -> Any:
+        if not self.whole and hasattr(value, "outermost"):
+            raise InputError(f"{what}: a {type(value).__name__} is no part of another task")
+        return super().check(value, what)
 
     def read(self, raw: Raw, c: Context) -> Any:
         if len(c.path) > DEEPEST:

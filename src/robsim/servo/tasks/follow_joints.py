@@ -7,7 +7,6 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
@@ -16,14 +15,11 @@ from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
 from robsim.declare.problems import Broken
 from robsim.declare.scalars import written
 from robsim.declare.spec import Context, NoText, Raw, expected
-from robsim.kernels.loop import Command
-from robsim.robot.joint import LIMIT_SLACK
-from robsim.servo.controller import Decision
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import JOINTS, Columns
-from robsim.servo.tasks.follower import Follower, check_trajectory
+from robsim.servo.tasks.follower import check_trajectory
+from robsim.servo.tasks.joint_follower import JointFollower, check_limits
 from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory import Quintic, Trapezoid
 from robsim.trajectory.limits import Acceleration, Speed
@@ -63,6 +59,7 @@ class JointGoal(PerJoint):
         return "{joint: number}, or an array (n,)"
 
 
+WAYS = ("to", "by", "trajectory")  # of saying where to go
 TRAJECTORY = Choice(TRAJECTORIES, short=False, protocol=object)
 
 
@@ -77,11 +74,14 @@ class FollowJoints(Declared):
     """Follow a trajectory of the joints, without a camera.
 
     A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
-    s are the commanded coordinates, and s_goal is where the trajectory ends. Commanded is
-    (r(t + dt) - r(t))/dt + gain (r(t) - q) for the trajectory r.
+    s are the commanded coordinates, and s_goal is where the trajectory ends; with `by` both are
+    counted from the start of each run. Commanded is (r(t + dt) - r(t))/dt + gain (r(t) - q) for the
+    trajectory r.
 
     >>> FollowJoints({"link1": 0.5}, duration=2.0).to
     {'link1': 0.5}
+    >>> FollowJoints(by={"link1": 0.1}, duration=2.0).by  # from wherever it starts
+    {'link1': 0.1}
     """
 
     to: Annotated[
@@ -90,17 +90,24 @@ class FollowJoints(Declared):
         "Where the joints go from their start: {joint: value}, or one number for each.",
     ] = None
     _: KW_ONLY
+    by: Annotated[
+        Any,
+        JointGoal(followed),
+        "Change of the joints from their start, instead of `to`: {joint: change}, or (n,).",
+    ] = None
     trajectory: Annotated[
-        Any, TRAJECTORY, "Trajectory to follow instead of `to`, on the clock of the run."
+        Any, TRAJECTORY, "Trajectory to follow instead of `to` and `by`, on the clock of the run."
     ] = None
     joints: Annotated[
         Any,
         JOINTS,
         "Names of joints or robots, in the order of the axes of the trajectory; None: the "
-        "joints of `to`, or all that have one coordinate and one velocity.",
+        "joints of `to` or `by`, or all that have one coordinate and one velocity.",
     ] = None
     duration: Annotated[
-        float | None, Time(above=0), "Duration of the motion to `to`, along a quintic polynomial."
+        float | None,
+        Time(above=0),
+        "Duration of the motion to `to` or by `by`, along a quintic polynomial.",
     ] = None
     speed: Speed = None
     acceleration: Acceleration = None
@@ -117,23 +124,32 @@ class FollowJoints(Declared):
     ] = 1e-6
 
     def __post_init__(self) -> None:
-        if (self.to is None) == (self.trajectory is None):
-            raise InputError("give either to={joint: value} (or an array), or a trajectory")
+        given = [name for name in WAYS if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(
+                "give one of to={joint: value} (or an array), by={joint: change} (or an array), "
+                f"or trajectory; got {' and '.join(given) or None}"
+            )
         super().__post_init__()
-        if self.to is not None:
-            object.__setattr__(self, "to", self._checked_goal())
+        if self.trajectory is None:
+            object.__setattr__(self, given[0], self._checked_goal(given[0]))
         self._check_plan()
 
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:
         """Return the context with the joints of the task, in whose units the numbers are."""
-        scene, to, names = c.facts.get("scene"), raw.get("to"), raw.get("joints")
+        given = [key for key in WAYS if key in raw]
+        if len(given) > 1:
+            c.report(f"{' and '.join(given)}: give one of them")
+            raise Broken
+        scene, names = c.facts.get("scene"), raw.get("joints")
         if scene is None:
             return c
         names = (names,) if isinstance(names, str) else names
+        named = next((key for key in ("to", "by") if isinstance(raw.get(key), Mapping)), None)
         try:
-            if isinstance(to, Mapping):
-                axes = axes_called(scene, to, "to")
+            if named is not None:
+                axes = axes_called(scene, raw[named], named)
             else:
                 axes = axes_named(scene, tuple(names) if isinstance(names, list | tuple) else None)
         except InputError as error:
@@ -159,7 +175,8 @@ class FollowJoints(Declared):
         names = [scene.velocity_names[axis.velocity] for axis in axes]
         goal = self._goal(names)
         coordinates = np.array([axis.coordinate for axis in axes])
-        _check_limits(scene, coordinates, goal)
+        if self.by is None:
+            check_limits(scene, coordinates, goal[None])
         order = np.argsort([axis.velocity for axis in axes])
         robot = scene.robots[_owner(scene, axes[0].velocity)]
         n = len(axes)
@@ -192,17 +209,23 @@ class FollowJoints(Declared):
 
     def axes(self, scene: Scene) -> list[Axis]:
         """Return the joints in the order of the trajectory; InputError for unknown names."""
-        if isinstance(self.to, dict):
-            return axes_called(scene, self.to, "to")
+        what, way = self._way
+        if isinstance(way, dict):
+            return axes_called(scene, way, what)
         return axes_named(scene, self.joints)
 
+    @property
+    def _way(self) -> tuple[str, Any]:
+        """Which of `WAYS` is given, and what it says."""
+        return next((name, way) for name in WAYS if (way := getattr(self, name)) is not None)
+
     def _goal(self, names: list[str]) -> Array:
-        """Return where the trajectory ends (n,); InputError unless it has these n axes."""
-        what = "to" if self.trajectory is None else "trajectory"
-        if isinstance(self.to, dict):
-            goal = np.array(list(self.to.values()))
-        elif self.to is not None:
-            goal = self.to
+        """Return where the trajectory ends (n,), or how far away; InputError unless it has n axes."""
+        what, way = self._way
+        if isinstance(way, dict):
+            goal = np.array(list(way.values()))
+        elif what != "trajectory":
+            goal = way
         else:
             goal = numbers(self.trajectory.at(self.trajectory.duration), "trajectory.at", ("n",))
         if goal.shape != (len(names),):
@@ -213,20 +236,23 @@ class FollowJoints(Declared):
         _ = numbers(self.planned(goal, goal).at(0.0), f"{what} at 0 s", goal.shape)
         return goal
 
-    def _checked_goal(self) -> Any:
-        """Return the goal as {name: value} or an array (n,); InputError if it is neither."""
-        if not isinstance(self.to, Mapping):
-            goal = numbers(self.to, "to", ("n",))
+    def _checked_goal(self, what: str) -> Any:
+        """{name: value}, or an array (n,)."""
+        way = getattr(self, what)
+        if not isinstance(way, Mapping):
+            goal = numbers(way, what, ("n",))
             if goal.ndim != 1:
-                raise InputError(f"to: expected {{joint: value}} or shape (n,), got {goal.shape}")
+                raise InputError(
+                    f"{what}: expected {{joint: value}} or shape (n,), got {goal.shape}"
+                )
             return frozen(goal)
-        if not self.to or not all(isinstance(name, str) for name in self.to):
-            raise InputError(f"to: expected the names of joints, got {self.to!r:.80}")
+        if not way or not all(isinstance(name, str) for name in way):
+            raise InputError(f"{what}: expected the names of joints, got {way!r:.80}")
         if self.joints is not None:
-            raise InputError("to names its joints: leave joints out")
-        goals = {name: numbers(value, f"to[{name!r}]", ()) for name, value in self.to.items()}
+            raise InputError(f"{what} names its joints: leave joints out")
+        goals = {name: numbers(value, f"{what}[{name!r}]", ()) for name, value in way.items()}
         if any(value.ndim for value in goals.values()):
-            raise InputError(f"to: expected one number for each joint, got {self.to!r:.80}")
+            raise InputError(f"{what}: expected one number for each joint, got {way!r:.80}")
         return {name: float(value) for name, value in goals.items()}
 
     def _check_plan(self) -> None:
@@ -240,61 +266,6 @@ class FollowJoints(Declared):
             given = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
             raise InputError(
                 f"give either duration, or speed and acceleration; got {given or None}"
-            )
-
-
-@dataclass(frozen=True, eq=False)
-class JointFollower(Follower):
-    """The controller of `FollowJoints`."""
-
-    task: FollowJoints
-    goal: Array  # (n,) in the order of the axes of the trajectory
-    coordinates: NDArray[np.int64]  # of these axes
-    order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
-
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the command that keeps to the trajectory, or comes back to it."""
-        q = np.ascontiguousarray(measurement.q[self.coordinates])
-        r = self.trajectory(measurement, q)
-        here, ahead = (
-            self._at(r, t, measurement)
-            for t in (measurement.time, (measurement.step + 1) * measurement.dt)
-        )
-        qd = (ahead - here) / measurement.dt + self.rate(measurement.dt) * (here - q)
-        s, qd = q[self.order], np.ascontiguousarray(qd[self.order])
-        task_jacobian = np.zeros((self.k, self.k, measurement.runs))
-        task_jacobian[range(self.k), range(self.k)] = 1.0
-        return Decision(
-            Command(s, s - self.s_goal, qd, task_jacobian), self._jacobian(measurement), None
-        )
-
-    def planned(self, start: Array) -> Any:
-        """Return the trajectory from where each run started (B, n)."""
-        return self.task.planned(start, self.goal)
-
-    def _at(self, trajectory: Any, seconds: float, measurement: Measurement) -> Array:
-        """Return the point (n, B) of a trajectory at a time, in the order of its axes."""
-        n = self.k
-        there = numbers(trajectory.at(seconds), "trajectory.at", (n,))
-        return np.ascontiguousarray(np.broadcast_to(there, (measurement.runs, n)).T)
-
-    def _jacobian(self, measurement: Measurement) -> Array:
-        """Return the Jacobian (6, n, B) of the tip."""
-        tree = self.scene.tree
-        return np.ascontiguousarray(
-            tree.jacobian(tree.bodies(measurement.q), self.frame)[:, self.columns]
-        )
-
-
-def _check_limits(scene: Scene, coordinates: NDArray[np.int64], goal: Array) -> None:
-    limits = scene.limits
-    for i, value in zip(coordinates, goal, strict=True):
-        low, high = limits[i]
-        if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
-            name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
-            raise InputError(
-                f"joint '{name}' is to go to {value:.6g} {unit}, outside its limits "
-                f"[{low:.6g}, {high:.6g}] {unit}"
             )
 
 

@@ -33,6 +33,11 @@ class Several(Controller):
         found: NDArray[np.bool_] = np.any(each, axis=0)
         return found
 
+    def check_start(self, q0: Array) -> None:
+        """InputError if one of them cannot be done from any start q0 (B, nq)."""
+        for part in self.parts:
+            part.check_start(q0)
+
     def _own(self, part: Controller) -> Columns:
         """Return where the velocities of a part are among all that are commanded."""
         return np.searchsorted(self.columns, part.columns)

@@ -1,0 +1,191 @@
+"""One task of a mission, and what changes hands before it begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.declare import Declared, Text, Time, Word
+from robsim.declare.scalars import Reference
+from robsim.declare.spec import Context, Raw, Spec, expected
+from robsim.declare.tables import Names
+from robsim.run.outcome import Outcome
+from robsim.servo.tasks.family import TASKS, TaskChoice
+from robsim.servo.tasks.task import Task
+from robsim.world.scene import Scene
+
+
+@dataclass(frozen=True)
+class PhaseName(Text):
+    """A name in words: "lift the front wheel"; dots would be those of dotted names."""
+
+    most: int = 64
+
+    def check(self, value: Any, what: str) -> str:
+        name = super().check(value, what)
+        if not name.strip() or "." in name or len(name) > self.most:
+            raise expected(self.words(), name)
+        return name
+
+    def read(self, raw: Raw, c: Context) -> str:
+        return self.check(super().read(raw, c), "name")
+
+    def words(self) -> str:
+        return f"a name without dots of 1 to {self.most} characters"
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "", "  ", "a.b"]
+
+
+@dataclass(frozen=True)
+class Hangings(Spec):
+    """{object: frame}."""
+
+    form: ClassVar[str] = "table"
+
+    def check(self, value: Any, what: str) -> dict[str, str]:
+        if not isinstance(value, Mapping):
+            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+        return {
+            Reference.check(thing, what): Reference.check(frame, f"{what} of {thing!r}")
+            for thing, frame in value.items()
+        }
+
+    def read(self, raw: Raw, c: Context) -> dict[str, str]:
+        if not isinstance(raw, Mapping):
+            raise expected(self.words(), raw)
+        return {thing: Reference.read(frame, c.at(thing)) for thing, frame in raw.items()}
+
+    def write(self, value: Any, c: Context) -> dict[str, str]:
+        return dict(value)
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        if value:
+            super().put(table, name, value, c)
+
+    def words(self) -> str:
+        return '{ object = "frame" }'
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": "object", "additionalProperties": {"type": "string"}}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "cup", ["cup"], {"cup": 1}]
+
+
+@dataclass(frozen=True)
+class OutcomeName(Word):
+    """The name of an outcome, such as "joint_limit"; in Python also the `Outcome`."""
+
+    choices: tuple[str, ...] = tuple(each.name.lower() for each in Outcome if each)
+    noun: str = "outcome"
+
+    def check(self, value: Any, what: str) -> Any:
+        if isinstance(value, Outcome):
+            return value
+        return Outcome[super().check(value, what).upper()]
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        return Outcome[super().read(raw, c).upper()]
+
+    def write(self, value: Any, c: Context) -> str:
+        return str(value.name.lower())
+
+
+@dataclass(frozen=True, eq=False)
+class Phase(Declared):
+    """One task of a mission.
+
+    At its start the objects of `release` are left standing in the world where they are, and those
+    of `attach` are from then on carried by their frames; none of them jumps. The phase has
+    succeeded if it ends as `expects` says. After an expected JOINT_LIMIT the next phase starts at
+    the limit.
+
+    >>> from robsim import FollowJoints
+    >>> lift = FollowJoints(by={"lift": 0.1}, duration=2.0)
+    >>> Phase("lift", lift, attach={"cube": "arm.tool"})
+    Phase('lift')
+    """
+
+    name: Annotated[str, PhaseName(), "What it is called; no two phases have one name."]
+    task: Annotated[Any, TaskChoice(TASKS, protocol=Task), "What is to be done."]
+    duration: Annotated[
+        float | None, Time(above=0), "How long it takes at most; None: as the experiment says."
+    ] = None
+    attach: Annotated[
+        Mapping[str, str], Hangings(), "Objects that frames carry from its start on."
+    ] = field(default_factory=dict)
+    release: Annotated[
+        Sequence[str], Names(least=0), "Objects that stand in the world from its start on."
+    ] = ()
+    expects: Annotated[
+        Any, Names(OutcomeName()), "How it should end: an outcome, or one of several."
+    ] = Outcome.CONVERGED
+
+    def __post_init__(self) -> None:
+        with named(self):
+            super().__post_init__()
+            both = sorted(set(self.release) & set(self.attach))
+            if both:
+                raise InputError(f"attach and release of '{both[0]}' at once")
+
+    @classmethod
+    def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
+        """Let the task see what hangs where since the phases before it."""
+        stage = c.facts["stage"]
+        if stage["scene"] is None:
+            return c
+        for key in ("release", "attach"):
+            with c.problems.at(*c.path, key):
+                stage["scene"] = _changed(stage["scene"], raw, key)
+        return c.knowing(scene=stage["scene"])
+
+    @classmethod
+    def written_facts(cls, value: Phase, c: Context) -> Context:
+        """Likewise of a phase that is written."""
+        stage = c.facts["stage"]
+        stage["scene"] = value.begun(stage["scene"], stage["scene"].home)
+        return c.knowing(scene=stage["scene"])
+
+    def __repr__(self) -> str:
+        return f"Phase({self.name!r})"
+
+    def begun(self, scene: Scene, q: Array) -> Scene:
+        """Return the scene as it hangs together from the start of this phase, at q (nq,)."""
+        return hung(scene, self.release, self.attach, q)
+
+
+def hung(scene: Scene, release: Sequence[str], attach: Mapping[str, str], q: Array) -> Scene:
+    """Return the scene in which objects are let go and carried; InputError for unknown names."""
+    for thing in release:
+        scene = scene.released(thing, q)
+    for thing, frame in attach.items():
+        scene = scene.attached(thing, frame, q)
+    return scene
+
+
+@contextmanager
+def named(phase: Phase) -> Iterator[None]:
+    """Errors that name the phase."""
+    try:
+        yield
+    except InputError as error:
+        raise type(error)(f"phase {phase.name!r}: {error}") from None
+
+
+def _changed(scene: Scene, raw: Mapping[str, Raw], key: str) -> Scene:
+    """Return the scene after the raw `attach` or `release` of a phase, as far as they make sense.
+
+    What the objects are is known; where they will be does not matter for the units of joints.
+    """
+    said = raw.get(key, ())
+    if key == "release":
+        names = [said] if isinstance(said, str) else said
+        ok = isinstance(names, Sequence) and all(isinstance(name, str) for name in names)
+        return hung(scene, names if ok else (), {}, scene.home)
+    ok = isinstance(said, Mapping) and all(isinstance(frame, str) for frame in said.values())
+    return hung(scene, (), said if ok else {}, scene.home)
