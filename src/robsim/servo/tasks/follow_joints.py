@@ -220,7 +220,7 @@ class FollowJoints(Declared):
         return next((name, way) for name in WAYS if (way := getattr(self, name)) is not None)
 
     def _goal(self, names: list[str]) -> Array:
-        """Return where the trajectory ends (n,), or how far away; InputError unless it has n axes."""
+        """Return where the trajectory ends (n,), or how far; InputError unless it has n axes."""
         what, way = self._way
         if isinstance(way, dict):
             goal = np.array(list(way.values()))
