@@ -149,6 +149,8 @@ class Choice(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         tables = [define(self.family.kinds[name], name) for name in self.names]
+        if self.default is not None:  # whose table need not say its kind
+            tables.append(define(self.family.kinds[self.default]))
         words = [*self.plain, *(self.names if self.short else []), *([self.none] * bool(self.none))]
         named: list[Any] = [{"enum": words}] if words else []
         more = [self.other.schema(define)] if self.other else []

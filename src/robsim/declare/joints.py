@@ -188,7 +188,8 @@ class OneOrEach(PerJoint):
         return f"one number with its unit for all, as in {examples}, or a list of one for each"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"anyOf": [{"type": "string"}, super().schema(define)]}
+        for_all = [{"type": "string", "pattern": units.pattern(each)} for each in self.dimensions]
+        return {"anyOf": [*for_all, super().schema(define)]}
 
     def _checked(self, value: float, raw: Raw) -> float:
         if value < 0 or (value == 0 and not self.zero):

@@ -144,7 +144,7 @@ class Features(Spec):
         return f"{FEATURE.words()}, a table of one, or a list of these"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        one = {"anyOf": [{"enum": FEATURE.names}, {"type": "object"}]}
+        one = _Block().schema(define)
         return {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 1}]}
 
     def wrong(self) -> list[Raw]:
@@ -198,7 +198,11 @@ class _Block(Spec):
         return "a feature"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "object"}
+        own: dict[str, Any] = {}
+        for each in _FIELDS:
+            own |= each.spec.properties(each.name, define)
+        tables = [define(FEATURE.family.kinds[name], name, **own) for name in FEATURE.names]
+        return {"anyOf": [{"enum": FEATURE.names}, *tables]}
 
 
 class _Feature(Choice):

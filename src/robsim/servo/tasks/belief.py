@@ -46,7 +46,8 @@ class Belief(Spec):
         return "what differs from the true scene, as in [[belief.cameras]]"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "object"}
+        reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})
+        return reference
 
     def wrong(self) -> list[Raw]:
         return [3, "x", []]
