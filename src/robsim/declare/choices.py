@@ -65,7 +65,7 @@ class Choice(Spec):
                 return value
             if self.other is not None:
                 return self.other.check(value, what)
-        hint = suggest(value, [*self.plain, *self.names], f"{self.family.noun}s")
+        hint = suggest(value, [*self.plain, *self.names], self.family.nouns)
         more = f", or {self.other.words()}" if self.other else ""
         raise InputError(f"{what}: no {self.family.noun} {value!r:.80}; {hint}{more}")
 
@@ -115,7 +115,7 @@ class Choice(Spec):
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         beside = [key for key in self.beside_of if key in table]
-        raw = table.get(name, self.default if beside else MISSING)
+        raw = table.get(name, (beside and self.default) or MISSING)
         if raw is MISSING or not isinstance(raw, str) or raw == self.none or not self.beside_of:
             self._check_beside(beside, name, raw, c)
             if raw is MISSING or raw == self.none:
@@ -170,7 +170,8 @@ class Choice(Spec):
         return [(name, self.words()), *beside]
 
     def wrong(self) -> Sequence[Raw]:
-        return [3, "none of them", {"kind": "none of them"}, {}, [[]]]
+        kindless: list[Raw] = [{}] if self.default is None else []
+        return [3, "none of them", {"kind": "none of them"}, [[]], *kindless]
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if not isinstance(old, Mapping) or not isinstance(new, Mapping):

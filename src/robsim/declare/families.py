@@ -26,12 +26,18 @@ class Family:
     noun: str
     kinds: dict[str, type[Any]] = field(default_factory=dict)
 
+    @property
+    def nouns(self) -> str:
+        """The plural of the noun: "features", "interaction matrices"."""
+        matrix = self.noun.endswith("matrix")
+        return f"{self.noun[:-1]}ces" if matrix else f"{self.noun}s"
+
     def find(self, name: object) -> type[Any]:
         """Return the class of that name; InputError with the nearest, and all there are."""
         if not isinstance(name, str) or name not in self.kinds:
             _load_entry_points()
         if not isinstance(name, str) or name not in self.kinds:
-            hint = suggest(str(name)[:64], self.kinds, f"{self.noun}s")
+            hint = suggest(str(name)[:64], self.kinds, self.nouns)
             raise InputError(f"no {self.noun} {name!r:.80}; {hint}")
         return self.kinds[name]
 

@@ -48,7 +48,8 @@ def read_table(
             given[each.name] = value
     if check := getattr(form, "text_check", None):
         check(raw, inner)
-    if c.problems.seen > before:
+    lacks = any(each.required and each.name not in given for each in fields_of(form))
+    if c.problems.seen > before or lacks:
         raise Broken
     made = form(**given)
     return made if form is kind else made.made(inner)
@@ -56,9 +57,8 @@ def read_table(
 
 def pick(each: Field, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return the value of a field from its table; MISSING if it is not there, or wrong."""
-    before = c.problems.seen
     value = each.spec.pick(raw, each.name, c)
-    if value is MISSING and each.required and c.problems.seen == before:
+    if value is MISSING and each.required and not raw.keys() & set(each.spec.keys(each.name)):
         c.at(each.name).report(LACKING)
     return value
 
@@ -181,7 +181,7 @@ class ListOf(Spec):
         self._check_count(raw)
         before = c.problems.seen
         made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
-        if c.problems.seen > before:
+        if c.problems.seen > before or any(each is MISSING for each in made):
             raise Broken
         return tuple(made)
 
@@ -249,6 +249,9 @@ class Names(ListOf):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, [], [3]]
 
 
 def name_key(kind: type[Any]) -> str | None:

@@ -26,9 +26,9 @@ class InertiaTable:
     """How a text says an inertia: the moments and products of the tensor."""
 
     mass: Annotated[float, Quantity(above=0, dimension="mass"), "What it weighs."]
-    moments: Annotated[Any, MOMENTS, "ixx, iyy, izz about the centre of mass."]
+    moments: Annotated[Any, MOMENTS, "The moments ixx, iyy, izz about the centre of mass."]
     centre: Annotated[Any, Vector("length"), "The centre of mass."] = (0.0, 0.0, 0.0)
-    products: Annotated[Any, MOMENTS, "ixy, ixz, iyz of the tensor."] = (0.0, 0.0, 0.0)
+    products: Annotated[Any, MOMENTS, "The products ixy, ixz, iyz of the tensor."] = (0.0, 0.0, 0.0)
 
     def made(self, c: Context) -> Inertia:
         """Return the inertia."""

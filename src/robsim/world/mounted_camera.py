@@ -30,7 +30,9 @@ class CameraTable:
     size: Annotated[Any, SIZE, "[width, height]; None: an image without border."] = None
     K: Annotated[Any, Intrinsics(), "The matrix of the intrinsics."] = None
     distortion: Annotated[
-        tuple[float, ...], ListOf(Number(), most=8), "k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV."
+        tuple[float, ...],
+        ListOf(Number(), most=8),
+        "Coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV.",
     ] = ()
     body: Annotated[Any, Table(CameraBody), "What is to be seen of it."] = None
 

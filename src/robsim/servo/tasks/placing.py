@@ -55,8 +55,8 @@ class Placing(ServoTask):
     marks: Annotated[
         tuple[int, int, int], Indices(least=3, most=3), "Numbers of a, b and c, not on one line."
     ] = (0, 1, 2)
-    rotation: Annotated[float, PER_SECOND, "k1 of the chapter."] = 1.0
-    translation: Annotated[float, PER_SECOND, "k2 of the chapter."] = 1.0
+    rotation: Annotated[float, PER_SECOND, "The gain k1 of the chapter."] = 1.0
+    translation: Annotated[float, PER_SECOND, "The gain k2 of the chapter."] = 1.0
     length: UnitOfLength = 1.0
 
     def __post_init__(self) -> None:

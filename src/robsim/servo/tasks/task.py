@@ -56,7 +56,7 @@ class ServoTask(Shaped):
 
     own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
     goal: Annotated[
-        Any, GoalSpec(), "q at which the goal is shown (None: home), GoalPose or GoalFeatures."
+        Any, GoalSpec(), "The q at which the goal is shown (None: home), GoalPose or GoalFeatures."
     ] = None
     camera: Annotated[
         Any, CAMERAS, "Name of the camera, or of the two of a stereo pair; None: the only one."
