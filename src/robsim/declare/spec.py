@@ -67,7 +67,8 @@ class Context:
             return raw.value
         try:
             return spec.read(raw, self)
-        except Broken:
+        except Broken:  # for what is told elsewhere, so that nothing is made of the rest
+            self.problems.seen += 1
             return MISSING
         except FileError:
             raise

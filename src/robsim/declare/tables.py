@@ -48,8 +48,7 @@ def read_table(
             given[each.name] = value
     if check := getattr(form, "text_check", None):
         check(raw, inner)
-    lacks = any(each.required and each.name not in given for each in fields_of(form))
-    if c.problems.seen > before or lacks:
+    if c.problems.seen > before:
         raise Broken
     made = form(**given)
     return made if form is kind else made.made(inner)
@@ -57,8 +56,9 @@ def read_table(
 
 def pick(each: Field, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return the value of a field from its table; MISSING if it is not there, or wrong."""
+    before = c.problems.seen
     value = each.spec.pick(raw, each.name, c)
-    if value is MISSING and each.required and not raw.keys() & set(each.spec.keys(each.name)):
+    if value is MISSING and each.required and c.problems.seen == before:
         c.at(each.name).report(LACKING)
     return value
 
@@ -181,7 +181,7 @@ class ListOf(Spec):
         self._check_count(raw)
         before = c.problems.seen
         made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
-        if c.problems.seen > before or any(each is MISSING for each in made):
+        if c.problems.seen > before:
             raise Broken
         return tuple(made)
 
@@ -277,7 +277,7 @@ def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> lis
             if isinstance(name, int):
                 raise InputError(f"needs the name of what it changes, got {shown(table)}")
             if name in where:
-                inside = loose or "model" in merged[where[name]]
+                inside = loose or bool({"model", "urdf"} & merged[where[name]].keys())
                 merged[where[name]] = item.merge(merged[where[name]], table, inside)
             elif loose:
                 merged.append(table)
