@@ -141,8 +141,13 @@ class Choice(Spec):
             table[name] = raw
 
     def words(self) -> str:
+        return self._words([self.other.words()] if self.other else [])
+
+    def text_words(self) -> str:
+        return self._words([self.other.text_words()] if self.other else [])
+
+    def _words(self, more: list[str]) -> str:
         names = map(repr, [*self.plain, *(self.names if self.short else [])])
-        more = [self.other.words()] if self.other else []
         table = [] if self.short else [f"the table of {self._article}"]
         *most, last = [*names, *more, *table]
         return f"{', '.join(most)} or {last}" if most else last
@@ -218,7 +223,7 @@ class Choice(Spec):
         names = [*self.plain, *(self.names if self.short else [])]
         near = difflib.get_close_matches(str(raw)[:64], names, 1, 0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"must be {self.words()}, got {shown(raw)}{guess}")
+        raise InputError(f"must be {self.text_words()}, got {shown(raw)}{guess}")
 
     @property
     def _article(self) -> str:

@@ -160,6 +160,10 @@ class Quantity(Number):
             return f"a positive number ({SI[self.dimension]})"
         return f"a number ({SI[self.dimension]}) {self._bounds()}".rstrip()
 
+    def text_words(self) -> str:
+        bounds = f" {self._bounds()}" if self._bounds() else ""
+        return f'a quantity{bounds} such as "{EXAMPLES[self.dimension]}"'
+
     def schema(self, define: Any) -> dict[str, Any]:
         pattern = units.pattern(self.dimension)
         return {"type": "string", "pattern": pattern, "examples": [EXAMPLES[self.dimension]]}

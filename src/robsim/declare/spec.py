@@ -104,6 +104,10 @@ class Spec:
         """Return what is expected, as a phrase."""
         raise NotImplementedError
 
+    def text_words(self) -> str:
+        """Return likewise what is expected in a text, where that is something else."""
+        return self.words()
+
     def schema(self, define: Any) -> dict[str, Any]:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""
         raise NotImplementedError

@@ -175,9 +175,7 @@ class ListOf(Spec):
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
         if not isinstance(raw, list):
             tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
-            raise expected(
-                f"a list of tables, [[{c.path[-1]}]]," if tables else "a valid list", raw
-            )
+            raise expected(f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw)
         self._check_count(raw)
         before = c.problems.seen
         made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
