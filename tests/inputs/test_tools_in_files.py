@@ -67,7 +67,11 @@ def test_a_belief_may_have_the_tool_elsewhere():
     [
         ("true", "1", "tools.rhino_gripper.bare: must be a valid boolean, got 1"),
         ("bare = true", 'on = "tol"', "tools.rhino_gripper: no frame 'tol' in robot 'rhino_xr4'"),
-        ("rhino_gripper", "rhino_griper", "tools.model: no robot 'rhino_griper' in the library"),
+        (
+            "rhino_gripper",
+            "rhino_griper",
+            "tools.rhino_griper.model: no robot 'rhino_griper' in the library",
+        ),
         ("-10.83 cm", "-10.83", "tools.rhino_gripper.position: '0, 0, -10.83': expected a vector"),
         ("bare", "bar", "tools.rhino_gripper.bar: unknown key 'bar'; did you mean 'bare'"),
         ("bare = true", 'home = ["9 cm"]', "tools.rhino_gripper.home: rhino_gripper.home: joint"),

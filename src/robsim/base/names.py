@@ -7,7 +7,8 @@ import re
 from robsim.base.errors import InputError
 
 LONGEST_NAME = 64
-_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}")
+NAME_PATTERN = rf"[A-Za-z][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}"
+_NAME = re.compile(NAME_PATTERN)
 
 
 def checked_name(name: object, what: str) -> str:

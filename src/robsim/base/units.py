@@ -75,6 +75,16 @@ def parse(
     return numbers if count else numbers[0]
 
 
+def pattern(dimension: Dimension) -> str:
+    """Return a regular expression of the texts that may be a quantity, for editors.
+
+    >>> pattern("angle")
+    '^[-+0-9.eE,\\\\s]+(rad|deg)\\\\s*$'
+    """
+    named = "|".join(unit.replace("^", r"\^") for unit in _UNITS[dimension])
+    return rf"^[-+0-9.eE,\s]+({named})\s*$"
+
+
 def _scaled(word: str, factor: int | float) -> float:
     number = Decimal(word)
     value = float(number.scaleb(factor)) if isinstance(factor, int) else float(number) * factor

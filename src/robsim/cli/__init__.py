@@ -1,4 +1,4 @@
-"""The command line: demo, run, compare, check, explain, examples, robots; each has a file."""
+"""The command line; each command has a file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import click
 
 from robsim import __version__
 from robsim.base.errors import RobSimError
-from robsim.cli import check, compare, demo, examples, explain, robots, run
+from robsim.cli import check, compare, demo, examples, explain, robots, run, schema
 from robsim.cli.progress import STOPPED
 
 BAD_INPUT = 2  # exit status
@@ -20,7 +20,7 @@ def cli() -> None:
     """Model, simulate and see robots that are guided by cameras."""
 
 
-for _each in (demo, run, compare, check, explain, examples, robots):
+for _each in (demo, run, compare, check, explain, examples, robots, schema):
     cli.add_command(_each.command)
 
 

@@ -8,6 +8,7 @@ import click
 
 from robsim.cli.files import free_file, write
 from robsim.cli.options import force
+from robsim.cli.schema import write_beside
 from robsim.files import examples
 
 
@@ -27,3 +28,5 @@ def command(name: str | None, output: Path | None, force: bool) -> None:
     source, target = examples.path(name), free_file(output, f"{name}.toml", force)
     write(target, source.read_text(encoding="utf-8"))
     click.echo(f"wrote {target}; run it with: robsim run {target}")
+    if beside := write_beside(target, force):
+        click.echo(f"wrote {beside}, by which editors complete and check it")

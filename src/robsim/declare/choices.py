@@ -117,7 +117,7 @@ class Choice(Spec):
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         beside = [key for key in self.beside_of if key in table]
-        raw = table.get(name, self.default if beside else MISSING)
+        raw = table.get(name, (beside and self.default) or MISSING)
         if raw is MISSING or not isinstance(raw, str) or raw == self.none or not self.beside_of:
             self._check_beside(beside, name, raw, c)
             if raw is MISSING or raw == self.none:
@@ -143,8 +143,13 @@ class Choice(Spec):
             table[name] = raw
 
     def words(self) -> str:
+        return self._words([self.other.words()] if self.other else [])
+
+    def text_words(self) -> str:
+        return self._words([self.other.text_words()] if self.other else [])
+
+    def _words(self, more: list[str]) -> str:
         names = map(repr, [*self.plain, *(self.names if self.short else [])])
-        more = [self.other.words()] if self.other else []
         table = [f"the table of {self._article}"] if not (self.short and self.names) else []
         return _either(*names, *more, *table)
 
@@ -155,6 +160,8 @@ class Choice(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         tables = [define(self.family.kinds[name], name) for name in self.names]
+        if self.default is not None:  # whose table need not say its kind
+            tables.append(define(self.family.kinds[self.default]))
         words = [*self.plain, *(self.names if self.short else []), *([self.none] * bool(self.none))]
         named: list[Any] = [{"enum": words}] if words else []
         more = [self.other.schema(define)] if self.other else []
@@ -174,7 +181,8 @@ class Choice(Spec):
         return [(name, self.words()), *beside]
 
     def wrong(self) -> Sequence[Raw]:
-        return [3, "none of them", {"kind": "none of them"}, {}, [[]]]
+        kindless: list[Raw] = [{}] if self.default is None else []
+        return [3, "none of them", {"kind": "none of them"}, [[]], *kindless]
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if not isinstance(old, Mapping) or not isinstance(new, Mapping):
@@ -221,7 +229,7 @@ class Choice(Spec):
         names = [*self.plain, *(self.names if self.short else [])]
         near = difflib.get_close_matches(str(raw)[:64], names, 1, 0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"must be {self.words()}, got {shown(raw)}{guess}")
+        raise InputError(f"must be {self.text_words()}, got {shown(raw)}{guess}")
 
     def _not_one(self, value: object) -> str:
         made = ", not the class" if isinstance(value, type) else ""

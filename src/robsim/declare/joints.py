@@ -200,7 +200,8 @@ class OneOrEach(PerJoint):
         return "one number for all, or a list of one for each"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"anyOf": [{"type": "string"}, super().schema(define)]}
+        for_all = [{"type": "string", "pattern": units.pattern(each)} for each in self.dimensions]
+        return {"anyOf": [*for_all, super().schema(define)]}
 
     def _kinds(self, c: Context) -> list[str]:
         """Return the units that the joints have, each once, without "1"."""

@@ -52,7 +52,7 @@ class Problems:
         self.source = source
         self.found: list[str] = []
         self.untold = 0
-        self.seen = 0  # how many were added, known or not
+        self.seen = 0  # how many values were wrong, told of or not
 
     @property
     def full(self) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from robsim.base import units
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, UnitError, suggest
-from robsim.base.names import checked_name
+from robsim.base.names import NAME_PATTERN, checked_name
 from robsim.declare.families import plural
 from robsim.declare.problems import shown
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
@@ -164,8 +164,13 @@ class Quantity(Number):
             return f"a positive number ({SI[self.dimension]})"
         return f"a number ({SI[self.dimension]}) {self._bounds()}".rstrip()
 
+    def text_words(self) -> str:
+        bounds = f" {self._bounds()}" if self._bounds() else ""
+        return f'a quantity{bounds} such as "{EXAMPLES[self.dimension]}"'
+
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "string", "examples": [EXAMPLES[self.dimension]]}
+        pattern = units.pattern(self.dimension)
+        return {"type": "string", "pattern": pattern, "examples": [EXAMPLES[self.dimension]]}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
         bounds = f", {self._bounds()}" if self._bounds() else ""
@@ -221,7 +226,8 @@ class Vector(Spec):
         return f"{self.count} numbers ({SI[self.dimension]})"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "string", "examples": [self._example]}
+        pattern = units.pattern(self.dimension)
+        return {"type": "string", "pattern": pattern, "examples": [self._example]}
 
     def wrong(self) -> Sequence[Raw]:
         return [3, "1 kg", "1, 2, 3, 4, 5 m", ["1 m"]]
@@ -262,7 +268,7 @@ class Whole(Spec):
         return f"a whole number from {self.least} {most}"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "integer", "minimum": self.least}
+        return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
     def wrong(self) -> Sequence[Raw]:
         return ["one", 1.5, True, self.least - 1, self.most + 1]
@@ -326,7 +332,8 @@ class Text(Spec):
         return "a text"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "string", **({"pattern": f"^{self.pattern}$"} if self.pattern else {})}
+        pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
+        return {"type": "string", "minLength": self.least, "maxLength": self.most, **pattern}
 
     def wrong(self) -> Sequence[Raw]:
         return [3, "x" * (self.most + 1)]
@@ -345,6 +352,9 @@ class Name(Text):
 
     def words(self) -> str:
         return "a name"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": "string", "pattern": f"^{NAME_PATTERN}$"}
 
     def wrong(self) -> Sequence[Raw]:
         return [3, "two words", "1st", ""]

@@ -2,44 +2,62 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.tables import form_of
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
+Properties = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Definitions:
+    """The schemas of declared classes, each made when a reference to it is first asked for.
+
+    With `partial` nothing is required: the tables change others.
+    """
+
+    made: dict[str, Any] = field(default_factory=dict)
+    partial: bool = False
+
+    def __call__(self, kind: type[Any], name: str = "", **more: Any) -> dict[str, Any]:
+        """Return the reference to the table of a class, that of its kind `name` in its family."""
+        key = "_".join(filter(None, [kind.__name__, name, "changes" if self.partial else ""]))
+        if key not in self.made:
+            self.made[key] = {}  # for tables within tables of the same kind
+            named = {"kind": {"const": name}} if name else {}
+            self.made[key] |= self.table(kind, {**named, **more}, list(named))
+        return {"$ref": f"#/definitions/{key}"}
+
+    @property
+    def changes(self) -> Definitions:
+        """The same where tables change others, so that no key is required."""
+        return Definitions(self.made, True)
+
+    def table(self, kind: type[Any], more: Properties, needed: list[str]) -> dict[str, Any]:
+        """Return the schema of the table of a class, with `more` properties."""
+        properties = dict(more)
+        for each in fields_of(form_of(kind)):
+            for key, schema in each.spec.properties(each.name, self).items():
+                properties[key] = _described(each, schema)
+        needed = [*needed, *(each.name for each in fields_of(form_of(kind)) if each.required)]
+        needed = [] if self.partial else [key for key in needed if key in properties]
+        about = (kind.__doc__ or "").split("\n")[0]
+        made = {"type": "object", "description": about, "properties": properties}
+        return {**made, "required": needed, "additionalProperties": False}
 
 
 def json_schema(kind: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the JSON Schema of the table of a class, with `more` properties."""
-    definitions: dict[str, Any] = {}
-
-    def define(each: type[Any], name: str = "") -> dict[str, Any]:
-        key = f"{each.__name__}_{name}" if name else each.__name__
-        if key not in definitions:
-            definitions[key] = {}  # for tables within tables of the same kind
-            definitions[key] |= _table(each, name, define)
-        return {"$ref": f"#/definitions/{key}"}
-
-    top = _table(kind, "", define)
-    top["properties"] = {**more, **top["properties"]}
-    return {"$schema": DRAFT, **top, "definitions": definitions}
-
-
-def _table(kind: type[Any], name: str, define: Any) -> dict[str, Any]:
-    properties: dict[str, Any] = {"kind": {"const": name}} if name else {}
-    for each in fields_of(form_of(kind)):
-        for key, schema in each.spec.properties(each.name, define).items():
-            properties[key] = _described(each, schema)
-    needed = [each.name for each in fields_of(form_of(kind)) if each.required]
-    needed = [key for key in needed if key in properties]
-    about = (kind.__doc__ or "").split("\n")[0]
-    made = {"type": "object", "description": about, "properties": properties}
-    return {**made, "required": needed, "additionalProperties": False}
+    """Return the JSON Schema of the table of a class, with `more` properties that are required."""
+    define = Definitions()
+    top = define.table(kind, more, list(more))
+    return {"$schema": DRAFT, **top, "definitions": define.made}
 
 
 def _described(each: Field, schema: dict[str, Any]) -> dict[str, Any]:
     """Return a schema with the meaning of its field; beside a reference nothing may stand."""
-    if not each.meaning or "$ref" in schema:
+    if not each.meaning or "$ref" in schema or "description" in schema:
         return schema
     return {**schema, "description": each.meaning}

@@ -67,7 +67,8 @@ class Context:
             return raw.value
         try:
             return spec.read(raw, self)
-        except Broken:
+        except Broken:  # for what is told elsewhere, so that nothing is made of the rest
+            self.problems.seen += 1
             return MISSING
         except FileError:
             raise
@@ -106,6 +107,10 @@ class Spec:
     def accepts(self) -> str:
         """Return what Python code may give, as a phrase: what a text says, without its units."""
         return self.words().partition(", as in")[0]
+
+    def text_words(self) -> str:
+        """Return likewise what is expected in a text, where that is something else."""
+        return self.words()
 
     def schema(self, define: Any) -> dict[str, Any]:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""

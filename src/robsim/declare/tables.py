@@ -177,9 +177,7 @@ class ListOf(Spec):
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
         if not isinstance(raw, list):
             tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
-            raise expected(
-                f"a list of tables, [[{c.path[-1]}]]," if tables else "a valid list", raw
-            )
+            raise expected(f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw)
         self._check_count(raw)
         before = c.problems.seen
         made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
@@ -256,6 +254,9 @@ class Names(ListOf):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 
+    def wrong(self) -> Sequence[Raw]:
+        return [3, [], [3]]
+
 
 def name_key(kind: type[Any]) -> str | None:
     """Return the key under which things of a class have their name; None if they have none."""
@@ -280,7 +281,7 @@ def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> lis
             if isinstance(name, int):
                 raise InputError(f"needs the name of what it changes, got {shown(table)}")
             if name in where:
-                inside = loose or "model" in merged[where[name]]
+                inside = loose or bool({"model", "urdf"} & merged[where[name]].keys())
                 merged[where[name]] = item.merge(merged[where[name]], table, inside)
             elif loose:
                 merged.append(table)

@@ -46,7 +46,7 @@ def _rates(seen: Observation, of_marks: bool, centre: Array, mu: Array) -> Array
 
 
 @dataclass(frozen=True)
-class _Basic:
+class _Basic(Declared):
     """The base of the features s = (a, xg, yg, alpha) of a region or of marks."""
 
     tolerance: Tolerance = 1e-5
@@ -159,9 +159,9 @@ class DecoupledMoments(Declared):
     array([0.267, 0.133, 2.   ])
     """
 
-    of: Annotated[
-        str, Word(KINDS, "kind of moments"), "Of the marks, or of the region within them."
-    ] = "points"
+    of: Annotated[str, Word(KINDS, "kind"), "Of the marks, or of the region within them."] = (
+        "points"
+    )
     tolerance: Tolerance = 1e-5
     unit: str = "m, 1, rad"
     size_goal: float = field(default=1.0, init=False, repr=False)

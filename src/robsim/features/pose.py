@@ -31,6 +31,7 @@ class _PoseFeature:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "T_goal_o", one_pose(self.T_goal_o, "T_goal_o"))
+        check_fields(self)
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature relative to the camera with this view (of one run) of the target."""
@@ -112,10 +113,6 @@ class Translation(_PoseFeature):
     form: Annotated[Form, Word(get_args(Form), "form"), "Which of the two translations."] = "goal"
     tolerance: Tolerance = 1e-5
     unit: str = "m"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_fields(self)
 
     def measure(self, seen: Observation) -> Array:
         """Return s (B, 3)."""

@@ -7,10 +7,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robsim.base.errors import FileError, InputError
-from robsim.declare.problems import Problems, shown, under
+from robsim.base.errors import FileError, FrameError, InputError
+from robsim.declare.problems import Misplaced, Problems, shown, under
 from robsim.declare.spec import Context
-from robsim.declare.tables import merge_table, write_table
+from robsim.declare.tables import label, merge_table, write_table
 from robsim.files import robots
 from robsim.files.toml import Tables, parse, read_text
 from robsim.robot.robot import Robot
@@ -36,8 +36,10 @@ def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) ->
 
 def _expanded(table: Any, folder: Path) -> Any:
     if isinstance(table, dict) and isinstance(table.get("tools"), list):
-        with under("tools"):
-            table = {**table, "tools": [_expanded(tool, folder) for tool in table["tools"]]}
+        table = {
+            **table,
+            "tools": [_tool(tool, i, folder) for i, tool in enumerate(table["tools"])],
+        }
     if not isinstance(table, dict) or not table.keys() & {"model", "urdf"}:
         return table
     if {"model", "urdf"} <= table.keys():
@@ -46,8 +48,12 @@ def _expanded(table: Any, folder: Path) -> Any:
     if "model" in table:
         with under("model"):
             return merge_table(RobotTable, _library_tables(table["model"]), rest, False)
-    with under("urdf"):
-        return merge_table(RobotTable, _urdf_tables(table, folder), rest, False)
+    return merge_table(RobotTable, _urdf_tables(table, folder), rest, False)
+
+
+def _tool(table: Any, number: int, folder: Path) -> Any:
+    with under("tools", label(table, number)):
+        return _expanded(table, folder)
 
 
 def _library_tables(name: Any) -> Tables:
@@ -63,14 +69,19 @@ def _parsed(name: str) -> Tables:
 
 
 def _urdf_tables(table: Tables, folder: Path) -> Tables:
-    """Return the robot of a URDF file link by link; its tip, if the table names none."""
-    if not isinstance(table["urdf"], str):
-        raise InputError(f"must be the path of a URDF file, got {shown(table['urdf'])}")
+    """Return the robot of a URDF file link by link, with the tip that the table names."""
+    path = table["urdf"]
+    if not isinstance(path, str) or not path:
+        raise Misplaced("urdf", f"must be the path of a URDF file, got {shown(path)}")
     try:
-        robot = Robot.from_urdf(folder / table["urdf"], tip=table.get("tip"))
+        robot = Robot.from_urdf(folder / path, tip=table.get("tip"))
+    except FrameError as error:
+        raise Misplaced("tip", str(error)) from None
     except FileError as error:
-        raise InputError(str(error)) from None
-    return write_table(robot, Context(Problems("urdf")), RobotTable)
+        raise Misplaced("urdf", str(error)) from None
+    made = write_table(robot, Context(Problems("urdf")), RobotTable)
+    del made["on"]  # where it stands, or on which link as a tool, is not for the file to say
+    return made
 
 
 def read_robot(path: str | os.PathLike[str]) -> Robot:

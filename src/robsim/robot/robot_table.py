@@ -42,6 +42,23 @@ class Links(ListOf):
         return tuple(super().read(raw, c))
 
 
+TAKEN = {
+    "model": {"type": "string", "description": "The name of a robot of the library."},
+    "urdf": {"type": "string", "description": "The path of a URDF file from here."},
+}
+
+
+@dataclass(frozen=True)
+class LinkedSpec(Table):
+    """Links of a text: all of them, or those of a library robot or a URDF file with changes."""
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        form = self.says or self.kind
+        taken = {"oneOf": [{"required": [key]} for key in TAKEN]}
+        changed = {"allOf": [define.changes(form, **TAKEN), taken]}
+        return {"anyOf": [define(form, **TAKEN), changed]}
+
+
 def _own_joints(c: Context) -> Axes | None:
     """Return the coordinates of the robot whose table is being read or written."""
     links = c.facts["own"].get("links")
@@ -100,14 +117,15 @@ class ToolTable(LinkedTable):
     bare: Annotated[bool, Flag(), "Whether the shapes of that link are left out."] = False
 
 
+TOOLS = ListOf(LinkedSpec(ToolTable), most=64)
+
+
 @dataclass(frozen=True)
 class RobotTable(LinkedTable):
     """The text form of a robot; `model` names one of the library, `urdf` a file."""
 
     on: Annotated[str, Reference, "Frame that carries the robot."] = "world"
-    tools: Annotated[
-        tuple[Any, ...], ListOf(Table(ToolTable), most=64), "Tools, each on those before."
-    ] = ()
+    tools: Annotated[tuple[Any, ...], TOOLS, "Tools, each on those before."] = ()
 
     def made(self, c: Context) -> Robot:
         """Return the robot with its tools."""
@@ -124,4 +142,4 @@ class RobotTable(LinkedTable):
         return cls(value.name, value.links, value.base, home=value.home, tip=tip, on=value.on)
 
 
-ROBOT = Table(Robot, RobotTable)
+ROBOT = LinkedSpec(Robot, RobotTable)

@@ -309,9 +309,12 @@ def _changed(tables: Tables, changes: Changes, source: str, python: bool = False
     return tables
 
 
-def _names_files(tables: Tables) -> bool:
-    robots = tables.get("robots", ())
-    return any(isinstance(robot, dict) and "urdf" in robot for robot in robots)
+def _names_files(tables: Any) -> bool:
+    """Return whether a robot or a tool, also a believed one, is that of a URDF file."""
+    parts = tables.values() if isinstance(tables, dict) else tables
+    if not isinstance(tables, dict | list):
+        return False
+    return "urdf" in tables or any(_names_files(part) for part in parts)
 
 
 def _has_objects(tables: Any) -> bool:

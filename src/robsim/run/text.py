@@ -104,7 +104,8 @@ class BeliefTables(Spec):
         return "tables as those of the scene: [[belief.cameras]]"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return define(Scene)  # type: ignore[no-any-return]
+        reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})
+        return reference
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         return merge_table(Scene, old, new, True)

@@ -173,7 +173,7 @@ class Features(Spec):
         return f"{FEATURE.accepts()}, or a list of these and of feature blocks"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        one = {"anyOf": [{"enum": FEATURE.names}, {"type": "object"}]}
+        one = _Block().schema(define)
         return {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 1}]}
 
     def wrong(self) -> list[Raw]:
@@ -208,7 +208,8 @@ class _Block(Spec):
             if value is not MISSING:
                 own[each.name] = value
         rest = {key: part for key, part in table.items() if key not in _OWN}
-        feature = _Feature(KINDS, protocol=Feature).read(rest, c)
+        said = raw if isinstance(raw, str) else rest
+        feature = _Feature(KINDS, protocol=Feature).read(said, c)
         if c.problems.seen > before:
             raise Broken
         return feature if self.alone and not own else FeatureBlock(feature, **own)
@@ -227,7 +228,11 @@ class _Block(Spec):
         return "a feature"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "object"}
+        own: dict[str, Any] = {}
+        for each in _FIELDS:
+            own |= each.spec.properties(each.name, define)
+        tables = [define(FEATURE.family.kinds[name], name, **own) for name in FEATURE.names]
+        return {"anyOf": [{"enum": FEATURE.names}, *tables]}
 
 
 class _Feature(Choice):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +31,9 @@ class Focal(ListOf):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "number"}, super().schema(define)]}
+
+    def wrong(self) -> Sequence[Raw]:
+        return ["800 px", [800.0], [], True]
 
 
 KEYS: dict[str, Spec] = {
@@ -61,7 +64,8 @@ class Intrinsics(Spec):
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         before = c.problems.seen
         values = {key: c.at(key).tried(KEYS[key], table[key]) for key in KEYS if key in table}
-        if c.problems.seen > before:
+        unsized = "size" in table and "size" not in c.facts["own"]  # which is a problem by itself
+        if c.problems.seen > before or unsized:
             return MISSING
         try:
             return _matrix(values, c.facts["own"].get("size"))

@@ -49,7 +49,8 @@ class Belief(Spec):
         return "a Scene"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "object"}
+        reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})
+        return reference
 
     def wrong(self) -> list[Raw]:
         return [3, "x", []]

@@ -1,0 +1,47 @@
+"""The command `schema`: what may stand in a file, for editors that complete and check it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from robsim.cli.files import exists, write
+
+FILE = "robsim.schema.json"  # which the first line of each example names
+
+
+@click.command("schema")
+@click.option(
+    "--robot",
+    is_flag=True,
+    help="Of robot files, which name robot.schema.json.",
+)
+def command(robot: bool) -> None:
+    """Print the JSON Schema of scenario files: robsim schema > robsim.schema.json.
+
+    An editor that knows JSON Schema for TOML, such as one with Taplo, completes and checks a file
+    whose first line is `#:schema robsim.schema.json`.
+    """
+    click.echo(schema_text(robot), nl=False)
+
+
+def schema_text(robot: bool = False) -> str:
+    """Return the JSON Schema of scenario files, or of robot files."""
+    from robsim.declare.schema import json_schema
+    from robsim.files.toml import SCHEMA
+    from robsim.robot.robot_table import RobotTable
+    from robsim.run.text import ExperimentTable
+
+    kind = RobotTable if robot else ExperimentTable
+    return json.dumps(json_schema(kind, schema={"const": SCHEMA}), indent=1) + "\n"
+
+
+def write_beside(target: Path, force: bool) -> Path | None:
+    """Write the schema into the folder of a scenario file; None if there is one already."""
+    path = target.parent / FILE
+    if exists(path) and not force:
+        return None
+    write(path, schema_text())
+    return path

@@ -1,0 +1,253 @@
+"""What every declaration promises: wrong values are refused by name, defaults survive a file."""
+
+import dataclasses
+import math
+import tomllib
+from copy import deepcopy
+
+import pytest
+
+import robsim as rs
+from robsim import robots
+from robsim.declare import families, fields_of
+from robsim.declare.scalars import Number, Quantity, Whole
+from robsim.declare.tables import form_of
+from robsim.files.toml import write
+from robsim.robot.joint import Steering
+from robsim.robot.link_table import DHRow, LinkTable
+from robsim.robot.robot_table import RobotTable, ToolTable
+from robsim.run.experiment import Experiment
+from robsim.run.text import ExperimentTable, RunTable, StartTable
+from robsim.servo.feature_block import FeatureBlock
+from robsim.servo.goals.goal import GoalTable
+from robsim.trajectory import Straight
+
+SOURCE = "bench.toml"
+BASE = {
+    "robots": [
+        {
+            "name": "arm",
+            "links": [
+                {"name": "base"},
+                {"name": "upper", "joint": "revolute"},
+                {"name": "fore", "joint": "revolute"},
+            ],
+            "tools": [{"name": "gripper", "links": [{"name": "palm"}]}],
+        },
+        {"name": "belt", "links": [{"name": "bed"}, {"name": "pallet", "joint": "prismatic"}]},
+    ],
+    "objects": [{"name": "dots", "marks": ["0, 0, 1 m", "1, 0, 1 m", "0, 1, 1 m"]}],
+    "cameras": [{"name": "eye", "on": "arm.fore", "focal": 800, "size": [640, 480]}],
+    "motions": [{"robot": "belt", "rates": ["1 cm/s"]}],
+    "task": {"kind": "ibvs"},
+    "start": {},
+    "sensing": {"occlusions": [{"marks": [0], "start": "1 s", "end": "2 s"}]},
+    "actuation": {},
+    "run": {},
+}
+LINK = ("robots", 0, "links", 2)
+FOLLOWED = [["0 deg", "0 deg"], ["10 deg", "20 deg"]]
+LIMITS = {"speed": "1 rad/s", "acceleration": "1 rad/s^2"}
+WAY = {"start": {}, "end": {"position": "1, 0, 0 m"}, "duration": "2 s"}
+
+# where a kind of a family stands, and what stands around it
+PLACES = {
+    "trajectory": (("task", "trajectory"), {"kind": "follow_joints", "joints": ["upper", "fore"]}),
+    "shape": (("objects", 0, "shapes", 0), {}),
+    "feature": (("task", "features"), {"kind": "ibvs"}),
+    "curve": ((*LINK, "curve"), {"joint": "rail"}),
+    "joint kind": ((*LINK, "joint"), {}),
+    "inverse": (("task", "inverse"), {"kind": "ibvs"}),
+    "interaction matrix": (("task", "interaction"), {"kind": "ibvs"}),
+    "depth": (("task", "depth"), {"kind": "ibvs"}),
+    "feed-forward": (("task", "feed_forward"), {"kind": "ibvs"}),
+    "gain": (("task", "gain"), {"kind": "ibvs"}),
+    "law": (("task", "law"), {"kind": "ibvs"}),
+    "secondary motion": (("task", "secondary"), {"kind": "ibvs"}),
+    "projection": (("task", "projection"), {"kind": "ibvs"}),
+    "condition": (
+        ("task", "when"),
+        {"kind": "switch", "first": {"kind": "pbvs"}, "second": {"kind": "ibvs"}},
+    ),
+    "task": (("task",), {}),
+}
+JOINED = {
+    "rail": {"curve": {"kind": "line", "length": "1 m"}},
+    "car": {"steering": {"limit": "30 deg", "wheelbase": "30 cm"}},
+}
+COUPLED = {"ackermann": "car", "rolling": "car", "chord": "inspection_a", "mimic": "inspection_a"}
+# what must be given of a kind
+NEEDED = {
+    "blends": {"points": FOLLOWED, **LIMITS},
+    "quintic": {"start": FOLLOWED[0], "end": FOLLOWED[1], "duration": "2 s"},
+    "trapezoid": {"start": FOLLOWED[0], "end": FOLLOWED[1], **LIMITS},
+    "ball": {"radius": "1 cm"},
+    "block": {"length": "1 cm", "width": "1 cm", "height": "1 cm"},
+    "shape camera": {"length": "1 cm", "width": "1 cm", "height": "1 cm"},
+    "mesh": {"filename": "plate.stl"},
+    "wheel": {"radius": "1 cm", "width": "1 cm"},
+    "sphere": {"radius": "1 cm"},
+    "arc": {"radius": "1 m", "angle": "1 rad"},
+    "catenary": {"start": "0, 0 m", "end": "1, 0 m", "length": "2 m"},
+    "line": {"length": "1 m"},
+    "polyline": {"points": ["0, 0 m", "1, 0 m", "1, 1 m"], "radius": "10 cm"},
+    "adaptive": {"at_zero": 4, "at_infinity": 0.4, "slope": 30},
+    "law camera": {"length": "1 m"},
+    "error_below": {"value": 0.1},
+    "near_border": {"margin": 20, "size": [640, 480]},
+    "posture": {"q": ["0 deg", "0 deg"]},
+    "filter": {"start": "1 m"},
+    "follow_joints": {"to": {"upper": "10 deg"}, "duration": "1 s"},
+    "follow_path": {"to": {"position": "1, 0, 0 m"}, "duration": "1 s"},
+    "parallel": {"tasks": [{"kind": "ibvs", "joints": "upper"}, {"kind": "ibvs"}]},
+    "priorities": {"tasks": [{"kind": "ibvs"}, {"kind": "pbvs"}]},
+    "switch": {**PLACES["condition"][1], "when": {"kind": "error_below", "value": 0.1}},
+}
+# {class: (where it stands, what must be given of it, what stands beside it)}
+OTHERS = {
+    ExperimentTable: ((), {}, {}),
+    RobotTable: (("robots", 0), {}, {}),
+    ToolTable: (("robots", 0, "tools", 0), {}, {}),
+    LinkTable: (LINK, {}, {}),
+    Steering: ((*LINK, "steering"), {"limit": "30 deg", "wheelbase": "30 cm"}, {"joint": "car"}),
+    DHRow: ((*LINK, "dh"), {"theta": "0 deg", "d": "1 m", "a": "1 m", "alpha": "0 deg"}, {}),
+    rs.Inertia: ((*LINK, "inertia"), {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}, {}),
+    rs.Object: (("objects", 0), {}, {}),
+    rs.MountedCamera: (("cameras", 0), {}, {}),
+    rs.Motion: (("motions", 0), {}, {}),
+    rs.Sensing: (("sensing",), {}, {}),
+    rs.Occlusion: (("sensing", "occlusions", 0), {}, {}),
+    rs.Actuation: (("actuation",), {}, {}),
+    rs.SpeedLimit: (("task", "limit"), {"joint": "1 rad/s"}, {"kind": "ibvs"}),
+    FeatureBlock: (("task", "features"), {"kind": "points"}, {"kind": "ibvs"}),
+    GoalTable: (("task", "goal"), {}, {"kind": "ibvs"}),
+    Straight: (("task", "path"), WAY, {"kind": "follow_path"}),
+    StartTable: (("start",), {}, {}),
+    RunTable: (("run",), {}, {}),
+}
+
+
+def kinds():
+    """(class, where it stands, its table, what stands beside it) of all declared classes."""
+    for noun, family in families().items():
+        own = {name: kind for name, kind in family.kinds.items() if _ours(kind)}
+        for name, kind in own.items():
+            needed = {"kind": name, **NEEDED.get(f"{noun} {name}", NEEDED.get(name, {}))}
+            path, around = PLACES[noun] if noun != "coupling" else ((), {})
+            around = {**around, **(JOINED.get(name, {}) if noun == "joint kind" else {})}
+            yield pytest.param(kind, name, path, needed, around, id=f"{noun}-{name}")
+    for kind, (path, needed, around) in OTHERS.items():
+        yield pytest.param(kind, None, path, needed, around, id=kind.__name__)
+
+
+def _ours(kind):
+    return kind.__module__.startswith("robsim.")
+
+
+def whole(kind, name, path, table, around):
+    """The tables of a text, and the table in it that is meant."""
+    tables = deepcopy(BASE)
+    if name in COUPLED:
+        robot = tomllib.loads(robots.file(COUPLED[name]).read_text(encoding="utf-8"))
+        del robot["schema"]
+        tables["robots"].append(robot)
+        found = (link["follows"] for link in robot["links"] if "follows" in link)
+        return tables, next(each for each in found if each["kind"] == name)
+    inside = tables
+    for key in path[:-1]:
+        if isinstance(inside, dict):
+            inside.setdefault(key, [])
+        inside = inside[key]
+    if isinstance(inside, list) and len(inside) == path[-1]:
+        inside.append({})
+    if not path:
+        return tables, tables
+    if path[-1] == "task":
+        inside["task"] = {}
+    if around and isinstance(inside, dict):
+        inside |= deepcopy(around)
+    own = inside.setdefault(path[-1], {}) if isinstance(inside, dict) else inside[path[-1]]
+    if not isinstance(own, dict):
+        own = inside[path[-1]] = {}
+    own |= deepcopy(table)
+    return tables, own
+
+
+def read(tables):
+    return Experiment.from_text(write(tables), SOURCE)
+
+
+every_kind = pytest.mark.parametrize(("kind", "name", "path", "table", "around"), list(kinds()))
+
+
+@every_kind
+def test_a_wrong_value_is_refused_by_its_name(kind, name, path, table, around):
+    tables, own = whole(kind, name, path, table, around)
+    read(tables)
+    before, told = dict(own), []
+    for each in fields_of(form_of(kind)):
+        for key in each.spec.keys(each.name):
+            for wrong in each.spec.of_key(each.name, key).wrong():
+                own.clear()
+                own |= {**before, key: wrong}
+                told += wrongly_told(tables, key, wrong)
+    assert not told, "\n".join(told)
+
+
+def wrongly_told(tables, key, wrong):
+    """What is wrong with the refusal of a value, if anything."""
+    shown = f"{key} = {wrong!r:.60}"
+    try:
+        read(tables)
+    except rs.FileError as error:
+        message = str(error)
+        good = (line.startswith(f"{SOURCE}: ") and key in line for line in message.split("\n"))
+        return [] if all(good) else [f"{shown}: {message}"]
+    except Exception as error:  # noqa: BLE001 - that there is none is what is tested
+        return [f"{shown}: {error!r}"]
+    return [f"{shown} is taken"]
+
+
+@every_kind
+def test_what_is_read_is_written_and_read_again(kind, name, path, table, around):
+    made = read(whole(kind, name, path, table, around)[0])
+    again = Experiment.from_text(made.to_toml(), SOURCE)
+    assert again == made and again.to_toml() == made.to_toml()
+
+
+def found_in(value, kind, depth=0):
+    """The first object of a class within an experiment."""
+    if type(value) is kind or depth > 8:
+        return value if type(value) is kind else None
+    parts = vars(value).values() if dataclasses.is_dataclass(value) else ()
+    parts = value if isinstance(value, tuple | list) else parts
+    found = (found_in(part, kind, depth + 1) for part in parts)
+    return next((each for each in found if each is not None), None)
+
+
+@every_kind
+def test_a_number_out_of_bounds_is_refused_in_python_too(kind, name, path, table, around):
+    if form_of(kind) is not kind:
+        return  # its fields are those of a text
+    made = found_in(read(whole(kind, name, path, table, around)[0]), kind)
+    for each in fields_of(kind):
+        for wrong in numbers_beyond(each.spec) if made is not None else ():
+            with pytest.raises(rs.InputError, match=each.name):
+                dataclasses.replace(made, **{each.name: wrong})
+
+
+def numbers_beyond(spec):
+    if isinstance(spec, Whole):
+        return [spec.least - 1, spec.least + 0.5, math.nan, "one", True]
+    if not isinstance(spec, Number):
+        return []
+    steps = [(spec.above, 0), (spec.below, 0), (spec.least, -1), (spec.most, 1)]
+    endless = [math.inf] if type(spec) in (Number, Quantity) else []  # some may be infinite
+    return [math.nan, *endless, "fast", *(x + step for x, step in steps if x is not None)]
+
+
+@every_kind
+def test_a_meaning_is_a_sentence(kind, name, path, table, around):
+    for each in fields_of(form_of(kind)):
+        first, *_, last = each.meaning
+        assert (first.isupper() or not first.isalpha()) and last == ".", (each.name, each.meaning)
