@@ -10,7 +10,8 @@ import pytest
 import robsim as rs
 from robsim import robots
 from robsim.declare import families, fields_of
-from robsim.declare.scalars import Number, Quantity, Whole
+from robsim.declare.quantities import Quantity
+from robsim.declare.scalars import Number, Whole
 from robsim.declare.tables import form_of
 from robsim.files.toml import write
 from robsim.robot.joint import Steering

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 
 from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import InputError
+from robsim.declare.lists import ListOf
 from robsim.declare.scalars import Number
 from robsim.declare.spec import Context, Raw, Spec
-from robsim.declare.tables import ListOf
 
 MOST = 10_000  # numbers of a list
 

@@ -11,7 +11,7 @@ from robsim.base import units
 from robsim.base.arrays import frozen, numbers, one_or_each
 from robsim.base.errors import InputError, UnitError
 from robsim.declare.problems import Broken, shown, under
-from robsim.declare.scalars import DIMENSIONS, EXAMPLES, SI, coordinate, either, written
+from robsim.declare.quantities import DIMENSIONS, EXAMPLES, SI, coordinate, either, written
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 

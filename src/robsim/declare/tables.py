@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
-
-import numpy as np
 
 from robsim.base.errors import InputError, suggest
 from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.problems import Broken, shown, under
-from robsim.declare.scalars import Text
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 
 LACKING = "missing, and it must be given"
@@ -152,152 +149,3 @@ class Table(Spec):
 
     def inside(self) -> Sequence[type[Any]]:
         return (self.says or self.kind,)
-
-
-@dataclass(frozen=True)
-class ListOf(Spec):
-    """A list of at least and at most so many values, which becomes a tuple."""
-
-    item: Spec
-    least: int = 0
-    most: int = 10_000
-    alone: bool = False  # whether in Python one value may stand for a list of it
-    form: ClassVar[str] = "list"
-
-    def check(self, value: Any, what: str) -> tuple[Any, ...]:
-        if isinstance(value, Iterator):
-            value = list(value)
-        listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
-        if self.alone and not listed:
-            value, listed = [value], True
-        if not listed or not self.least <= len(value) <= self.most:
-            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
-        return tuple(self.item.check(each, what) for each in value)
-
-    def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
-        if not isinstance(raw, list):
-            tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
-            raise expected(f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw)
-        self._check_count(raw)
-        before = c.problems.seen
-        made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
-        if c.problems.seen > before:
-            raise Broken
-        return tuple(made)
-
-    def write(self, value: Any, c: Context) -> list[Raw]:
-        return [self.item.saved(each, c.at(i)) for i, each in enumerate(value)]
-
-    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        if value is not None and len(value):
-            table[name] = self.write(value, c.at(name))
-
-    def words(self) -> str:
-        if self.least == self.most:
-            return f"a list of {self.least}: {self.item.words()}"
-        return f"a list, each {self.item.words()}"
-
-    def accepts(self) -> str:
-        words = self.words().replace(self.item.words(), self.item.accepts())
-        return words.partition(", as in")[0]
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        counts = {"minItems": self.least, "maxItems": self.most}
-        return {"type": "array", "items": self.item.schema(define), **counts}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x", *([[]] if self.least else [])]
-
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        if isinstance(old, list) and isinstance(new, list) and self.named:
-            return _merge_named(self.item, old, new, loose)
-        if isinstance(old, list) and isinstance(new, Mapping):
-            return _merge_numbered(self.item, old, new, loose)
-        return new
-
-    def inside(self) -> Sequence[type[Any]]:
-        return self.item.inside()
-
-    @property
-    def named(self) -> bool:
-        """Whether the things of the list have names, by which they are changed."""
-        return any(name_key(kind) for kind in self.item.inside())
-
-    def _check_count(self, raw: list[Raw]) -> None:
-        count = len(raw)
-        if not self.least <= count <= self.most:
-            bound = "at least" if count < self.least else "at most"
-            number = self.least if count < self.least else self.most
-            how = f"{bound} {number}" if self.least < self.most else f"{number}"
-            items = "item" if number == 1 else "items"
-            raise InputError(f"must have {how} {items}, not {count}, got {shown(raw)}")
-
-
-NAME = Text(most=200)
-
-
-@dataclass(frozen=True)
-class Names(ListOf):
-    """One name, or a list of names, which becomes a tuple."""
-
-    item: Spec = NAME
-    least: int = 1
-    alone: bool = True
-    forms: ClassVar[tuple[str, ...]] = ("plain", "list")
-
-    def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
-        return super().read([raw] if isinstance(raw, str) else raw, c)
-
-    def words(self) -> str:
-        return "a name, or a list of names"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"anyOf": [{"type": "string"}, super().schema(define)]}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, [], [3]]
-
-
-def name_key(kind: type[Any]) -> str | None:
-    """Return the key under which things of a class have their name; None if they have none."""
-    return next((key for key in ("name", "robot") if key in keys_of(kind)), None)
-
-
-def label(raw: Raw, number: int) -> str | int:
-    """Return the name of a table, or its number; a library robot has that of its model."""
-    table = raw if isinstance(raw, Mapping) else {}
-    name = next((table[key] for key in ("name", "model", "robot") if key in table), None)
-    return name if isinstance(name, str) and name else number
-
-
-def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> list[Raw]:
-    where: dict[Any, int] = {}
-    for i, table in enumerate(old):
-        where.setdefault(label(table, i), i)
-    merged = list(old)
-    for number, table in enumerate(new):
-        name = label(table, number)
-        with under(name):
-            if isinstance(name, int):
-                raise InputError(f"needs the name of what it changes, got {shown(table)}")
-            if name in where:
-                inside = loose or bool({"model", "urdf"} & merged[where[name]].keys())
-                merged[where[name]] = item.merge(merged[where[name]], table, inside)
-            elif loose:
-                merged.append(table)
-            else:
-                names = [n for n in where if isinstance(n, str)]
-                hint = suggest(name[:64], names, "names")
-                raise InputError(f"there is none to change; {hint}")
-    return merged
-
-
-def _merge_numbered(item: Spec, old: list[Raw], new: Mapping[str, Raw], loose: bool) -> list[Raw]:
-    """Return a list in which things without names are changed by number: task.tasks.0.gain."""
-    merged = list(old)
-    for number, raw in new.items():
-        with under(number):
-            if not number.isdecimal() or int(number) >= len(old):
-                raise InputError(f"there is none; they are numbered 0 to {len(old) - 1}")
-            merged[int(number)] = item.merge(merged[int(number)], raw, loose)
-    return merged

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from robsim.base.errors import FileError, FrameError, InputError
+from robsim.declare.lists import label
 from robsim.declare.problems import Misplaced, Problems, shown, under
 from robsim.declare.spec import Context
-from robsim.declare.tables import label, merge_table, write_table
+from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
 from robsim.files.toml import Tables, parse, read_text
 from robsim.robot.robot import Robot

@@ -12,7 +12,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Angle, Choice, Length, ListOf, Name, Number, Table
 from robsim.declare.joints import OfJoint, unit_of
 from robsim.declare.problems import Broken, under
-from robsim.declare.scalars import coordinate, written
+from robsim.declare.quantities import coordinate, written
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 from robsim.geometry.curves.curve import CURVES
 from robsim.geometry.inertia import Inertia

@@ -10,8 +10,8 @@ from robsim.base.errors import InputError
 from robsim.declare import Flag, ListOf, Name, Table, Text, Word
 from robsim.declare.joints import Axes, PerJoint
 from robsim.declare.problems import Misplaced, under
-from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.robot.joint import units_of

@@ -15,8 +15,8 @@ from robsim.run.outcome import Outcome
 from robsim.servo.controller import Controller
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import relative
-from robsim.servo.tasks.follow_path import PathFollower
 from robsim.servo.tasks.joint_follower import JointFollower
+from robsim.servo.tasks.path_follower import PathFollower
 from robsim.servo.tasks.priorities import Ordered
 from robsim.servo.tasks.several import Several
 from robsim.servo.tasks.soundness import fixed_motions

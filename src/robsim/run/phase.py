@@ -10,9 +10,9 @@ from typing import Annotated, Any, ClassVar
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Text, Time, Word
-from robsim.declare.scalars import Reference
+from robsim.declare.lists import Names
 from robsim.declare.spec import Context, Raw, Spec, expected
-from robsim.declare.tables import Names
+from robsim.declare.words import Reference
 from robsim.run.outcome import Outcome
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.task import Task

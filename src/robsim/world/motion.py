@@ -12,8 +12,8 @@ from robsim.base.units import Dimension
 from robsim.base.values import Value
 from robsim.declare import described
 from robsim.declare.joints import Axes, PerJoint
-from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, NoText
+from robsim.declare.words import Reference
 
 
 @dataclass(frozen=True)

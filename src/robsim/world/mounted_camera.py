@@ -11,8 +11,8 @@ from robsim.base.errors import InputError
 from robsim.base.names import checked_name
 from robsim.declare import ListOf, Name, Number, Table
 from robsim.declare.problems import under
-from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, NoText
+from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.geometry.primitives import CameraBody

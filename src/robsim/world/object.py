@@ -12,8 +12,8 @@ from robsim.base.errors import InputError
 from robsim.base.names import checked_name
 from robsim.base.values import Value
 from robsim.declare import ListOf, Name, Vector, described
-from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.robot.link import checked_shapes

@@ -10,8 +10,8 @@ from robsim.base.arrays import numbers
 from robsim.base.errors import InputError
 from robsim.base.units import Dimension
 from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whole, described
-from robsim.declare.scalars import Reference
 from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.words import Reference
 from robsim.world.effects import EFFECT, ImageEffect
 
 AT_ONCE = 1e-9  # seconds: rounding of the time of an image, step * dt - latency, is smaller

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare import Length, Quantity, Whole, check_fields, family
-from robsim.declare.scalars import Color
+from robsim.declare.words import Color
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.pose_table import PoseTable

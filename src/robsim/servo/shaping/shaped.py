@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError, suggest
 from robsim.declare import Declared
-from robsim.declare.tables import Names
+from robsim.declare.lists import Names
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.shaping.limit import LIMIT, SpeedLimit
 from robsim.servo.shaping.redundancy import SECONDARY

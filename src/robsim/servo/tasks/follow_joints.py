@@ -13,7 +13,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, Time, register
 from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
 from robsim.declare.problems import Broken
-from robsim.declare.scalars import written
+from robsim.declare.quantities import written
 from robsim.declare.spec import Context, NoText, Raw, expected
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
@@ -193,7 +193,8 @@ class FollowJoints(Declared):
             n,
             RCOND,
             self.gain,
-            self,
+            self.planned,
+            self.by is not None,
             goal,
             coordinates,
             order,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +18,13 @@ from robsim.servo.measurement import Measurement, recall
 from robsim.servo.tasks.follower import Follower
 from robsim.world.scene import Scene
 
-if TYPE_CHECKING:
-    from robsim.servo.tasks.follow_joints import FollowJoints
-
 
 @dataclass(frozen=True, eq=False)
 class JointFollower(Follower):
     """The controller of `FollowJoints`."""
 
-    task: FollowJoints
+    plan: Callable[[Array, Array], Any]  # the trajectory from starts to goals (B, n)
+    relative: bool  # whether the goal is counted from the start
     goal: Array  # (n,) in the order of the axes of the trajectory; with `by` from the start
     coordinates: NDArray[np.int64]  # of these axes
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
@@ -48,13 +47,8 @@ class JointFollower(Follower):
         )
 
     def planned(self, start: Array) -> Any:
-        """From where each run started (B, n)."""
-        return self.task.planned(start, self.goal_from(start))
-
-    @property
-    def relative(self) -> bool:
-        """Whether the goal is counted from the start of each run."""
-        return self.task.by is not None
+        """Return the trajectory of runs from where they started (B, n)."""
+        return self.plan(start, self.goal_from(start))
 
     def goal_from(self, start: Array) -> Array:
         """Return where runs go (B, n) or (n,) whose joints started at (B, n)."""

@@ -1,0 +1,83 @@
+"""A value in one of several forms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+
+
+@dataclass(frozen=True)
+class OneOf(Spec):
+    """One of several forms of a value: plain, a list, or a table."""
+
+    specs: tuple[Spec, ...]
+    said: str = ""  # what is expected, where the specs do not say it well
+
+    def __init__(self, *specs: Spec, words: str = ""):
+        object.__setattr__(self, "specs", specs)
+        object.__setattr__(self, "said", words)
+
+    @property
+    def forms(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The forms of all of them."""
+        return tuple(form for spec in self.specs for form in spec.forms or (spec.form,))
+
+    def check(self, value: Any, what: str) -> Any:
+        for spec in self.specs:
+            try:
+                return spec.check(value, what)
+            except InputError:
+                continue
+        raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        fits = [spec for spec in self.specs if _form(raw) in (spec.forms or (spec.form,))]
+        if len(fits) == 1:
+            return fits[0].read(raw, c)
+        for spec in fits:
+            try:
+                return spec.read(raw, c)
+            except InputError:
+                continue
+        raise expected(self.words(), raw)
+
+    def write(self, value: Any, c: Context) -> Raw:
+        for spec in self.specs:
+            try:
+                spec.check(value, "value")
+                return spec.write(value, c)
+            except (InputError, NoText, TypeError):
+                continue
+        raise NoText(f"{type(value).__name__} is Python code")
+
+    def words(self) -> str:
+        return self.said or ", or ".join(spec.words() for spec in self.specs)
+
+    def accepts(self) -> str:
+        return self.said or ", or ".join(spec.accepts() for spec in self.specs)
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"anyOf": [spec.schema(define) for spec in self.specs]}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [raw for raw in (True, "none of them", [[True]]) if _form(raw) in self.forms]
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        for spec in self.specs:
+            forms = spec.forms or (spec.form,)
+            if _form(old) in forms and _form(new) in forms and spec.inside():
+                return spec.merge(old, new, loose)
+        return new
+
+    def inside(self) -> Sequence[type[Any]]:
+        return [kind for spec in self.specs for kind in spec.inside()]
+
+
+def _form(raw: Raw) -> str:
+    if isinstance(raw, Mapping):
+        return "table"
+    return "list" if isinstance(raw, list) else "plain"

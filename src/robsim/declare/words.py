@@ -1,0 +1,126 @@
+"""Texts: free, names, colors and words of a few."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from robsim.base.errors import InputError, suggest
+from robsim.base.names import NAME_PATTERN, checked_name
+from robsim.declare.families import plural
+from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+
+
+@dataclass(frozen=True)
+class Text(Spec):
+    """A text of a bounded length, which may have to fit a pattern."""
+
+    most: int = 2000
+    pattern: str | None = None
+    least: int = 0
+
+    def check(self, value: Any, what: str) -> str:
+        if not isinstance(value, str):
+            raise InputError(f"{what}: expected a text, got {value!r:.80}")
+        return value
+
+    def read(self, raw: Raw, c: Context) -> str:
+        if not isinstance(raw, str):
+            raise expected("a valid string", raw)
+        if not self.least <= len(raw) <= self.most:
+            raise expected(f"a string of {self.least} to {self.most} characters", raw)
+        if self.pattern and not re.fullmatch(self.pattern, raw):
+            raise expected(f"a string of the pattern {self.pattern}", raw)
+        return raw
+
+    def write(self, value: Any, c: Context) -> str:
+        if not isinstance(value, str):
+            raise NoText(f"{value!r:.40} is not a text")
+        return value
+
+    def words(self) -> str:
+        return "a text"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
+        return {"type": "string", "minLength": self.least, "maxLength": self.most, **pattern}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "x" * (self.most + 1)]
+
+
+@dataclass(frozen=True)
+class Name(Text):
+    """A name that is safe in files, figures and paths."""
+
+    most: int = 64
+
+    def read(self, raw: Raw, c: Context) -> str:
+        if not isinstance(raw, str):
+            raise expected("a valid string", raw)
+        return checked_name(raw, "name")
+
+    def words(self) -> str:
+        return "a name"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": "string", "pattern": f"^{NAME_PATTERN}$"}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "two words", "1st", ""]
+
+
+@dataclass(frozen=True)
+class ColorSpec(Text):
+    """A colour by a name that Matplotlib knows; in Python in any form that Matplotlib takes."""
+
+    pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]{0,63}"
+
+    def check(self, value: Any, what: str) -> Any:
+        return value  # which only Matplotlib knows
+
+    def write(self, value: Any, c: Context) -> str:
+        if not isinstance(value, str):
+            raise NoText(f"the color {value!r:.40} is not a text")
+        return value
+
+
+Color = ColorSpec()
+
+
+@dataclass(frozen=True)
+class Word(Spec):
+    """One of a few words."""
+
+    choices: tuple[str, ...]
+    noun: str = "choice"
+    form: ClassVar[str] = "plain"
+
+    def check(self, value: Any, what: str) -> str:
+        if not isinstance(value, str) or value not in self.choices:
+            hint = suggest(value, self.choices, plural(self.noun))
+            raise InputError(f"{what}: no {self.noun} {value!r:.80}; {hint}")
+        return value
+
+    def read(self, raw: Raw, c: Context) -> str:
+        if not isinstance(raw, str) or raw not in self.choices:
+            raise expected(self.words(), raw)
+        return raw
+
+    def write(self, value: Any, c: Context) -> str:
+        return str(value)
+
+    def words(self) -> str:
+        *most, last = map(repr, self.choices)
+        return f"{', '.join(most)} or {last}" if most else last
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"enum": list(self.choices)}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "none of them", ["x"]]
+
+
+Reference = Text(most=129)  # robot.link
