@@ -75,12 +75,9 @@ def check_law(
 ) -> list[str]:
     """Check that a law returns finite velocities that reduce the error, zero at the goal.
 
-    A run alone may differ from the same run in a batch by rounding, 1e-12 of the largest velocity;
-    with `bits` it must be the same to the last bit, as of RobSim's own laws: only then do the runs
-    of a simulation not depend on how they are divided among threads.
-
-    The error decreases where e' L J qdot < 0 with an exact model. The goal is
-    s = 0, and q has as many coordinates as there are joints.
+    The error decreases where e' L J qdot < 0 with an exact model; the goal is s = 0. A run alone
+    may differ from the same run in a batch as with `check_feature`. Only with the same `bits` do
+    the runs of a simulation not depend on how they are divided among threads.
     """
     rng = np.random.default_rng(seed)
     e = rng.normal(size=(features, RUNS))

@@ -14,19 +14,17 @@ import numpy as np
 
 from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
-from robsim.base.values import Value, hashable
-from robsim.declare.lookup import as_raw, dotted_names, nearest
-from robsim.declare.problems import Problems, shown
-from robsim.declare.spec import Live
-from robsim.declare.tables import merge_table
-from robsim.files.changes import Changes, nested, pairs
+from robsim.base.values import Value
+from robsim.declare.problems import shown
+from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, read_text, write
 from robsim.run import overview
+from robsim.run.changed import changed, has_objects, names_files
 from robsim.run.mission_run import MissionRun
 from robsim.run.record import Record
 from robsim.run.simulate import Progress, check, simulate
 from robsim.run.staged import Staged
-from robsim.run.text import ExperimentTable, read_experiment, text_of, write_experiment
+from robsim.run.text import read_experiment, text_of, write_experiment
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -113,8 +111,8 @@ class Experiment(Value):
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {shown(text)}")
         tables = parse(text, source)
-        changed = _changed(tables, set, source)
-        return cls._of_tables(changed, source, text if changed is tables else None)
+        other = changed(tables, set, source)
+        return cls._of_tables(other, source, text if other is tables else None)
 
     @classmethod
     def of(cls, run: xr.Dataset | MissionRun) -> Experiment:
@@ -151,7 +149,7 @@ class Experiment(Value):
         InputError: the experiment is made of Python code, or has several starts.
         """
         own = self.__dict__.get("tables")
-        return self.to_toml() if own is None or _has_objects(own) else write(own)
+        return self.to_toml() if own is None or has_objects(own) else write(own)
 
     def to_toml(self) -> str:
         """Return all of it as TOML, with robots in full and numbers exact.
@@ -204,7 +202,7 @@ class Experiment(Value):
         FileError: there is no such name, with the nearest; or the value is not valid there.
         """
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
-        tables = _changed(self.tables, changes, self.source, python=True)
+        tables = changed(self.tables, changes, self.source, python=True)
         return self._of_tables(tables, self.source, None)
 
     def check(self) -> None:
@@ -259,14 +257,9 @@ class Experiment(Value):
     def _sign(self, run: Any) -> Any:
         """Note in a run the text of this experiment, from which it was made."""
         own = self.__dict__.get("tables")
-        if own is not None and run.attrs["scenario"] and not _names_files(own):
+        if own is not None and run.attrs["scenario"] and not names_files(own):
             run.attrs["scenario"] = self.text
         return run
-
-    def _key(self) -> tuple[Any, ...]:
-        """What counts in comparisons: all but where it was read."""
-        apart = ("source",)
-        return tuple(hashable(getattr(self, f.name)) for f in fields(self) if f.name not in apart)
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -289,39 +282,3 @@ def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Experiment
     0.02
     """
     return Experiment.from_text(read_text(path), str(path), set)
-
-
-def _changed(tables: Tables, changes: Changes, source: str, python: bool = False) -> Tables:
-    """Return tables with every change made; values are those of a text or of `python`.
-
-    FileError: no such name, or not a change.
-    """
-    problems = Problems(source)
-    with problems.at():
-        for path, value in pairs(changes):
-            raw = as_raw(ExperimentTable, tables, path, value) if python else value
-            over = nested(path, raw)
-            if next(iter(over)) not in _TOP:
-                names = dotted_names(ExperimentTable, tables)
-                raise InputError(f"{path}: there is no such name; {nearest(path, names)}")
-            tables = merge_table(ExperimentTable, tables, over, False)
-    problems.stop()
-    return tables
-
-
-def _names_files(tables: Any) -> bool:
-    """Return whether a robot or a tool, also a believed one, is that of a URDF file."""
-    parts = tables.values() if isinstance(tables, dict) else tables
-    if not isinstance(tables, dict | list):
-        return False
-    return "urdf" in tables or any(_names_files(part) for part in parts)
-
-
-def _has_objects(tables: Any) -> bool:
-    parts = tables.values() if isinstance(tables, dict) else tables
-    if not isinstance(tables, dict | list):
-        return isinstance(tables, Live)
-    return any(_has_objects(part) for part in parts)
-
-
-_TOP = {each.name for each in fields(ExperimentTable)}

@@ -34,7 +34,7 @@ class CameraTable:
     distortion: Annotated[
         tuple[float, ...],
         ListOf(Number(), most=14),
-        "k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six that it may write after these are zero.",
+        "Coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six after these must be zero.",
     ] = ()
     body: Annotated[Any, Table(CameraBody), "Housing that figures show of the camera."] = None
 

@@ -8,9 +8,8 @@ from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, numbers, runs_last
+from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Table, described
 from robsim.declare.spec import Context
@@ -22,6 +21,7 @@ from robsim.robot.robot_table import ROBOT
 from robsim.robot.tree import Tree
 from robsim.world import overview
 from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
+from robsim.world.coordinates import Coordinates
 from robsim.world.frames import check_frames, check_hanging, frames_of
 from robsim.world.motion import Motion
 from robsim.world.mounted_camera import MountedCamera
@@ -34,7 +34,7 @@ MOST = 64  # parts of one kind
 
 @described
 @dataclass(frozen=True)
-class Scene:
+class Scene(Coordinates):
     """Robots, objects and cameras, in frames called "world", "robot.link", or by their names.
 
     `motions` say which robots move on their own. `display` is the chapter's gT0: the pose of the
@@ -120,64 +120,6 @@ class Scene:
     def tree(self) -> Tree:
         """The tree of all frames; coordinates come in the order of the robots."""
         return Tree(self._frames)
-
-    @property
-    def nq(self) -> int:
-        """The number of coordinates."""
-        return sum(robot.nq for robot in self.robots)
-
-    @property
-    def nv(self) -> int:
-        """The number of velocities."""
-        return sum(robot.nv for robot in self.robots)
-
-    @property
-    def home(self) -> Array:
-        """The coordinates (nq,) with all robots at home."""
-        return np.concatenate([np.empty(0), *(robot.home for robot in self.robots)])
-
-    @property
-    def limits(self) -> Array:
-        """The limits (nq, 2): lowest and highest value of each coordinate, or infinity."""
-        return np.concatenate([np.empty((0, 2)), *(robot.limits for robot in self.robots)])
-
-    @property
-    def coordinate_names(self) -> tuple[str, ...]:
-        """The names of the coordinates; with several robots after the robot's name."""
-        return self._labels("coordinate_names")
-
-    @property
-    def coordinate_units(self) -> tuple[str, ...]:
-        """The unit of each coordinate: "rad", "m" or "1"."""
-        return tuple(unit for robot in self.robots for unit in robot.coordinate_units)
-
-    @property
-    def velocity_names(self) -> tuple[str, ...]:
-        """The names of the velocities; with several robots after the robot's name."""
-        return self._labels("velocity_names")
-
-    @property
-    def velocity_units(self) -> tuple[str, ...]:
-        """The unit of each velocity: "rad/s" or "m/s"."""
-        return tuple(unit for robot in self.robots for unit in robot.velocity_units)
-
-    @cached_property
-    def prescribed(self) -> NDArray[np.bool_]:
-        """Whether each velocity (nv,) is prescribed by a motion, so that no task commands it."""
-        movers = {motion.robot for motion in self.motions}
-        flags = [np.full(robot.nv, robot.name in movers) for robot in self.robots]
-        return frozen(np.concatenate([np.empty(0, dtype=np.bool_), *flags]))
-
-    def drift(self, seconds: float) -> Array:
-        """Return the prescribed velocities (nv,) at a time in seconds; zero for all others."""
-        motions = {motion.robot: motion for motion in self.motions}
-        each = [
-            motions[robot.name].check(robot.nv, seconds)
-            if robot.name in motions
-            else np.zeros(robot.nv)
-            for robot in self.robots
-        ]
-        return frozen(np.concatenate([np.empty(0), *each]))
 
     def robot(self, name: str | None = None) -> Robot:
         """Return the robot with a name, or the only one."""
@@ -327,8 +269,3 @@ class Scene:
     @property
     def _frames(self) -> list[Frame]:
         return frames_of(self.robots, self.objects, self.cameras)
-
-    def _labels(self, which: str) -> tuple[str, ...]:
-        if len(self.robots) == 1:
-            return tuple(getattr(self.robots[0], which))
-        return tuple(f"{r.name}.{name}" for r in self.robots for name in getattr(r, which))

@@ -1,0 +1,51 @@
+"""Tables of an experiment in which dotted names have other values."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.declare.lookup import as_raw, dotted_names, nearest
+from robsim.declare.problems import Problems
+from robsim.declare.spec import Live
+from robsim.declare.tables import merge_table
+from robsim.files.changes import Changes, nested, pairs
+from robsim.files.toml import Tables
+from robsim.run.text import ExperimentTable
+
+
+def changed(tables: Tables, changes: Changes, source: str, python: bool = False) -> Tables:
+    """Return tables with every change made; values are those of a text or of `python`.
+
+    FileError: no such name, or not a change.
+    """
+    problems = Problems(source)
+    with problems.at():
+        for path, value in pairs(changes):
+            raw = as_raw(ExperimentTable, tables, path, value) if python else value
+            over = nested(path, raw)
+            if next(iter(over)) not in _TOP:
+                names = dotted_names(ExperimentTable, tables)
+                raise InputError(f"{path}: there is no such name; {nearest(path, names)}")
+            tables = merge_table(ExperimentTable, tables, over, False)
+    problems.stop()
+    return tables
+
+
+def names_files(tables: Any) -> bool:
+    """Return whether a robot or a tool, also a believed one, is that of a URDF file."""
+    parts = tables.values() if isinstance(tables, dict) else tables
+    if not isinstance(tables, dict | list):
+        return False
+    return "urdf" in tables or any(names_files(part) for part in parts)
+
+
+def has_objects(tables: Any) -> bool:
+    parts = tables.values() if isinstance(tables, dict) else tables
+    if not isinstance(tables, dict | list):
+        return isinstance(tables, Live)
+    return any(has_objects(part) for part in parts)
+
+
+_TOP = {each.name for each in fields(ExperimentTable)}
