@@ -284,6 +284,7 @@ def test_examples_are_listed_and_copied_out(robsim, here):
     done = robsim("examples", "visp_tutorial")
     assert done.status == 0 and done.out == (
         "wrote visp_tutorial.toml; run it with: robsim run visp_tutorial.toml\n"
+        "wrote robsim.schema.json, by which editors complete and check it\n"
     )
     source = examples.path("visp_tutorial").read_text(encoding="utf-8")
     assert Path("visp_tutorial.toml").read_text(encoding="utf-8") == source

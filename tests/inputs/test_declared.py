@@ -102,6 +102,7 @@ NEEDED = {
     "follow_path": {"to": {"position": "1, 0, 0 m"}, "duration": "1 s"},
     "parallel": {"tasks": [{"kind": "ibvs", "joints": "upper"}, {"kind": "ibvs"}]},
     "priorities": {"tasks": [{"kind": "ibvs"}, {"kind": "pbvs"}]},
+    "mission": {"phases": [{"name": "look", "task": {"kind": "ibvs"}}]},
     "switch": {**PLACES["condition"][1], "when": {"kind": "error_below", "value": 0.1}},
 }
 # {class: (where it stands, what must be given of it, what stands beside it)}

@@ -731,7 +731,7 @@ WRONG = [
     ('kind = "ibvs"', 'kind = "ibvs"\nlaw = "camra"', ["task.law", "'camera'", "'camra'"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ninverse = "svd"', ["task.inverse", "'damped'", "'svd'"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ndepth = "gaol"', ["task.depth", "'gaol'", "mean 'goal'"]),
-    ('kind = "ibvs"', 'kind = "ibvs"\ndepth = "-3 cm"', ["task.depth", "'-3 cm'", "positive"]),
+    ('kind = "ibvs"', 'kind = "ibvs"\ndepth = "-3 cm"', ["task.depth", "'-3 cm'", "above 0"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ndepth = 0.3', ["task.depth", "0.3", "unit of length"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ncamera = "eyy"', ["task.camera", "'eyy'", "mean 'eye'"]),
     ('kind = "ibvs"', 'kind = "ibvs"\ntarget = "cub"', ["task.target", "'cub'", "mean 'cube'"]),

@@ -323,9 +323,7 @@ def test_the_order_of_marks_is_that_of_the_border_for_regions_only():
 
 
 def test_an_unknown_kind_is_refused():
-    with pytest.raises(
-        InputError, match=r"'regio'; did you mean 'region'\? kinds of moments: points, region"
-    ):
+    with pytest.raises(InputError, match=r"'regio'; did you mean 'region'\? kinds: points, region"):
         DecoupledMoments("regio")
 
 

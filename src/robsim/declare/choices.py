@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -63,10 +64,11 @@ class Choice(Spec):
             own = self.protocol is not None and isinstance(value, self.protocol)
             if own or self.family.holds(value):
                 return value
-            if self.other is not None:
+            if self.other is not None and value is not None:
                 return self.other.check(value, what)
         hint = suggest(value, [*self.plain, *self.names], plural(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
+        more += f", or an object with {_methods(self.protocol)}" if self.protocol else ""
         named = isinstance(value, str)
         wrong = f"no {self.family.noun} {value!r:.80}" if named else self._not_one(value)
         raise InputError(f"{what}: {wrong}; {hint}{more}")
@@ -165,7 +167,7 @@ class Choice(Spec):
         words = [*self.plain, *(self.names if self.short else []), *([self.none] * bool(self.none))]
         named: list[Any] = [{"enum": words}] if words else []
         more = [self.other.schema(define)] if self.other else []
-        return {"anyOf": [*named, *more, *tables]}
+        return {"anyOf": [*named, *more, *tables] or [{"type": "object"}]}
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
         made = {name: self.schema(define)}
@@ -280,6 +282,16 @@ class Choice(Spec):
         return {
             key: raw for key, raw in table.items() if key in keys and key in ("kind", *keys_of(new))
         }
+
+
+def _methods(protocol: type[Any]) -> str:
+    """Return the public methods of a protocol, such as "command(state)"."""
+    found = {name: each for name, each in vars(protocol).items() if inspect.isfunction(each)}
+    return " and ".join(
+        f"{name}({', '.join(list(inspect.signature(each).parameters)[1:])})"
+        for name, each in found.items()
+        if not name.startswith("_")
+    )
 
 
 def _named(kind: type[Any]) -> list[tuple[str, Spec]]:

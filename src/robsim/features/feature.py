@@ -20,7 +20,7 @@ from robsim.vision.pose_estimation import estimate_pose
 
 FEATURES = family("feature")
 Tolerance = Annotated[
-    float, Number(least=0), "Largest |e| that counts as arrived, in the unit of the feature."
+    float, Number(above=0), "Largest |e| that counts as arrived, in the unit of the feature."
 ]
 
 

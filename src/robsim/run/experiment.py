@@ -257,7 +257,8 @@ class Experiment(Value):
     def _sign(self, run: Any) -> Any:
         """Note in a run the text of this experiment, from which it was made."""
         own = self.__dict__.get("tables")
-        if own is not None and run.attrs["scenario"] and not names_files(own):
+        one = np.ndim(self.start) < 2  # a text holds one start
+        if run.attrs["scenario"] and (one if own is None else not names_files(own)):
             run.attrs["scenario"] = self.text
         return run
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -159,7 +160,9 @@ def check(
     if starts:
         loop.controller.check_start(loop.q0)
     if must_see:
-        first = simulate(scene, task, q0, **{**now, "duration": loop.dt, "record": "summary"})
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the binding, which has just warned
+            first = simulate(scene, task, q0, **{**now, "duration": loop.dt, "record": "summary"})
         blind = np.isin(first.outcome, _BLIND) & (first.end_time.values == 0)
         if blind.any():
             at = int(np.flatnonzero(np.atleast_1d(blind))[0])

@@ -17,6 +17,7 @@ from robsim.analysis.leaves import leaves
 from robsim.run.outcome import Outcome
 from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
 from robsim.servo.laws.inverse import INVERSES
+from robsim.servo.laws.law import LAWS
 
 ENOUGH = 3  # pieces of advice
 BRISK = 1.0  # gain times period above which the loop overshoots
@@ -54,7 +55,7 @@ def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
 def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
     """Yield the case with the other law."""
     servo = inquiry.servo
-    used = getattr(servo.law, "name", "") if servo else ""
+    used = LAWS.name_of(servo.law) if servo else None
     for which in {"joint", "camera"} - {used} if used in ("joint", "camera") else ():
         case = changes.with_leaves(inquiry.case if inquiry.falls else inquiry.patient, law=which)
         yield "law", f"With law '{which}'", case

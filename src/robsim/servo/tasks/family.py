@@ -9,7 +9,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Choice, family
 from robsim.declare.joints import Axes, check_later
 from robsim.declare.problems import Broken
-from robsim.declare.spec import Context, NoText, Raw
+from robsim.declare.spec import Context, Raw
 
 TASKS = family("task")
 DEEPEST = 64  # keys of the path to a task within tasks
@@ -58,10 +58,7 @@ class TaskChoice(Choice):
 
     def write(self, value: Any, c: Context) -> Raw:
         def commanded() -> Axes:
-            try:
-                return commanded_by(value, c.facts["scene"])
-            except InputError as error:
-                raise NoText(str(error)) from None
+            return commanded_by(value, c.facts["scene"])
 
         return super().write(value, c.knowing(commanded=commanded))
 

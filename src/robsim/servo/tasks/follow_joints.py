@@ -52,6 +52,10 @@ class JointGoal(PerJoint):
         both = zip(value.items(), axes.units if axes else (), strict=True)
         return {name: written(x, unit) for (name, x), unit in both}
 
+    def schema(self, define: Any) -> dict[str, Any]:
+        each = {"type": ["string", "number"]}
+        return {"anyOf": [super().schema(define), {"type": "object", "additionalProperties": each}]}
+
     def words(self) -> str:
         return "{ joint = number } with units, or a list of one for each"
 
