@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 REPEATS = 5
-IMPORTS = [sys.executable, "-c", "import numba, xarray, pydantic"]
+IMPORTS = [sys.executable, "-c", "import numba, xarray"]
 DEMO = [sys.executable, "-m", "robsim", "demo", "--no-figures", "--force", "-o"]
 
 
@@ -35,7 +35,7 @@ def main() -> None:
         ]
         ours, theirs = (min(column) for column in zip(*pairs, strict=True))
         print(f"next runs                       {ours:6.2f} s")
-        print(f"import numba, xarray, pydantic  {theirs:6.2f} s")
+        print(f"import numba, xarray  {theirs:6.2f} s")
         print(f"ratio                           {ours / theirs:6.2f}")
 
 
