@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from robsim.robot.ik.result import IKResult
 
 import robsim as rs
 from robsim.robot.ik import search
+from robsim.robot.ik.result import IKResult
 
 FIELDS = ["q", "success", "error", "iterations", "restarts", "reason"]
 

@@ -212,5 +212,5 @@ def test_another_kind_of_task_keeps_the_length_of_its_law():
 
 
 def test_none_is_no_number():
-    with pytest.raises(rs.InputError, match=r"depth: expected a number, got None"):
+    with pytest.raises(rs.InputError, match=r"depth: expected a depth, got None"):
         rs.IBVS(depth=None)
