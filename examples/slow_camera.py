@@ -48,10 +48,9 @@ left.set_yticks([0.25, 0.5, 1, 2], labels=["0.25", "0.5", "1", "2"])
 left.minorticks_off()
 
 for lost, color, line in zip((0, 0.3, 0.6), palette.CYCLE, palette.LINES, strict=False):
-    scenario = servo(1, 0.1, f"sensing.dropped={lost}")
-    starts = np.tile(scenario.start, (1000, 1))
-    settings = scenario.keywords | {"duration": 2.0, "hold": True}
-    run = rs.simulate(scenario.scene, scenario.task, starts, **settings)
+    experiment = servo(1, 0.1, f"sensing.dropped={lost}")
+    starts = np.tile(experiment.start, (1000, 1))
+    run = experiment.run(start=starts, duration=2.0, hold=True)
     off = np.linalg.norm(run.camera_pose[:, :, :2, 3], axis=-1)  # metres, sideways
     share = np.sqrt((off**2).mean(axis=0)) / off[0, 0]
     right.semilogy(run.time, root_mean_square(0.1, lost, 50), color=palette.LIGHT_GREY, linewidth=4)

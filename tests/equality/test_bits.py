@@ -56,7 +56,7 @@ def test_the_batch_has_runs_that_end_at_different_times_and_for_different_reason
 def test_a_single_run_equals_its_row_in_a_batch(batch, puma_starts):
     rows = batch()
     for i in (0, 5, 12):
-        same(batch(puma_starts[i], run=i), rows.isel(run=i))
+        same(batch(puma_starts[i], first_run=i), rows.isel(run=i))
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
@@ -78,7 +78,7 @@ def test_a_saved_run_comes_back_as_it_was(batch, tmp_path):
 
 @pytest.mark.parametrize("which", [slice(None), 4])
 def test_a_saved_run_replays_to_the_same_bits(batch, puma_starts, which, tmp_path):
-    first = {} if isinstance(which, slice) else {"run": which}
+    first = {} if isinstance(which, slice) else {"first_run": which}
     run = batch(puma_starts[which], **first)
     same(run, rs.replay(rs.open_run(rs.save_run(run, tmp_path / "run.nc"))))
 
@@ -109,7 +109,7 @@ def test_another_seed_or_run_number_gives_other_noise(puma_scene, puma_goal, pum
         return run.s.values
 
     assert not np.array_equal(s(seed=1), s(seed=2))
-    assert not np.array_equal(s(run=1), s(run=2))
+    assert not np.array_equal(s(first_run=1), s(first_run=2))
 
 
 # vehicles
@@ -144,7 +144,7 @@ def test_a_vehicle_alone_equals_its_row_for_any_chunk_and_threads(vehicle, how):
     run, starts = vehicle
     rows = run(**SPOILT[how])
     for i in (0, 8):
-        same(run(starts[i], run=i, **SPOILT[how]), rows.isel(run=i))
+        same(run(starts[i], first_run=i, **SPOILT[how]), rows.isel(run=i))
     for chunk, threads in ((1, 2), (4, 3)):
         same(rows, run(chunk=chunk, threads=threads, **SPOILT[how]))
 

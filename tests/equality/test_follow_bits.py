@@ -48,7 +48,7 @@ def test_batches_chunks_and_threads_do_not_matter(arm, name, actuation):
         again = followed(arm, task, starts, **told, **changes)
         for variable in run.variables:
             assert run[variable].values.tobytes() == again[variable].values.tobytes(), variable
-    alone = followed(arm, task, starts[3], run=3, **told)
+    alone = followed(arm, task, starts[3], first_run=3, **told)
     for variable in alone.variables:
         row = run[variable].isel(run=3) if "run" in run[variable].dims else run[variable]
         assert alone[variable].values.tobytes() == row.values.tobytes(), variable

@@ -159,7 +159,8 @@ def test_any_scenario_comes_back_from_its_text_bit_for_bit(seed):
     assert bits(again.scene) == bits(scene)
     assert bits(again.task) == bits(scenario.task)
     assert bits(again.start) == bits(q0)
-    assert again.settings == scenario.settings == {**told, "hold": False, "title": scenario.title}
+    own = {**told, "hold": False, "first_run": 0, "title": scenario.title}
+    assert again.settings == scenario.settings == own
     assert again.to_toml() == text == again.text
 
 
@@ -279,7 +280,7 @@ def task(puma_scene, puma_goal):
 
 @pytest.mark.parametrize("record", ["all", 3, "summary"])
 def test_a_batch_is_repeated_from_its_own_text(puma_scene, task, starts, record):
-    run = rs.simulate(puma_scene, task, starts, run=4, record=record, **SETTINGS)
+    run = rs.simulate(puma_scene, task, starts, first_run=4, record=record, **SETTINGS)
     identical(replay(run), run)
 
 

@@ -20,8 +20,7 @@ def scenario_of(name, gain_dt, *changes):
 def ways(scenario, steps, runs=None):
     """x of the camera over that of the start, at each instant; first the run, if there are many."""
     starts = scenario.start if runs is None else np.tile(scenario.start, (runs, 1))
-    settings = scenario.keywords | {"duration": steps * DT, "hold": True}
-    run = rs.simulate(scenario.scene, scenario.task, starts, **settings)
+    run = scenario.run(start=starts, duration=steps * DT, hold=True)
     return run.camera_pose.values[..., 0, 3] / scenario.start[0]
 
 

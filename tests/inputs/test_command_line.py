@@ -201,7 +201,7 @@ def test_a_run_that_goes_wrong_is_explained(robsim):
     assert "\nWhy: The gain is too high for the period" in done.out
     assert "\nTry: With a quarter of the gain (15 per second)" in done.out
     assert robsim("explain", "out/run.nc").out == done.out
-    read = robsim("explain", "out", "--no-experiments").out
+    read = robsim("explain", "out", "--no-trials").out
     assert read.startswith(done.out.splitlines()[0]) and "Try: " not in read
 
 

@@ -142,21 +142,21 @@ def test_a_warning_of_a_scheme_is_one_line(robsim):
 
 
 def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
-    simulate, calls = rs.simulate, []
+    run_of, calls = rs.Experiment.run, []
 
-    @functools.wraps(simulate)
+    @functools.wraps(run_of)
     def stopped(*arguments, **settings):
         calls.append(arguments)
-        run = simulate(*arguments, **settings)
+        run = run_of(*arguments, **settings)
         if len(calls) == 2:
             raise rs.Interrupted("stopped", run)
         return run
 
-    monkeypatch.setattr("robsim.analysis.scheme.simulate", stopped)
+    monkeypatch.setattr(rs.Experiment, "run", stopped)
     status, out, err = robsim("compare", "turn.toml", "--vary", "task.gain=1,2,3", "-o", "out")
     assert status == 130 and "stopped; what was simulated so far is in out" in err and out == ""
     assert files("out") == ["1.nc", "2.nc", "comparison.csv", "comparison.nc"]
-    run = rs.load_scenario("turn.toml", ["task.gain=2"]).run()
+    run = run_of(rs.load_scenario("turn.toml", ["task.gain=2"]))
     np.testing.assert_array_equal(rs.open_run("out/2.nc").q, run.q)
 
 

@@ -117,12 +117,12 @@ SIMULATE = {
         (2**64, "seed must be below", str(2**64)),
     ],
     "sensing": [
-        (0.5, "sensing: expected a robsim.Sensing, got 0.5"),
-        (rs.Actuation(), "sensing: expected a robsim.Sensing, got Actuation("),
+        (0.5, "sensing: expected a Sensing, got 0.5"),
+        (rs.Actuation(), "sensing: expected a Sensing, got Actuation("),
         (rs.Sensing(period=0.05), "0.05 s, must be a multiple of the control period, 0.04 s"),
     ],
     "actuation": [
-        ({"lag": 1}, "actuation: expected a robsim.Actuation, got {'lag': 1}"),
+        ({"lag": 1}, "actuation: expected an Actuation, got {'lag': 1}"),
         (rs.Actuation(velocity=[1, 2]), "actuation: 2 numbers of velocity for 6: "),
     ],
     "record": [
@@ -136,11 +136,11 @@ SIMULATE = {
         (np.array([1, 2]), "record must be"),
         (10**30, "record must be"),
     ],
-    "run": [
-        (-1, "run must be a whole number from 0 on, got -1"),
-        (0.5, "run", "got 0.5"),
-        (2**64 - 1, "run must be below"),
-        ("x", "run", "'x'"),
+    "first_run": [
+        (-1, "first_run must be a whole number from 0 on, got -1"),
+        (0.5, "first_run", "got 0.5"),
+        (2**64 - 1, "first_run must be below"),
+        ("x", "first_run", "'x'"),
     ],
     "threads": [
         (0, "threads must be a whole number from 1 on, got 0"),

@@ -85,3 +85,47 @@ def test_several_are_told_together_and_none_because_of_another():
     expected = sorted(f"bench.toml: {MISTAKES[what][2]}" for what in several)
     assert len(lines) == len(expected)
     assert all(line.startswith(told) for line, told in zip(lines, expected, strict=True))
+
+
+TEN = """
+schema = 1
+tittle = "bench"
+robots = [{ model = "rhino_xr5" }]
+[[objects]]
+name = "cube"
+shapes = [{ kind = "block", length = "5 deg", width = "6 cm" }, { kind = "bloc" }]
+[[cameras]]
+name = "eye"
+on = "rhino_xr5.tool"
+size = "VGA"
+focal = [800, 810]
+[task]
+kind = "ibvs"
+gain = -1
+interaction = "curent"
+[sensing]
+noise = "1 m"
+[run]
+dt = 0.04
+"""
+TOLD = [
+    "robots[0].model: no robot 'rhino_xr5' in the library; did you mean 'rhino_xr4'? robots: car,",
+    "objects.cube.shapes[0].length: '5 deg': expected one number with a unit of length",
+    "objects.cube.shapes[0].height: missing, and it must be given",
+    "objects.cube.shapes[1].kind: no kind 'bloc'; did you mean 'block'? kinds: ball, block,",
+    "cameras.eye.size: must be a valid list, got 'VGA'",
+    "tittle: unknown key 'tittle'; did you mean 'title'? keys: robots, objects,",
+    "task.interaction: must be 'current', 'desired', 'mean', 'broyden' or a matrix of 6 columns, "
+    "got 'curent'; did you mean 'current'?",
+    "task.gain: must be greater than 0, got -1",
+    "sensing.noise: must be a valid number, got '1 m'",
+    "run.dt: 0.04: expected one number with a unit of time",
+]
+
+
+def test_ten_mistakes_in_one_file_are_ten_messages():
+    """Nothing is told of the frame of the camera, for its robot is not known."""
+    lines = refusal(TEN).split("\n")
+    assert len(lines) == len(TOLD) == 10
+    for line, told in zip(lines, TOLD, strict=True):
+        assert line.startswith(f"bench.toml: {told}")

@@ -6,9 +6,7 @@ import xarray as xr
 
 import robsim as rs
 from robsim.analysis import measures
-from robsim.analysis.compare import compared
 from robsim.analysis.recorded import Recorded
-from robsim.analysis.scheme import Scheme
 
 SQUARE = 0.25 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 GOAL = rs.Pose.at(0, 0, -1)
@@ -289,7 +287,7 @@ def test_a_summary_has_the_measures_of_all_instants_and_keeps_the_ends(batch, mo
     """In parts of two runs, and with the noise of the numbers that the runs have."""
     scene, tasks, starts, _ = batch
     monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 200)  # of 76 moments: two runs
-    told = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "run": 5}
+    told = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "first_run": 5}
     shares = []
     found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **told)
     xr.testing.assert_identical(found.data, rs.compare(scene, tasks, starts, **told).data)
@@ -356,8 +354,8 @@ def test_where_no_start_can_begin_there_is_no_share(free_scene):
 def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
     starts = np.stack([(GOAL @ rs.Pose.at(x, 0, 0)).q for x in (0.0, 0.8)])
     small, large = free_scene(SQUARE, **SEEN), free_scene(0.3 * SQUARE)
-    schemes = [Scheme(n, s, rs.IBVS(GOAL), starts) for n, s in (("a", small), ("b", large))]
-    found = compared(schemes)
+    scenes = {"a": small, "b": large}
+    found = rs.compare({n: rs.Experiment(s, rs.IBVS(GOAL), starts) for n, s in scenes.items()})
     assert found.began().values.tolist() == [1, 2]
     why = "note: under a 1 of 2 starts could not begin, and count nothing: 1 out of image"
     assert why in str(found).splitlines() and "under b" not in str(found)
@@ -408,10 +406,10 @@ def test_the_table_is_aligned_and_its_csv_is_exact(free_scene):
 
 def test_schemes_may_have_scenes_starts_and_settings_of_their_own(free_scene):
     start = GOAL @ rs.Pose.at(0.1, 0, 0)
-    first = Scheme("a", free_scene(SQUARE), rs.IBVS(GOAL), start, {"duration": 1.0})
-    second = Scheme("b", free_scene(2 * SQUARE), rs.IBVS(GOAL), GOAL, {"duration": 2.0})
-    assert compared([first]).notes == ()
-    found = compared([first, second])
+    first = rs.Experiment(free_scene(SQUARE), rs.IBVS(GOAL), start, duration=1.0)
+    second = rs.Experiment(free_scene(2 * SQUARE), rs.IBVS(GOAL), GOAL, duration=2.0)
+    assert rs.compare({"a": first}).notes == ()
+    found = rs.compare({"a": first, "b": second})
     assert found.notes == (
         "note: another scene than a: b",
         "note: another start than a: b",
@@ -430,9 +428,9 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         "got \\[IBVS": [rs.IBVS()],
         "a scheme is called by a text, got 3": {3: rs.IBVS(GOAL)},
         "a scheme is called by a text, got ''": {"": rs.IBVS(GOAL)},
-        "scheme 'b': expected a task such as IBVS\\(...\\), got 'mean'": {
+        "scheme 'b': task: expected a task such as IBVS\\(...\\), got 'mean'": {
             "a": rs.IBVS(GOAL), "b": "mean"},
-        "scheme 'b': expected a task .* got <class": {"b": rs.IBVS},
+        "scheme 'b': task: expected a task .* got <class": {"b": rs.IBVS},
         "scheme 'b': the shown goal puts mark 0 of 'dots' behind": {"a": rs.IBVS(GOAL), "b": bad},
     }  # fmt: skip
     for message, tasks in cases.items():
@@ -442,7 +440,7 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         rs.compare(scene, {"a": rs.IBVS(GOAL), "b": bad}, GOAL)
     task = {"a": rs.IBVS(GOAL)}
     for message, more in {
-        "no setting 'gain'; .*settings: actuation, chunk, dt, duration": {"gain": 3},
+        "no setting 'gain'; .*settings: sensing, actuation, dt, duration": {"gain": 3},
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
         "progress: expected a function of the share done, got 3": {"progress": 3},
@@ -450,17 +448,22 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
     }.items():
         with pytest.raises(rs.InputError, match=message):
             rs.compare(scene, task, GOAL, **more)
-    with pytest.raises(rs.InputError, match="scheme 'a': q0: expected shape"):
+    with pytest.raises(rs.InputError, match=r"^q0: expected shape"):
         rs.compare(scene, task, [1.0])
     with pytest.raises(rs.InputError, match="expected a Scene, got 3"):
         rs.compare(3, task)
-    with pytest.raises(rs.InputError, match="two schemes are called 'a'"):
-        compared([Scheme("a", scene, rs.IBVS(GOAL))] * 2)
-    with pytest.raises(rs.InputError, match="nothing to compare"):
-        compared([])
-    several = Scheme("b", scene, rs.IBVS(GOAL), np.stack([GOAL.q, GOAL.q]))
+    one = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
+    with pytest.raises(rs.InputError, match="expected experiments by name"):
+        rs.compare({})
+    with pytest.raises(rs.InputError, match="scheme 'a': expected an Experiment, got IBVS"):
+        rs.compare({"a": rs.IBVS()})
+    with pytest.raises(rs.InputError, match="experiments have their own tasks"):
+        rs.compare({"a": one}, duration=2.0)
     with pytest.raises(rs.InputError, match="as many starts"):
-        compared([Scheme("a", scene, rs.IBVS(GOAL)), several])
+        rs.compare({"a": one, "b": one.with_(start=np.stack([GOAL.q, GOAL.q]))})
+    mission = one.with_(task=rs.Mission([rs.Phase("there", rs.IBVS(GOAL))]))
+    with pytest.raises(rs.InputError, match="scheme 'a': a mission has no single error"):
+        rs.compare({"a": mission})
 
 
 def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene):
@@ -483,9 +486,9 @@ def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene)
 def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
     scene, told = free_scene(SQUARE), []
     rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
-    good, bad = (Scheme(n, scene, rs.IBVS(GOAL), GOAL, k) for n, k in (("a", {}), ("b", rare)))
+    good = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
     with pytest.raises(rs.InputError, match="scheme 'b': the period of the camera"):
-        compared([good, bad], told.append)
+        rs.compare({"a": good, "b": good.with_(**rare)}, progress=told.append)
     assert not told
 
 

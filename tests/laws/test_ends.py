@@ -86,5 +86,5 @@ def test_two_marks_leave_motions_free_and_explain_says_so(free_scene):
         run = rs.simulate(free_scene(SQUARE[:2]), task, start, duration=15)
     assert int(run.outcome) == rs.Outcome.CONVERGED and run.goal_pose.attrs["free_motions"] == 2
     assert float(run.distance_to_goal) > 0.01
-    told = str(rs.explain(run, free_scene(SQUARE[:2]), task, experiments=False))
+    told = str(rs.explain(run, trials=False))
     assert "The features leave 2 motions free that the joints can make" in told

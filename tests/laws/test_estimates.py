@@ -145,5 +145,5 @@ def test_a_target_believed_behind_the_camera_is_found_in_the_image(task, ahead):
     run = rs.simulate(visp.scene, scheme, starts, **told)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
     np.testing.assert_allclose(run.q_end[:, :3], np.tile(goal[:3], (2, 1)), atol=1e-5)
-    alone = rs.simulate(visp.scene, scheme, starts[1], **told, run=1)
+    alone = rs.simulate(visp.scene, scheme, starts[1], **told, first_run=1)
     np.testing.assert_array_equal(run.q_end[1], alone.q_end)

@@ -344,7 +344,7 @@ def test_of_two_together_the_one_that_ended_the_run_is_named_first():
 def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
     task = replace(rs.load_scenario(examples.path("joint_limits")).task, secondary=None)
     scenario = rs.load_scenario(examples.path("joint_limits"))
-    told = rs.explain(rs.simulate(scenario.scene, task, scenario.start, **scenario.keywords))
+    told = rs.explain(scenario.run(task=task))
     assert [cause.about for cause in told.causes] == ["joint limit"]
     assert "and nothing else: without limits the same run converges" in str(told)
 
@@ -638,9 +638,9 @@ class Blind(rs.Points):
 def test_a_task_of_python_code_is_given_with_its_scene(task, outcome, about):
     scene = flying()
     run = fly(task, scene=scene)
-    with pytest.raises(rs.InputError, match="Python code; give the scene and the task that made"):
+    with pytest.raises(rs.InputError, match="Python code; give the experiment that made"):
         rs.explain(run)
-    told = rs.explain(run, scene, task)
+    told = rs.explain(run, rs.Experiment(scene, task))
     assert told.outcome.name == outcome and told.causes[0].about == about
 
 
@@ -648,12 +648,13 @@ def test_what_is_given_must_be_what_made_the_run():
     task, scene = rs.IBVS(law=Half()), flying()
     run = fly(task, scene=scene, sensing=rs.Sensing(noise=0.1))
     with pytest.raises(rs.InputError, match=r"made with sensing=Sensing\(noise=0.1"):
-        rs.explain(run, scene, task)
+        rs.explain(run, rs.Experiment(scene, task))
+    noisy = rs.Experiment(scene, task, sensing=rs.Sensing(noise=0.1))
     with pytest.raises(rs.InputError, match="this run does not repeat: q_end is"):
-        rs.explain(run, scene, rs.IBVS(), sensing=rs.Sensing(noise=0.1))
-    with pytest.raises(rs.InputError, match="give both scene and task"):
+        rs.explain(run, noisy.with_(task=rs.IBVS()))
+    with pytest.raises(rs.InputError, match="experiment: expected an Experiment, got <Scene"):
         rs.explain(run, scene)
-    assert rs.explain(run, scene, task, sensing=rs.Sensing(noise=0.1)).causes
+    assert rs.explain(run, noisy).causes
 
 
 def test_a_run_of_a_batch_is_explained_as_it_was_there():
@@ -696,14 +697,14 @@ def test_a_part_of_a_run_or_a_changed_one_is_refused(change, message):
 
 def test_what_is_told_beside_a_run_is_checked():
     run = slow()
-    with pytest.raises(rs.InputError, match="sensing and actuation together with scene and task"):
-        rs.explain(run, sensing=rs.Sensing(noise=1))
-    with pytest.raises(rs.InputError, match="experiments must be True or False, got 'no'"):
-        rs.explain(run, experiments="no")
+    with pytest.raises(rs.InputError, match="experiment: expected an Experiment, got 3"):
+        rs.explain(run, 3)
+    with pytest.raises(rs.InputError, match="trials must be True or False, got 'no'"):
+        rs.explain(run, trials="no")
 
 
-def test_without_experiments_the_run_is_read_only():
-    told = rs.explain(late(), experiments=False)
+def test_without_trials_the_run_is_read_only():
+    told = rs.explain(late(), trials=False)
     assert not told.advice and told.outcome is rs.Outcome.OUT_OF_IMAGE
     assert told.remarks == (
         "Also wrong in this run, and not examined: pixel noise, latency and "
@@ -726,15 +727,15 @@ class Wrapped:
 
 def test_a_task_whose_gain_nobody_knows_has_no_gain_in_its_explanation():
     scene, task = flying(), Wrapped(rs.IBVS(gain=0.2))
-    told = rs.explain(fly(task, scene=scene), scene, task)
+    told = rs.explain(fly(task, scene=scene), rs.Experiment(scene, task))
     assert "falls at 0.201 per second, and" in told.causes[0].sentence and "nan" not in str(told)
     for sensing, actuation in (
-        (rs.Sensing(latency=0.12), None),
-        (rs.Sensing(period=0.4), None),
-        (None, rs.Actuation(lag=1.0)),
+        (rs.Sensing(latency=0.12), rs.Actuation()),
+        (rs.Sensing(period=0.4), rs.Actuation()),
+        (rs.Sensing(), rs.Actuation(lag=1.0)),
     ):
         task, wrong = Wrapped(rs.IBVS(gain=15.0)), {"sensing": sensing, "actuation": actuation}
-        told = rs.explain(fly(task, scene=scene, **wrong), scene, task, **wrong)
+        told = rs.explain(fly(task, scene=scene, **wrong), rs.Experiment(scene, task, **wrong))
         assert told.causes and "nan" not in str(told)
         assert not told.advice  # nothing of it can be changed
         assert all(np.isfinite(value) for value in told.causes[0].evidence.values())
@@ -772,7 +773,7 @@ def test_every_example_is_explained(name):
 def test_the_best_that_no_pose_can_better_is_where_the_run_stood_still():
     """Two searches: that of `explain` from everywhere, and the servo loop."""
     run = skewed()
-    told = rs.explain(run, experiments=False).causes[0]
+    told = rs.explain(run, trials=False).causes[0]
     assert told.evidence["nearest"] == pytest.approx(
         float(run.error_norm.dropna("time")[-1]), rel=1e-4
     )
@@ -790,7 +791,7 @@ def test_the_best_that_no_pose_can_better_is_where_the_run_stood_still():
     ],
 )
 def test_of_a_goal_made_of_numbers_it_is_told_which_pose_has_them(task, where):
-    told = rs.explain(fly(task, duration=1.0), experiments=False)
+    told = rs.explain(fly(task, duration=1.0), trials=False)
     (goal,) = (cause for cause in told.causes if "goal" in cause.about)
     assert (where or "no pose of the camera") in goal.sentence, told
 

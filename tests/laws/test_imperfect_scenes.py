@@ -77,7 +77,7 @@ def test_schemes_with_laws_of_their_own_live_with_everything(arrange, around, na
     }
     q0 = around(scene, 3, spread=0.02)
     whole = rs.simulate(scene, task, q0, **told)
-    alone = rs.simulate(scene, task, q0[2], run=2, **told)
+    alone = rs.simulate(scene, task, q0[2], first_run=2, **told)
     assert rs.replay(whole).identical(whole)
     for what in ("q", "qd", "s", "qd_actual"):
         np.testing.assert_array_equal(whole[what][2], alone[what], err_msg=what)

@@ -76,7 +76,7 @@ def check(scene, task, q0, **how):
     for cut in ({"chunk": 1}, {"threads": 1}, {"chunk": 3, "threads": 2}):
         same(whole, closed(scene, task, q0, **how, **cut))
     for row in (0, 4):
-        alone = closed(scene, task, q0[row], **how, run=row)
+        alone = closed(scene, task, q0[row], **how, first_run=row)
         same(whole.isel(run=row), alone)
 
 

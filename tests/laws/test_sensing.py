@@ -5,7 +5,6 @@ import pytest
 
 import robsim as rs
 from robsim.kernels.sensing import quantise
-from robsim.run.simulate import loop_of
 from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Sight
 
@@ -166,7 +165,7 @@ def test_late_by_whole_periods_the_features_are_those_of_then_to_the_bit(periods
 @pytest.mark.parametrize("task", [TASK, in_pixels(interaction="mean"), rs.PBVS(GOAL)])
 def test_the_command_is_the_law_on_the_features_of_the_step_before_to_the_bit(task):
     run = closed(task, latency=DT, duration=0.8)
-    loop = loop_of(SCENE, task, Q0)
+    loop = rs.Experiment(SCENE, task, Q0).loop()
     eye = Sight(SCENE, SCENE.camera(), SCENE.object())
     for k in range(1, 20):
         then, now = (np.ascontiguousarray(run.q.values[i][:, None]) for i in (k - 1, k))
@@ -283,7 +282,7 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
     whole = rs.simulate(SCENE, task, starts, threads=1, **settings)
     same(rs.simulate(SCENE, task, starts, threads=3, chunk=2, **settings), whole)
     for row in (0, 5):
-        same(rs.simulate(SCENE, task, starts[row], run=row, **settings), whole.isel(run=row))
+        same(rs.simulate(SCENE, task, starts[row], first_run=row, **settings), whole.isel(run=row))
     assert rs.replay(whole).identical(whole)
     assert whole.attrs["sensing"] == repr(EVERYTHING) and whole.attrs["actuation"] == repr(JOINTS)
 

@@ -15,7 +15,7 @@ def demo():
 def batch():
     one = rs.load_scenario(rs.examples.path("camera_retreat"))
     starts = np.stack([one.start, rs.Pose.at(0, 0, -1).q, rs.Pose.at(3, 0, -1).q])
-    return rs.simulate(one.scene, one.task, starts, dt=0.1, duration=3, run=7)
+    return rs.simulate(one.scene, one.task, starts, dt=0.1, duration=3, first_run=7)
 
 
 def test_a_row_is_an_instant_of_a_run_until_its_end(demo):

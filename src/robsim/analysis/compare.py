@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -12,59 +12,56 @@ from numpy.typing import NDArray
 
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
-from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
+from robsim.analysis.scheme import Measures, Scheme, named, run_and_measure, share_of
 from robsim.base.errors import InputError, Interrupted, suggest
+from robsim.run.checks import of_kind, starts
+from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
-from robsim.run.simulate import Progress, check_progress, simulate
+from robsim.run.staged import Staged
+from robsim.run.workers import Progress, check_progress
 from robsim.servo import Task
 from robsim.world.scene import Scene
 
-_OURS = {"scene", "task", "q0", "progress"}  # keywords of simulate that are not settings
 NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
 
 
 def compare(
-    scene: Scene,
-    tasks: Mapping[str, Task],
+    scene: Scene | Mapping[str, Experiment],
+    tasks: Mapping[str, Task] | None = None,
     q0: Any = None,
     *,
     progress: Progress | None = None,
+    threads: int | None = None,
+    chunk: int = 256,
     **settings: Any,
 ) -> Comparison:
     """Run several tasks, {name: task}, in one scene from the same start, and measure them alike.
 
     q0          start (nq,), or a batch of them (B, nq), or {robot: q}; None is home
-    settings    keywords of `simulate`, the same for all, and so are seed and run numbers; with
+    settings    fields of `Experiment`, the same for all, and so are seed and run numbers; with
                 record="summary" all instants are measured and the ends alone are kept, for many
                 thousands of starts
 
-    The measures are those of Gans, Hutchinson and Corke 2003 in spirit: see
-    `robsim.analysis.measures`. Of a batch the table has the share that converged and medians.
+    `compare(experiments)` with {name: experiment} compares experiments that may differ in
+    everything, but have as many starts each. The measures are those of Gans, Hutchinson and Corke
+    2003 in spirit: see `robsim.analysis.measures`. Of a batch the table has the share that
+    converged and medians.
+
     InputError or GoalError names the scheme, before anything runs; Interrupted after Ctrl-C, whose
     `run` is the Comparison of what was simulated so far.
 
     >>> from robsim import IBVS, PBVS, load_scenario
     >>> from robsim.files import examples
-    >>> one = load_scenario(examples.path("camera_retreat"))
+    >>> one = load_scenario(examples.path("camera_retreat")).with_(dt=0.02, duration=15)
     >>> goal = one.task.goal
-    >>> tasks = {"image": IBVS(goal), "pose": PBVS(goal)}
-    >>> found = compare(one.scene, tasks, one.start, dt=0.02, duration=15)
+    >>> found = compare({"image": one.with_(task=IBVS(goal)), "pose": one.with_(task=PBVS(goal))})
     >>> found.data.retreat.round(2).values
     array([1.03, 0.  ])
     """
-    if not isinstance(tasks, Mapping) or not tasks:
-        raise InputError(f"expected tasks by name, as in {{'mine': IBVS()}}, got {tasks!r:.80}")
-    schemes = [Scheme(name, scene, task, q0, settings) for name, task in tasks.items()]
-    return compared(schemes, progress)
-
-
-def compared(schemes: Sequence[Scheme], progress: Progress | None = None) -> Comparison:
-    """Run schemes that may differ in everything, and measure them alike.
-
-    InputError: two of one name; one that is refused; starts of which one is a batch and another
-    is not, or is one of another size.
-    """
     check_progress(progress)
+    experiments = _experiments(scene, tasks, q0, settings)
+    how = {"threads": threads, "chunk": chunk}
+    schemes = [Scheme(name, one, how) for name, one in experiments.items()]
     _check(schemes)
     runs: dict[str, xr.Dataset] = {}
     found: dict[str, Measures] = {}
@@ -79,16 +76,48 @@ def compared(schemes: Sequence[Scheme], progress: Progress | None = None) -> Com
     return _comparison(schemes, runs, found)
 
 
+def _experiments(
+    scene: Scene | Mapping[str, Experiment], tasks: Any, q0: Any, settings: Mapping[str, Any]
+) -> Mapping[str, Experiment]:
+    """Return the experiment of each name; InputError names the scheme."""
+    if isinstance(scene, Mapping):
+        if tasks is not None or q0 is not None or settings:
+            raise InputError("experiments have their own tasks, starts and settings: give none")
+        return _by_name(scene, "experiments by name, as in {'mine': experiment}")
+    known = [each.name for each in fields(Experiment) if each.name not in _OURS]
+    for key in settings:
+        if key not in known:
+            raise InputError(f"no setting {key!r}; {suggest(key, known, 'settings')}")
+    scene = of_kind(scene, Scene, "scene")
+    start = None if q0 is None else starts(scene, q0, "q0")
+    made = {}
+    for name, task in _by_name(tasks, "tasks by name, as in {'mine': IBVS()}").items():
+        with named(name):
+            made[name] = Experiment(scene, task, start, **settings)
+    return made
+
+
+_OURS = ("scene", "task", "start", "source", "title")  # fields that are not settings
+
+
+def _by_name(value: Any, wanted: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping) or not value:
+        raise InputError(f"expected {wanted}, got {value!r:.80}")
+    for name in value:
+        if not isinstance(name, str) or not name:
+            raise InputError(f"a scheme is called by a text, got {name!r:.80}")
+    return value
+
+
 def _check(schemes: Sequence[Scheme]) -> None:
-    names = [scheme.name for scheme in schemes]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if not schemes or twice:
-        raise InputError(f"two schemes are called '{twice[0]}'" if twice else "nothing to compare")
-    known = sorted(inspect.signature(simulate).parameters.keys() - _OURS)
+    """Raise InputError for a scheme that is refused, and for unequal numbers of starts."""
     for scheme in schemes:
-        for key in scheme.settings:
-            if key not in known:
-                raise InputError(f"no setting {key!r}; {suggest(key, known, 'settings')}")
+        one = of_kind(scheme.experiment, Experiment, f"scheme '{scheme.name}'")
+        if isinstance(one.task, Staged):
+            raise InputError(
+                f"scheme '{scheme.name}': a mission has no single error and is not compared; "
+                "compare tasks of its phases"
+            )
         scheme.check()
     batches = {scheme.start.shape[:-1] for scheme in schemes}
     if len(batches) > 1:
@@ -120,7 +149,7 @@ def _comparison(
     return Comparison(
         runs,
         xr.Dataset({**ending, **data}, coordinates, attributes),
-        {scheme.name: scheme.scene for scheme in done},
+        {scheme.name: scheme.experiment.scene for scheme in done},
         tuple(_differences(done)),
     )
 
@@ -138,13 +167,16 @@ def _attributes(key: str) -> dict[str, str]:
 def _differences(schemes: Sequence[Scheme]) -> Iterable[str]:
     """Yield a note for everything but the task that differs between schemes."""
     first, *others = schemes
+    one = first.experiment
     differ = {
-        "another scene": [each.name for each in others if each.scene != first.scene],
-        "another start": [
-            each.name for each in others if not np.array_equal(each.start, first.start)
-        ],
-        "other run settings": [each.name for each in others if each.settings != first.settings],
+        "another scene": [x.name for x in others if x.experiment.scene != one.scene],
+        "another start": [x.name for x in others if not np.array_equal(x.start, first.start)],
+        "other run settings": [x.name for x in others if _settings(x) != _settings(first)],
     }
     for what, names in differ.items():
         if names:
             yield f"note: {what} than {first.name}: {', '.join(names)}"
+
+
+def _settings(scheme: Scheme) -> dict[str, Any]:
+    return {**scheme.experiment.settings, "title": None}

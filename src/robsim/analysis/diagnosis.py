@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.case import Repeated, case_of, repeated
+from robsim.analysis.repeated import Repeated, case_of, repeated
 from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
+from robsim.run.experiment import Experiment
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
 from robsim.servo.servo_controller import Basis, Servo
-from robsim.servo.tasks.task import Task
-from robsim.world.actuation import Actuation
-from robsim.world.scene import Scene
-from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,14 +39,7 @@ LONG_NAMES = {
 UNITS = {"border_margin": "px"}
 
 
-def diagnose(
-    run: xr.Dataset,
-    scene: Scene | None = None,
-    task: Task | None = None,
-    *,
-    sensing: Sensing | None = None,
-    actuation: Actuation | None = None,
-) -> xr.Dataset:
+def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Dataset:
     """Return what the controller of a run used and what was true, at each recorded instant.
 
     The run is repeated from its own text, with the same bits, or from `scene` and `task`, with
@@ -93,7 +83,7 @@ def diagnose(
     >>> int(diagnosis.rank_interaction[0]), bool((diagnosis.lyapunov_rate < 0).all())
     (6, True)
     """
-    case = case_of(run, scene, task, sensing, actuation)
+    case = case_of(run, experiment)
     whole = diagnosed(repeated(case, run))
     record = run.attrs["record"]
     return whole.isel(time=slice(0, None, 1 if isinstance(record, str) else int(record)))

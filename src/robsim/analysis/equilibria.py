@@ -15,8 +15,8 @@ from robsim.analysis.starts import drawn
 from robsim.base.arrays import Array, frozen, positive, runs_first, runs_last, whole
 from robsim.base.errors import InputError
 from robsim.robot.joint import LIMIT_SLACK
+from robsim.run.checks import a_task, of_kind, whole_periods
 from robsim.run.loop import Loop
-from robsim.run.simulate import check_kinds, whole_periods
 from robsim.servo.controller import Controller
 from robsim.servo.tasks.task import Task
 from robsim.vision.camera import Visibility
@@ -77,7 +77,7 @@ def equilibria(
     >>> [each.kind for each in found][:2], round(found.minima[0].error_norm, 5)
     (['goal', 'minimum'], 0.00231)
     """
-    check_kinds(scene, task)
+    scene, task = of_kind(scene, Scene, "scene"), a_task(task)
     real = task.bind(scene)  # with the errors and warnings of a run
     field = Field.of(scene, task)
     count, seed = whole(count, "count", 1, MOST), whole(seed, "seed", 0, 2**64)

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from robsim.analysis.case import Case, case_of, repeated
 from robsim.analysis.explanation.attribution import Attribution, Criterion
 from robsim.analysis.explanation.ends import what_happened
 from robsim.analysis.explanation.final_pose import final_pose
@@ -18,13 +15,11 @@ from robsim.analysis.explanation.reasons import reasons
 from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
-from robsim.base.errors import InputError
+from robsim.analysis.repeated import case_of, repeated
 from robsim.base.html import table
+from robsim.run.checks import flag
+from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
-from robsim.servo.tasks.task import Task
-from robsim.world.actuation import Actuation
-from robsim.world.scene import Scene
-from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,13 +74,7 @@ class Explanation:
 
 
 def explain(
-    run: xr.Dataset,
-    scene: Scene | None = None,
-    task: Task | None = None,
-    *,
-    sensing: Sensing | None = None,
-    actuation: Actuation | None = None,
-    experiments: bool = True,
+    run: xr.Dataset, experiment: Experiment | None = None, *, trials: bool = True
 ) -> Explanation:
     """Explain why a single run ended as it did, by repeating it with one change at a time.
 
@@ -93,31 +82,29 @@ def explain(
     cause is one without which the run converges. If none is the cause, reasons are read from the
     `diagnose` of the run: null spaces, lost ranks, retreat, loop gain, limits. The advice are other
     gains, interaction matrices and laws with which the same start was found to converge. Without
-    `experiments` nothing is changed, only read.
+    `trials` nothing is changed, only read.
 
-    The run contains the text of its experiment; where scene or task are Python code, give them,
-    with `sensing` and `actuation`, as they were. InputError: no single run, or one that cannot be
-    repeated.
+    The run contains the text of its experiment; where that is Python code, give the experiment.
+
+    InputError: no single run, or one that cannot be repeated.
 
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("local_minimum")).run()
-    >>> print(explain(run, experiments=False).causes[0].about)
+    >>> print(explain(run, trials=False).causes[0].about)
     local minimum
     """
-    case = case_of(run, scene, task, sensing, actuation)
-    if not isinstance(experiments, bool | np.bool_):
-        raise InputError(f"experiments must be True or False, got {experiments!r:.80}")
-    inquiry = Inquiry(repeated(case, run), bool(experiments))
+    case = case_of(run, experiment)
+    inquiry = Inquiry(repeated(case, run), flag(trials, "trials"))
     if inquiry.outcome in _WELL:
         remarks = _left_alone(inquiry, run)
         notable = (*final_pose(inquiry), *reasons(inquiry)) if _ended(inquiry) else ()
         return _explanation(inquiry, notable, (), remarks)
     wrong = imperfections(inquiry.again)
-    found = Criterion().attributed(case, wrong) if experiments else Attribution()
+    found = Criterion().attributed(case, wrong) if trials else Attribution()
     causes = found.causes or tuple(reasons(inquiry))
-    advice = tuple(remedies(inquiry)) if experiments else ()
-    return _explanation(inquiry, causes, advice, _remarks(case, found, wrong, experiments))
+    advice = tuple(remedies(inquiry)) if trials else ()
+    return _explanation(inquiry, causes, advice, _remarks(case, found, wrong, trials))
 
 
 def _explanation(
@@ -134,7 +121,7 @@ def _ended(inquiry: Inquiry) -> bool:
     return inquiry.outcome is Outcome.CONVERGED
 
 
-def _all_right(case: Case, wrong: list[Removal]) -> str:
+def _all_right(case: Experiment, wrong: list[Removal]) -> str:
     """Return how a run ends that fails even with every imperfection removed."""
     trial = tried(without(patient(case), wrong))
     if trial is None:
@@ -145,13 +132,13 @@ def _all_right(case: Case, wrong: list[Removal]) -> str:
 
 
 def _remarks(
-    case: Case, found: Attribution, wrong: list[Removal], experiments: bool
+    case: Experiment, found: Attribution, wrong: list[Removal], trials: bool
 ) -> tuple[str, ...]:
     """Return remarks on the imperfections that are not the cause."""
     if not wrong:
         return ()
     names = listed([one.name for one in wrong])
-    if not experiments:
+    if not trials:
         return (f"Also wrong in this run, and not examined: {names}.",)
     if not found.causes:
         return (f"Wrong as well: {names}; {_all_right(case, wrong)}.",)
@@ -167,9 +154,11 @@ def _remarks(
 
 def _left_alone(inquiry: Inquiry, run: xr.Dataset) -> tuple[str, ...]:
     """Return how a run that was stopped would have ended."""
-    if inquiry.outcome is not Outcome.RUNNING or not inquiry.experiments:
+    if inquiry.outcome is not Outcome.RUNNING or not inquiry.trials:
         return ()
-    case: Case = inquiry.case.but(duration=float(run.attrs["duration"]) - 0.5 * inquiry.case.dt)
+    case: Experiment = inquiry.case.with_(
+        duration=float(run.attrs["duration"]) - 0.5 * inquiry.case.dt
+    )
     trial = tried(case)
     if trial is None:
         return ()

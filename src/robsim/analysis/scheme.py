@@ -5,8 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,66 +18,52 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, RankWarning
 from robsim.base.threads import processors
 from robsim.files.table import Run
+from robsim.run.checks import whole_periods
+from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
-from robsim.run.simulate import Progress, check, simulate, whole_periods
-from robsim.servo import Task
-from robsim.world.scene import Scene
+from robsim.run.workers import Progress
 
 Measures = dict[str, Array]  # (B,) of each measure
 
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """One of the schemes that are compared: scene, task, start, and keywords of simulate.
-
-    >>> from robsim import load_scenario
-    >>> from robsim.files import examples
-    >>> one = load_scenario(examples.path("visp_tutorial"))
-    >>> Scheme("mine", one.scene, one.task, one.start, {"duration": 1.0}).name
-    'mine'
-    """
+    """One of the schemes that are compared: a name, an experiment, and threads and chunk."""
 
     name: str
-    scene: Scene
-    task: Task
-    q0: Any = None
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"a scheme is called by a text, got {self.name!r:.80}")
-        if not isinstance(self.scene, Scene):
-            raise InputError(f"scene: expected a Scene, got {self.scene!r:.80}")
-        if isinstance(self.task, type) or not isinstance(self.task, Task):
-            raise InputError(
-                f"scheme '{self.name}': expected a task such as IBVS(...), got {self.task!r:.80}"
-            )
+    experiment: Experiment
+    how: Mapping[str, Any] = field(default_factory=dict)
 
     def check(self) -> None:
         """Bind the task and check start and settings, as a run would; errors name the scheme."""
-        self._named(self._try)
+        with named(self.name), warnings.catch_warnings():
+            warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
+            self.experiment.check(view=False)
 
     def run(self, progress: Progress | None = None) -> xr.Dataset:
         """Simulate the scheme and return its run."""
-        settings = {**self.settings, "progress": progress}
-        run: xr.Dataset = self._named(partial(simulate, self.scene, self.task, self.q0, **settings))
+        with named(self.name):
+            run: xr.Dataset = self.experiment.run(progress, **self.how)
         return run
 
     @property
     def start(self) -> Array:
         """The start (nq,) or the batch of starts (B, nq)."""
-        return self.scene.coordinates(self.scene.home if self.q0 is None else self.q0, "q0")
+        own = self.experiment.start
+        return self.experiment.scene.home if own is None else own
 
-    def _try(self) -> None:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
-            check(self.scene, self.task, self.q0, self.settings)
+    def with_(self, **changes: Any) -> Scheme:
+        """Return the scheme with other fields of its experiment."""
+        return replace(self, experiment=self.experiment.with_(**changes))
 
-    def _named(self, what: Any) -> Any:
-        try:
-            return what()
-        except InputError as error:
-            raise type(error)(f"scheme '{self.name}': {error}") from None
+
+@contextmanager
+def named(name: str) -> Iterator[None]:
+    """Put the name of a scheme in front of errors from inside."""
+    try:
+        yield
+    except InputError as error:
+        raise type(error)(f"scheme '{name}': {error}") from None
 
 
 def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Dataset, Measures]:
@@ -85,7 +71,7 @@ def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Datas
 
     With record="summary" every instant is measured, some runs at a time, and the ends are kept.
     """
-    if scheme.settings.get("record") == "summary":
+    if scheme.experiment.record == "summary":
         return _summarised(scheme, progress)
     try:
         run = scheme.run(progress)
@@ -97,7 +83,9 @@ def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Datas
 def measured(scheme: Scheme, run: xr.Dataset) -> Measures:
     """Return the measures of a run or a batch, computed by several threads."""
     with ThreadPoolExecutor(processors()) as pool:
-        parts = list(pool.map(_of, (Recorded(part, scheme.scene) for part in blocks(run))))
+        parts = list(
+            pool.map(_of, (Recorded(part, scheme.experiment.scene) for part in blocks(run)))
+        )
     return joined(parts)
 
 
@@ -138,14 +126,14 @@ def _whole(scheme: Scheme, found: list[Measures]) -> Measures:
 
 def _parts(scheme: Scheme, progress: Progress | None) -> Iterator[tuple[Scheme, Progress | None]]:
     """Yield the scheme with a few of its starts at a time, with all instants recorded."""
-    starts, settings = scheme.start, {**scheme.settings, "record": "all"}
+    starts, scheme = scheme.start, scheme.with_(record="all")
     if starts.ndim == 1:
-        yield replace(scheme, settings=settings), progress
+        yield scheme, progress
         return
-    steps = whole_periods(settings.get("dt", 0.04), settings.get("duration", 10.0))
-    size, first = runs_in_a_block(steps + 1), settings.get("run", 0)
+    one = scheme.experiment
+    size, first = runs_in_a_block(whole_periods(one.dt, one.duration) + 1), one.first_run
     for i in range(0, len(starts), size):
-        some = replace(scheme, q0=starts[i : i + size], settings={**settings, "run": first + i})
+        some = scheme.with_(start=starts[i : i + size], first_run=first + i)
         yield some, share_of(progress, i / len(starts), min(size / len(starts), 1.0))
 
 
@@ -167,7 +155,7 @@ def _end(run: xr.Dataset) -> xr.Dataset:
 def _as_summary(scheme: Scheme, ends: list[xr.Dataset]) -> Run:
     """Join the ends of all parts into the dataset that a summary is."""
     batch = scheme.start.ndim > 1
-    like = _quietly(replace(scheme, q0=scheme.start[:1] if batch else scheme.start))
+    like = _quietly(scheme.with_(start=scheme.start[:1]) if batch else scheme)
     whole = _concatenated(ends, int(like["run"][0]), len(scheme.start)) if batch else ends[0]
     return Run(whole[list(like.data_vars)].data_vars, whole.coords, like.attrs)
 

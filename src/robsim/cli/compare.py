@@ -17,7 +17,6 @@ from robsim.cli.scenarios import COMPILING, check_colors, load, must_compile
 
 if TYPE_CHECKING:
     from robsim.analysis.comparison import Comparison
-    from robsim.analysis.scheme import Scheme
     from robsim.run.experiment import Experiment
 
 COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
@@ -60,20 +59,15 @@ def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> N
 
     What was simulated before Ctrl-C is kept.
     """
-    from robsim.analysis.compare import compared
-    from robsim.analysis.scheme import Scheme
+    from robsim.analysis.compare import compare
 
-    schemes = [
-        Scheme(name, one.scene, one.task, one.start, one.keywords)
-        for name, one in scenarios.items()
-    ]
     if any(must_compile(scenario) for scenario in scenarios.values()):
         click.echo(COMPILING)
 
     def save(found: Comparison) -> bool:
-        return _save_comparison(found, schemes, folder)
+        return _save_comparison(found, list(scenarios), folder)
 
-    found = finished(lambda progress: compared(schemes, progress), save, folder)
+    found = finished(lambda progress: compare(scenarios, progress=progress), save, folder)
     stopped = save(found)
     click.echo(f"{found}\nresults: {folder}")
     if stopped:
@@ -83,13 +77,13 @@ def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> N
             _draw_comparison(found, folder)
 
 
-def _save_comparison(found: Comparison, schemes: list[Scheme], folder: Path) -> bool:
+def _save_comparison(found: Comparison, names: list[str], folder: Path) -> bool:
     """Write runs, measures and table completely; return whether Ctrl-C came meanwhile."""
     from robsim.files.netcdf import save_run
 
     with undisturbed() as stops:
-        for scheme in schemes:
-            with writing(folder / f"{scheme.name}.nc") as path:
+        for name in names:
+            with writing(folder / f"{name}.nc") as path:
                 path.unlink(missing_ok=True)  # of the comparison that was here before
         for name, run in found.runs.items():
             save_run(run, folder / f"{name}.nc")

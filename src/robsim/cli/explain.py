@@ -12,8 +12,8 @@ from robsim.cli.files import exists
 
 @click.command("explain")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--no-experiments", is_flag=True, help="Only read the run; repeat nothing.")
-def command(run: Path, no_experiments: bool) -> None:
+@click.option("--no-trials", is_flag=True, help="Only read the run; repeat nothing.")
+def command(run: Path, no_trials: bool) -> None:
     """Explain why RUN, a run.nc or the folder of one, ended as it did, and what to try."""
     from robsim.analysis.explain import explain as explained
     from robsim.files.netcdf import open_run
@@ -21,7 +21,7 @@ def command(run: Path, no_experiments: bool) -> None:
     path = run / "run.nc" if exists(run) and run.is_dir() else run
     found = open_run(path)
     try:
-        explanation = explained(found, experiments=not no_experiments)
+        explanation = explained(found, trials=not no_trials)
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
     click.echo(str(explanation))

@@ -151,20 +151,19 @@ class Choice(Spec):
         return self._words([self.other.text_words()] if self.other else [])
 
     def _words(self, more: list[str]) -> str:
-        names = map(repr, [*self.plain, *(self.names if self.short else [])])
+        names = map(repr, self._bare)
         table = [f"the table of {self._article}"] if not (self.short and self.names) else []
         return _either(*names, *more, *table)
 
     def accepts(self) -> str:
-        names = map(repr, [*self.plain, *(self.names if self.short else [])])
         more = [self.other.accepts()] if self.other else []
-        return _either(*names, *more, self._article)
+        return _either(*map(repr, self._bare), *more, self._article)
 
     def schema(self, define: Any) -> dict[str, Any]:
         tables = [define(self.family.kinds[name], name) for name in self.names]
         if self.default is not None:  # whose table need not say its kind
             tables.append(define(self.family.kinds[self.default]))
-        words = [*self.plain, *(self.names if self.short else []), *([self.none] * bool(self.none))]
+        words = [*self._bare, *([self.none] * bool(self.none))]
         named: list[Any] = [{"enum": words}] if words else []
         more = [self.other.schema(define)] if self.other else []
         return {"anyOf": [*named, *more, *tables] or [{"type": "object"}]}
@@ -228,14 +227,18 @@ class Choice(Spec):
             except InputError:
                 if not isinstance(raw, str):
                     raise
-        names = [*self.plain, *(self.names if self.short else [])]
-        near = difflib.get_close_matches(str(raw)[:64], names, 1, 0.5)
+        near = difflib.get_close_matches(str(raw)[:64], self._bare, 1, 0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"must be {self.text_words()}, got {shown(raw)}{guess}")
 
     def _not_one(self, value: object) -> str:
         made = ", not the class" if isinstance(value, type) else ""
         return f"expected {self._article}{made}, got {value!r:.80}"
+
+    @property
+    def _bare(self) -> list[str]:
+        """The words that may stand here without a table."""
+        return [*self.plain, *(self.names if self.short else [])]
 
     @property
     def _article(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from robsim.base.errors import FileError, InputError
 
-SHOWN = 5  # problems that one error lists
+SHOWN = 10  # problems that one error lists
 LONGEST = 600  # characters of one problem
 
 
@@ -80,7 +80,7 @@ class Problems:
             pass
 
     def stop(self) -> None:
-        """Raise a FileError if there were problems: the first five, one a line."""
+        """Raise a FileError if there were problems: the first ten, one a line."""
         if self.found:
             more = len(self.found) - SHOWN + self.untold
             rest = [f"{self.source}: and {more} more"] if more > 0 else []

@@ -33,6 +33,9 @@ class Live:
     value: Any
 
 
+UNREADABLE = Live(MISSING)  # stands where a value was, of which a problem is told already
+
+
 @dataclass(frozen=True)
 class Context:
     """The place of a value in a text, and what is known there.
@@ -64,6 +67,7 @@ class Context:
     def tried(self, spec: Spec, raw: Raw) -> Any:
         """Return the value that `raw` says, or MISSING with its problem reported."""
         if isinstance(raw, Live):
+            self.problems.seen += raw.value is MISSING  # UNREADABLE
             return raw.value
         try:
             return spec.read(raw, self)

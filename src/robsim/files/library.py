@@ -10,7 +10,7 @@ from typing import Any
 from robsim.base.errors import FileError, FrameError, InputError
 from robsim.declare.lists import label
 from robsim.declare.problems import Misplaced, Problems, shown, under
-from robsim.declare.spec import Context
+from robsim.declare.spec import UNREADABLE, Context
 from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
 from robsim.files.toml import Tables, parse, read_text
@@ -22,16 +22,15 @@ def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) ->
     """Return a list of robots in which `model` and `urdf` are replaced by the robots' own tables.
 
     What else a table says comes over them; without a name the robot keeps its own. The path of a
-    URDF file is relative to `folder`.
+    URDF file is relative to `folder`. A robot that is not found is a problem, and UNREADABLE.
     """
     if not isinstance(tables, list):
         return tables
-    made = []
+    made = [UNREADABLE] * len(tables)
     for i, table in enumerate(tables):
         name = table.get("name", i) if isinstance(table, dict) else i
         with problems.at(*path, name if isinstance(name, str) else i):
-            made.append(_expanded(table, folder))
-    problems.stop()
+            made[i] = _expanded(table, folder)
     return made
 
 

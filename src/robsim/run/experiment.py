@@ -8,23 +8,29 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from robsim.base.arrays import frozen, numbers
+from robsim.base.arrays import positive, whole
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
+from robsim.base.interrupt import undisturbed
 from robsim.base.values import Value
 from robsim.declare.problems import shown
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, read_text, write
 from robsim.run import overview
 from robsim.run.changed import changed, has_objects, names_files
+from robsim.run.checks import a_task, flag, of_kind, starts, whole_periods
+from robsim.run.loop import Loop, OnStep
 from robsim.run.mission_run import MissionRun
-from robsim.run.record import Record
-from robsim.run.simulate import Progress, check, simulate
+from robsim.run.origin import made_with
+from robsim.run.record import Record, every
 from robsim.run.staged import Staged
+from robsim.run.start_view import check_view
 from robsim.run.text import read_experiment, text_of, write_experiment
+from robsim.run.workers import Progress, advance
+from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -48,6 +54,7 @@ class Experiment(Value):
     seed         of all that is random
     hold         go on to the end of the duration, also after convergence
     record       "all", every n-th step, or "summary": the end of each run
+    first_run    number of the first run; its noise comes from this and the seed
     title        what it shows, in a line
 
     Two experiments are equal where all these are. `text` is TOML that says it, `hash` stands for
@@ -70,16 +77,27 @@ class Experiment(Value):
     seed: int = 0
     hold: bool = False
     record: Record = "all"
+    first_run: int = 0
     title: str | None = None
-    source: str = field(default="<experiment>", repr=False, compare=False)
+    source: str = field(default="", repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        start = self.start
-        if isinstance(start, Mapping):
-            start = self.scene.coordinates(start, "start")
-        if start is not None:
-            start = frozen(np.array(numbers(start, "start", ("nq",))))
-        object.__setattr__(self, "start", start)
+        checked = {
+            "scene": of_kind(self.scene, Scene, "scene"),
+            "task": a_task(self.task, (Task, Staged)),
+            "start": None if self.start is None else starts(self.scene, self.start, "start"),
+            "sensing": of_kind(self.sensing, Sensing, "sensing"),
+            "actuation": of_kind(self.actuation, Actuation, "actuation"),
+            "dt": positive(self.dt, "dt (seconds)"),
+            "duration": positive(self.duration, "duration (seconds)"),
+            "seed": whole(self.seed, "seed", 0, 2**64),
+            "hold": flag(self.hold, "hold"),
+            "first_run": whole(self.first_run, "first_run", 0, 2**62),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        every(self.record)
+        whole_periods(self.dt, self.duration)
         if self.title is not None and not isinstance(self.title, str):
             raise InputError(f"title: expected a text, got {self.title!r:.80}")
 
@@ -116,7 +134,9 @@ class Experiment(Value):
 
     @classmethod
     def of(cls, run: xr.Dataset | MissionRun) -> Experiment:
-        """Return the experiment that a run was made of. InputError: the run does not say.
+        """Return the experiment that a run, a batch or consecutive runs of it were made of.
+
+        InputError: the run does not say.
 
         >>> from robsim import examples
         >>> experiment = load_scenario(examples.path("visp_tutorial")).with_(duration=0.4)
@@ -127,11 +147,16 @@ class Experiment(Value):
         if not text:
             reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
             raise InputError(f"this run cannot be repeated from its own text: {reason}")
-        return cls.from_text(text, "scenario of the run")
+        made = cls.from_text(text, "scenario of the run")
+        return made if isinstance(made.task, Staged) else made._as(made_with(cast(Any, run)))
 
     @classmethod
     def _of_tables(cls, tables: Tables, source: str, text: str | None) -> Experiment:
-        made = cls(**read_experiment(tables, source), source=source)
+        read = read_experiment(tables, source)
+        try:
+            made = cls(**read, source=source)
+        except InputError as error:
+            raise FileError(f"{source}: {error}") from None
         made.__dict__["tables"] = tables
         if text is not None:
             made.__dict__["text"] = text
@@ -176,11 +201,6 @@ class Experiment(Value):
             each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
         }
 
-    @property
-    def keywords(self) -> dict[str, Any]:
-        """The settings that `simulate` takes."""
-        return {name: value for name, value in self.settings.items() if name != "title"}
-
     def with_(self, **changes: Any) -> Experiment:
         """Return a copy with other fields: `experiment.with_(task=PBVS(), dt=0.02)`.
 
@@ -202,27 +222,29 @@ class Experiment(Value):
         FileError: there is no such name, with the nearest; or the value is not valid there.
         """
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
-        tables = changed(self.tables, changes, self.source, python=True)
+        tables = changed(self.tables, changes, self.source or "<experiment>", python=True)
         return self._of_tables(tables, self.source, None)
 
-    def check(self) -> None:
+    def check(self, *, view: bool = True) -> None:
         """Check task, start and settings as a run would, without running.
 
-        GoalError, FileError: a run would be refused.
+        With `view`, a start that does not see its target is an error; as a run it ends at once.
 
-        A start that does not see its target is an error here; as a run it ends at once.
+        GoalError, FileError: a run would be refused.
         """
         with self._named():
             if isinstance(self.task, Staged):
-                self.task.checked(self.scene, self.start, must_see=True, **self.keywords)
-            else:
-                check(self.scene, self.task, self.start, self.keywords, must_see=True)
+                self.task.checked(self, view=view)
+                return
+            loop = self.with_(record="summary").loop()
+            loop.controller.check_start(loop.q0)
+            if view:
+                check_view(loop)
 
     def run(
         self,
         progress: Progress | None = None,
         *,
-        run: int = 0,
         threads: int | None = None,
         chunk: int = 256,
         **changes: Any,
@@ -231,40 +253,80 @@ class Experiment(Value):
 
         `changes` are those of `with_`, for this run.
 
-        `run`, `threads`, `chunk` and `progress` are as in `simulate`. The run keeps the text of the
+        `threads`, `chunk` and `progress` are as in `simulate`. The run keeps the text of the
         experiment, so that `replay` can repeat it.
         """
         if changes:
-            return self.with_(**changes).run(progress, run=run, threads=threads, chunk=chunk)
-        how: dict[str, Any] = {
-            "run": run,
-            "threads": threads,
-            "chunk": chunk,
-            "progress": progress,
-        }
-        try:
-            with self._named():
-                how |= self.keywords
-                if isinstance(self.task, Staged):
-                    made = self.task.simulated(self.scene, self.start, **how)
-                else:
-                    made = simulate(self.scene, self.task, self.start, **how)
-        except Interrupted as stop:
-            self._sign(stop.run)
-            raise
-        return self._sign(made)
+            return self.with_(**changes).run(progress, threads=threads, chunk=chunk)
+        how: dict[str, Any] = {"threads": threads, "chunk": chunk, "progress": progress}
+        with self._named():
+            if isinstance(self.task, Staged):
+                return self.task.simulated(self, **how)
+            loop = self.loop()
+            finished = advance(loop, **how)
+        with undisturbed() as stops:
+            result = self.dataset(loop)
+        if stops or not finished:
+            raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
+        return result
 
-    def _sign(self, run: Any) -> Any:
-        """Note in a run the text of this experiment, from which it was made."""
+    def loop(self, on_step: OnStep | None = None) -> Loop:
+        """Return the loop that simulates this experiment; `on_step` is called after each step."""
+        controller = self.task.bind(self.scene)
+        start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
+        return Loop(
+            controller,
+            np.ascontiguousarray(start.reshape(-1, self.scene.nq)),
+            self.dt,
+            whole_periods(self.dt, self.duration),
+            self.seed,
+            self.sensing,
+            self.actuation,
+            self.hold,
+            self.first_run,
+            self.record,
+            start.ndim == 1,
+            on_step,
+        )
+
+    def dataset(self, loop: Loop) -> xr.Dataset:
+        """Return what a loop of this experiment has recorded."""
+        from robsim.run.result import dataset
+
+        return dataset(loop, self.scene, self.task, self.origin)
+
+    @property
+    def origin(self) -> dict[str, str]:
+        """What a run says of its experiment: the text, or why there is none."""
         own = self.__dict__.get("tables")
-        one = np.ndim(self.start) < 2  # a text holds one start
-        if run.attrs["scenario"] and (one if own is None else not names_files(own)):
-            run.attrs["scenario"] = self.text
-        return run
+        exact = own is None or names_files(own) or has_objects(own)
+        one = self.with_(start=None) if np.ndim(self.start) > 1 else self  # a text has one start
+        try:
+            return {"scenario": one.to_toml() if exact else self.text}
+        except InputError as reason:
+            return {"scenario": "", "no_scenario": str(reason)}
+
+    def _as(self, fields: Mapping[str, Any]) -> Experiment:
+        """Return the experiment with other fields where they are not the same."""
+        home = self.scene.home if self.start is None else self.start
+        steps = whole_periods(self.dt, self.duration)
+        same = {
+            "start": np.array_equal(home, fields["start"]),
+            "duration": steps == whole_periods(fields["dt"], fields["duration"]),
+        }
+        other = {
+            name: value
+            for name, value in fields.items()
+            if not same.get(name, value == getattr(self, name))
+        }
+        return self.with_(**other) if other else self
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Put the name of the file in front of errors from inside."""
+        """Put the name of the file, if any, in front of errors from inside."""
+        if not self.source:
+            yield
+            return
         try:
             yield
         except GoalError as error:

@@ -182,10 +182,7 @@ def _step(loop: Loop, chunk: Chunk, step: int) -> tuple[int, Snapshot]:
     T = loop.scene.tree.frame(bodies, controller.moving)
     qd, outcome = np.empty((loop.scene.nv, runs)), np.empty(runs, dtype=np.int8)
     drift = loop.still if loop.steady else loop.scene.drift(step * loop.dt)
-    rates = chunk.rates[:0]
-    if loop.drives.moves:
-        rates = np.where(loop.scene.prescribed[:, None], drift[:, None], chunk.rates)
-        rates = loop.scene.tree.driven(chunk.q, rates)
+    rates = _rates(loop, chunk, drift)
     kernels.settle(
         step,
         loop.steps,
@@ -213,6 +210,14 @@ def _step(loop: Loop, chunk: Chunk, step: int) -> tuple[int, Snapshot]:
     if loop.on_step:
         loop.on_step(snapshot, decision)
     return step, snapshot
+
+
+def _rates(loop: Loop, chunk: Chunk, drift: Array) -> Array:
+    """Return the velocities (nv, B) at which the joints move; none where each is as commanded."""
+    if not loop.drives.moves:
+        return chunk.rates[:0]
+    prescribed = loop.scene.prescribed[:, None]
+    return loop.scene.tree.driven(chunk.q, np.where(prescribed, drift[:, None], chunk.rates))
 
 
 def _wait(

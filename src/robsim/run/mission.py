@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -12,12 +12,11 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted
 from robsim.declare import Declared, ListOf, Table, register
 from robsim.declare.spec import Context, Raw
+from robsim.run.experiment import Experiment
 from robsim.run.mission_run import Leg, MissionRun
 from robsim.run.outcome import Outcome
 from robsim.run.phase import Phase, named
-from robsim.run.simulate import Progress, check, check_progress, simulate
-from robsim.run.text import text_of
-from robsim.world.scene import Scene
+from robsim.run.workers import Progress, check_progress
 
 MOST = 1000  # phases
 
@@ -70,84 +69,57 @@ class Mission(Declared):
         return tuple(phase.task for phase in self.phases)
 
     def simulated(
-        self,
-        scene: Scene,
-        q0: Any = None,
-        *,
-        run: int = 0,
-        progress: Progress | None = None,
-        **settings: Any,
+        self, experiment: Experiment, *, progress: Progress | None = None, **how: Any
     ) -> MissionRun:
-        """Simulate all phases from q0 (nq,), or home; `settings` are those of `simulate`.
+        """Simulate all phases of an experiment from its start; `how` as in `Experiment.run`.
 
-        The phases have the numbers run, run + 1, ..., and their noise by these. InputError: in the
-        words of `simulate`, with the name of the phase in front. What turns out only on the way,
-        such as a target that is out of sight where it was put down, ends the mission and is its
-        `problem`. Interrupted after Ctrl-C, with the legs so far in `.run`.
+        The phases have the numbers first_run, first_run + 1, ..., and their noise by these.
+        InputError: in the words of `simulate`, with the name of the phase in front. What turns out
+        only on the way, such as a target that is out of sight where it was put down, ends the
+        mission and is its `problem`. Interrupted after Ctrl-C, with the legs so far in `.run`.
         """
         check_progress(progress)
-        q = self._start(scene, q0)
-        self.checked(scene, q, **settings)
-        origin = self._origin(scene, q, settings)
+        self.checked(experiment, view=False)
         legs: list[Leg] = []
 
         def so_far(problem: str = "") -> MissionRun:
-            return MissionRun(tuple(legs), len(self.phases), problem, origin)
+            return MissionRun(tuple(legs), len(self.phases), problem, experiment.origin)
 
+        one = replace(experiment, start=_start(experiment), source="")
         for i, phase in enumerate(self.phases):
-            how = {**settings, "run": run + i, "progress": self._share(i, progress)}
             try:
-                legs.append(_leg(phase, legs[-1].end if legs else 0.0, scene, q, how))
+                legs.append(_leg(phase, one, legs, progress=self._share(i, progress), **how))
             except Interrupted:
                 raise Interrupted("stopped by the user", so_far()) from None
             except InputError as error:
                 if not legs:
                     raise
                 return so_far(str(error))
-            scene, q = legs[-1].scene, np.clip(legs[-1].q_end, *scene.limits.T)
+            scene = legs[-1].scene
+            q = np.clip(legs[-1].q_end, *scene.limits.T)
+            one = replace(one, scene=scene, start=q, first_run=one.first_run + 1)
             if not legs[-1].succeeded:
                 break
         return so_far()
 
-    def checked(
-        self, scene: Scene, q0: Any = None, *, must_see: bool = False, **settings: Any
-    ) -> None:
+    def checked(self, experiment: Experiment, *, view: bool = True) -> None:
         """InputError for what can be known of the phases before the first begins.
 
-        With `must_see` also where the first does not see its target at the start. Where things
-        will be that change hands is not known, and so neither the goals after that.
+        With `view` also where the first does not see its target at the start. Where things will be
+        that change hands is not known, and so neither the goals after that.
         """
-        q = self._start(scene, q0)
-        staged, known = scene, True
+        q = _start(experiment)
+        staged, known = experiment.scene, True
         for i, phase in enumerate(self.phases):
             with named(phase):
                 staged = phase.begun(staged, q)
-                known = known and staged is scene
+                known = known and staged is experiment.scene
                 if known:
-                    own, first = _settings(phase, settings), i == 0
-                    check(scene, phase.task, q, own, must_see=must_see and first, starts=first)
-
-    def _start(self, scene: Scene, q0: Any) -> Array:
-        """(nq,); InputError for a batch, and for a scene in which no mission can be."""
-        if not isinstance(scene, Scene):
-            raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
-        q = scene.coordinates(scene.home if q0 is None else q0, "q0")
-        if q.ndim != 1:
-            raise InputError(f"a mission starts at one q0 ({scene.nq},), got {q.shape}")
-        for motion in scene.motions:
-            if callable(motion.rates):
-                raise InputError(
-                    f"in a mission '{motion.robot}' moves at constant rates, not by a function: "
-                    "every phase starts at time 0"
-                )
-        return q
-
-    def _origin(self, scene: Scene, q: Array, settings: Mapping[str, Any]) -> dict[str, Any]:
-        """What a run says of where it comes from."""
-        try:
-            return {"scenario": text_of(scene, self, q, settings)}
-        except InputError as reason:
-            return {"scenario": "", "no_scenario": str(reason)}
+                    one = _of_phase(phase, replace(experiment, start=q, source=""))
+                    if i == 0:
+                        one.check(view=view)
+                    else:
+                        one.with_(record="summary").loop()
 
     def _share(self, done: int, progress: Progress | None) -> Progress | None:
         """Progress of one phase as a share of the mission."""
@@ -156,17 +128,32 @@ class Mission(Declared):
         return lambda share: progress((done + share) / len(self.phases))
 
 
-def _leg(phase: Phase, start: float, scene: Scene, q: Array, settings: Mapping[str, Any]) -> Leg:
-    """How a phase goes that starts after some seconds at q (nq,)."""
+def _start(experiment: Experiment) -> Array:
+    """(nq,); InputError for a batch, and for a scene in which no mission can be."""
+    scene = experiment.scene
+    q: Array = scene.home if experiment.start is None else experiment.start
+    if q.ndim != 1:
+        raise InputError(f"a mission starts at one q0 ({scene.nq},), got {q.shape}")
+    for motion in scene.motions:
+        if callable(motion.rates):
+            raise InputError(
+                f"in a mission '{motion.robot}' moves at constant rates, not by a function: "
+                "every phase starts at time 0"
+            )
+    return q
+
+
+def _of_phase(phase: Phase, experiment: Experiment) -> Experiment:
+    """Return the experiment of one phase, which may have a duration of its own."""
+    duration = experiment.duration if phase.duration is None else phase.duration
+    return replace(experiment, task=phase.task, duration=duration)
+
+
+def _leg(phase: Phase, experiment: Experiment, before: Sequence[Leg], **how: Any) -> Leg:
+    """Return how a phase goes that starts where the legs before it ended."""
     with named(phase):
-        scene = phase.begun(scene, q)
-        run = simulate(scene, phase.task, q, **_settings(phase, settings))
-    outcome = Outcome(int(run["outcome"]))
+        scene = phase.begun(experiment.scene, experiment.start)
+        run = _of_phase(phase, replace(experiment, scene=scene)).run(**how)
+    outcome, start = Outcome(int(run["outcome"])), before[-1].end if before else 0.0
     end = start + float(run["end_time"])
     return Leg(phase.name, outcome, outcome in phase.expects, start, end, run, scene)
-
-
-def _settings(phase: Phase, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of a phase, which may have a duration of its own."""
-    own = {} if phase.duration is None else {"duration": phase.duration}
-    return {**settings, **own}

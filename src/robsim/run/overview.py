@@ -37,7 +37,7 @@ def table(experiment: Experiment) -> str:
 
 
 def _rows(experiment: Experiment) -> list[tuple[str, str]]:
-    """The task, the start, how long, and what is imperfect."""
+    """Return name and value of the task, the start, the duration and changed settings."""
     start = experiment.start
     alone = start is None or start.ndim == 1
     starts = "home" if start is None else brief(start) if alone else f"{len(start)} starts"
@@ -69,10 +69,6 @@ def brief(value: Any) -> str:
         and hashable(getattr(value, each.name)) != hashable(getattr(plain, each.name, None))
     ]
     return f"{type(value).__name__}({', '.join(changed)})"
-
-
-def _same(a: Any, b: Any) -> bool:
-    return bool(hashable(a) == hashable(b))
 
 
 def _plain(kind: type[Any]) -> Any:

@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from robsim.base.arrays import whole
-from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
-from robsim.run.mission_run import MISSION_TITLE
-from robsim.run.simulate import simulate
+from robsim.run.origin import check_run
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
-
-
 def replay(run: xr.Dataset) -> xr.Dataset:
     """Return the same run, batch, or selection of consecutive runs once more, with the same bits.
 
-    Scene, task and what is wrong with images and joints come from the run's scenario; start, seed,
-    periods, record and run number are the run's own. InputError: the run does not say how it was
-    made.
+    It is `Experiment.of(run).run()`. InputError: the run does not say how it was made.
 
     >>> from robsim.files import examples
     >>> run = Experiment.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
@@ -32,64 +22,6 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     True
     """
     check_run(run)
-    experiment = Experiment.of(run)
-    settings = {**experiment.keywords, **settings_of(run)}
-    again = simulate(experiment.scene, experiment.task, _wanted(run, "q0"), **settings)
+    again: xr.Dataset = Experiment.of(run).run()
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
     return again
-
-
-def check_run(run: Any) -> None:
-    """Raise InputError if a value is no run."""
-    if not isinstance(getattr(run, "attrs", None), dict) or not hasattr(run, "data_vars"):
-        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
-    if run.attrs.get("title") == MISSION_TITLE:
-        raise InputError(
-            "this is a whole mission; expected the run of a leg, legs[i].run; all of it is done "
-            "again by Experiment.of(it).run()"
-        )
-
-
-def settings_of(run: xr.Dataset) -> dict[str, Any]:
-    """Return the keywords of `simulate` with which a run was made."""
-    attrs = run.attrs
-    lacking = [name for name in NEEDED if name not in attrs]
-    if lacking or _wanted(run, "q0").size == 0:
-        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
-    first = _first(_wanted(run, "run"))
-    try:
-        dt, record = float(attrs["dt"]), attrs["record"]
-        return {
-            "dt": dt,
-            "duration": whole_duration(float(attrs["duration"]) / dt, dt),
-            "seed": int(attrs["seed"]),
-            "hold": bool(attrs["hold"]),
-            "record": record if isinstance(record, str) else whole(record, "record", 1),
-            "run": first,
-        }
-    except (TypeError, ValueError, ArithmeticError) as reason:
-        raise InputError(f"this run is not as RobSim made it: {reason}") from None
-
-
-def whole_duration(periods: float, dt: float) -> float:
-    """Return a duration in seconds of so many whole periods, whatever the rounding."""
-    return max(round(periods) - 0.5, 1.0) * dt
-
-
-def _first(numbers: Any) -> int:
-    """Return the number of the first run; InputError unless the others follow it.
-
-    Noise is keyed by that number.
-    """
-    numbers = np.atleast_1d(numbers)
-    if (np.diff(numbers) != 1).any():
-        raise InputError(
-            f"runs {numbers.tolist()!r:.60} do not follow one another: repeat them one by one"
-        )
-    return int(numbers[0])
-
-
-def _wanted(run: xr.Dataset, name: str) -> Any:
-    if name not in run.variables:
-        raise InputError(f"this is no run, or not all of it: it has no '{name}'")
-    return run[name].values

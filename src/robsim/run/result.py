@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,6 @@ import numba
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.jacobian import camera_jacobian
@@ -19,7 +18,6 @@ from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
 from robsim.run import ends
 from robsim.run.outcome import Outcome
-from robsim.run.text import text_of
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
 from robsim.servo.controller import Controller
 from robsim.servo.laws.inverse import product
@@ -72,8 +70,11 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: Task) -> Run:
-    """Return the record of a finished or stopped simulation as a Dataset."""
+def dataset(loop: Loop, scene: Scene, task: Task, origin: Mapping[str, str]) -> Run:
+    """Return the record of a finished or stopped simulation as a Dataset.
+
+    `origin` says of what experiment it is a run.
+    """
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
     tall = ["run", "time"]
@@ -95,7 +96,7 @@ def dataset(loop: Loop, scene: Scene, task: Task) -> Run:
     return Run(
         {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
         {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
-        _provenance(loop, scene, task),
+        _provenance(loop, scene, task, origin),
     )
 
 
@@ -193,21 +194,8 @@ def _coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
     }
 
 
-def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
+def _provenance(loop: Loop, scene: Scene, task: Task, origin: Mapping[str, str]) -> dict[str, Any]:
     """Return the attributes that say which version computed the run, and from what."""
-    settings: dict[str, Any] = {
-        "dt": loop.dt,
-        "duration": loop.steps * loop.dt,
-        "seed": loop.seed,
-        "sensing": loop.sensing,
-        "actuation": loop.actuation,
-        "hold": loop.hold,
-        "record": loop.record,
-    }
-    try:
-        text = text_of(scene, task, loop.q0[0] if loop.single else None, settings)
-    except InputError as reason:
-        text, settings["no_scenario"] = "", str(reason)
     return {
         "title": "RobSim run",
         "robsim": VERSION,
@@ -215,9 +203,11 @@ def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
         "numpy": np.__version__,
         "numba": numba.__version__,
         "machine": platform.machine(),
-        **{key: value for key, value in settings.items() if key not in ("sensing", "actuation")},
+        "dt": loop.dt,
+        "duration": loop.steps * loop.dt,
         "seed": str(loop.seed),  # may exceed what a file's integers hold
         "hold": int(loop.hold),
+        "record": loop.record,
         "task": type(task).__name__,
         **(_scheme(task, scene) if isinstance(task, ServoTask) else {}),
         "tolerance": loop.controller.tolerance,
@@ -225,7 +215,7 @@ def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
         "sensing": repr(loop.sensing),
         "actuation": repr(loop.actuation),
         "single": int(loop.single),
-        "scenario": text,
+        **origin,
     }
 
 

@@ -76,6 +76,9 @@ class RunTable:
     seed: Annotated[int | None, Whole(0, 2**64 - 1), "Seed of all random numbers."] = None
     hold: Annotated[bool | None, Flag(), "Whether a run goes on after convergence."] = None
     record: Annotated[Any, RecordSpec(), "Instants that are recorded."] = None
+    first_run: Annotated[
+        int | None, Whole(0, 2**62 - 1), "Number of the first run, for its noise."
+    ] = None
 
     @classmethod
     def text_check(cls, raw: Mapping[str, Raw], c: Context) -> None:
@@ -178,14 +181,14 @@ def write_experiment(
     With `live`, what no text can say stands in the tables as the object that it is.
     """
     c = Context(Problems("<text>"), facts={"scene": scene, "live": live})
-    belief = _common_belief(task)
+    belief, told = _common_belief(task), {name: settings[name] for name in _RUN}
     said = TaskTable(
         task,
         settings.get("title"),
         start=None if start is None else StartTable(start),
         sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
         actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
-        run=RunTable(**{name: settings[name] for name in _RUN}),
+        run=RunTable(**{**told, "first_run": told["first_run"] or None}),
     )
     tables = {**write_table(scene, c), **write_table(said, c.knowing(apart=belief is None))}
     if belief is not None:

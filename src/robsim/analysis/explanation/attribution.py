@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from robsim.analysis.case import Case
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.removal import (
     Removal,
@@ -16,8 +15,9 @@ from robsim.analysis.explanation.removal import (
     without,
 )
 from robsim.analysis.explanation.wording import listed
+from robsim.run.experiment import Experiment
 
-Cure = Callable[[Case], Trial | None]  # returns the trial of a case if it succeeds
+Cure = Callable[[Experiment], Trial | None]  # returns the trial of a case if it succeeds
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Criterion:
     cured: Cure = cures
     so: Callable[[Trial], str] = converges
 
-    def attributed(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
+    def attributed(self, case: Experiment, wrong: Sequence[Removal]) -> Attribution:
         """Find the causes by removing imperfections: all, then one by one, then the fewest.
 
         Trials have the duration of the run, and then three times that, unless more time is enough.
@@ -61,7 +61,7 @@ class Criterion:
         harmless = tuple(one for one, trial in alone if not trial)
         return Attribution(causes, harmless, tuple(one for one, _ in found) if found[1:] else ())
 
-    def _all(self, case: Case, wrong: Sequence[Removal]) -> Attribution:
+    def _all(self, case: Experiment, wrong: Sequence[Removal]) -> Attribution:
         """Return the attribution where no single removal is enough."""
         needed = self._fewest(case, wrong)
         trial = self.cured(without(case, needed))
@@ -83,7 +83,7 @@ class Criterion:
         only = f"{right[0].upper()}{right[1:]}{rest}, {self.so(trial)}."
         return Finding(one.about, f"{one.sentence} {only}", evidence)
 
-    def _fewest(self, case: Case, wrong: Sequence[Removal]) -> list[Removal]:
+    def _fewest(self, case: Experiment, wrong: Sequence[Removal]) -> list[Removal]:
         """Return a minimal set of imperfections that must be removed together."""
         needed = list(wrong)
         for one in wrong:

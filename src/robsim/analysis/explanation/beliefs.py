@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.case import Case
 from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import away, length, listed, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
+from robsim.run.experiment import Experiment
 from robsim.vision.camera import Camera
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
@@ -22,7 +22,7 @@ from robsim.world.scene import Scene
 FeatureBlock = Robot | Object | MountedCamera
 
 
-def false_beliefs(case: Case) -> list[Removal]:
+def false_beliefs(case: Experiment) -> list[Removal]:
     """Return every part of a task's belief that differs from the scene, each once."""
     found: dict[str, Removal] = {}
     for leaf in leaves(case.task):
@@ -126,13 +126,13 @@ def _right(true: FeatureBlock, *fields: str) -> Change:
         find = {MountedCamera: belief.camera, Robot: belief.robot, Object: belief.object}
         return find[type(true)](true.name)
 
-    def change(case: Case) -> Case:
+    def change(case: Experiment) -> Experiment:
         def right(leaf: Any) -> Any:
             if leaf.belief is None:
                 return leaf
             part = replace(part_of(leaf.belief), **values)
             return replace(leaf, belief=leaf.belief.replacing(part))
 
-        return case.but(task=changed(case.task, right))
+        return case.with_(task=changed(case.task, right))
 
     return change

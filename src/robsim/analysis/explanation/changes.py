@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from robsim.analysis.case import Case
 from robsim.analysis.leaves import changed, leaves
 from robsim.robot.robot import Robot
+from robsim.run.experiment import Experiment
 from robsim.servo import AdaptiveGain, ServoTask
 
 
-def without_border(case: Case) -> Case:
+def without_border(case: Experiment) -> Experiment:
     """Return the case with cameras whose images have no border."""
     eyes = [replace(eye, camera=replace(eye.camera, size=None)) for eye in case.scene.cameras]
-    return case.but(scene=case.scene.replacing(*eyes))
+    return case.with_(scene=case.scene.replacing(*eyes))
 
 
-def larger_image(case: Case) -> Case:
+def larger_image(case: Experiment) -> Experiment:
     """Return the case with images twice as wide and high, at the same focal length."""
     eyes = []
     for eye in case.scene.cameras:
@@ -27,13 +27,13 @@ def larger_image(case: Case) -> Case:
             K[:2, 2] += width / 2, height / 2
             camera = replace(camera, K=K, size=(2 * width, 2 * height))
         eyes.append(replace(eye, camera=camera))
-    return case.but(scene=case.scene.replacing(*eyes))
+    return case.with_(scene=case.scene.replacing(*eyes))
 
 
-def without_limits(case: Case) -> Case:
+def without_limits(case: Experiment) -> Experiment:
     """Return the case without joint limits."""
     free = [_unlimited(robot) for robot in case.scene.robots]
-    return case.but(scene=case.scene.replacing(*free))
+    return case.with_(scene=case.scene.replacing(*free))
 
 
 def _unlimited(robot: Robot) -> Robot:
@@ -41,7 +41,7 @@ def _unlimited(robot: Robot) -> Robot:
     return replace(robot, links=tuple(links))
 
 
-def with_gain(case: Case, factor: float) -> Case | None:
+def with_gain(case: Experiment, factor: float) -> Experiment | None:
     """Return the case with its gain times a factor; None if it has no gain to change."""
 
     def change(leaf: ServoTask) -> ServoTask:
@@ -56,15 +56,15 @@ def with_gain(case: Case, factor: float) -> Case | None:
     return _leaves(case, change)
 
 
-def with_leaves(case: Case, **values: Any) -> Case | None:
+def with_leaves(case: Experiment, **values: Any) -> Experiment | None:
     """Return the case with other fields in every servo task; None if one lacks them."""
     return _leaves(case, lambda leaf: replace(leaf, **values))
 
 
-def _leaves(case: Case, change: Any) -> Case | None:
+def _leaves(case: Experiment, change: Any) -> Experiment | None:
     if not leaves(case.task):
         return None
     try:
-        return case.but(task=changed(case.task, change))
+        return case.with_(task=changed(case.task, change))
     except (TypeError, ValueError):  # this kind of task does not let the field be chosen
         return None

@@ -19,7 +19,7 @@ def what_happened(inquiry: Inquiry) -> str:
 
 
 def _converged(inquiry: Inquiry) -> str:
-    held = ", at the end of the run, " if inquiry.case.settings["hold"] else " the run converged: "
+    held = ", at the end of the run, " if inquiry.case.hold else " the run converged: "
     small = f"every error is below the tolerance of {inquiry.size(inquiry.tolerance)}."
     return when(inquiry.end) + held + small
 

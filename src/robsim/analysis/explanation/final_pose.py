@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robsim.analysis.case import Case
 from robsim.analysis.explanation.attribution import Criterion, Cure
 from robsim.analysis.explanation.changes import with_leaves
 from robsim.analysis.explanation.finding import Finding
@@ -17,6 +16,7 @@ from robsim.analysis.explanation.removal import Trial, cures, patient
 from robsim.analysis.explanation.wording import away, counted
 from robsim.base.arrays import runs_last
 from robsim.run import ends
+from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
 from robsim.servo.controller import Controller
 
@@ -37,7 +37,7 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     first = _displaced(loop.controller, off, bool(wrong))
     if not full:
         return [first, _undetermined(inquiry)]
-    if not inquiry.experiments:
+    if not inquiry.trials:
         return [first]
     cured = _nearer(off, float(inquiry.depths[-1]))
     causes = Criterion(cured, _stands).attributed(inquiry.case, wrong).causes
@@ -124,7 +124,7 @@ def _nearer(off: tuple[float, float], depth: float) -> Cure:
     def apparent(miss: tuple[float, float]) -> float:
         return max(miss[0] / depth, miss[1])
 
-    def cured(case: Case) -> Trial | None:
+    def cured(case: Experiment) -> Trial | None:
         trial = cures(case)
         if trial is None:
             return None

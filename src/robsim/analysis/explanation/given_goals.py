@@ -13,7 +13,7 @@ from robsim.servo import GoalFeatures
 
 
 def unreachable_goal(inquiry: Inquiry) -> Finding | None:
-    """A goal made of numbers that no pose of the camera has."""
+    """Return the finding that no pose of the camera has the given features, or None."""
     nearest = inquiry.nearest
     if nearest is None or nearest.error < inquiry.tolerance:
         return None
@@ -27,11 +27,12 @@ def unreachable_goal(inquiry: Inquiry) -> Finding | None:
 
 
 def unseen_goal(inquiry: Inquiry) -> Finding | None:
-    """A goal made of numbers that this run did not reach, though there may be a way."""
+    """Return the finding that the run did not reach given features, or None."""
     if not any(isinstance(leaf.goal, GoalFeatures) for leaf in leaves(inquiry.case.task)):
         return None
-    if unreachable_goal(inquiry):
-        return unreachable_goal(inquiry)
+    unreachable = unreachable_goal(inquiry)
+    if unreachable:
+        return unreachable
     sizes = _sizes(inquiry)
     wanted, seen = (inquiry.size(sizes[name]) for name in ("goal", "start"))
     sentence = (
@@ -42,7 +43,7 @@ def unseen_goal(inquiry: Inquiry) -> Finding | None:
 
 
 def _where(inquiry: Inquiry) -> str:
-    """Where a pose would be that has them."""
+    """Return a phrase on where the nearest pose with the given features is."""
     if inquiry.nearest is None:
         return "there may be no pose that has them"
     depth = length(float(inquiry.nearest.T_c_o.position[2]))
@@ -52,7 +53,7 @@ def _where(inquiry: Inquiry) -> str:
 
 
 def _sizes(inquiry: Inquiry) -> dict[str, float]:
-    """The largest feature at the goal and at the start."""
+    """Return the largest feature at the goal and at the start."""
     run = inquiry.again.run
     wanted, seen = (float(np.abs(s).max()) for s in (run["s_goal"].values, run["s"].values[0]))
     return {"goal": wanted, "start": seen}

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.analysis.case import Repeated
 from robsim.analysis.explanation import views
+from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
 from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.case import Repeated
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
 from robsim.analysis.explanation.own_motion import own_motions
 from robsim.analysis.explanation.removal import Removal, Statement, put
 from robsim.analysis.explanation.wording import counted, number
 from robsim.analysis.explanation.wrong_depths import wrong_depths
+from robsim.analysis.repeated import Repeated
 from robsim.run.outcome import Outcome
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.analysis.case import Case, Repeated
 from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.goal_search import Nearest, nearest_to_goal
 from robsim.analysis.explanation.removal import Change, Trial, patient, tried
 from robsim.analysis.explanation.wording import number
+from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
+from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.servo.servo_controller import Basis, Servo
 from robsim.servo.sight import Sight
@@ -29,10 +30,10 @@ class Inquiry:
     """A repeated run, and whether it may be repeated with changes."""
 
     again: Repeated
-    experiments: bool
+    trials: bool
 
     @property
-    def case(self) -> Case:
+    def case(self) -> Experiment:
         """The case that made the run."""
         return self.again.case
 
@@ -85,7 +86,7 @@ class Inquiry:
     @cached_property
     def turn(self) -> Array | None:
         """The rotation vector (3,) from the goal to the start, in camera axes."""
-        away = views.from_goal(self.again.loop.controller, self.case.q0)
+        away = views.from_goal(self.again.loop.controller, self.case.start)
         return None if away is None else away.rotvec
 
     @property
@@ -103,11 +104,11 @@ class Inquiry:
         return float(self.diagnosis[name].values[t])
 
     def trial(self, change: Change) -> Trial | None:
-        """Run the case with a change and enough time; None without experiments."""
-        return tried(change(self.patient)) if self.experiments else None
+        """Run the case with a change and enough time; None without trials."""
+        return tried(change(self.patient)) if self.trials else None
 
     @property
-    def patient(self) -> Case:
+    def patient(self) -> Experiment:
         """The case with a longer duration, estimated from the decay of the error."""
         return patient(self.case, self.arrival / self.end if self.end else 0.0)
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.case import Repeated
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.removal import Removal
 from robsim.analysis.explanation.wording import listed, movers, number
 from robsim.analysis.leaves import leaves
+from robsim.analysis.repeated import Repeated
 from robsim.analysis.truth import true_features
 from robsim.world.motion import Motion
 
@@ -41,7 +41,7 @@ def own_motions(again: Repeated) -> Iterator[Removal]:
 
 
 def _stands(still: list[Motion]) -> Any:
-    return lambda case: case.but(scene=case.scene.replacing(*still))
+    return lambda case: case.with_(scene=case.scene.replacing(*still))
 
 
 def _drift(again: Repeated) -> float:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from robsim.analysis.case import Case
 from robsim.analysis.explanation import changes
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
@@ -14,6 +13,7 @@ from robsim.analysis.explanation.removal import tried
 from robsim.analysis.explanation.views import gain_of
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
+from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
 from robsim.servo.laws.inverse import INVERSES
@@ -22,7 +22,7 @@ from robsim.servo.laws.law import LAWS
 ENOUGH = 3  # pieces of advice
 BRISK = 1.0  # gain times period above which the loop overshoots
 
-Remedy = Callable[[Inquiry], Iterator[tuple[str, str, Case | None]]]
+Remedy = Callable[[Inquiry], Iterator[tuple[str, str, Experiment | None]]]
 
 
 def remedies(inquiry: Inquiry) -> list[Finding]:
@@ -40,7 +40,7 @@ def remedies(inquiry: Inquiry) -> list[Finding]:
     return found
 
 
-def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with each other named choice of L."""
     given = [leaf.interaction for leaf in leaves(inquiry.case.task)]
     used = {which if isinstance(which, str) else "" for which in given}
@@ -52,7 +52,7 @@ def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
             yield "interaction", f"With L {which}", case
 
 
-def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with the other law."""
     servo = inquiry.servo
     used = LAWS.name_of(servo.law) if servo else None
@@ -61,7 +61,7 @@ def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
         yield "law", f"With law '{which}'", case
 
 
-def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with image-based instead of position-based servoing, or vice versa.
 
     For a unicycle, docking is yielded as well.
@@ -71,10 +71,10 @@ def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
     kept = ("goal", "camera", "target", "gain", "belief", "joints")
     for other in others.get(type(task), ()):
         given = {name: getattr(task, name) for name in kept}
-        yield other.__name__, f"With {other.__name__}", inquiry.patient.but(task=other(**given))
+        yield other.__name__, f"With {other.__name__}", inquiry.patient.with_(task=other(**given))
 
 
-def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with a damped inverse in a singularity, else with a pseudo-inverse."""
     used = INVERSES.name_of(inquiry.servo.inverse) if inquiry.servo else None
     other = "damped" if inquiry.outcome is Outcome.SINGULAR else "pseudo_inverse"
@@ -83,27 +83,27 @@ def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
         yield "inverse", f"With inverse='{other}'", case
 
 
-def no_limit(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def no_limit(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case without its speed limit."""
     if any(leaf.limit for leaf in leaves(inquiry.case.task)):
         case = changes.with_leaves(inquiry.case, limit=None)
         yield "limit", "Without its speed limit", case
 
 
-def gain_lower(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def gain_lower(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with half, a quarter and a tenth of the gain, unless time is short."""
     if not (inquiry.outcome is Outcome.TIME_LIMIT and inquiry.falls):
         yield from _gains(inquiry, (0.5, 0.25, 0.1))
 
 
-def gain_higher(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def gain_higher(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with two, four and ten times the gain, in the same time."""
     yield from _gains(inquiry, (2.0, 4.0, 10.0), hurried=True)
 
 
 def _gains(
     inquiry: Inquiry, factors: tuple[float, ...], hurried: bool = False
-) -> Iterator[tuple[str, str, Case | None]]:
+) -> Iterator[tuple[str, str, Experiment | None]]:
     for factor in factors:
         if hurried and not factor * gain_of(inquiry.case) * inquiry.case.dt < BRISK:
             return
@@ -123,13 +123,13 @@ _FACTORS = {
 }
 
 
-def image(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def image(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with a larger image."""
     case = changes.larger_image(inquiry.patient)
     yield "image", "With an image twice as wide and high", case
 
 
-def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with limit avoidance, if the robot is redundant."""
     controller = inquiry.again.loop.controller
     if controller.columns.size > controller.full_rank:
@@ -137,13 +137,13 @@ def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
         yield "secondary", "With secondary=AvoidLimits()", case
 
 
-def longer(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def longer(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with more time, if the error still falls."""
     if inquiry.falls:
         yield "duration", "Given more time", inquiry.patient
 
 
-def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with feed-forward, if something moves on its own."""
     if not inquiry.case.scene.motions:
         return
@@ -152,7 +152,7 @@ def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
         yield "feed_forward", f"With feed_forward='{which}'", case
 
 
-def tolerance(inquiry: Inquiry) -> Iterator[tuple[str, str, Case | None]]:
+def tolerance(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with a tolerance above the final error."""
     if inquiry.falls:
         return

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
-from robsim.analysis.case import Case
 from robsim.analysis.explanation.wording import number
+from robsim.analysis.repeated import advanced
 from robsim.base.errors import InputError
+from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
 from robsim.run.outcome import Outcome
 
 PATIENCE = 3.0  # times the duration that a changed run may take
 LONGEST = 20.0  # times the duration, if the run is known to need as much
 
-Change = Callable[[Case], Case]
+Change = Callable[[Experiment], Experiment]
 Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
 
 
@@ -63,46 +64,46 @@ class Trial:
         return self.outcome is Outcome.CONVERGED
 
 
-def tried(case: Case) -> Trial | None:
+def tried(case: Experiment) -> Trial | None:
     """Simulate a case and return how it ended; None if it cannot be simulated."""
     try:
-        loop = case.advanced()
+        loop = advanced(case)
     except InputError:
         return None
     seconds = float(loop.recorder.end_step[0]) * case.dt
     return Trial(Outcome(int(loop.recorder.outcome[0])), seconds, loop)
 
 
-def cures(case: Case) -> Trial | None:
+def cures(case: Experiment) -> Trial | None:
     """Return the trial of a case if it converges, else None."""
     trial = tried(case)
     return trial if trial is not None and trial.converged else None
 
 
-def outcome(case: Case) -> Outcome | None:
+def outcome(case: Experiment) -> Outcome | None:
     """Return how a case ends; None if it cannot be simulated."""
     trial = tried(case)
     return trial.outcome if trial else None
 
 
-def without(case: Case, removals: Iterable[Removal]) -> Case:
+def without(case: Experiment, removals: Iterable[Removal]) -> Experiment:
     """Return the case with several imperfections removed."""
     for removal in removals:
         case = removal.change(case)
     return case
 
 
-def patient(case: Case, needed: float = 0.0) -> Case:
+def patient(case: Experiment, needed: float = 0.0) -> Experiment:
     """Return the case with three times its duration, or with as much as is needed.
 
     A case that is held keeps its duration.
     """
-    if case.settings["hold"]:
+    if case.hold:
         return case
     times = max(PATIENCE, 1.2 * needed) if needed < LONGEST else PATIENCE
-    return case.but(duration=times * case.settings["duration"])
+    return case.with_(duration=times * case.duration)
 
 
 def put(part: str, **values: Any) -> Change:
     """Return the change of some fields of Sensing or Actuation."""
-    return lambda case: case.but(**{part: replace(getattr(case, part), **values)})
+    return lambda case: case.at({f"{part}.{name}": value for name, value in values.items()})

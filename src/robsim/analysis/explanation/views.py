@@ -7,12 +7,13 @@ import math
 
 import numpy as np
 
-from robsim.analysis.case import Case, Repeated
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
+from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.run import ends
+from robsim.run.experiment import Experiment
 from robsim.servo import AdaptiveGain
 from robsim.servo.controller import Controller
 from robsim.servo.servo_controller import Servo
@@ -44,7 +45,7 @@ def size(again: Repeated, error: float) -> str:
     return number(error) if unit == "1" else f"{number(error)} {unit}"
 
 
-def gain_of(case: Case) -> float:
+def gain_of(case: Experiment) -> float:
     """Return the largest gain of the task, per second; NaN for a user's own kind of task."""
     gains = [leaf.gain for leaf in leaves(case.task)]
     return max((g.at_zero if isinstance(g, AdaptiveGain) else g for g in gains), default=math.nan)

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.case import Case, Repeated
 from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
 from robsim.analysis.explanation.removal import Removal, Statement
 from robsim.analysis.explanation.wording import length, number
 from robsim.analysis.leaves import changed, leaves
+from robsim.analysis.repeated import Repeated
+from robsim.run.experiment import Experiment
 from robsim.servo import DepthFilter
 
 
@@ -73,7 +74,7 @@ def _scaled(again: Repeated, scale: Any) -> Statement:
 
 
 def _each_leaf(**values: Any) -> Any:
-    def change(case: Case) -> Case:
-        return case.but(task=changed(case.task, lambda leaf: replace(leaf, **values)))
+    def change(case: Experiment) -> Experiment:
+        return case.with_(task=changed(case.task, lambda leaf: replace(leaf, **values)))
 
     return change

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated, Any, Self
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -16,14 +15,14 @@ from robsim.servo.controller import Controller, Decision
 from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import Several, common
+from robsim.servo.tasks.several import OfTasks, Several, common
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 
 @register("task", "parallel")
 @dataclass(frozen=True, eq=False)
-class Parallel(Declared):
+class Parallel(OfTasks, Declared):
     """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
 
     Give each task its `joints` where the cameras and targets would let them share some. Beside one
@@ -40,15 +39,6 @@ class Parallel(Declared):
         ListOf(TaskChoice(TASKS, protocol=Task), 2, 64),
         "At least two tasks, which command different joints.",
     ]
-
-    @property
-    def inner(self) -> tuple[Any, ...]:
-        """The tasks of which it is made."""
-        return tuple(self.tasks)
-
-    def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return a copy with other tasks in their places."""
-        return replace(self, tasks=tuple(tasks))
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that the tasks command; InputError if two command one joint."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated, Any, Self
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from robsim.servo.shaping.redundancy import priorities
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import common, union
+from robsim.servo.tasks.several import OfTasks, common, union
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
@@ -36,7 +35,7 @@ ORDERED = ListOf(
 
 @register("task", "priorities")
 @dataclass(frozen=True, eq=False)
-class Priorities(Shaped):
+class Priorities(OfTasks, Shaped):
     """Tasks in strict order: none disturbs one that comes before it (Siciliano and Slotine 1991).
 
     The first are served exactly as far as the robot can, each next within what is left; their own
@@ -68,15 +67,6 @@ class Priorities(Shaped):
                     "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
                     "whole, not to one of its tasks"
                 )
-
-    @property
-    def inner(self) -> tuple[Any, ...]:
-        """The tasks of which it is made."""
-        return tuple(self.tasks)
-
-    def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return a copy with other tasks in their places."""
-        return replace(self, tasks=tuple(tasks))
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that any of the tasks commands."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,22 @@ class Several(Controller):
             row += part.k
         s, error = (np.concatenate([getattr(d.command, n) for d in each]) for n in ("s", "error"))
         return each, s, error, task_jacobian
+
+
+class OfTasks:
+    """The part of a declaration that is made of `tasks`."""
+
+    tasks: Any
+
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return tuple(self.tasks)
+
+    def with_inner(self, tasks: Sequence[Any]) -> Self:
+        """Return a copy with other tasks in their places."""
+        copy: Self = replace(cast(Any, self), tasks=tuple(tasks))
+        return copy
 
 
 def common(parts: Sequence[Controller]) -> dict[str, Any]:

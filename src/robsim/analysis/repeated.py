@@ -1,27 +1,23 @@
-"""A recorded run with all that is needed to repeat it, unchanged or with changes."""
+"""A recorded run that is simulated once more, with every step kept."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, RankWarning
+from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop, OnStep
+from robsim.run.origin import check_run, made_with, whole_duration
 from robsim.run.outcome import Outcome
-from robsim.run.replay import check_run, settings_of, whole_duration
-from robsim.run.result import dataset
-from robsim.run.simulate import loop_of
 from robsim.run.snapshot import Snapshot
 from robsim.servo.controller import Decision
-from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
-from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
@@ -33,53 +29,10 @@ LONGEST = 50_000  # control periods at most, as each keeps about 10 kB
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
-    """The scene, task, start and other keywords of `simulate` that make a single run."""
-
-    scene: Scene
-    task: Task
-    q0: Array  # (nq,)
-    settings: dict[str, Any]
-
-    @property
-    def dt(self) -> float:
-        """The control period in seconds."""
-        return float(self.settings["dt"])
-
-    @property
-    def sensing(self) -> Sensing:
-        """The imperfections of the images."""
-        return self.settings["sensing"] or Sensing()
-
-    @property
-    def actuation(self) -> Actuation:
-        """The imperfections of the joints."""
-        return self.settings["actuation"] or Actuation()
-
-    def but(self, **changes: Any) -> Case:
-        """Return the case with another scene, task or start, or other keywords of `simulate`."""
-        own = {key: changes.pop(key) for key in ("scene", "task", "q0") if key in changes}
-        return replace(self, **own, settings=self.settings | changes)
-
-    def advanced(self, record: Any = "summary", on_step: OnStep | None = None) -> Loop:
-        """Simulate the case and return the loop at its end.
-
-        InputError or GoalError: the case cannot be simulated.
-        """
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # the original run gave the warning
-            loop = loop_of(
-                self.scene, self.task, self.q0, record=record, on_step=on_step, **self.settings
-            )
-        loop.advance(np.arange(1), lambda share: None)
-        return loop
-
-
-@dataclass(frozen=True, eq=False)
 class Repeated:
-    """A case after its run: every recorded snapshot, and the decisions of its controller."""
+    """An experiment after its single run, with every snapshot and every decision."""
 
-    case: Case
+    case: Experiment
     loop: Loop
     snapshots: list[Snapshot]  # of every step
     decisions: list[Decision]
@@ -87,16 +40,11 @@ class Repeated:
     outcome: Outcome
 
 
-def case_of(
-    run: xr.Dataset,
-    scene: Scene | None = None,
-    task: Task | None = None,
-    sensing: Sensing | None = None,
-    actuation: Actuation | None = None,
-) -> Case:
-    """Return the case of a single run, from its own text or from what is given.
+def case_of(run: xr.Dataset, experiment: Experiment | None = None) -> Experiment:
+    """Return the experiment of a single run, from its own text or from the one that is given.
 
-    `scene` and `task`, with `sensing` and `actuation`, are needed where they are Python code.
+    `experiment` is needed where it is Python code; start and settings are those of the run. A run
+    that was stopped has the duration until then.
 
     InputError: not a run, a batch of several runs, or a run without the text of its experiment.
     """
@@ -104,31 +52,46 @@ def case_of(
     one = _single(run)
     if one.sizes.get("mark") == 0:
         raise InputError("no camera has a part in this run: there is no interaction to look into")
-    settings = settings_of(one)
-    del settings["record"]
+    if experiment is None:
+        made = _own_experiment(one)
+    else:
+        given = of_kind(experiment, Experiment, "experiment")
+        made = given.with_(**made_with(one))
+    _check_same(one, sensing=made.sensing, actuation=made.actuation)
+    start = made.scene.home if made.start is None else made.start
+    return made.with_(start=start, record="all", duration=_duration(made, one))
+
+
+def _duration(case: Experiment, one: xr.Dataset) -> float:
+    """Return the duration of the experiment, or that until it was stopped."""
     outcome, seconds = _ended(one)
-    if outcome is Outcome.RUNNING:
-        dt = settings["dt"]
-        settings["duration"] = whole_duration(seconds / dt, dt)
-    if (scene is None) != (task is None):
-        raise InputError("give both scene and task, or none of them")
-    if scene is None or task is None:
-        if sensing is not None or actuation is not None:
-            raise InputError("give sensing and actuation together with scene and task")
-        experiment = _own_experiment(one)
-        scene, task = experiment.scene, experiment.task
-        sensing, actuation = experiment.sensing, experiment.actuation
-    made = {"sensing": sensing or Sensing(), "actuation": actuation or Actuation()}
-    for name, value in made.items():
+    if outcome is not Outcome.RUNNING:
+        return case.duration
+    return whole_duration(seconds / case.dt, case.dt)
+
+
+def _check_same(one: xr.Dataset, **given: Sensing | Actuation) -> None:
+    for name, value in given.items():
         if one.attrs.get(name, repr(value)) != repr(value):
             raise InputError(
                 f"the run was made with {name}={one.attrs[name]}, which is not what is given: "
                 f"{value!r}"
             )
-    return Case(scene, task, one["q0"].values, settings | made)
 
 
-def repeated(case: Case, run: xr.Dataset) -> Repeated:
+def advanced(case: Experiment, on_step: OnStep | None = None) -> Loop:
+    """Simulate an experiment of one start and return the loop at its end.
+
+    InputError or GoalError: it cannot be simulated.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RankWarning)  # the original run gave the warning
+        loop = case.loop(on_step)
+    loop.advance(np.arange(1), lambda share: None)
+    return loop
+
+
+def repeated(case: Experiment, run: xr.Dataset) -> Repeated:
     """Simulate a run again and keep every step; InputError unless it ends with the same bits."""
     one = _single(run)
     outcome, seconds = _ended(one)
@@ -144,8 +107,8 @@ def repeated(case: Case, run: xr.Dataset) -> Repeated:
         snapshots.append(snapshot)
         decisions.append(decision)
 
-    loop = case.advanced("all", keep)
-    again = dataset(loop, case.scene, case.task)
+    loop = advanced(case, keep)
+    again = case.dataset(loop)
     ends = ("q_end",) if outcome is Outcome.RUNNING else ENDS
     for name in ends:
         if name in one and not np.array_equal(again[name], one[name], equal_nan=True):
@@ -164,7 +127,7 @@ def _own_experiment(one: xr.Dataset) -> Experiment:
     except FileError:
         raise
     except InputError as reason:
-        raise InputError(f"{reason}; give the scene and the task that made it") from None
+        raise InputError(f"{reason}; give the experiment that made it") from None
 
 
 def _ended(one: xr.Dataset) -> tuple[Outcome, float]:

@@ -1,0 +1,61 @@
+"""Checks of what makes a run, before anything runs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeVar
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.declare.spec import with_article
+from robsim.run.record import LONGEST
+from robsim.servo.tasks.task import Task
+from robsim.world.scene import Scene
+
+T = TypeVar("T")
+
+
+def of_kind(value: Any, kind: type[T], what: str) -> T:
+    """Return a value of a class; InputError names `what`."""
+    if not isinstance(value, kind):
+        raise InputError(f"{what}: expected {with_article(kind.__name__)}, got {value!r:.80}")
+    return value
+
+
+def a_task(value: Any, kinds: Any = Task) -> Any:
+    """Return a task; InputError for anything else, also for the class of a task."""
+    if isinstance(value, type) or not isinstance(value, kinds):
+        raise InputError(f"task: expected a task such as IBVS(...), got {value!r:.80}")
+    return value
+
+
+def flag(value: Any, what: str) -> bool:
+    """Return a truth value; InputError names `what`."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{what} must be True or False, got {value!r:.80}")
+    return bool(value)
+
+
+def starts(scene: Scene, value: Any, what: str) -> Array:
+    """Return a start (nq,), or a batch of them (B, nq); InputError names `what`."""
+    array = scene.coordinates(value, what)
+    if array.ndim > 2 or array.size == 0:
+        raise InputError(
+            f"{what}: expected shape ({scene.nq},) or (B, {scene.nq}), got {array.shape}"
+        )
+    return frozen(array)
+
+
+def whole_periods(dt: float, duration: float) -> int:
+    """Return how many periods a duration has, at least one; InputError if too many or none."""
+    if dt > duration:
+        raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
+    steps = duration / dt - 1e-9  # infinite if dt is tiny
+    if steps > LONGEST:
+        raise InputError(
+            f"duration {duration:g} s in periods of {dt:g} s are {steps:.3g} steps; "
+            "at most 10 million are simulated"
+        )
+    return max(1, math.ceil(steps))
