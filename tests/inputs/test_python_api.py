@@ -189,9 +189,9 @@ def test_a_bad_setting_of_simulate_is_an_input_error_that_names_it(name, value, 
 @pytest.mark.parametrize(
     ("tolerance", "message"),
     [
-        (0, "points tolerance must be a positive number, got 0"),
-        (NAN, "points tolerance: nan"),
-        ("small", "points tolerance: expected a number, got 'small'"),
+        (0, "Points.tolerance must be a positive number, got 0"),
+        (NAN, "Points.tolerance: nan"),
+        ("small", "Points.tolerance: expected a number, got 'small'"),
     ],
 )
 def test_a_bad_tolerance_of_a_feature_is_named(tolerance, message):
@@ -203,11 +203,11 @@ TASK = {
     "gain": [
         (0, "gain (per second) must be a positive number", "got 0"),
         (-1, "got -1"),
-        (NAN, "ibvs gain: nan; every number must be finite"),
-        (INF, "ibvs gain: inf; every number must be finite"),
-        ("fast", "ibvs gain: no gain 'fast'; gains: adaptive, or a positive number"),
+        (NAN, "IBVS.gain: nan; every number must be finite"),
+        (INF, "IBVS.gain: inf; every number must be finite"),
+        ("fast", "IBVS.gain: no gain 'fast'; gains: adaptive, or a positive number"),
         ([1.0, 2.0], "gain (per second) must be a positive number, got [1.0, 2.0]"),
-        (None, "ibvs gain: expected a gain, got None; gains: adaptive, or a positive number"),
+        (None, "IBVS.gain: expected a gain, got None; gains: adaptive, or a positive number"),
     ],
     "tolerance": [(0, "tolerance must be a positive number, got 0"), (NAN, "tolerance: nan")],
     "depth_scale": [
@@ -216,9 +216,9 @@ TASK = {
     ],
     "depth": [
         ("tru", "no depth 'tru'; did you mean 'true'? depths: true, goal, filter, or a positive"),
-        (0, "ibvs depth must be a positive number (m), got 0"),
-        (NAN, "ibvs depth: nan"),
-        ([1.0, 2.0], "ibvs depth must be a positive number (m), got [1.0, 2.0]"),
+        (0, "IBVS.depth must be a positive number (m), got 0"),
+        (NAN, "IBVS.depth: nan"),
+        ([1.0, 2.0], "IBVS.depth must be a positive number (m), got [1.0, 2.0]"),
     ],
     "interaction": [
         ("curent", "'curent'", "did you mean 'current'?", "matrices: current, desired, mean"),
@@ -261,10 +261,10 @@ TASK = {
     "target": [
         ("dot", "no object 'dot'", "did you mean 'dots'?", "objects: dots"),
         ("eye", "no object 'eye'", "objects: dots"),
-        ([1], "ibvs target: expected a text, got [1]"),
+        ([1], "IBVS.target: expected a text, got [1]"),
     ],
     "belief": [
-        (3, "ibvs belief: expected a Scene, got 3"),
+        (3, "IBVS.belief: expected a Scene, got 3"),
         (rs.Scene(), "the belief has the joints []", "body.x (m)"),
         (two_arms(), "the belief has the joints ['a.link1 (rad)', 'b.link1 (rad)']", "body.qw"),
         (flying(SQUARE[:3]), "the belief has 3 marks on 'dots', the scene 4"),
@@ -414,9 +414,9 @@ VALUES = {
     "image of no size": (lambda: rs.Camera(K, (0, 480)), "(width, height) in whole pixels, got"),
     "distortion": (lambda: rs.Camera(K, distortion=(1, 2, 3)), "0, 4 (k1 k2 p1 p2), 5"),
     "chapter": (lambda: rs.Camera.from_chapter(0, 1, 1, 0, 0, 0), "f must be a positive number"),
-    "block": (lambda: rs.Block(0, 1, 1), "block length must be a positive number (m), got 0"),
-    "block with a unit": (lambda: rs.Block("5 cm", 1, 1), "block length: expected a number"),
-    "wheel": (lambda: rs.Wheel(1, 1, n=2), "wheel n must be a whole number from 3 to 4096, got 2"),
+    "block": (lambda: rs.Block(0, 1, 1), "Block.length must be a positive number (m), got 0"),
+    "block with a unit": (lambda: rs.Block("5 cm", 1, 1), "Block.length: expected a number"),
+    "wheel": (lambda: rs.Wheel(1, 1, n=2), "Wheel.n must be a whole number from 3 to 4096, got 2"),
     "marks": (lambda: rs.Object("dots", marks=[1, 2, 3]), "marks of 'dots': expected shape"),
     "marks nan": (lambda: rs.Object("dots", marks=[[0, 0, NAN]]), "nan at index (0, 2)"),
     "two of one name": (
@@ -437,7 +437,7 @@ VALUES = {
     "damping": (lambda: rs.DampedInverse(0), "damping must be a positive number, got 0"),
     "length of a law": (
         lambda: rs.CameraLaw(-1),
-        "camera law length must be a positive number",
+        "CameraLaw.length must be a positive number",
     ),
     "computed goal": (lambda: rs.GoalPose(2 * np.eye(4)), "not a rotation"),
     "unit": (lambda: rs.units.parse("5 cm", "angle"), "expected one number with a unit of angle"),

@@ -195,22 +195,22 @@ def _error(drives, held, dt, parts=100):
 @pytest.mark.parametrize(
     ("made", "words"),
     [
-        ({"lag": -1}, "actuation lag must be a number (s) not below 0, got -1"),
-        ({"lag": [1, 2]}, "actuation lag must be a number (s) not below 0"),
+        ({"lag": -1}, "Actuation.lag must be a number (s) not below 0, got -1"),
+        ({"lag": [1, 2]}, "Actuation.lag must be a number (s) not below 0"),
         (
             {"velocity": 0},
-            "actuation velocity must be a positive number, or one for each",
+            "Actuation.velocity must be a positive number, or one for each",
         ),
         (
             {"acceleration": [1, -2]},
-            "actuation acceleration must be a positive number, or",
+            "Actuation.acceleration must be a positive number, or",
         ),
         (
             {"encoder": -0.1},
-            "actuation encoder must be a number not below 0, or one for",
+            "Actuation.encoder must be a number not below 0, or one for",
         ),
-        ({"velocity": "fast"}, "actuation velocity: expected a number, got 'fast'"),
-        ({"encoder": np.nan}, "actuation encoder: nan"),
+        ({"velocity": "fast"}, "Actuation.velocity: expected a number, got 'fast'"),
+        ({"encoder": np.nan}, "Actuation.encoder: nan"),
     ],
 )
 def test_what_makes_no_sense_is_refused(made, words):

@@ -151,5 +151,5 @@ def test_the_interaction_matrix_of_a_sphere_is_a_cross_product():
 
 @pytest.mark.parametrize("radius", [0, -1, np.nan, "big", [1, 2]])
 def test_a_radius_is_a_positive_number(radius):
-    with pytest.raises(InputError, match="sphere radius"):
+    with pytest.raises(InputError, match=r"Sphere\.radius"):
         Sphere(radius)

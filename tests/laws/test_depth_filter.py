@@ -254,13 +254,13 @@ def test_it_is_a_value(again):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ((0.0,), "depth filter start must be a positive number \\(m\\), got 0.0"),
+        ((0.0,), "DepthFilter.start must be a positive number \\(m\\), got 0.0"),
         ((1000.0,), "start of the depth filter must lie between 0.01 m and 100.0 m, got 1000.0"),
         ((1e-3,), "start of the depth filter must lie between"),
-        ((1.0, -0.5), "depth filter start_sigma must be a positive number"),
-        ((1.0, 0.5, 0.0), "depth filter noise .px. must be a positive number"),
-        (("far",), "depth filter start: expected a number"),
-        ((np.nan,), "depth filter start: nan"),
+        ((1.0, -0.5), "DepthFilter.start_sigma must be a positive number"),
+        ((1.0, 0.5, 0.0), "DepthFilter.noise .px. must be a positive number"),
+        (("far",), "DepthFilter.start: expected a number"),
+        ((np.nan,), "DepthFilter.start: nan"),
     ],
 )
 def test_what_is_no_filter_is_refused(arguments, message):

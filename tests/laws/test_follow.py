@@ -424,7 +424,7 @@ class Endless:
         ({"to": [0.0]}, "give either duration, or speed and acceleration; got None"),
         ({"to": [0.0], "speed": 1.0}, "give either duration, .* got speed"),
         ({"to": [0.0], "speed": 1.0, "acceleration": 1.0, "duration": 1.0}, "give either duration"),
-        ({"to": [0.0], "duration": -1.0}, "follow joints duration must be a positive number"),
+        ({"to": [0.0], "duration": -1.0}, "FollowJoints.duration must be a positive number"),
         ({"to": [0.0], "speed": 0.0, "acceleration": 1.0}, "speed must be a positive number"),
         ({"to": [np.nan], "duration": 1.0}, "to: nan at index"),
         ({"to": [[0.0]], "duration": 1.0}, r"to: expected \{joint: value\} or shape \(n,\)"),
@@ -509,7 +509,7 @@ PACE = {"speed": 1.0, "acceleration": 1.0}
         ({}, "give either to=a pose"),
         ({"to": HERE, "path": Straight(HERE, HERE, 1.0)}, "give either to=a pose"),
         ({"to": HERE}, "give either duration, or speed"),
-        ({"to": HERE, "duration": 0.0}, "follow path duration must be a positive number"),
+        ({"to": HERE, "duration": 0.0}, "FollowPath.duration must be a positive number"),
         ({"to": HERE, **PACE}, "expected speed, acceleration, turn and turn_acceleration; got"),
         ({"to": HERE, "turn": 1.0, "turn_acceleration": 1.0}, "expected speed, acceleration"),
         (

@@ -232,15 +232,15 @@ def test_progress_is_that_of_the_whole_mission():
 @pytest.mark.parametrize(
     ("make", "told"),
     [
-        (lambda: Mission([]), "mission phases: expected a list, each a Phase, got"),
-        (lambda: Mission([go(0, 0)]), "mission phases: expected a Phase, got"),
+        (lambda: Mission([]), "Mission.phases: expected a list, each a Phase, got"),
+        (lambda: Mission([go(0, 0)]), "Mission.phases: expected a Phase, got"),
         (lambda: Mission([Phase("a", go(0, 0))] * 2), "two phases are called 'a'"),
         (lambda: Phase("", go(0, 0)), "must be a name without dots"),
         (lambda: Phase("a.b", go(0, 0)), "phase 'a.b': must be a name without dots"),
-        (lambda: Phase("a", "go"), "phase 'a': phase task: no task 'go'"),
+        (lambda: Phase("a", "go"), "phase 'a': Phase.task: no task 'go'"),
         (lambda: Phase("a", Mission(Phase("b", go(0, 0)))), "is no part of another task"),
         (lambda: rs.Parallel([Mission(Phase("b", go(0, 0))), go(0, 0)]), "no part of another task"),
-        (lambda: Phase("a", go(0, 0), -1.0), "phase 'a': phase duration must be a positive"),
+        (lambda: Phase("a", go(0, 0), -1.0), "phase 'a': Phase.duration must be a positive"),
         (lambda: Phase("a", go(0, 0), expects="CONVERGED"), "no outcome 'CONVERGED'"),
         (lambda: Phase("a", go(0, 0), expects="convergd"), "did you mean 'converged'"),
         (lambda: FollowJoints(by=[1], to=[1], duration=1), "give one of to=.*; got to and by"),
@@ -250,9 +250,9 @@ def test_progress_is_that_of_the_whole_mission():
         (lambda: Phase("a", go(0, 0), attach={"cup": "b"}, release="cup"), "'cup' at once"),
         (
             lambda: Phase("a", go(0, 0), release=5),
-            "phase 'a': phase release: expected a text, got 5",
+            "phase 'a': Phase.release: expected a text, got 5",
         ),
-        (lambda: Phase("a", go(0, 0), attach=["cup"]), r"phase attach: expected \{ object = "),
+        (lambda: Phase("a", go(0, 0), attach=["cup"]), r"Phase.attach: expected \{ object = "),
         (
             lambda: tell(SCENE, Phase("a", go(0, 0), release=["cap"])),
             "phase 'a': no object 'cap' in the scene; did you mean 'cup'",

@@ -208,14 +208,14 @@ def test_turning_a_wheel_by_one_division_gives_the_same_wheel():
 @pytest.mark.parametrize(
     ("make", "what"),
     [
-        (lambda bad: Block(bad, 1, 1), "block length"),
-        (lambda bad: Block(1, bad, 1), "block width"),
-        (lambda bad: Block(1, 1, bad), "block height"),
-        (lambda bad: Wheel(bad, 1), "wheel radius"),
-        (lambda bad: Wheel(1, bad), "wheel width"),
-        (lambda bad: CameraBody(bad, 1, 1), "camera body length"),
-        (lambda bad: CameraBody(1, bad, 1), "camera body width"),
-        (lambda bad: CameraBody(1, 1, bad), "camera body height"),
+        (lambda bad: Block(bad, 1, 1), "Block.length"),
+        (lambda bad: Block(1, bad, 1), "Block.width"),
+        (lambda bad: Block(1, 1, bad), "Block.height"),
+        (lambda bad: Wheel(bad, 1), "Wheel.radius"),
+        (lambda bad: Wheel(1, bad), "Wheel.width"),
+        (lambda bad: CameraBody(bad, 1, 1), "CameraBody.length"),
+        (lambda bad: CameraBody(1, bad, 1), "CameraBody.width"),
+        (lambda bad: CameraBody(1, 1, bad), "CameraBody.height"),
     ],
 )
 def test_a_size_is_a_positive_number(make, what, bad):
@@ -227,7 +227,7 @@ def test_a_size_is_a_positive_number(make, what, bad):
 def test_a_wheel_has_at_least_three_points(n):
     with pytest.raises(
         InputError,
-        match=r"wheel n(: expected a number| must be a whole number from 3 to 4096)",
+        match=r"Wheel\.n(: expected a number| must be a whole number from 3 to 4096)",
     ):
         Wheel(1, 1, n)
 

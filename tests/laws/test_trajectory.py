@@ -332,8 +332,8 @@ GOOD = {"speed": 1.0, "acceleration": 1.0}
 @pytest.mark.parametrize(
     "made,message",
     [
-        (lambda: Quintic([0.0], [1.0], -1.0), "quintic duration must be a positive number"),
-        (lambda: Quintic([0.0], [1.0], None), "quintic duration: expected a number, got None"),
+        (lambda: Quintic([0.0], [1.0], -1.0), "Quintic.duration must be a positive number"),
+        (lambda: Quintic([0.0], [1.0], None), "Quintic.duration: expected a number, got None"),
         (lambda: Quintic([0.0], [1.0, 2.0], 1.0), "start and end: 1 axes and 2 axes"),
         (lambda: Quintic([np.nan], [1.0], 1.0), "start: nan at index"),
         (lambda: Quintic(1.0, 2.0, 1.0), r"start: expected shape \(..., n\)"),

@@ -1,6 +1,9 @@
 """What the README and the guides say runs as it stands there."""
 
 import re
+import runpy
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -30,6 +33,19 @@ def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
     names = {"np": np}
     for block in blocks(document):
         exec(compile(block, document.name, "exec"), names)
+
+
+def test_the_written_pages_say_what_the_code_says():
+    """In a process of its own, where no test has registered a kind."""
+    check = [sys.executable, ROOT / "docs/build.py", "--check"]
+    done = subprocess.run(check, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_every_public_name_is_on_the_reference_page_once():
+    groups = runpy.run_path(str(ROOT / "docs/build.py"))["GROUPS"].values()
+    grouped = [name for names in groups for name in names.split()]
+    assert sorted(grouped) == sorted(dir(rs))
 
 
 def scenarios(document):

@@ -6,7 +6,6 @@ A field is declared by its annotation, `Annotated[type, spec, "What it means."]`
 from __future__ import annotations
 
 import dataclasses
-import re
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
@@ -60,18 +59,12 @@ class Declared(Value):
 
 def check_fields(value: Any) -> None:
     """Check the declared fields of a new frozen dataclass, and keep them as they should be."""
-    noun = noun_of(type(value))
+    kind = type(value).__name__
     for each in fields_of(type(value)):
         given = getattr(value, each.name)
         if given is not None or each.default is not None or each.spec.takes_none:
-            checked = each.spec.check(given, f"{noun} {each.name}")
+            checked = each.spec.check(given, f"{kind}.{each.name}")
             object.__setattr__(value, each.name, checked)
-
-
-def noun_of(kind: type[Any]) -> str:
-    """Return what messages call a thing of this class: 'adaptive gain' for `AdaptiveGain`."""
-    own = kind.__dict__.get("noun")
-    return own or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", kind.__name__).lower()
 
 
 def _default(each: dataclasses.Field[Any]) -> Any:
