@@ -236,7 +236,7 @@ def _compare_with_differences(feature: Feature, views: _Views, L: Array) -> list
 
 
 def _off(feature: Feature, views: _Views, step: float, L: Array) -> Array:
-    """Central differences less L, but for half turns by which an angle jumps between two views."""
+    """Return central differences less L, without half turns by which an angle jumps."""
     off, jump = _differences(feature, views, step) - L, np.pi / (2 * step)
     return np.asarray(off - jump * np.round(off / jump))
 

@@ -110,7 +110,7 @@ class Joint:
 
     @property
     def parts(self) -> Parts:
-        """Its own coordinates and velocities; none if it follows others."""
+        """The own coordinates and velocities; none if the joint follows others."""
         if self.tied:
             return Parts()
         own = self.model.parts

@@ -60,7 +60,7 @@ class Mission(Declared):
 
     @classmethod
     def written_facts(cls, value: Mission, c: Context) -> Context:
-        """Likewise of a mission that is written."""
+        """Let each phase see the same when a mission is written."""
         return c.knowing(stage={"scene": c.facts["scene"]})
 
     @property
@@ -103,7 +103,7 @@ class Mission(Declared):
         return so_far()
 
     def checked(self, experiment: Experiment, *, view: bool = True) -> None:
-        """InputError for what can be known of the phases before the first begins.
+        """Raise InputError for what can be known of the phases before the first begins.
 
         With `view` also where the first does not see its target at the start. Where things will be
         that change hands is not known, and so neither the goals after that.
@@ -122,14 +122,14 @@ class Mission(Declared):
                         one.with_(record="summary").loop()
 
     def _share(self, done: int, progress: Progress | None) -> Progress | None:
-        """Progress of one phase as a share of the mission."""
+        """Return a callback that maps the progress of a phase onto that of the mission."""
         if progress is None:
             return None
         return lambda share: progress((done + share) / len(self.phases))
 
 
 def _start(experiment: Experiment) -> Array:
-    """(nq,); InputError for a batch, and for a scene in which no mission can be."""
+    """Return the start (nq,); InputError for a batch, or where no mission can be."""
     scene = experiment.scene
     q: Array = scene.home if experiment.start is None else experiment.start
     if q.ndim != 1:

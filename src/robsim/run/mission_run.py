@@ -36,7 +36,7 @@ class Leg:
 
     @property
     def q_end(self) -> Array:
-        """(nq,) where it ended."""
+        """The coordinates (nq,) where it ended."""
         q: Array = np.array(self.run["q_end"].values)
         return q
 
@@ -60,7 +60,7 @@ class MissionRun:
 
     @property
     def run(self) -> xr.Dataset:
-        """q (time, coordinate) and qd (time, velocity) of the whole mission, and its phases.
+        """The record of the whole mission: q, qd and the phase at each time.
 
         Where one phase ends and the next begins there is one instant, that of the next.
         InputError: no leg has a record, only its end.
@@ -87,7 +87,7 @@ class MissionRun:
 
 
 def _instants(leg: Leg, *, last: bool) -> xr.Dataset:
-    """q and qd of a leg on the clock of the mission; its end belongs to the next."""
+    """Return q and qd of a leg on the clock of the mission; its end belongs to the next."""
     run = leg.run[["q", "qd"]].drop_vars("run", errors="ignore")
     before = run["time"].values < leg.end - leg.start - 1e-9 * float(leg.run.attrs["dt"])
     count = int(before.sum()) + (1 if last else 0)

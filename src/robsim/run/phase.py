@@ -43,7 +43,7 @@ class PhaseName(Text):
 
 @dataclass(frozen=True)
 class Hangings(Spec):
-    """{object: frame}."""
+    """A table {object: frame}."""
 
     form: ClassVar[str] = "table"
 
@@ -146,7 +146,7 @@ class Phase(Declared):
 
     @classmethod
     def written_facts(cls, value: Phase, c: Context) -> Context:
-        """Likewise of a phase that is written."""
+        """Let the task see the same when a phase is written."""
         stage = c.facts["stage"]
         stage["scene"] = value.begun(stage["scene"], stage["scene"].home)
         return c.knowing(scene=stage["scene"])
@@ -170,7 +170,7 @@ def hung(scene: Scene, release: Sequence[str], attach: Mapping[str, str], q: Arr
 
 @contextmanager
 def named(phase: Phase) -> Iterator[None]:
-    """Errors that name the phase."""
+    """Put the name of a phase in front of errors from inside."""
     try:
         yield
     except InputError as error:

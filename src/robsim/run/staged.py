@@ -13,4 +13,4 @@ class Staged(Protocol):
         """Return the run of an experiment whose task this is; `how` as in `Experiment.run`."""
 
     def checked(self, experiment: Any, *, view: bool = True) -> None:
-        """InputError for what can be known before; `view` as in `Experiment.check`."""
+        """Raise InputError for what can be known before; `view` as in `Experiment.check`."""

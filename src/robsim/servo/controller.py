@@ -57,7 +57,7 @@ class Controller(ABC):
         return np.zeros(measurement.runs, dtype=np.bool_)
 
     def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers start anywhere
-        """InputError if it cannot be done from any of the starts q0 (B, nq)."""
+        """Raise InputError if the task can be done from none of the starts q0 (B, nq)."""
 
     def control(self, measurement: Measurement) -> Command:
         """Return the command of an instant, error and task Jacobian scaled to one tolerance."""

@@ -197,7 +197,7 @@ def _spread(p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array
 
 
 def _moved(T: Array, twists: Array) -> Array:
-    """Poses (B, n, 3, 4) exp(twist) T of T (B, 3, 4); NaN beyond a half turn."""
+    """Return poses exp(twist) T (B, n, 3, 4) of T (B, 3, 4); NaN beyond a half turn."""
     columns = runs_last(twists, 1)
     moved, T_all = np.empty((3, 4, columns.shape[1])), np.repeat(T, twists.shape[1], axis=0)
     se3.exp(columns, moved)
@@ -208,7 +208,7 @@ def _moved(T: Array, twists: Array) -> Array:
 
 
 def _following(p: Array, T: Array, camera: Camera) -> Array:
-    """M (B, 6, 2N) = L^+ J^-1, by which the twist of the estimate follows the pixels.
+    """Return M = L^+ J^-1 (B, 6, 2N), by which the estimate follows the pixels.
 
     L is the interaction matrix of the normalised points, of which the fit takes the pseudo-inverse,
     and J their rates in the image. With square pixels and no distortion M M' is (L' L)^-1 with L

@@ -109,7 +109,7 @@ def _normalised_squares(p: Array, T: Array, x: Array) -> Array:
 
 
 def in_image(p: Array, T: Array, camera: Camera) -> Array:
-    """(B, k, N, 2) where marks are seen from poses (B, k, 3, 4); NaN where they are behind."""
+    """Return pixels (B, k, N, 2) of marks from poses (B, k, 3, 4); NaN where behind."""
     X = runs_last(in_camera(p, T), 2)
     pixels = np.empty((X.shape[0], 2, X.shape[2]))
     camera_kernels.project(X, camera.K, camera.lens, pixels)
@@ -117,7 +117,7 @@ def in_image(p: Array, T: Array, camera: Camera) -> Array:
 
 
 def _squares(p: Array, T: Array, u: Array, camera: Camera) -> Array:
-    """Sums (B, k) of squared distances in the image; inf where a mark is behind."""
+    """Return sums (B, k) of squared distances in the image; inf where a mark is behind."""
     squares = np.square(in_image(p, T, camera) - u[:, None]).sum((-1, -2))
     return np.where(np.isnan(squares), np.inf, squares)
 

@@ -61,7 +61,7 @@ def nearest_to_goal(again: Repeated) -> Nearest | None:
 
 
 def _starts(again: Repeated) -> Array:
-    """T_c_o (3, 4, B): as at the start and at the end, and from all around."""
+    """Return poses T_c_o (3, 4, B): of the start, of the end, and from all around."""
     sight, rng = again.loop.controller.sights[0], np.random.default_rng(0)
     ends = [views.pose_at(sight, again.snapshots[i].q[:, 0]).matrix for i in (0, -1)]
     quaternions = rng.normal(size=(STARTS, 4))
@@ -82,7 +82,7 @@ class _Search:
     servo: Servo
 
     def minimised(self, T: Array) -> tuple[Array, Array]:
-        """Errors (k, B) where the descents end, in units of one tolerance, and T there."""
+        """Return errors (k, B) where the descents end, in tolerances, and T there."""
         e, L = self._errors(T)
         damping = np.full(T.shape[2], 1e-3)
         for _ in range(ROUNDS):
@@ -95,7 +95,7 @@ class _Search:
         return e, T
 
     def image(self, T: Array) -> tuple[Array, Array]:
-        """Marks in camera axes (N, 3, B), and their true pixels (N, 2, B)."""
+        """Return the marks in camera axes (N, 3, B), and their true pixels (N, 2, B)."""
         sight = self.servo.sights[0]
         camera, here = sight.eye.camera, np.zeros(T.shape)
         here[:3, :3] = np.eye(3)[..., None]
@@ -106,7 +106,7 @@ class _Search:
         return X, pixels
 
     def _errors(self, T: Array) -> tuple[Array, Array]:
-        """E (k, B) and L (k, 6, B) as the controller measures them; infinite behind the camera."""
+        """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
         regulated = self.servo.regulated
         (sight,) = regulated.sights
         X, pixels = self.image(T)
@@ -121,13 +121,13 @@ class _Search:
         return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
 
     def _depth(self, T: Array) -> Array:
-        """(B,) of the middle of the marks."""
+        """Return the depths (B,) of the middle of the marks."""
         middle: Array = self.servo.sights[0].target.marks.mean(axis=0)
         return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
 
 
 def _moved(T: Array, V: Array) -> Array:
-    """T_c_o after the camera moved by exp(V)."""
+    """Return T_c_o after the camera moved by exp(V)."""
     back, out = np.empty(T.shape), np.empty(T.shape)
     se3.exp(np.ascontiguousarray(-V), back)
     se3.compose(back, np.ascontiguousarray(T), out)
@@ -135,7 +135,7 @@ def _moved(T: Array, V: Array) -> Array:
 
 
 def _step(e: Array, L: Array, damping: Array, depth: Array) -> Array:
-    """V (6, B), lengths measured in depths; zero where there is no finite step."""
+    """Return steps V (6, B), lengths in depths; zero where there is no finite step."""
     unit = np.ones((6, e.shape[1]))
     unit[:3] = depth
     usable = np.isfinite(e).all(0) & np.isfinite(L).all((0, 1))

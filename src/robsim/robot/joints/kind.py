@@ -77,7 +77,7 @@ class JointKind:
 
     @property
     def parts(self) -> Parts:
-        """Its coordinates and velocities, with their units and the axes that they move."""
+        """The coordinates and velocities, with their units and the axes that they move."""
         return Parts(self.coordinates, self.units, self.velocities, self.rates, self.moves)
 
     @property

@@ -49,7 +49,7 @@ class Findings:
             raise FileError("\n".join(self.errors)) from None
 
     def warn(self) -> None:
-        """Emit one FileWarning if there were oddities: the first of each kind, and other lines."""
+        """Give one FileWarning if there were oddities: the first of each kind, and other lines."""
         if self.oddities:
             kinds = list(self.oddities.values())
             more = sum(map(len, kinds[SHOWN:]))

@@ -242,7 +242,7 @@ class FollowJoints(Declared):
         return goal
 
     def _checked_goal(self, what: str) -> Any:
-        """{name: value}, or an array (n,)."""
+        """Return a goal as {name: value}, or as an array (n,)."""
         way = getattr(self, what)
         if not isinstance(way, Mapping):
             goal = numbers(way, what, ("n",))

@@ -30,7 +30,7 @@ class JointFollower(Follower):
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
 
     def decide(self, measurement: Measurement) -> Decision:
-        """On the trajectory, and back to it."""
+        """Return the command that stays on the trajectory, or goes back to it."""
         q = np.ascontiguousarray(measurement.q[self.coordinates])
         r = self.trajectory(measurement, q)
         here, ahead = (
@@ -55,19 +55,19 @@ class JointFollower(Follower):
         return start + self.goal if self.relative else self.goal
 
     def check_start(self, q0: Array) -> None:
-        """InputError if no run can go as far as it should, for the limits of the joints."""
+        """Raise InputError if the joint limits let no run go as far as it should."""
         if self.relative:
             goals = self.goal_from(q0[:, self.coordinates])
             check_limits(self.scene, self.coordinates, goals)
 
     def _at(self, trajectory: Any, seconds: float, measurement: Measurement) -> Array:
-        """(n, B) in the order of its axes."""
+        """Return the goal (n, B) in the order of the axes."""
         n = self.k
         there = numbers(trajectory.at(seconds), "trajectory.at", (n,))
         return np.ascontiguousarray(np.broadcast_to(there, (measurement.runs, n)).T)
 
     def _jacobian(self, measurement: Measurement) -> Array:
-        """(6, n, B) of the tip."""
+        """Return the Jacobian (6, n, B) of the tip."""
         tree = self.scene.tree
         return np.ascontiguousarray(
             tree.jacobian(tree.bodies(measurement.q), self.frame)[:, self.columns]
@@ -75,7 +75,7 @@ class JointFollower(Follower):
 
 
 def check_limits(scene: Scene, coordinates: NDArray[np.int64], goals: Array) -> None:
-    """InputError if none of the goals (B, n) is within the limits of a joint, with the first."""
+    """Raise InputError if no goal (B, n) is within the limits of a joint."""
     for i, values in zip(coordinates, goals.T, strict=True):
         low, high = scene.limits[i]
         if not ((low - LIMIT_SLACK <= values) & (values <= high + LIMIT_SLACK)).any():

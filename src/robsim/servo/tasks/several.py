@@ -34,7 +34,7 @@ class Several(Controller):
         return found
 
     def check_start(self, q0: Array) -> None:
-        """InputError if one of them cannot be done from any start q0 (B, nq)."""
+        """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
         for part in self.parts:
             part.check_start(q0)
 
