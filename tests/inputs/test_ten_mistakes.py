@@ -129,3 +129,8 @@ def test_ten_mistakes_in_one_file_are_ten_messages():
     assert len(lines) == len(TOLD) == 10
     for line, told in zip(lines, TOLD, strict=True):
         assert line.startswith(f"bench.toml: {told}")
+
+
+def test_a_kind_that_needs_a_table_is_shown_in_one():
+    text = TEXT[: TEXT.index("[task]")].replace("schema = 1", 'schema = 1\ntask = "ibvs"')
+    assert refusal(text).endswith("""got 'ibvs', as in { kind = "ibvs" }""")

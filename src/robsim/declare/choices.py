@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import inspect
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -12,6 +11,7 @@ from typing import Any, ClassVar
 from robsim.base.errors import InputError, suggest
 from robsim.declare.families import Family, plural
 from robsim.declare.fields import fields_of
+from robsim.declare.phrases import either_of, methods_of
 from robsim.declare.problems import Broken, shown
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected, with_article
 from robsim.declare.tables import (
@@ -68,7 +68,7 @@ class Choice(Spec):
                 return self.other.check(value, what)
         hint = suggest(value, [*self.plain, *self.names], plural(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
-        more += f", or an object with {_methods(self.protocol)}" if self.protocol else ""
+        more += f", or an object with {methods_of(self.protocol)}" if self.protocol else ""
         named = isinstance(value, str)
         wrong = f"no {self.family.noun} {value!r:.80}" if named else self._not_one(value)
         raise InputError(f"{what}: {wrong}; {hint}{more}")
@@ -153,11 +153,11 @@ class Choice(Spec):
     def _words(self, more: list[str]) -> str:
         names = map(repr, self._bare)
         table = [f"the table of {self._article}"] if not (self.short and self.names) else []
-        return _either(*names, *more, *table)
+        return either_of(*names, *more, *table)
 
     def accepts(self) -> str:
         more = [self.other.accepts()] if self.other else []
-        return _either(*map(repr, self._bare), *more, self._article)
+        return either_of(*map(repr, self._bare), *more, self._article)
 
     def schema(self, define: Any) -> dict[str, Any]:
         tables = [define(self.family.kinds[name], name) for name in self.names]
@@ -229,6 +229,8 @@ class Choice(Spec):
                     raise
         near = difflib.get_close_matches(str(raw)[:64], self._bare, 1, 0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
+        if isinstance(raw, str) and raw in self.names:  # which needs a table here
+            guess = f', as in {{ kind = "{raw}" }}'
         raise InputError(f"must be {self.text_words()}, got {shown(raw)}{guess}")
 
     def _not_one(self, value: object) -> str:
@@ -287,20 +289,5 @@ class Choice(Spec):
         }
 
 
-def _methods(protocol: type[Any]) -> str:
-    """Return the public methods of a protocol, such as "command(state)"."""
-    found = {name: each for name, each in vars(protocol).items() if inspect.isfunction(each)}
-    return " and ".join(
-        f"{name}({', '.join(list(inspect.signature(each).parameters)[1:])})"
-        for name, each in found.items()
-        if not name.startswith("_")
-    )
-
-
 def _named(kind: type[Any]) -> list[tuple[str, Spec]]:
     return [(each.name, each.spec) for each in fields_of(form_of(kind))]
-
-
-def _either(*phrases: str) -> str:
-    *most, last = phrases
-    return f"{', '.join(most)} or {last}" if most else last

@@ -6,43 +6,35 @@ import hashlib
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import KW_ONLY, dataclass, field, fields, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from robsim.base.arrays import positive, whole
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
 from robsim.base.interrupt import undisturbed
-from robsim.base.values import Value
 from robsim.declare.problems import shown
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, read_text, write
 from robsim.run import overview
 from robsim.run.changed import changed, has_objects, names_files
-from robsim.run.checks import a_task, flag, of_kind, starts, whole_periods
-from robsim.run.loop import Loop, OnStep
+from robsim.run.checks import whole_periods
+from robsim.run.loop import Loop
 from robsim.run.mission_run import MissionRun
-from robsim.run.origin import made_with
-from robsim.run.record import Record, every
+from robsim.run.origin import attributes_of, made_with
+from robsim.run.setup import Setup
 from robsim.run.staged import Staged
 from robsim.run.start_view import check_view
 from robsim.run.text import read_experiment, text_of, write_experiment
 from robsim.run.workers import Progress, advance
-from robsim.servo.tasks.task import Task
-from robsim.world.actuation import Actuation
-from robsim.world.scene import Scene
-from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_PERFECT, _EXACT = Sensing(), Actuation()
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Experiment(Value):
+class Experiment(Setup):
     """A scene, a task, a start, imperfections and a duration, as one frozen value.
 
     scene, task  what there is, and what is to be done: a task, or a `Mission`
@@ -65,41 +57,6 @@ class Experiment(Value):
     >>> experiment.at("task.gain", 2.0).task.gain, experiment.with_(dt=0.02).dt
     (2.0, 0.02)
     """
-
-    scene: Scene
-    task: Any
-    start: Any = None
-    _: KW_ONLY
-    sensing: Sensing = _PERFECT
-    actuation: Actuation = _EXACT
-    dt: float = 0.04
-    duration: float = 10.0
-    seed: int = 0
-    hold: bool = False
-    record: Record = "all"
-    first_run: int = 0
-    title: str | None = None
-    source: str = field(default="", repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        checked = {
-            "scene": of_kind(self.scene, Scene, "scene"),
-            "task": a_task(self.task, (Task, Staged)),
-            "start": None if self.start is None else starts(self.scene, self.start, "start"),
-            "sensing": of_kind(self.sensing, Sensing, "sensing"),
-            "actuation": of_kind(self.actuation, Actuation, "actuation"),
-            "dt": positive(self.dt, "dt (seconds)"),
-            "duration": positive(self.duration, "duration (seconds)"),
-            "seed": whole(self.seed, "seed", 0, 2**64),
-            "hold": flag(self.hold, "hold"),
-            "first_run": whole(self.first_run, "first_run", 0, 2**62),
-        }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
-        every(self.record)
-        whole_periods(self.dt, self.duration)
-        if self.title is not None and not isinstance(self.title, str):
-            raise InputError(f"title: expected a text, got {self.title!r:.80}")
 
     def __repr__(self) -> str:
         """Return a few lines: the scene, the task, and the settings."""
@@ -143,7 +100,7 @@ class Experiment(Value):
         >>> Experiment.of(experiment.run()) == experiment
         True
         """
-        text = run.attrs.get("scenario", "")
+        text = attributes_of(run).get("scenario", "")
         if not text:
             reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
             raise InputError(f"this run cannot be repeated from its own text: {reason}")
@@ -192,25 +149,6 @@ class Experiment(Value):
         InputError: there is no text.
         """
         return hashlib.sha256(self.to_toml().encode()).hexdigest()[:16]
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """The fields by name, without scene, task and start."""
-        apart = ("scene", "task", "start", "source")
-        return {
-            each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
-        }
-
-    def with_(self, **changes: Any) -> Experiment:
-        """Return a copy with other fields: `experiment.with_(task=PBVS(), dt=0.02)`.
-
-        InputError: there is no such field.
-        """
-        names = [each.name for each in fields(self) if each.name != "source"]
-        for name in changes:
-            if name not in names:
-                raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
-        return replace(self, **changes)
 
     def at(self, name: str | Mapping[str, Any], value: Any = None) -> Experiment:
         """Return a copy in which what has this dotted name has another value.
@@ -269,25 +207,6 @@ class Experiment(Value):
         if stops or not finished:
             raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
         return result
-
-    def loop(self, on_step: OnStep | None = None) -> Loop:
-        """Return the loop that simulates this experiment; `on_step` is called after each step."""
-        controller = self.task.bind(self.scene)
-        start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
-        return Loop(
-            controller,
-            np.ascontiguousarray(start.reshape(-1, self.scene.nq)),
-            self.dt,
-            whole_periods(self.dt, self.duration),
-            self.seed,
-            self.sensing,
-            self.actuation,
-            self.hold,
-            self.first_run,
-            self.record,
-            start.ndim == 1,
-            on_step,
-        )
 
     def dataset(self, loop: Loop) -> xr.Dataset:
         """Return what a loop of this experiment has recorded."""

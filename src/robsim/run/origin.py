@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError
-from robsim.run.mission_run import MISSION_TITLE
+from robsim.run.mission_run import MISSION_TITLE, MissionRun
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,11 +17,19 @@ if TYPE_CHECKING:
 NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 
 
-def check_run(run: Any) -> None:
-    """Raise InputError if a value is no run."""
-    if not isinstance(getattr(run, "attrs", None), dict) or not hasattr(run, "data_vars"):
+def attributes_of(run: Any) -> dict[str, Any]:
+    """Return what a run, also of a mission, says of itself; InputError if a value is no run."""
+    attrs = getattr(run, "attrs", None)
+    a_run = isinstance(run, MissionRun) or hasattr(run, "data_vars")
+    if not a_run or not isinstance(attrs, dict):
         raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
-    if run.attrs.get("title") == MISSION_TITLE:
+    return attrs
+
+
+def check_run(run: Any) -> None:
+    """Raise InputError unless a value is a run, and not that of a whole mission."""
+    title = attributes_of(run).get("title")
+    if isinstance(run, MissionRun) or title == MISSION_TITLE:
         raise InputError(
             "this is a whole mission; expected the run of a leg, legs[i].run; all of it is done "
             "again by Experiment.of(it).run()"

@@ -1,0 +1,100 @@
+"""The parts of an experiment, checked, and the loop that they make."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
+from typing import Any, Self
+
+import numpy as np
+
+from robsim.base.arrays import positive, whole
+from robsim.base.errors import InputError
+from robsim.base.values import Value
+from robsim.run.checks import a_task, flag, of_kind, starts, whole_periods
+from robsim.run.loop import Loop, OnStep
+from robsim.run.record import Record, every
+from robsim.run.staged import Staged
+from robsim.servo.tasks.task import Task
+from robsim.world.actuation import Actuation
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
+
+_PERFECT, _EXACT = Sensing(), Actuation()
+
+
+@dataclass(frozen=True, eq=False)
+class Setup(Value):
+    """A scene, a task, a start, imperfections and settings: the fields of an `Experiment`."""
+
+    scene: Scene
+    task: Any
+    start: Any = None
+    _: KW_ONLY
+    sensing: Sensing = _PERFECT
+    actuation: Actuation = _EXACT
+    dt: float = 0.04
+    duration: float = 10.0
+    seed: int = 0
+    hold: bool = False
+    record: Record = "all"
+    first_run: int = 0
+    title: str | None = None
+    source: str = field(default="", repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        checked = {
+            "scene": of_kind(self.scene, Scene, "scene"),
+            "task": a_task(self.task, (Task, Staged)),
+            "start": None if self.start is None else starts(self.scene, self.start, "start"),
+            "sensing": of_kind(self.sensing, Sensing, "sensing"),
+            "actuation": of_kind(self.actuation, Actuation, "actuation"),
+            "dt": positive(self.dt, "dt (seconds)"),
+            "duration": positive(self.duration, "duration (seconds)"),
+            "seed": whole(self.seed, "seed", 0, 2**64),
+            "hold": flag(self.hold, "hold"),
+            "first_run": whole(self.first_run, "first_run", 0, 2**62),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        every(self.record)
+        whole_periods(self.dt, self.duration)
+        if self.title is not None and not isinstance(self.title, str):
+            raise InputError(f"title: expected a text, got {self.title!r:.80}")
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The fields by name, without scene, task and start."""
+        apart = ("scene", "task", "start", "source")
+        return {
+            each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
+        }
+
+    def with_(self, **changes: Any) -> Self:
+        """Return a copy with other fields: `experiment.with_(task=PBVS(), dt=0.02)`.
+
+        InputError: there is no such field.
+        """
+        names = [each.name for each in fields(self) if each.name != "source"]
+        for name in changes:
+            if name not in names:
+                raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
+        return replace(self, **changes)
+
+    def loop(self, on_step: OnStep | None = None) -> Loop:
+        """Return the loop that simulates this experiment; `on_step` is called after each step."""
+        controller = self.task.bind(self.scene)
+        start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
+        return Loop(
+            controller,
+            np.ascontiguousarray(start.reshape(-1, self.scene.nq)),
+            self.dt,
+            whole_periods(self.dt, self.duration),
+            self.seed,
+            self.sensing,
+            self.actuation,
+            self.hold,
+            self.first_run,
+            self.record,
+            start.ndim == 1,
+            on_step,
+        )
