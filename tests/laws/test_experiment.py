@@ -88,3 +88,20 @@ def test_errors_name_the_file_where_there_is_one(visp):
         far.run()
     with pytest.raises(rs.GoalError, match=r"^the shown goal"):
         rs.Experiment(far.scene, far.task, far.start).run()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "found"),
+    [
+        ("task.gain", np.float64(2.0), lambda e: e.task.gain),
+        ("task.gain", np.int64(2), lambda e: e.task.gain),
+        ("run.hold", np.bool_(True), lambda e: e.hold),
+        ("run.dt", np.float32(0.5), lambda e: e.dt),
+        ("run.seed", np.uint64(2**63), lambda e: e.seed),
+        ("start.q", np.array([0.1, 0, -1, 0, 0, 0, 1]), lambda e: e.start),
+    ],
+)
+def test_numbers_of_numpy_may_be_given_and_are_in_the_text(visp, name, value, found):
+    made = visp.with_(duration=5.0).at(name, value)
+    np.testing.assert_array_equal(found(made), value)
+    np.testing.assert_array_equal(found(rs.Experiment.from_text(made.text)), value)

@@ -6,6 +6,8 @@ import difflib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.spec import Live, Raw
 from robsim.declare.tables import form_of, keys_of
@@ -22,6 +24,7 @@ def as_raw(kind: type[Any], tables: Any, path: str, value: Any) -> Raw:
     """
     if isinstance(value, str):
         return value
+    value = value.item() if isinstance(value, np.generic) else value
     plain = isinstance(value, bool | int | float | list | dict)
     spec = _spec_at(kind, tables, path.split(".")) if plain else None
     bare = spec is not None and spec.united and _is_numeric(value)

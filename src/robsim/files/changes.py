@@ -53,7 +53,7 @@ def nested(path: Any, value: Any) -> dict[str, Any]:
     if not _can_be_set(keys):
         example = "task.gain or cameras.NAME.size"
         raise InputError(f"{shown(path)} cannot be set; expected a path such as {example}")
-    if value in ({}, []) and keys[-1] not in EMPTY:
+    if isinstance(value, dict | list) and not value and keys[-1] not in EMPTY:
         raise InputError(f"{path}: {shown(value)} changes nothing; name the value to change")
     tables: Any = value
     for i in range(len(keys) - 1, -1, -1):
