@@ -105,3 +105,19 @@ def test_numbers_of_numpy_may_be_given_and_are_in_the_text(visp, name, value, fo
     made = visp.with_(duration=5.0).at(name, value)
     np.testing.assert_array_equal(found(made), value)
     np.testing.assert_array_equal(found(rs.Experiment.from_text(made.text)), value)
+
+
+def test_none_is_what_holds_if_nothing_is_said(visp):
+    slow = visp.with_(sensing=rs.Sensing(period=0.08, noise=1.0), duration=1.0)
+    assert slow.at({"sensing.period": None, "sensing.noise": None}).sensing == rs.Sensing()
+    assert slow.at("run.duration", None).duration == 10.0
+    with pytest.raises(rs.FileError, match=r"task\.kind: missing, and it must be given"):
+        slow.at("task.kind", None)
+
+
+def test_an_error_of_an_experiment_without_a_file_begins_with_the_name(visp):
+    own = rs.Experiment(visp.scene, visp.task, visp.start)
+    with pytest.raises(rs.FileError) as caught:
+        own.at({"task.gain": -1, "run.dt": "40 m"})
+    lines = str(caught.value).splitlines()
+    assert lines[0] == "task.gain: must be greater than 0, got -1" and len(lines) == 2

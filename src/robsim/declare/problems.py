@@ -63,7 +63,7 @@ class Problems:
         """Add a problem, unless it is known; a path or text that is too long is cut."""
         self.seen += 1
         path = path if len(path) <= LONGEST // 2 else f"{path[:140]} ... {path[-140:]}"
-        line = f"{self.source}: {path}: {text}" if path else f"{self.source}: {text}"
+        line = ": ".join(part for part in (self.source, path, text) if part)
         line = line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
         if line not in self.found:
             self.found.append(line)
@@ -83,7 +83,8 @@ class Problems:
         """Raise a FileError if there were problems: the first ten, one a line."""
         if self.found:
             more = len(self.found) - SHOWN + self.untold
-            rest = [f"{self.source}: and {more} more"] if more > 0 else []
+            place = f"{self.source}: " if self.source else ""
+            rest = [f"{place}and {more} more"] if more > 0 else []
             raise FileError("\n".join([*self.found[:SHOWN], *rest])) from None
 
 

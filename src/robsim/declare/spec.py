@@ -67,8 +67,7 @@ class Context:
     def tried(self, spec: Spec, raw: Raw) -> Any:
         """Return the value that `raw` says, or MISSING with its problem reported."""
         if isinstance(raw, Live):
-            self.problems.seen += raw.value is MISSING  # UNREADABLE
-            return raw.value
+            return self._checked(spec, raw.value)
         try:
             return spec.read(raw, self)
         except Broken:  # for what is told elsewhere, so that nothing is made of the rest
@@ -79,6 +78,19 @@ class Context:
         except InputError as error:
             self.blame(error)
             return MISSING
+
+    def _checked(self, spec: Spec, value: Any) -> Any:
+        """Return a Python object as the field keeps it, or MISSING with its problem reported."""
+        if value is MISSING:  # UNREADABLE
+            self.problems.seen += 1
+            return MISSING
+        try:
+            return spec.check(value, str(self.path[-1]) if self.path else "value")
+        except InputError as error:
+            self.blame(error)
+        except (TypeError, ValueError, AttributeError, OverflowError):  # of what is no number
+            self.report(f"expected {spec.accepts()}, got {shown(value)}")
+        return MISSING
 
 
 class Spec:

@@ -30,7 +30,18 @@ def changed(tables: Tables, changes: Changes, source: str, python: bool = False)
                 raise InputError(f"{path}: there is no such name; {nearest(path, names)}")
             tables = merge_table(ExperimentTable, tables, over, False)
     problems.stop()
-    return tables
+    nothing = any(value is None for _, value in pairs(changes))
+    return _without_none(tables) if nothing else tables
+
+
+def _without_none(tables: Any) -> Any:
+    """Return the tables without the keys whose value is None: as if nothing was said."""
+    if isinstance(tables, list):
+        return [_without_none(each) for each in tables]
+    if not isinstance(tables, dict):
+        return tables
+    said = {k: x for k, x in tables.items() if not (isinstance(x, Live) and x.value is None)}
+    return {key: _without_none(x) for key, x in said.items()}
 
 
 def names_files(tables: Any) -> bool:

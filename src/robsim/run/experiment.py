@@ -113,7 +113,7 @@ class Experiment(Setup):
         try:
             made = cls(**read, source=source)
         except InputError as error:
-            raise FileError(f"{source}: {error}") from None
+            raise FileError(f"{source}: {error}" if source else str(error)) from None
         made.__dict__["tables"] = tables
         if text is not None:
             made.__dict__["text"] = text
@@ -155,12 +155,13 @@ class Experiment(Setup):
 
         name    such as "task.gain", "run.dt", "cameras.eye.focal" or "belief.robots.arm.links.
                 elbow.dh.a"; or several of them, {name: value}
-        value   a number in SI, a text as in a file ("20 ms"), or an object (`rs.PBVS()`)
+        value   a number in SI, a text as in a file ("20 ms"), or an object (`rs.PBVS()`); None:
+                as if nothing was said
 
         FileError: there is no such name, with the nearest; or the value is not valid there.
         """
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
-        tables = changed(self.tables, changes, self.source or "<experiment>", python=True)
+        tables = changed(self.tables, changes, self.source, python=True)
         return self._of_tables(tables, self.source, None)
 
     def check(self, *, view: bool = True) -> None:
