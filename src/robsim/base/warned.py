@@ -35,10 +35,10 @@ def warn_of_degrees(angles: ArrayLike, what: str) -> None:
     large = size[(size > TWO_TURNS) & (size <= LARGEST)]
     degrees = large[large % ROUND == 0.0]
     if degrees.size:
-        told, meant = float(degrees[0]), float(np.radians(degrees[0]))
+        given, meant = float(degrees[0]), float(np.radians(degrees[0]))
         warnings.warn(
-            f"{what}: {told:g} looks like degrees, and angles are in radians; "
-            f"np.radians({told:g}) is {meant:.4g}",
+            f"{what}: {given:g} looks like degrees, and angles are in radians; "
+            f"np.radians({given:g}) is {meant:.4g}",
             UnitWarning,
             stacklevel=callers(),
         )

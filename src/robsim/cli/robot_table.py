@@ -83,7 +83,7 @@ def _limits(robot: Robot, link: Link) -> str:
 def _home(robot: Robot, link: Link) -> str:
     mine, follows = _mine(robot, link), link.joint.follows
     if follows is not None and not mine:
-        return follows.told
+        return follows.relation
     values = [" ".join(_shown(robot.home[i], robot.coordinate_units[i])) for i in mine]
     names = [robot.coordinate_names[i].removeprefix(f"{link.name}.") for i in mine]
     if len(mine) == 1:

@@ -64,8 +64,8 @@ def table(run: xr.Dataset, of: Literal["steps", "runs"] | None = None) -> pd.Dat
             columns[name], units[name] = np.broadcast_to(values, shape).ravel(), unit
     found = pd.DataFrame(columns)
     if "time" in rows:  # after the end of a run there is nothing but NaN
-        told = [name for name in columns if name not in ("run", "time", "outcome")]
-        found = found.dropna(how="all", subset=told).reset_index(drop=True)
+        measured = [name for name in columns if name not in ("run", "time", "outcome")]
+        found = found.dropna(how="all", subset=measured).reset_index(drop=True)
     found.attrs = {"title": run.attrs.get("title", ""), "units": units}
     return found
 

@@ -181,14 +181,14 @@ def write_experiment(
     With `live`, what no text can say stands in the tables as the object that it is.
     """
     c = Context(Problems("<text>"), facts={"scene": scene, "live": live})
-    belief, told = _common_belief(task), {name: settings[name] for name in _RUN}
+    belief, own = _common_belief(task), {name: settings[name] for name in _RUN}
     said = TaskTable(
         task,
         settings.get("title"),
         start=None if start is None else StartTable(start),
         sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
         actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
-        run=RunTable(**{**told, "first_run": told["first_run"] or None}),
+        run=RunTable(**{**own, "first_run": own["first_run"] or None}),
     )
     tables = {**write_table(scene, c), **write_table(said, c.knowing(apart=belief is None))}
     if belief is not None:
@@ -207,8 +207,8 @@ def _fields(scene: Scene, found: TaskTable, c: Context) -> dict[str, Any] | None
     for name in ("sensing", "actuation"):
         if getattr(found, name) is not None:
             made[name] = getattr(found, name)
-    told = vars(found.run or RunTable())
-    return {**made, **{name: value for name, value in told.items() if value is not None}}
+    given = vars(found.run or RunTable())
+    return {**made, **{name: value for name, value in given.items() if value is not None}}
 
 
 def _belief(truth: Mapping[str, Raw], raw: Raw, c: Context, folder: Path) -> Scene:

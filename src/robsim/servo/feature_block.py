@@ -208,8 +208,8 @@ class _Block(Spec):
             if value is not MISSING:
                 own[each.name] = value
         rest = {key: part for key, part in table.items() if key not in _OWN}
-        said = raw if isinstance(raw, str) else rest
-        feature = _Feature(KINDS, protocol=Feature).read(said, c)
+        given = raw if isinstance(raw, str) else rest
+        feature = _Feature(KINDS, protocol=Feature).read(given, c)
         if c.problems.seen > before:
             raise Broken
         return feature if self.alone and not own else FeatureBlock(feature, **own)

@@ -37,7 +37,7 @@ class Ackermann(Coupling):
         return "an angle"
 
     @property
-    def told(self) -> str:
+    def relation(self) -> str:
         """The steering angle that it follows, for overviews."""
         return f"{self.of}, by Ackermann"
 

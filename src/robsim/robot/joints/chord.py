@@ -74,7 +74,7 @@ class Chord(Coupling):
         return GIVEN.index(self.gives)
 
     @property
-    def told(self) -> str:
+    def relation(self) -> str:
         """The quantity that it gives, and the chord, for overviews."""
         return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
 

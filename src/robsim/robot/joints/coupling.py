@@ -50,7 +50,7 @@ class Coupling:
         return 0
 
     @property
-    def told(self) -> str:
+    def relation(self) -> str:
         """The coupling in a few words, for overviews."""
         return ""
 

@@ -31,7 +31,7 @@ class Mimic(Coupling):
         check_fields(self)
 
     @property
-    def told(self) -> str:
+    def relation(self) -> str:
         """The ratio, name and offset, for overviews."""
         offset = f" {self.offset:+g}" if self.offset else ""
         return f"{self.ratio:g} {self.of}{offset}"

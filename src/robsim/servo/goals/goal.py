@@ -142,9 +142,9 @@ class GoalSpec(Spec):
         return value if isinstance(value, Goal) else TaughtGoal(value)
 
     def read(self, raw: Raw, c: Context) -> Goal:
-        said = raw if isinstance(raw, Mapping) else {}
-        ways = [key for key in ("computed", "s", "q") if key in said]
-        ways += ["a pose"] if said.keys() & KEYS.keys() else []
+        given = raw if isinstance(raw, Mapping) else {}
+        ways = [key for key in ("computed", "s", "q") if key in given]
+        ways += ["a pose"] if given.keys() & KEYS.keys() else []
         if len(ways) > 1:
             raise InputError(f"{' and '.join(ways)}: give one of them only")
         made: Goal = read_table(GoalTable, raw, c).made(c)
@@ -177,9 +177,9 @@ class GoalSpec(Spec):
         if not isinstance(old, dict) or not isinstance(new, dict):
             return new
         ways = {"q": ["q"], "computed": ["computed"], "s": ["s"], "pose": [*KEYS]}
-        said = [way for way, keys in ways.items() if any(key in new for key in keys)]
-        kept = {k: v for way in said for k, v in old.items() if k in ways[way]}
-        return merge_table(GoalTable, kept if said else old, new, loose)
+        given = [way for way, keys in ways.items() if any(key in new for key in keys)]
+        kept = {k: v for way in given for k, v in old.items() if k in ways[way]}
+        return merge_table(GoalTable, kept if given else old, new, loose)
 
 
 def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
