@@ -215,7 +215,7 @@ class Experiment(Setup):
 
         return dataset(loop, self.scene, self.task, self.origin)
 
-    @property
+    @cached_property
     def origin(self) -> dict[str, str]:
         """What a run says of its experiment: the text, or why there is none."""
         own = self.__dict__.get("tables")
