@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.kernels import solve
+from robsim.kernels import singular, solve
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 seeds, sizes = st.integers(0, 2**32), st.integers(1, 9)
@@ -137,15 +137,72 @@ def test_columns_and_rows_that_repeat_share_the_solution():
     close(B @ x, z, 1e-12)
 
 
+def decomposed(A):
+    """G (m, k, runs), V (k, k, runs) and sigma (k, runs) of A (m, n, runs)."""
+    m, n, runs = A.shape
+    k = min(m, n)
+    G, V, sigma = np.empty((max(m, n), k, runs)), np.empty((k, k, runs)), np.empty((k, runs))
+    singular.singular_values(np.ascontiguousarray(A), G, V, sigma)
+    return G, V, sigma
+
+
 @steady
 @given(seeds, sizes, sizes)
 def test_singular_values_agree_with_lapack(seed, m, n):
-    A, k = np.random.default_rng(seed).normal(size=(m, n)), min(m, n)
-    G, V, sigma = np.empty((max(m, n), k)), np.empty((k, k)), np.empty(k)
-    solve.singular_values(np.ascontiguousarray(A[..., None]), 0, G, V, sigma)
+    A = np.random.default_rng(seed).normal(size=(m, n))
+    G, V, sigma = (part[..., 0] for part in decomposed(A[..., None]))
     close(np.sort(sigma)[::-1], np.linalg.svd(A, compute_uv=False), 1e-14 * (1 + sigma.max()))
     close(G @ V.T, A if m >= n else A.T, 1e-14 * (1 + sigma.max()))
-    close(V.T @ V, np.eye(k), 1e-14)
+    close(V.T @ V, np.eye(min(m, n)), 1e-14)
+
+
+def test_singular_values_of_a_run_do_not_depend_on_those_beside_it():
+    """Easy ones, which need no rotation, beside hard ones, zeros and one that is not finite."""
+    rng = np.random.default_rng(2)
+    A = rng.normal(size=(8, 7, 6))
+    A[:, :, 1] = np.eye(8, 7)
+    A[:, :, 2], A[:, 3, 3], A[0, 0, 4] = 0.0, A[:, 2, 3], np.nan
+    together = decomposed(A)
+    for b in range(6):
+        for whole, alone in zip(together, decomposed(A[..., b : b + 1]), strict=True):
+            assert whole[..., b].tobytes() == alone[..., 0].tobytes()
+
+
+# products
+
+
+def of_product(B, C, y, rcond=1e-9):
+    A = np.einsum("irb,rjb->ijb", B, C)
+    x, rank = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
+    solve.least_squares_of_product(B, C, A, y, rcond, x, rank)
+    return A, x, rank
+
+
+@steady
+@given(seeds, st.integers(6, 16), st.integers(6, 10))
+def test_a_product_of_full_factors_is_inverted_as_lapack_does(seed, m, n):
+    rng = np.random.default_rng(seed)
+    B, C, y = (rng.normal(size=(*shape, 3)) for shape in ((m, 6), (6, n), (m,)))
+    A, x, rank = of_product(B, C, y)
+    assert (rank == 6).all()
+    for b in range(3):
+        size = np.linalg.cond(B[..., b]) * np.linalg.cond(C[..., b])
+        expected = np.linalg.pinv(A[..., b], rcond=1e-12) @ y[:, b]
+        close(x[:, b], expected, 20 * EPS * size**2 * (1 + np.abs(expected).max()))
+
+
+def test_a_product_of_factors_that_are_not_full_is_truncated():
+    rng = np.random.default_rng(4)
+    B, C, y = rng.normal(size=(8, 6, 4)), rng.normal(size=(6, 7, 4)), rng.normal(size=(8, 4))
+    B[:, 5, 0] = B[:, 0, 0]
+    C[2, :, 1] = 3.0 * C[4, :, 1]
+    C[0, 0, 2] = np.nan
+    A, x, rank = of_product(B, C, y)
+    assert rank[[0, 1, 3]].tolist() == [5, 5, 6] and np.isnan(x[:, 2]).all()
+    for b in (0, 1, 3):
+        close(x[:, b], np.linalg.pinv(A[..., b], rcond=1e-9) @ y[:, b], 1e-12)
+    alone = of_product(*(np.ascontiguousarray(part[..., 1:2]) for part in (B, C, y)))[1]
+    assert alone[:, 0].tobytes() == np.ascontiguousarray(x[:, 1]).tobytes()
 
 
 # damping

@@ -3,13 +3,27 @@
 import numpy as np
 
 from robsim.kernels.jit import part
-from robsim.kernels.solve import invert, least_squares
+from robsim.kernels.solve import invert, least_squares, least_squares_of_product
 
 
 @part
 def joint(task_jacobian, error, gain, transposed, damping, rcond, qd):
     """Compute qd = -gain (L J)^+ e, or with the transpose in place of the inverse."""
     invert(task_jacobian, error, transposed, damping, rcond, qd)
+    _scale(-gain, qd)
+
+
+@part
+def joint_of_product(L, J, task_jacobian, error, gain, transposed, damping, rcond, qd):
+    """Compute the same for task_jacobian = L J, with L[k, 6, b]: fast where its rank is not full.
+
+    With more than six features and joints it cannot be.
+    """
+    if transposed or damping > 0.0 or min(L.shape[0], J.shape[1]) <= 6:
+        invert(task_jacobian, error, transposed, damping, rcond, qd)
+    else:
+        rank = np.empty(qd.shape[1], np.int64)
+        least_squares_of_product(L, J, task_jacobian, error, rcond, qd, rank)
     _scale(-gain, qd)
 
 

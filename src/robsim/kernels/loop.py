@@ -93,7 +93,9 @@ def control(scheme, eye, moves, projection, pixels, x, Z, L, J, command):
     solve.product(L, J, command.task_jacobian)
     features.difference(command.s, scheme.s_goal, command.error)
     if scheme.law == JOINT:
-        laws.joint(
+        laws.joint_of_product(
+            L,
+            J,
             command.task_jacobian,
             command.error,
             scheme.gain,

@@ -10,7 +10,8 @@ import math
 import numpy as np
 
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.solve import product, singular_values
+from robsim.kernels.singular import largest, singular_values
+from robsim.kernels.solve import product
 
 
 @kernel
@@ -67,57 +68,60 @@ def _rest(A, rate, qd, out):
                 out[i, b] -= A[i, j, b] * qd[j, b]
 
 
-@kernel
-def _largest(sigma):
-    """Return the largest singular value, or NaN if one is not finite."""
-    largest, nothing = 0.0, 0.0
-    for i in range(sigma.size):
-        largest, nothing = max(largest, sigma[i]), nothing + sigma[i] * 0.0
-    return largest + nothing
-
-
-@kernel
-def _take(direction, along, b, free, qd, P):
+@part
+def _take(direction, along, taken, free, square, qd, P):
     """Add `along` times the free part P direction to qd, and remove that direction from P.
 
-    The direction lies in the range of P but for rounding; projecting it once more keeps what was
-    taken before undisturbed even where the motion is large, near a conflict.
+    Only in the runs whose `taken` is 1. The direction lies in the range of P but for rounding;
+    projecting it once more keeps what was taken before undisturbed even where the motion is large,
+    near a conflict.
     """
-    square = 0.0
-    for i in range(free.size):
-        free[i] = 0.0
-        for j in range(free.size):
-            free[i] += P[i, j, b] * direction[j]
-        square += free[i] * free[i]
-    for i in range(free.size):
-        qd[i, b] += free[i] * along
-        for j in range(free.size):
-            P[i, j, b] -= free[i] * free[j] / square
+    free[:], square[:] = 0.0, 0.0
+    n, runs = free.shape
+    for i in range(n):
+        for j in range(n):
+            for b in range(runs):
+                free[i, b] += P[i, j, b] * direction[j, b]
+        for b in range(runs):
+            square[b] += free[i, b] * free[i, b]
+    for i in range(n):
+        for b in range(runs):
+            qd[i, b] += free[i, b] * along[b] if taken[b] else 0.0
+        for j in range(n):
+            for b in range(runs):
+                P[i, j, b] -= free[i, b] * free[j, b] / square[b] if taken[b] else 0.0
 
 
 @kernel
-def descend(A, rate, rcond, qd, P):
+def descend(A, rate, rcond, first, qd, P):
     """Add (A P)^+ (rate - A qd) to qd[n, b], and subtract (A P)^+ A P from P[n, n, b].
 
     The shapes are A[k, n, b] and rate[k, b]. Singular values of A P below rcond times the largest
-    of A count as zero.
+    of A count as zero. `first` says that P is the identity, and qd zero.
     """
     k, n, runs = A.shape
-    G, V = np.empty((max(k, n), min(k, n))), np.empty((min(k, n), min(k, n)))
-    sigma, free = np.empty(min(k, n)), np.empty(n)
-    AP, rest = np.empty(A.shape), np.empty(rate.shape)
-    product(A, P, AP)
+    small = min(k, n)
+    G, V = np.empty((max(k, n), small, runs)), np.empty((small, small, runs))
+    sigma, least = np.empty((small, runs)), np.empty(runs)
+    free, along, square = np.empty((n, runs)), np.empty(runs), np.empty(runs)
+    taken, AP, rest = np.empty(runs, np.bool_), np.empty(A.shape), np.empty(rate.shape)
+    singular_values(A, G, V, sigma)
+    largest(sigma, least)
+    if not first:
+        product(A, P, AP)
+        singular_values(AP, G, V, sigma)
     _rest(A, rate, qd, rest)
+    left, right = (V, G) if k < n else (G, V)  # A P = left right', one of them orthonormal
+    for s in range(small):
+        along[:] = 0.0
+        for i in range(k):
+            for b in range(runs):
+                along[b] += left[i, s, b] * rest[i, b]
+        for b in range(runs):
+            taken[b] = sigma[s, b] > rcond * least[b]
+            along[b] /= sigma[s, b] * sigma[s, b]
+        _take(right[:, s], along, taken, free, square, qd, P)
+    largest(sigma, square)
     for b in range(runs):
-        singular_values(A, b, G, V, sigma)
-        least = rcond * _largest(sigma)
-        singular_values(AP, b, G, V, sigma)
-        left, right = (V, G) if k < n else (G, V)  # A P = left right', one of them orthonormal
-        if not math.isfinite(least + _largest(sigma)):
+        if not math.isfinite(least[b] + square[b]):
             qd[:, b], P[:, :, b] = np.nan, np.nan
-        for s in range(sigma.size):
-            if sigma[s] > least:
-                along = 0.0
-                for i in range(k):
-                    along += left[i, s] * rest[i, b]
-                _take(right[:, s], along / sigma[s] ** 2, b, free, qd, P)

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from robsim.kernels.jit import kernel, part
+from robsim.kernels.singular import solve_truncated
 
 
 @kernel
@@ -129,79 +130,6 @@ def _solve_wide(Q, inverse, y, x):
 
 
 @kernel
-def _orthogonalise(G, V):
-    """Rotate the columns of G (and V) until they are orthogonal (one-sided Jacobi)."""
-    n = G.shape[1]
-    for _ in range(60):
-        still = True
-        for p in range(n - 1):
-            for q in range(p + 1, n):
-                a, b, c = 0.0, 0.0, 0.0
-                for i in range(G.shape[0]):
-                    a += G[i, p] * G[i, p]
-                    b += G[i, q] * G[i, q]
-                    c += G[i, p] * G[i, q]
-                if abs(c) > 1e-15 * math.sqrt(a * b) and c != 0.0:
-                    still = False
-                    zeta = (b - a) / (2.0 * c)
-                    t = math.copysign(1.0, zeta) / (abs(zeta) + math.hypot(1.0, zeta))
-                    cosine = 1.0 / math.hypot(1.0, t)
-                    _rotate(G, p, q, cosine, cosine * t)
-                    _rotate(V, p, q, cosine, cosine * t)
-        if still:
-            return
-
-
-@kernel
-def _rotate(G, p, q, c, s):
-    for i in range(G.shape[0]):
-        x, y = G[i, p], G[i, q]
-        G[i, p], G[i, q] = c * x - s * y, s * x + c * y
-
-
-@kernel
-def singular_values(A, b, G, V, sigma):
-    """Compute A[:, :, b] = G V' or its transpose; the columns of G have lengths sigma."""
-    wide = A.shape[0] < A.shape[1]
-    V[:] = 0.0
-    for j in range(G.shape[1]):
-        V[j, j] = 1.0
-        for i in range(G.shape[0]):
-            G[i, j] = A[j, i, b] if wide else A[i, j, b]
-    _orthogonalise(G, V)
-    for j in range(G.shape[1]):
-        square = 0.0
-        for i in range(G.shape[0]):
-            square += G[i, j] * G[i, j]
-        sigma[j] = math.sqrt(square)
-
-
-@kernel
-def _solve_truncated(A, y, b, rcond, x):
-    """Compute x = A^+ y for run b by singular values; return the rank."""
-    wide = A.shape[0] < A.shape[1]
-    p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
-    G, V, sigma = np.empty((p, n)), np.empty((n, n)), np.empty(n)
-    singular_values(A, b, G, V, sigma)
-    largest, rank = 0.0, 0
-    for k in range(n):
-        largest = max(largest, sigma[k])
-    for i in range(x.shape[0]):
-        x[i, b] = 0.0
-    left, right = (V, G) if wide else (G, V)
-    for k in range(n):
-        if sigma[k] > rcond * largest:
-            rank += 1
-            along = 0.0
-            for i in range(y.shape[0]):
-                along += left[i, k] * y[i, b]
-            along /= sigma[k] ** 2
-            for i in range(x.shape[0]):
-                x[i, b] += right[i, k] * along
-    return rank
-
-
-@kernel
 def _is_finite(A, b):
     for i in range(A.shape[0]):
         for j in range(A.shape[1]):
@@ -211,15 +139,11 @@ def _is_finite(A, b):
 
 
 @kernel
-def least_squares(A, y, damping, rcond, x, rank):
-    """Compute x[n, b] = argmin ||A x - y||^2 + damping^2 ||x||^2, and rank[b] of A[m, n, b].
-
-    With damping 0 singular values below rcond * largest are truncated. A damped rank is not
-    examined and reads as full.
-    """
+def _by_triangle(A, y, damping, x, bound):
+    """Compute x = A^+ y by a QR factorisation, and bound[b] >= the condition number of A."""
     p, n, runs = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1]), A.shape[2]
     Q = np.empty((p + n if damping > 0.0 else p, n, runs))
-    R, inverse, bound = np.empty((n, n, runs)), np.empty((n, n, runs)), np.empty(runs)
+    R, inverse = np.empty((n, n, runs)), np.empty((n, n, runs))
     _upright(A, damping, Q)
     _gram_schmidt(Q, R)
     _invert_triangle(R, inverse)
@@ -228,14 +152,71 @@ def least_squares(A, y, damping, rcond, x, rank):
         _solve_wide(Q, inverse, y, x)
     else:
         _solve_tall(Q, inverse, y, x)
-    for b in range(runs):
-        rank[b] = n
-        if damping == 0.0 and not bound[b] * rcond < 1.0:
+
+
+@kernel
+def _truncate(A, y, rcond, bound, x, rank):
+    """Solve the runs again by singular values whose condition number may exceed 1/rcond.
+
+    A run whose A is not finite is NaN, and keeps its rank.
+    """
+    some, count = np.empty(bound.size, np.int64), 0
+    for b in range(bound.size):
+        if not bound[b] * rcond < 1.0:
             if _is_finite(A, b):
-                rank[b] = _solve_truncated(A, y, b, rcond, x)
+                some[count] = b
+                count += 1
             else:
-                for i in range(x.shape[0]):
-                    x[i, b] = np.nan
+                x[:, b] = np.nan
+    if count > 0:
+        _truncate_some(A, y, rcond, some[:count], x, rank)
+
+
+@kernel
+def _truncate_some(A, y, rcond, some, x, rank):
+    few, wanted = np.empty((*A.shape[:2], some.size)), np.empty((y.shape[0], some.size))
+    found, ranks = np.empty((x.shape[0], some.size)), np.empty(some.size, np.int64)
+    for i in range(A.shape[0]):
+        for c in range(some.size):
+            wanted[i, c] = y[i, some[c]]
+        for j in range(A.shape[1]):
+            for c in range(some.size):
+                few[i, j, c] = A[i, j, some[c]]
+    solve_truncated(few, wanted, rcond, found, ranks)
+    for c in range(some.size):
+        rank[some[c]] = ranks[c]
+        for i in range(x.shape[0]):
+            x[i, some[c]] = found[i, c]
+
+
+@kernel
+def least_squares(A, y, damping, rcond, x, rank):
+    """Compute x[n, b] = argmin ||A x - y||^2 + damping^2 ||x||^2, and rank[b] of A[m, n, b].
+
+    With damping 0 singular values below rcond * largest are truncated. A damped rank is not
+    examined and reads as full.
+    """
+    bound = np.empty(A.shape[2])
+    _by_triangle(A, y, damping, x, bound)
+    rank[:] = min(A.shape[0], A.shape[1])
+    if damping == 0.0:
+        _truncate(A, y, rcond, bound, x, rank)
+
+
+@kernel
+def least_squares_of_product(B, C, A, y, rcond, x, rank):
+    """Compute x[n, b] = A^+ y and rank[b] of A = B C, with B[m, r, b] and C[r, n, b], r <= m, n.
+
+    Where B and C have rank r, (B C)^+ = C^+ B^+ (Greville 1966), though A itself has no full rank
+    if r < m, n: so no singular values are needed. The product of both bounds is a bound for A.
+    """
+    z, bound, other = np.empty((B.shape[1], x.shape[1])), np.empty(x.shape[1]), np.empty(x.shape[1])
+    _by_triangle(B, y, 0.0, z, bound)
+    _by_triangle(C, z, 0.0, x, other)
+    for b in range(bound.size):
+        bound[b] *= other[b]
+        rank[b] = B.shape[1]
+    _truncate(A, y, rcond, bound, x, rank)
 
 
 @part

@@ -93,7 +93,8 @@ class Servo(Controller):
             task_jacobian = self._weights[:, None] * task_jacobian
         memory = measurement.memory.setdefault("law", {})
         given = (weighted, L, features.J, task_jacobian, 1.0, self.inverse, features.s)
-        state = ControlState(*given, measurement.q, measurement.time, measurement.dt, memory)
+        now = (measurement.q, measurement.time, measurement.dt, memory, self._one_motion)
+        state = ControlState(*given, *now)
         gain = state.gain = self._gain(error, state)
         drift = self._drift(measurement, features, weighted)
         if drift is not None and features.hidden is not None:
@@ -142,6 +143,11 @@ class Servo(Controller):
         who = f"{type(self.law).__name__}.command"
         qd = returned(self.law.command(state), who, wanted)
         return np.array(last_view(qd), order="C")  # theirs may be used again
+
+    @cached_property
+    def _one_motion(self) -> bool:
+        """Whether L J is the product of one L and one J, and not learnt."""
+        return self.broyden is None and self.regulated.as_one
 
     @cached_property
     def _weights(self) -> Array:

@@ -44,6 +44,7 @@ class ControlState:
     time: float = 0.0  # seconds since the start
     dt: float = 0.04  # seconds for which the command is held
     memory: dict[str, Any] = field(default_factory=dict)
+    one_motion: bool = False  # whether L J is the product of `interaction` and `jacobian`
 
     @property
     def error(self) -> Array:
@@ -109,7 +110,11 @@ class JointLaw:
     def command(self, state: ControlState) -> Array:
         """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         qd = np.empty(state.task_jacobian_last.shape[1:])
-        kernels.joint(state.task_jacobian_last, state.error_last, 1.0, *state.inverse.numbers, qd)
+        given = (state.task_jacobian_last, state.error_last, 1.0, *state.inverse.numbers, qd)
+        if state.one_motion:
+            kernels.joint_of_product(state.interaction_last, state.jacobian_last, *given)
+        else:
+            kernels.joint(*given)
         return first_view(state.times_gain(qd))
 
 

@@ -35,8 +35,8 @@ def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Arr
     _, n, runs = levels[0][0].shape
     qd, P = np.zeros((n, runs)), np.zeros((n, n, runs))
     P[np.arange(n), np.arange(n)] = 1.0
-    for A, rate in levels:
-        kernels.descend(A, rate, rcond, qd, P)
+    for i, (A, rate) in enumerate(levels):
+        kernels.descend(A, rate, rcond, i == 0, qd, P)
     return qd, P
 
 
