@@ -33,7 +33,7 @@ ARRANGEMENTS = {
     "second_robot": Arrangement(),
     "watching_head": Arrangement((0, 9), (10, 35), joints="pan_tilt"),
     "chapter_6_2": Arrangement(degrees=(10, 40), cameras=("left", "right")),
-    "stereo_in_hand": Arrangement(seed=2, cameras=("left", "right")),
+    "stereo_in_hand": Arrangement(seed=8, cameras=("left", "right")),
     "holonomic": Arrangement(degrees=(10, 30)),
     "unicycle_docking": Arrangement(degrees=(10, 30), behind=True),
     "mobile_arm": Arrangement(),

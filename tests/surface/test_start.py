@@ -13,15 +13,13 @@ import robsim
 
 LATE = ("matplotlib", "viser", "xarray", "pandas", "pydantic", "scipy", "click", "h5netcdf", "h5py")
 KERNELS = sorted((Path(robsim.__file__).parent / "kernels").glob("*.py"))
-MACHINERY = {
-    "hashlib",
-    "os",
-    "sys",
-    "collections.abc",
-    "pathlib",
-    "typing",
-    "llvmlite",
-}  # of jit.py
+MACHINERY = {  # of the files that know how Numba compiles
+    "jit": {"hashlib", "os", "sys", "collections.abc", "pathlib", "typing", "llvmlite"},
+    "lanes": {
+        *("operator", "typing", "llvmlite", "numba.core", "numba.core.typing.templates"),
+        *("numba.extending", "numba.np.arrayobj"),
+    },
+}
 
 
 @cache
@@ -66,9 +64,7 @@ def imports(path):
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
 def test_kernels_import_math_numpy_numba_and_kernels_only(path):
-    allowed = {"math", "numpy", "numba", "robsim.kernels"} | (
-        MACHINERY if path.stem == "jit" else {"typing"}
-    )
+    allowed = {"math", "numpy", "numba", "robsim.kernels", *MACHINERY.get(path.stem, {"typing"})}
     others = {
         name
         for name in imports(path)

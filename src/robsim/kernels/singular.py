@@ -4,68 +4,52 @@ A run whose columns are orthogonal is left as it is while others still turn, so 
 not depend on the runs beside it.
 """
 
-import math
-
 import numpy as np
 
+from robsim.kernels.block import gather_row, scatter_row, scatter_rows
 from robsim.kernels.jit import kernel, part
+from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
 
 SWEEPS = 60  # at most; six or seven are usual
 STRAIGHT = 1e-15  # cosine of the angle between two columns that counts as zero
 
 
 @part
-def _products(G, p, q, dots):
-    """Compute dots[:, b] = (G_p G_p, G_q G_q, G_p G_q) of two columns."""
-    dots[:] = 0.0
-    for i in range(G.shape[0]):
-        for b in range(G.shape[2]):
-            dots[0, b] += G[i, p, b] * G[i, p, b]
-            dots[1, b] += G[i, q, b] * G[i, q, b]
-            dots[2, b] += G[i, p, b] * G[i, q, b]
+def _rotation(block, p, q, rows):
+    """Return cosine and sine of the rotation of two columns, and in which runs one is needed."""
+    a, c, d = get(block, p), get(block, p), get(block, q)
+    a, c, d = a * a, c * d, d * d
+    for i in range(1, rows):
+        x, y = get(block, p + i), get(block, q + i)
+        a, c, d = a + x * x, c + x * y, d + y * y
+    needed = absolute(c) > STRAIGHT * sqrt(a * d)
+    zeta = (d - a) / (2.0 * where(needed, c, 1.0))
+    t = where(zeta < 0.0, -1.0, 1.0) / (absolute(zeta) + sqrt(1.0 + zeta * zeta))
+    cosine = 1.0 / sqrt(1.0 + t * t)
+    return cosine, cosine * t, needed
 
 
 @part
-def _rotations(dots, turns):
-    """Compute turns[:, b] = (cosine, sine) of each rotation; (1, 0) where none is needed."""
-    count = 0
-    for b in range(dots.shape[1]):
-        c = dots[2, b]
-        needed = abs(c) > STRAIGHT * math.sqrt(dots[0, b] * dots[1, b])
-        zeta = (dots[1, b] - dots[0, b]) / (2.0 * (c if needed else 1.0))
-        t = math.copysign(1.0, zeta) / (abs(zeta) + math.sqrt(1.0 + zeta * zeta))
-        cosine = 1.0 / math.sqrt(1.0 + t * t)
-        turns[0, b] = cosine if needed else 1.0
-        turns[1, b] = cosine * t if needed else 0.0
-        count += needed
-    return count
+def _rotate(block, p, q, rows, cosine, sine, needed):
+    for i in range(rows):
+        x, y = get(block, p + i), get(block, q + i)
+        put(block, p + i, where(needed, cosine * x - sine * y, x))
+        put(block, q + i, where(needed, sine * x + cosine * y, y))
 
 
 @kernel
-def _rotate(G, p, q, turns):
-    for i in range(G.shape[0]):
-        for b in range(G.shape[2]):
-            c, s, x, y = turns[0, b], turns[1, b], G[i, p, b], G[i, q, b]
-            G[i, p, b] = c * x - s * y if s != 0.0 else x
-            G[i, q, b] = s * x + c * y if s != 0.0 else y
-
-
-@kernel
-def _orthogonalise(G, V):
-    """Rotate the columns of G[m, n, b], and those of V, until they are orthogonal."""
-    n, runs = G.shape[1], G.shape[2]
-    dots, turns = np.empty((3, runs)), np.empty((2, runs))
+def _orthogonalise(block, G, rows, n, V):
+    """Rotate n columns of so many rows, and those of V (n rows), until they are orthogonal."""
     for _ in range(SWEEPS):
-        turned = 0
+        straight = True
         for p in range(n - 1):
             for q in range(p + 1, n):
-                _products(G, p, q, dots)
-                count = _rotations(dots, turns)
-                turned += count
-                if count > 0:
-                    _rotate(G, p, q, turns)
-                    _rotate(V, p, q, turns)
-        if turned == 0:
+                c, s, needed = _rotation(block, G + p * rows, G + q * rows, rows)
+                if some(needed):
+                    straight = False
+                    _rotate(block, G + p * rows, G + q * rows, rows, c, s, needed)
+                    _rotate(block, V + p * n, V + q * n, n, c, s, needed)
+        if straight:
             return
 
 
@@ -75,21 +59,33 @@ def singular_values(A, G, V, sigma):
 
     k = min(m, n), and V[k, k, b] is orthogonal.
     """
-    wide, runs = A.shape[0] < A.shape[1], A.shape[2]
-    V[:] = 0.0
-    for j in range(G.shape[1]):
-        V[j, j] = 1.0
-        for i in range(G.shape[0]):
-            for b in range(runs):
-                G[i, j, b] = A[j, i, b] if wide else A[i, j, b]
-    _orthogonalise(G, V)
-    sigma[:] = 0.0
-    for j in range(G.shape[1]):
-        for i in range(G.shape[0]):
-            for b in range(runs):
-                sigma[j, b] += G[i, j, b] * G[i, j, b]
-        for b in range(runs):
-            sigma[j, b] = math.sqrt(sigma[j, b])
+    wide, (rows, n, runs) = A.shape[0] < A.shape[1], G.shape
+    block = np.empty((rows + n + 1) * n * WIDTH)
+    first_V, first_sigma = rows * n, (rows + n) * n
+    for b in range(0, runs, WIDTH):
+        for j in range(n):
+            for i in range(n):
+                put(block, first_V + j * n + i, 1.0 if i == j else 0.0)
+            for i in range(rows):
+                gather_row(A[j, i] if wide else A[i, j], b, j * rows + i, block)
+        _orthogonalise(block, 0, rows, n, first_V)
+        _lengths(block, rows, n, first_sigma)
+        scatter_rows(block, first_sigma, b, sigma)
+        for j in range(n):
+            for i in range(n):
+                scatter_row(block, first_V + j * n + i, b, V[i, j])
+            for i in range(rows):
+                scatter_row(block, j * rows + i, b, G[i, j])
+
+
+@part
+def _lengths(block, rows, n, out):
+    """Compute the length of each of n columns."""
+    for j in range(n):
+        square = get(block, j * rows) * get(block, j * rows)
+        for i in range(1, rows):
+            square = square + get(block, j * rows + i) * get(block, j * rows + i)
+        put(block, out + j, sqrt(square))
 
 
 @kernel

@@ -11,7 +11,9 @@ import math
 
 import numpy as np
 
+from robsim.kernels.block import gather_row, gather_rows, scatter_rows
 from robsim.kernels.jit import kernel, part
+from robsim.kernels.lanes import WIDTH, get, put, sqrt
 from robsim.kernels.singular import solve_truncated
 
 
@@ -26,107 +28,99 @@ def product(A, B, out):
                     out[i, j, b] += A[i, k, b] * B[k, j, b]
 
 
-@part
-def _upright(A, damping, Q):
-    """Set Q to A or A', whichever has at least as many rows as columns, over damping * identity."""
-    wide = A.shape[0] < A.shape[1]
-    p, n = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1])
-    Q[:] = 0.0
+@kernel
+def _gather(A, wide, damping, b, rows, block):
+    """Copy A[:, :, b...] or A', whichever is tall, over damping * identity, column by column."""
+    n, p = min(A.shape[0], A.shape[1]), max(A.shape[0], A.shape[1])
     for j in range(n):
         for i in range(p):
-            for b in range(Q.shape[2]):
-                Q[i, j, b] = A[j, i, b] if wide else A[i, j, b]
-        if damping > 0.0:
-            for b in range(Q.shape[2]):
-                Q[p + j, j, b] = damping
+            gather_row(A[j, i] if wide else A[i, j], b, j * rows + i, block)
+        for i in range(p, rows):
+            put(block, j * rows + i, damping if i - p == j else 0.0)
 
 
-@part
-def _gram_schmidt(Q, R):
-    """Orthonormalise the columns of Q, with R[i, j, b] upper triangular and Q_before = Q R."""
-    rows, n, runs = Q.shape
-    R[:] = 0.0
+@kernel
+def _orthonormalise(block, Q, rows, n, R):
+    """Replace the columns of Q by orthonormal ones, with R upper triangular and Q_before = Q R.
+
+    Both stand column by column: Q of so many `rows`, R of n.
+    """
     for j in range(n):
+        q = Q + j * rows
+        square = get(block, q) * get(block, q)
+        for i in range(1, rows):
+            square = square + get(block, q + i) * get(block, q + i)
+        length = sqrt(square)
+        put(block, R + j * n + j, length)
+        share = 1.0 / length
         for i in range(rows):
-            for b in range(runs):
-                R[j, j, b] += Q[i, j, b] * Q[i, j, b]
-        for b in range(runs):
-            R[j, j, b] = math.sqrt(R[j, j, b])
-        for i in range(rows):
-            for b in range(runs):
-                Q[i, j, b] /= R[j, j, b]
+            put(block, q + i, get(block, q + i) * share)
         for k in range(j + 1, n):
-            for i in range(rows):
-                for b in range(runs):
-                    R[j, k, b] += Q[i, j, b] * Q[i, k, b]
-            for i in range(rows):
-                for b in range(runs):
-                    Q[i, k, b] -= Q[i, j, b] * R[j, k, b]
+            put(block, R + k * n + j, _part_along(block, q, Q + k * rows, rows))
 
 
 @part
-def _invert_triangle(R, inverse):
+def _part_along(block, q, v, rows):
+    """Subtract from a vector its part along the unit vector q, and return how long that was."""
+    along = get(block, q) * get(block, v)
+    for i in range(1, rows):
+        along = along + get(block, q + i) * get(block, v + i)
+    for i in range(rows):
+        put(block, v + i, get(block, v + i) - get(block, q + i) * along)
+    return along
+
+
+@kernel
+def _invert_triangle(block, R, n, inverse):
     """Compute inverse = R^-1 for upper triangular R, column by column."""
-    n, runs = R.shape[1], R.shape[2]
-    inverse[:] = 0.0
     for j in range(n):
-        for b in range(runs):
-            inverse[j, j, b] = 1.0 / R[j, j, b]
+        put(block, inverse + j * n + j, 1.0 / get(block, R + j * n + j))
         for i in range(j - 1, -1, -1):
-            for k in range(i + 1, j + 1):
-                for b in range(runs):
-                    inverse[i, j, b] -= R[i, k, b] * inverse[k, j, b]
-            for b in range(runs):
-                inverse[i, j, b] *= inverse[i, i, b]
+            total = get(block, R + (i + 1) * n + i) * get(block, inverse + j * n + i + 1)
+            for k in range(i + 2, j + 1):
+                total = total + get(block, R + k * n + i) * get(block, inverse + j * n + k)
+            put(block, inverse + j * n + i, -total * get(block, inverse + i * n + i))
 
 
-@part
-def _condition_bound(R, inverse, bound):
-    """Compute bound[b] = ||R||_F ||R^-1||_F >= the condition number."""
-    norm = np.zeros((2, R.shape[2]))
-    for i in range(R.shape[0]):
-        for j in range(i, R.shape[1]):
-            for b in range(R.shape[2]):
-                norm[0, b] += R[i, j, b] * R[i, j, b]
-                norm[1, b] += inverse[i, j, b] * inverse[i, j, b]
-    for b in range(R.shape[2]):
-        bound[b] = math.sqrt(norm[0, b]) * math.sqrt(norm[1, b])
-
-
-@part
-def _solve_tall(Q, inverse, y, x):
-    """Compute x = R^-1 Q' y, with y projected step by step, which keeps Gram-Schmidt stable."""
-    rest, z = np.zeros((Q.shape[0], y.shape[1])), np.zeros(x.shape)
-    for i in range(y.shape[0]):
-        for b in range(y.shape[1]):
-            rest[i, b] = y[i, b]
-    for j in range(z.shape[0]):
-        for i in range(Q.shape[0]):
-            for b in range(y.shape[1]):
-                z[j, b] += Q[i, j, b] * rest[i, b]
-        for i in range(Q.shape[0]):
-            for b in range(y.shape[1]):
-                rest[i, b] -= Q[i, j, b] * z[j, b]
-    x[:] = 0.0
-    for i in range(x.shape[0]):
-        for j in range(i, x.shape[0]):
-            for b in range(x.shape[1]):
-                x[i, b] += inverse[i, j, b] * z[j, b]
-
-
-@part
-def _solve_wide(Q, inverse, y, x):
-    """Compute x = Q R^-T y."""
-    z = np.zeros(y.shape)
-    for j in range(y.shape[0]):
+@kernel
+def _condition_bound(block, R, inverse, n, bound):
+    """Compute bound = ||R||_F ||R^-1||_F >= the condition number."""
+    direct, back = get(block, R) * get(block, R), get(block, inverse) * get(block, inverse)
+    for j in range(1, n):
         for i in range(j + 1):
-            for b in range(y.shape[1]):
-                z[j, b] += inverse[i, j, b] * y[i, b]
-    x[:] = 0.0
-    for i in range(x.shape[0]):
-        for j in range(y.shape[0]):
-            for b in range(y.shape[1]):
-                x[i, b] += Q[i, j, b] * z[j, b]
+            r, s = get(block, R + j * n + i), get(block, inverse + j * n + i)
+            direct, back = direct + r * r, back + s * s
+    put(block, bound, sqrt(direct) * sqrt(back))
+
+
+@kernel
+def _solve_tall(block, Q, rows, n, inverse, y, x):
+    """Compute x = R^-1 Q' y, with y projected step by step, which keeps Gram-Schmidt stable.
+
+    y is spoilt, and x has room for 2 n rows.
+    """
+    for j in range(n):
+        put(block, x + n + j, _part_along(block, Q + j * rows, y, rows))
+    for i in range(n):
+        total = get(block, inverse + i * n + i) * get(block, x + n + i)
+        for j in range(i + 1, n):
+            total = total + get(block, inverse + j * n + i) * get(block, x + n + j)
+        put(block, x + i, total)
+
+
+@kernel
+def _solve_wide(block, Q, rows, n, inverse, y, x, count):
+    """Compute the first `count` rows of x = Q R^-T y; y[n] is replaced by R^-T y."""
+    for j in range(n - 1, -1, -1):
+        total = get(block, inverse + j * n) * get(block, y)
+        for i in range(1, j + 1):
+            total = total + get(block, inverse + j * n + i) * get(block, y + i)
+        put(block, y + j, total)
+    for i in range(count):
+        total = get(block, Q + i) * get(block, y)
+        for j in range(1, n):
+            total = total + get(block, Q + j * rows + i) * get(block, y + j)
+        put(block, x + i, total)
 
 
 @kernel
@@ -140,18 +134,27 @@ def _is_finite(A, b):
 
 @kernel
 def _by_triangle(A, y, damping, x, bound):
-    """Compute x = A^+ y by a QR factorisation, and bound[b] >= the condition number of A."""
-    p, n, runs = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1]), A.shape[2]
-    Q = np.empty((p + n if damping > 0.0 else p, n, runs))
-    R, inverse = np.empty((n, n, runs)), np.empty((n, n, runs))
-    _upright(A, damping, Q)
-    _gram_schmidt(Q, R)
-    _invert_triangle(R, inverse)
-    _condition_bound(R, inverse, bound)
-    if A.shape[0] < A.shape[1]:
-        _solve_wide(Q, inverse, y, x)
-    else:
-        _solve_tall(Q, inverse, y, x)
+    """Compute x = A^+ y by a QR factorisation, and bound[0, b] >= the condition number of A."""
+    wide, runs = A.shape[0] < A.shape[1], A.shape[2]
+    n, p = min(A.shape[0], A.shape[1]), max(A.shape[0], A.shape[1])
+    rows = p + n if damping > 0.0 else p
+    Q, R, inverse, wanted, found = 0, rows * n, (rows + n) * n, (rows + 2 * n) * n, 0
+    found = wanted + rows
+    block = np.zeros((found + p + n + 1) * WIDTH)
+    for b in range(0, runs, WIDTH):
+        _gather(A, wide, damping, b, rows, block)
+        gather_rows(y, b, wanted, block)
+        for i in range(y.shape[0], rows):
+            put(block, wanted + i, 0.0)
+        _orthonormalise(block, Q, rows, n, R)
+        _invert_triangle(block, R, n, inverse)
+        _condition_bound(block, R, inverse, n, found + p + n)
+        if wide:
+            _solve_wide(block, Q, rows, n, inverse, wanted, found, p)
+        else:
+            _solve_tall(block, Q, rows, n, inverse, wanted, found)
+        scatter_rows(block, found, b, x)
+        scatter_rows(block, found + p + n, b, bound)
 
 
 @kernel
@@ -196,11 +199,11 @@ def least_squares(A, y, damping, rcond, x, rank):
     With damping 0 singular values below rcond * largest are truncated. A damped rank is not
     examined and reads as full.
     """
-    bound = np.empty(A.shape[2])
+    bound = np.empty((1, A.shape[2]))
     _by_triangle(A, y, damping, x, bound)
     rank[:] = min(A.shape[0], A.shape[1])
     if damping == 0.0:
-        _truncate(A, y, rcond, bound, x, rank)
+        _truncate(A, y, rcond, bound[0], x, rank)
 
 
 @kernel
@@ -210,13 +213,14 @@ def least_squares_of_product(B, C, A, y, rcond, x, rank):
     Where B and C have rank r, (B C)^+ = C^+ B^+ (Greville 1966), though A itself has no full rank
     if r < m, n: so no singular values are needed. The product of both bounds is a bound for A.
     """
-    z, bound, other = np.empty((B.shape[1], x.shape[1])), np.empty(x.shape[1]), np.empty(x.shape[1])
+    runs = x.shape[1]
+    z, bound, other = np.empty((B.shape[1], runs)), np.empty((1, runs)), np.empty((1, runs))
     _by_triangle(B, y, 0.0, z, bound)
     _by_triangle(C, z, 0.0, x, other)
-    for b in range(bound.size):
-        bound[b] *= other[b]
+    for b in range(runs):
+        bound[0, b] *= other[0, b]
         rank[b] = B.shape[1]
-    _truncate(A, y, rcond, bound, x, rank)
+    _truncate(A, y, rcond, bound[0], x, rank)
 
 
 @part

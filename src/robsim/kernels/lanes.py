@@ -1,0 +1,193 @@
+"""Lanes: the same number of several runs in one register, as a type of Numba.
+
+A kernel on lanes reads like one for a single run: `x = a * b + c` computes WIDTH runs at once.
+Each lane is rounded as a number alone would be, and without contraction to fused operations, so
+that the bits of a run depend neither on its neighbours nor on the machine. A block of memory holds
+rows of WIDTH numbers, one for each run; `get` and `put` move a row.
+"""
+
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.np.arrayobj import make_array
+
+WIDTH = 8  # runs: one AVX-512 register, two of AVX2, four of NEON
+_I32 = ir.IntType(32)
+_REALS = ir.VectorType(ir.DoubleType(), WIDTH)
+_BITS = ir.VectorType(ir.IntType(1), WIDTH)
+
+
+class LanesType(types.Type):
+    """The type of WIDTH real numbers."""
+
+    def __init__(self) -> None:
+        super().__init__("robsim.Lanes")
+
+
+class MaskType(types.Type):
+    """The type of WIDTH truth values, as comparisons give them."""
+
+    def __init__(self) -> None:
+        super().__init__("robsim.Mask")
+
+
+LANES, MASK = LanesType(), MaskType()
+
+
+@register_model(LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _REALS)
+
+
+@register_model(MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _BITS)
+
+
+def _spread(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Return a value as lanes: a number stands in each of them."""
+    if isinstance(kind, LanesType):
+        return value
+    number = context.cast(builder, value, kind, types.float64)
+    none = ir.Constant(_REALS, ir.Undefined)
+    first = builder.insert_element(none, number, ir.Constant(_I32, 0))
+    same = ir.Constant(ir.VectorType(_I32, WIDTH), [0] * WIDTH)
+    return builder.shuffle_vector(first, none, same)
+
+
+_NUMBER = (LanesType, types.Float, types.Integer)
+_PAIRS: list[Any] = [(LanesType, LanesType)]
+_PAIRS += [pair for kind in _NUMBER[1:] for pair in ((LanesType, kind), (kind, LanesType))]
+
+
+def _define(function: Any, result: Any, emit: Any) -> None:
+    """Let an operator of two lanes, or of lanes and a number, give `result` by `emit`."""
+
+    class Template(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            each = len(args) == 2 and all(isinstance(kind, _NUMBER) for kind in args)
+            if each and any(isinstance(kind, LanesType) for kind in args):
+                return signature(result, *args)
+            return None
+
+    infer_global(function)(Template)
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        pairs = zip(sig.args, args, strict=True)
+        return emit(builder, *(_spread(context, builder, *pair) for pair in pairs))
+
+    for pair in _PAIRS:
+        lower_builtin(function, *pair)(lower)
+
+
+for _names, _instruction in (
+    (("add", "iadd"), "fadd"),
+    (("sub", "isub"), "fsub"),
+    (("mul", "imul"), "fmul"),
+    (("truediv", "itruediv"), "fdiv"),
+):
+    for _name in _names:
+        _define(
+            getattr(operator, _name),
+            LANES,
+            lambda builder, a, b, how=_instruction: getattr(builder, how)(a, b),
+        )
+for _name, _symbol in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("eq", "==")):
+    _define(
+        getattr(operator, _name),
+        MASK,
+        lambda builder, a, b, how=_symbol: builder.fcmp_ordered(how, a, b),
+    )
+
+
+@infer_global(operator.neg)
+class _Negative(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        return signature(LANES, LANES) if isinstance(args[0], LanesType) else None
+
+
+@lower_builtin(operator.neg, LanesType)
+def _negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.fneg(args[0])
+
+
+def _unary(name: str) -> Any:
+    """Return the function of one argument that LLVM knows by that name, lane by lane."""
+
+    @intrinsic
+    def function(typing: Any, x: Any) -> Any:
+        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            kind = ir.FunctionType(_REALS, [_REALS])
+            known = f"llvm.{name}.v{WIDTH}f64"
+            return builder.call(
+                cgutils.get_or_insert_function(builder.module, kind, known), list(args)
+            )
+
+        return LANES(LANES), emit
+
+    return function
+
+
+sqrt, absolute = _unary("sqrt"), _unary("fabs")
+
+
+@intrinsic
+def where(typing: Any, mask: Any, a: Any, b: Any) -> Any:
+    """Return a in the lanes in which the mask is true, and b in the others."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        _, *kinds = sig.args
+        chosen = (_spread(context, builder, *p) for p in zip(kinds, args[1:], strict=True))
+        return builder.select(args[0], *chosen)
+
+    return LANES(MASK, a, b), emit
+
+
+@intrinsic
+def some(typing: Any, mask: Any) -> Any:
+    """Return whether the mask is true in any lane."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
+
+    return types.boolean(MASK), emit
+
+
+def _address(context: Any, builder: Any, kinds: Any, block: Any, row: Any) -> Any:
+    data = make_array(kinds[0])(context, builder, block).data
+    index = context.cast(builder, row, kinds[1], types.int64)
+    first = builder.gep(data, [builder.mul(index, ir.Constant(ir.IntType(64), WIDTH))])
+    return builder.bitcast(first, _REALS.as_pointer())
+
+
+@intrinsic
+def get(typing: Any, block: Any, row: Any) -> Any:
+    """Return a row of a block[rows * WIDTH] as lanes."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        read = builder.load(_address(context, builder, sig.args, *args))
+        read.align = 8
+        return read
+
+    return LANES(block, row), emit
+
+
+@intrinsic
+def put(typing: Any, block: Any, row: Any, x: Any) -> Any:
+    """Write lanes, or a number, into a row of a block[rows * WIDTH]."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        value = _spread(context, builder, sig.args[2], args[2])
+        written = builder.store(value, _address(context, builder, sig.args[:2], *args[:2]))
+        written.align = 8
+        return context.get_dummy_value()
+
+    return types.void(block, row, x), emit

@@ -1,0 +1,86 @@
+"""Lanes: each of eight runs is rounded as a number alone is."""
+
+import numpy as np
+import pytest
+from numba import njit
+
+from robsim.kernels.block import gather_rows, scatter_rows
+from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
+
+ODD = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 1e-310])
+
+
+@njit
+def computed(block):
+    """Every operation on rows 0 and 1, from row 2 on."""
+    a, b = get(block, 0), get(block, 1)
+    put(block, 2, a + b)
+    put(block, 3, a - b)
+    put(block, 4, a * b)
+    put(block, 5, a / b)
+    put(block, 6, -a)
+    put(block, 7, sqrt(absolute(a)))
+    put(block, 8, where(a < b, a, b))
+    put(block, 9, where(a >= 1.0, 2 * a, 0.5))
+    put(block, 10, 1.0 - a * 3 / b)
+    put(block, 11, 7)
+    c = a
+    c += b
+    c *= a
+    c -= 1.0
+    c /= b
+    put(block, 12, c)
+    put(block, 13, where(a == b, 1.0, where(a > b, 2.0, where(a <= b, 3.0, 4.0))))
+    return some(a > b), some(a > 1e300)
+
+
+def expected(a, b):
+    with np.errstate(all="ignore"):
+        compared = np.select([a == b, a > b, a <= b], [1.0, 2.0, 3.0], 4.0)
+        return np.array(
+            [
+                *(a + b, a - b, a * b, a / b, -a, np.sqrt(np.abs(a)), np.where(a < b, a, b)),
+                *(np.where(a >= 1.0, 2 * a, 0.5), 1.0 - a * 3 / b, np.full(WIDTH, 7.0)),
+                *(((a + b) * a - 1.0) / b, compared),
+            ]
+        )
+
+
+@pytest.mark.parametrize("shift", range(WIDTH))
+def test_every_operation_is_that_of_numpy_to_the_bit(shift):
+    rng = np.random.default_rng(shift)
+    pairs = [rng.normal(size=(2, WIDTH)) * 10.0 ** rng.integers(-9, 9, (2, WIDTH))]
+    pairs += [np.stack([ODD, np.roll(ODD, shift)])]
+    for a, b in pairs:
+        block = np.concatenate([a, b, np.full(12 * WIDTH, np.nan)])
+        found = computed(block)
+        np.testing.assert_array_equal(block[2 * WIDTH :].reshape(12, WIDTH), expected(a, b))
+        assert found == ((a > b).any(), (a > 1e300).any())
+
+
+@pytest.mark.parametrize("runs", [1, 7, 8, 9, 20])
+def test_rows_come_back_from_blocks_and_the_last_run_fills_the_rest(runs):
+    x, again = np.random.default_rng(0).normal(size=(3, runs)), np.full((3, runs), np.nan)
+    for b in range(0, runs, WIDTH):
+        block = np.zeros(5 * WIDTH)
+        gather_rows(x, b, 2, block)
+        rows = block.reshape(5, WIDTH)
+        assert not rows[:2].any()
+        left = min(WIDTH, runs - b)
+        np.testing.assert_array_equal(rows[2:, left:], x[:, -1:].repeat(WIDTH - left, axis=1))
+        scatter_rows(block, 2, b, again)
+    np.testing.assert_array_equal(again, x)
+
+
+def test_a_product_that_is_added_is_rounded_twice():
+    """No fused multiply-add, which some machines have and others lack."""
+
+    @njit
+    def fused(block):
+        put(block, 3, get(block, 0) * get(block, 1) + get(block, 2))
+
+    block = np.zeros(4 * WIDTH)
+    block[:WIDTH], block[WIDTH : 2 * WIDTH] = 1.0 + 2.0**-30, 1.0 - 2.0**-30
+    block[2 * WIDTH : 3 * WIDTH] = -1.0
+    fused(block)
+    assert (block[3 * WIDTH :] == 0.0).all()  # fused it were -2**-60
