@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.declare.families import families
 
 PUMA_ROWS = [
     [0, 0.67183, 0, np.pi / 2],
@@ -14,6 +15,16 @@ PUMA_ROWS = [
     [0, 0, 0, 0],
 ]
 SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
+
+
+@pytest.fixture(autouse=True)
+def _kinds_as_before():
+    """Forget the kinds that a test registers, so that no other test meets them."""
+    before = {noun: dict(family.kinds) for noun, family in families().items()}
+    yield
+    for noun, family in families().items():
+        family.kinds.clear()
+        family.kinds.update(before.get(noun, {}))
 
 
 @pytest.fixture

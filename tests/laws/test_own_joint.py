@@ -8,7 +8,6 @@ import pytest
 
 import robsim as rs
 from robsim.declare import register
-from robsim.robot.joint import KINDS
 from robsim.testing import check_joint
 
 
@@ -280,15 +279,7 @@ def test_robots_with_it_are_values():
     assert "own" in str(a) and a.links[2].joint.kind == Helical(0.1)
 
 
-@pytest.fixture
-def registry():
-    before = dict(KINDS)
-    yield
-    KINDS.clear()
-    KINDS.update(before)
-
-
-def test_a_registered_kind_goes_by_its_name(registry):
+def test_a_registered_kind_goes_by_its_name():
     register("joint kind")(Universal)
     register("joint kind")(Helical)
     assert rs.Joint("universal").model == Universal()
@@ -301,7 +292,7 @@ def test_a_registered_kind_goes_by_its_name(registry):
         rs.Joint("helicl")
 
 
-def test_what_is_no_kind_is_refused(registry):
+def test_what_is_no_kind_is_refused():
     for given, words in (
         (Universal, "no joint kind <class .*; write Universal"),
         ("universl", "no joint kind 'universl'; did you mean 'unicycle'\\? joint kinds: fixed"),
