@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
-from robsim.analysis.scheme import Measures, Scheme, named, run_and_measure, share_of
-from robsim.base.errors import InputError, Interrupted, suggest
+from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
+from robsim.base.errors import InputError, Interrupted, naming, suggest
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
@@ -92,7 +92,7 @@ def _experiments(
     start = None if q0 is None else starts(scene, q0, "q0")
     made = {}
     for name, task in _by_name(tasks, "tasks by name, as in {'mine': IBVS()}").items():
-        with named(name):
+        with naming(f"scheme '{name}'"):
             made[name] = Experiment(scene, task, start, **settings)
     return made
 

@@ -42,8 +42,8 @@ UNITS = {"border_margin": "px"}
 def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Dataset:
     """Return what the controller of a run used and what was true, at each recorded instant.
 
-    The run is repeated from its own text, with the same bits, or from `scene` and `task`, with
-    `sensing` and `actuation`, where these are Python code. For a summary every instant is given.
+    The run is repeated from its own text, with the same bits, or from its `experiment`, where that
+    is Python code. For a summary every instant is given.
     Lhat and Jhat are what the law was given, L and J what was true, all with the weights of the
     task; V and its rate are those of the unweighted true error.
 

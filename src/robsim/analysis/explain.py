@@ -16,8 +16,8 @@ from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
 from robsim.analysis.repeated import case_of, repeated
+from robsim.base.arrays import flag
 from robsim.base.html import table
-from robsim.run.checks import flag
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,7 +14,7 @@ import xarray as xr
 from robsim.analysis.measures import MEASURES
 from robsim.analysis.recorded import Recorded, blocks, runs_in_a_block
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, Interrupted, RankWarning
+from robsim.base.errors import Interrupted, RankWarning, naming
 from robsim.base.threads import processors
 from robsim.files.table import Run
 from robsim.run.checks import whole_periods
@@ -36,13 +35,13 @@ class Scheme:
 
     def check(self) -> None:
         """Bind the task and check start and settings, as a run would; errors name the scheme."""
-        with named(self.name), warnings.catch_warnings():
+        with naming(f"scheme '{self.name}'"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
             self.experiment.check(view=False)
 
     def run(self, progress: Progress | None = None) -> xr.Dataset:
         """Simulate the scheme and return its run."""
-        with named(self.name):
+        with naming(f"scheme '{self.name}'"):
             run: xr.Dataset = self.experiment.run(progress, **self.how)
         return run
 
@@ -55,15 +54,6 @@ class Scheme:
     def with_(self, **changes: Any) -> Scheme:
         """Return the scheme with other fields of its experiment."""
         return replace(self, experiment=self.experiment.with_(**changes))
-
-
-@contextmanager
-def named(name: str) -> Iterator[None]:
-    """Put the name of a scheme in front of errors from inside."""
-    try:
-        yield
-    except InputError as error:
-        raise type(error)(f"scheme '{name}': {error}") from None
 
 
 def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Dataset, Measures]:

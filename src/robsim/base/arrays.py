@@ -137,3 +137,10 @@ def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
     if below is not None and int(value) >= below:
         raise InputError(f"{what} must be below {below}, got {value!r}")
     return int(value)
+
+
+def flag(value: Any, what: str) -> bool:
+    """Return a truth value, or raise an InputError that names `what`."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{what} must be True or False, got {value!r:.80}")
+    return bool(value)

@@ -14,7 +14,8 @@ FileWarning                          a file has oddities, which are left out or 
 """
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -72,3 +73,12 @@ def suggest(name: object, exists: Iterable[str], kind: str) -> str:
     near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
     guess = f"did you mean '{near[0]}'? " if near else ""
     return f"{guess}{kind}: {', '.join(names) or 'none'}"
+
+
+@contextmanager
+def naming(what: str) -> Iterator[None]:
+    """Put what an InputError from inside is about in front of it, such as "phase 'lift'"."""
+    try:
+        yield
+    except InputError as error:
+        raise type(error)(f"{what}: {error}") from None

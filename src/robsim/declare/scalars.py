@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import numbers
+from robsim.base.arrays import flag, numbers
 from robsim.base.errors import InputError
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
@@ -147,9 +147,7 @@ class Flag(Spec):
     """A truth value."""
 
     def check(self, value: Any, what: str) -> bool:
-        if not isinstance(value, bool | np.bool_):
-            raise InputError(f"{what} must be True or False, got {value!r:.80}")
-        return bool(value)
+        return flag(value, what)
 
     def read(self, raw: Raw, c: Context) -> bool:
         if not isinstance(raw, bool):

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.kernels import camera
+from robsim.kernels.extremes import largest
 from robsim.kernels.jit import kernel, part
 
 RUNNING, CONVERGED, LOCAL_MINIMUM, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2, 3, 4
@@ -29,18 +30,6 @@ class Watch(NamedTuple):
     still: Any  # periods without motion
     before: Any  # (3, B) last position of the moving frame
     length: Any  # of its path so far
-
-
-@kernel
-def _largest(x, out):
-    """Compute out[b] = max_i |x[i, b]|; NaN or infinite if any of them is."""
-    out[:] = 0.0
-    for i in range(x.shape[0]):
-        for b in range(out.size):
-            out[b] = max(out[b], abs(x[i, b]))
-    for i in range(x.shape[0]):
-        for b in range(out.size):
-            out[b] += x[i, b] * 0.0
 
 
 @kernel
@@ -78,7 +67,7 @@ def begin(error, depth, T, tolerance, hold, watch):
     behind it later: its error is not compared.
     """
     _norm(error, watch.norm)
-    _largest(depth, watch.farthest)
+    largest(depth, watch.farthest)
     for b in range(watch.norm.size):
         scale = np.inf if hold[b] else max(watch.norm[b], DIVERGENCE * tolerance)
         watch.norm[b] = DIVERGENCE * scale
@@ -91,14 +80,14 @@ def begin(error, depth, T, tolerance, hold, watch):
 @part
 def _stands_still(task_jacobian, qd, pace, tolerance, still):
     """Count the periods in which the command hardly moves the features over 1/pace."""
-    change, largest = np.zeros((task_jacobian.shape[0], still.size)), np.empty(still.size)
+    change, most = np.zeros((task_jacobian.shape[0], still.size)), np.empty(still.size)
     for i in range(task_jacobian.shape[0]):
         for j in range(task_jacobian.shape[1]):
             for b in range(still.size):
                 change[i, b] += task_jacobian[i, j, b] * qd[j, b]
-    _largest(change, largest)
+    largest(change, most)
     for b in range(still.size):
-        still[b] = still[b] + 1 if largest[b] < STALL * tolerance * pace else 0
+        still[b] = still[b] + 1 if most[b] < STALL * tolerance * pace else 0
 
 
 @part
@@ -138,11 +127,11 @@ def judge(
     size, away, far = np.empty(outcome.size), np.empty(outcome.size), np.empty(outcome.size)
     state, speed = np.empty(outcome.size), np.empty(outcome.size)
     beyond, where = np.empty(outcome.size, np.bool_), np.empty(outcome.size, np.int8)
-    _largest(error, size)
+    largest(error, size)
     _norm(error, away)
-    _largest(depth, far)
-    _largest(q, state)
-    _largest(qd, speed)
+    largest(depth, far)
+    largest(q, state)
+    largest(qd, speed)
     _beyond(q, limits, beyond)
     _worst(visibility, where)
     _stands_still(task_jacobian, qd, pace, tolerance, watch.still)

@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
+from robsim.kernels.extremes import largest
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.singular import largest, singular_values
+from robsim.kernels.singular import singular_values
 from robsim.kernels.solve import product
 
 

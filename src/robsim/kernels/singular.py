@@ -7,6 +7,7 @@ not depend on the runs beside it.
 import numpy as np
 
 from robsim.kernels.block import gather_row, scatter_row, scatter_rows
+from robsim.kernels.extremes import largest
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
 
@@ -86,18 +87,6 @@ def _lengths(block, rows, n, out):
         for i in range(1, rows):
             square = square + get(block, j * rows + i) * get(block, j * rows + i)
         put(block, out + j, sqrt(square))
-
-
-@kernel
-def largest(sigma, out):
-    """Compute out[b] = max_k sigma[k, b]; NaN if one is not finite."""
-    out[:] = 0.0
-    for k in range(sigma.shape[0]):
-        for b in range(out.size):
-            out[b] = max(out[b], sigma[k, b])
-    for k in range(sigma.shape[0]):
-        for b in range(out.size):
-            out[b] += sigma[k, b] * 0.0
 
 
 @kernel

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, numbers, runs_first, runs_last
-from robsim.base.errors import FrameError, InputError, suggest
+from robsim.base.arrays import Array, flag, numbers, runs_first, runs_last
+from robsim.base.errors import FrameError, suggest
 from robsim.base.values import Value
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import as_pose, common_lead, homogeneous, is_pose_like
@@ -209,8 +209,7 @@ class Kinematics(Value):
 
     def _arm(self, link: str | None, limits: bool) -> Arm:
         """Return the problem of inverse kinematics for a link of this robot."""
-        if not isinstance(limits, bool | np.bool_):
-            raise InputError(f"limits must be True or False, got {limits!r:.80}")
+        flag(limits, "limits")
         rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
         names = self.coordinate_units, self.velocity_names
         return Arm(self.tree, self._link(link), rows, self.home, *names)

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, flag, frozen
 from robsim.base.errors import FileWarning, InputError, suggest
 from robsim.base.names import checked_name
 from robsim.base.warned import warn_of_degrees
@@ -208,8 +208,7 @@ class Robot(Kinematics):
                 f"the tool '{tool.name}' stands on '{tool.on}', not on '{self.name}'; give the "
                 "pose and the link to with_tool instead"
             )
-        if not isinstance(bare, bool | np.bool_):
-            raise InputError(f"bare must be True or False, got {bare!r:.80}")
+        flag(bare, "bare")
         at = one_pose(pose, f"pose of the tool '{tool.name}'") @ tool.base
         links = mounted(self.links, tool.links, tool.name, self._link(on), at, bool(bare))
         number = [link.name for link in tool.links].index(tool.tip)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, TypeVar
 
-import numpy as np
-
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare.spec import with_article
@@ -29,13 +27,6 @@ def a_task(value: Any, kinds: Any = Task) -> Any:
     if isinstance(value, type) or not isinstance(value, kinds):
         raise InputError(f"task: expected a task such as IBVS(...), got {value!r:.80}")
     return value
-
-
-def flag(value: Any, what: str) -> bool:
-    """Return a truth value; InputError names `what`."""
-    if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{what} must be True or False, got {value!r:.80}")
-    return bool(value)
 
 
 def starts(scene: Scene, value: Any, what: str) -> Array:

@@ -218,11 +218,10 @@ class Experiment(Setup):
     @cached_property
     def origin(self) -> dict[str, str]:
         """What a run says of its experiment: the text, or why there is none."""
-        own = self.__dict__.get("tables")
-        exact = own is None or names_files(own) or has_objects(own)
         one = self.with_(start=None) if np.ndim(self.start) > 1 else self  # a text has one start
         try:
-            return {"scenario": one.to_toml() if exact else self.text}
+            exact = names_files(one.__dict__.get("tables"))  # the files may change
+            return {"scenario": one.to_toml() if exact else one.text}
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
 

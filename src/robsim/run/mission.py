@@ -9,13 +9,13 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, Interrupted
+from robsim.base.errors import InputError, Interrupted, naming
 from robsim.declare import Declared, ListOf, Table, register
 from robsim.declare.spec import Context, Raw
 from robsim.run.experiment import Experiment
 from robsim.run.mission_run import Leg, MissionRun
 from robsim.run.outcome import Outcome
-from robsim.run.phase import Phase, named
+from robsim.run.phase import Phase
 from robsim.run.workers import Progress, check_progress
 
 MOST = 1000  # phases
@@ -110,16 +110,17 @@ class Mission(Declared):
         """
         q = _start(experiment)
         staged, known = experiment.scene, True
+        one = replace(experiment, start=q, record="summary", source="")
         for i, phase in enumerate(self.phases):
-            with named(phase):
+            with naming(f"phase {phase.name!r}"):
                 staged = phase.begun(staged, q)
                 known = known and staged is experiment.scene
                 if known:
-                    one = _of_phase(phase, replace(experiment, start=q, source=""))
+                    own = _of_phase(phase, one)
                     if i == 0:
-                        one.check(view=view)
+                        own.check(view=view)
                     else:
-                        one.with_(record="summary").loop()
+                        own.loop()
 
     def _share(self, done: int, progress: Progress | None) -> Progress | None:
         """Return a callback that maps the progress of a phase onto that of the mission."""
@@ -151,7 +152,7 @@ def _of_phase(phase: Phase, experiment: Experiment) -> Experiment:
 
 def _leg(phase: Phase, experiment: Experiment, before: Sequence[Leg], **how: Any) -> Leg:
     """Return how a phase goes that starts where the legs before it ended."""
-    with named(phase):
+    with naming(f"phase {phase.name!r}"):
         scene = phase.begun(experiment.scene, experiment.start)
         run = _of_phase(phase, replace(experiment, scene=scene)).run(**how)
     outcome, start = Outcome(int(run["outcome"])), before[-1].end if before else 0.0

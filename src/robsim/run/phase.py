@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, naming
 from robsim.declare import Declared, Text, Time, Word
 from robsim.declare.lists import Names
 from robsim.declare.spec import Context, Raw, Spec, expected
@@ -127,7 +126,7 @@ class Phase(Declared):
     ] = Outcome.CONVERGED
 
     def __post_init__(self) -> None:
-        with named(self):
+        with naming(f"phase {self.name!r}"):
             super().__post_init__()
             both = sorted(set(self.release) & set(self.attach))
             if both:
@@ -166,15 +165,6 @@ def hung(scene: Scene, release: Sequence[str], attach: Mapping[str, str], q: Arr
     for thing, frame in attach.items():
         scene = scene.attached(thing, frame, q)
     return scene
-
-
-@contextmanager
-def named(phase: Phase) -> Iterator[None]:
-    """Put the name of a phase in front of errors from inside."""
-    try:
-        yield
-    except InputError as error:
-        raise type(error)(f"phase {phase.name!r}: {error}") from None
 
 
 def _changed(scene: Scene, raw: Mapping[str, Raw], key: str) -> Scene:

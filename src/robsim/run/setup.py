@@ -7,10 +7,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from robsim.base.arrays import positive, whole
+from robsim.base.arrays import flag, positive, whole
 from robsim.base.errors import InputError
 from robsim.base.values import Value
-from robsim.run.checks import a_task, flag, of_kind, starts, whole_periods
+from robsim.run.checks import a_task, of_kind, starts, whole_periods
 from robsim.run.loop import Loop, OnStep
 from robsim.run.record import Record, every
 from robsim.run.staged import Staged
