@@ -13,7 +13,7 @@ import numpy as np
 from robsim.base.arrays import Array, runs_last, some_runs
 from robsim.base.errors import InputError, RankWarning
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.kernels.loop import Command
+from robsim.servo.command import Command
 from robsim.servo.controller import Controller
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depth_filter import DepthFilter

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ import numpy as np
 from robsim.base.errors import FileError, InputError, RankWarning
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
-from robsim.run.loop import Loop, OnStep
+from robsim.run.loop import Loop
 from robsim.run.origin import check_run, made_with, whole_duration
 from robsim.run.outcome import Outcome
 from robsim.run.snapshot import Snapshot
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 ENDS = ("q_end", "outcome", "end_time")
 LONGEST = 50_000  # control periods at most, as each keeps about 10 kB
+
+See = Callable[[Snapshot, Decision], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,15 +82,19 @@ def _check_same(one: xr.Dataset, **given: Sensing | Actuation) -> None:
             )
 
 
-def advanced(case: Experiment, on_step: OnStep | None = None) -> Loop:
+def advanced(case: Experiment, see: See | None = None) -> Loop:
     """Simulate an experiment of one start and return the loop at its end.
+
+    `see` is called after every step.
 
     InputError or GoalError: it cannot be simulated.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RankWarning)  # the original run gave the warning
-        loop = case.loop(on_step)
-    loop.advance(np.arange(1), lambda share: None)
+        loop = case.loop()
+    for _, chunk in loop.instants(np.arange(1)):
+        if see:
+            see(loop.sequence.snapshot(chunk), loop.sequence.decision(chunk))
     return loop
 
 

@@ -39,7 +39,6 @@ def check_colors(scenario: Experiment) -> None:
 
 def must_compile(scenario: Experiment) -> bool:
     """Return whether kernels have to be compiled before the experiment runs."""
-    from robsim.run.loop import worth_compiling
 
     steps = scenario.duration / scenario.dt
-    return is_cold("solve.least_squares") or (worth_compiling(1, steps) and is_cold("loop.stride"))
+    return is_cold("judging.judge")

@@ -82,9 +82,15 @@ def undistort(u, v, lens):
 
 
 @kernel
-def pinhole(x, y, K):
+def pinhole_of(x, y, fu, skew, u0, fv, v0):
     """Return the pixel (column, row) of a normalised image point."""
-    return K[0, 0] * x + K[0, 1] * y + K[0, 2], K[1, 1] * y + K[1, 2]
+    return fu * x + skew * y + u0, fv * y + v0
+
+
+@kernel
+def pinhole(x, y, K):
+    """Return the same for intrinsics K (3, 3)."""
+    return pinhole_of(x, y, K[0, 0], K[0, 1], K[0, 2], K[1, 1], K[1, 2])
 
 
 @kernel

@@ -6,8 +6,14 @@ from robsim.kernels.jit import kernel
 
 
 @kernel
-def adaptive(at_zero, at_infinity, slope, norm, gain):
-    """Compute gain[b] = (g0 - g1) exp(-slope x/(g0 - g1)) + g1 at x = norm[b], with g0 > g1."""
+def adapted(at_zero, at_infinity, slope, size):
+    """Return the gain (g0 - g1) exp(-slope x/(g0 - g1)) + g1 at a size x, with g0 > g1."""
     span = at_zero - at_infinity
+    return span * math.exp(-slope * size / span) + at_infinity
+
+
+@kernel
+def adaptive(at_zero, at_infinity, slope, norm, gain):
+    """Compute gain[b] at x = norm[b]."""
     for b in range(norm.size):
-        gain[b] = span * math.exp(-slope * norm[b] / span) + at_infinity
+        gain[b] = adapted(at_zero, at_infinity, slope, norm[b])

@@ -135,7 +135,38 @@ def _unary(name: str) -> Any:
     return function
 
 
-sqrt, absolute = _unary("sqrt"), _unary("fabs")
+sqrt, absolute, floor = _unary("sqrt"), _unary("fabs"), _unary("floor")
+
+
+def _join(function: Any, instruction: str) -> None:
+    """Let an operator of two masks be an instruction."""
+
+    class Template(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            masks = len(args) == 2 and all(isinstance(kind, MaskType) for kind in args)
+            return signature(MASK, MASK, MASK) if masks else None
+
+    infer_global(function)(Template)
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return getattr(builder, instruction)(*args)
+
+    lower_builtin(function, MaskType, MaskType)(lower)
+
+
+_join(operator.and_, "and_")
+_join(operator.or_, "or_")
+
+
+@infer_global(operator.invert)
+class _Not(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        return signature(MASK, MASK) if isinstance(args[0], MaskType) else None
+
+
+@lower_builtin(operator.invert, MaskType)
+def _not(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.not_(args[0])
 
 
 @intrinsic
@@ -162,7 +193,9 @@ def some(typing: Any, mask: Any) -> Any:
 
 
 def _address(context: Any, builder: Any, kinds: Any, block: Any, row: Any) -> Any:
-    data = make_array(kinds[0])(context, builder, block).data
+    """Return the address of a row; the block is an array, or a pointer to its first number."""
+    pointer = isinstance(kinds[0], types.CPointer)
+    data = block if pointer else make_array(kinds[0])(context, builder, block).data
     index = context.cast(builder, row, kinds[1], types.int64)
     first = builder.gep(data, [builder.mul(index, ir.Constant(ir.IntType(64), WIDTH))])
     return builder.bitcast(first, _REALS.as_pointer())
@@ -191,3 +224,26 @@ def put(typing: Any, block: Any, row: Any, x: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(block, row, x), emit
+
+
+@intrinsic
+def lane(typing: Any, x: Any, i: Any) -> Any:
+    """Return the number in one of the lanes."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        index = context.cast(builder, args[1], sig.args[1], types.int32)
+        return builder.extract_element(args[0], index)
+
+    return types.float64(x, i), emit
+
+
+@intrinsic
+def with_lane(typing: Any, x: Any, i: Any, value: Any) -> Any:
+    """Return lanes in which one has another number."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        index = context.cast(builder, args[1], sig.args[1], types.int32)
+        number = context.cast(builder, args[2], sig.args[2], types.float64)
+        return builder.insert_element(args[0], number, index)
+
+    return LANES(x, i, value), emit

@@ -7,7 +7,6 @@ not depend on the runs beside it.
 import numpy as np
 
 from robsim.kernels.block import gather_row, scatter_row, scatter_rows
-from robsim.kernels.extremes import largest
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
 
@@ -55,6 +54,69 @@ def _orthogonalise(block, G, rows, n, V):
 
 
 @kernel
+def decompose(block, G, rows, n, V, sigma):
+    """Rotate n columns of so many rows until they are orthogonal, of lengths sigma; V' turns back.
+
+    Of a matrix A = G V' the columns G are replaced in place, and V (n, n) is orthogonal.
+    """
+    for j in range(n):
+        for i in range(n):
+            put(block, V + j * n + i, 1.0 if i == j else 0.0)
+    _orthogonalise(block, G, rows, n, V)
+    _lengths(block, G, rows, n, sigma)
+
+
+@part
+def _lengths(block, G, rows, n, out):
+    """Compute the length of each of n columns."""
+    for j in range(n):
+        at = G + j * rows
+        square = get(block, at) * get(block, at)
+        for i in range(1, rows):
+            square = square + get(block, at + i) * get(block, at + i)
+        put(block, out + j, sqrt(square))
+
+
+@part
+def greatest(block, x, n):
+    """Return the largest of n numbers that are not negative; NaN is passed over."""
+    most = get(block, x)
+    for j in range(1, n):
+        most = where(get(block, x + j) > most, get(block, x + j), most)
+    return most
+
+
+@kernel
+def truncated(block, A, k, n, y, rcond, x, scratch):
+    """Compute x = A^+ y without singular values below rcond * largest, and return the rank.
+
+    `scratch` has p q + q^2 + q rows for q = min(k, n) and p = max(k, n).
+    """
+    wide, q, p = k < n, min(k, n), max(k, n)
+    G, V, sigma = scratch, scratch + p * q, scratch + p * q + q * q
+    for j in range(q):
+        for i in range(p):
+            put(block, G + j * p + i, get(block, A + (j * n + i if wide else i * n + j)))
+    decompose(block, G, p, q, V, sigma)
+    least = rcond * greatest(block, sigma, q)
+    left, height, right, width = (V, q, G, p) if wide else (G, p, V, q)
+    rank = 0.0 * least
+    for i in range(n):
+        put(block, x + i, rank)
+    for j in range(q):
+        along = get(block, left + j * height) * get(block, y)
+        for i in range(1, k):
+            along = along + get(block, left + j * height + i) * get(block, y + i)
+        size = get(block, sigma + j)
+        counts = size > least
+        rank = rank + where(counts, 1.0, 0.0)
+        along = where(counts, along / (size * size), 0.0)
+        for i in range(n):
+            put(block, x + i, get(block, x + i) + get(block, right + j * width + i) * along)
+    return rank
+
+
+@kernel
 def singular_values(A, G, V, sigma):
     """Compute A[m, n, b] = G V' or its transpose; the columns of G have lengths sigma[k, b].
 
@@ -65,49 +127,12 @@ def singular_values(A, G, V, sigma):
     first_V, first_sigma = rows * n, (rows + n) * n
     for b in range(0, runs, WIDTH):
         for j in range(n):
-            for i in range(n):
-                put(block, first_V + j * n + i, 1.0 if i == j else 0.0)
             for i in range(rows):
                 gather_row(A[j, i] if wide else A[i, j], b, j * rows + i, block)
-        _orthogonalise(block, 0, rows, n, first_V)
-        _lengths(block, rows, n, first_sigma)
+        decompose(block, 0, rows, n, first_V, first_sigma)
         scatter_rows(block, first_sigma, b, sigma)
         for j in range(n):
             for i in range(n):
                 scatter_row(block, first_V + j * n + i, b, V[i, j])
             for i in range(rows):
                 scatter_row(block, j * rows + i, b, G[i, j])
-
-
-@part
-def _lengths(block, rows, n, out):
-    """Compute the length of each of n columns."""
-    for j in range(n):
-        square = get(block, j * rows) * get(block, j * rows)
-        for i in range(1, rows):
-            square = square + get(block, j * rows + i) * get(block, j * rows + i)
-        put(block, out + j, sqrt(square))
-
-
-@kernel
-def solve_truncated(A, y, rcond, x, rank):
-    """Compute x[n, b] = A^+ y without singular values below rcond * largest, and rank[b]."""
-    p, n, runs = max(A.shape[0], A.shape[1]), min(A.shape[0], A.shape[1]), A.shape[2]
-    G, V, sigma = np.empty((p, n, runs)), np.empty((n, n, runs)), np.empty((n, runs))
-    along, most = np.empty(runs), np.empty(runs)
-    singular_values(A, G, V, sigma)
-    largest(sigma, most)
-    left, right = (V, G) if A.shape[0] < A.shape[1] else (G, V)
-    x[:], rank[:] = 0.0, 0
-    for k in range(n):
-        along[:] = 0.0
-        for i in range(y.shape[0]):
-            for b in range(runs):
-                along[b] += left[i, k, b] * y[i, b]
-        for b in range(runs):
-            counts = sigma[k, b] > rcond * most[b]
-            rank[b] += counts
-            along[b] = along[b] / (sigma[k, b] * sigma[k, b]) if counts else 0.0
-        for i in range(x.shape[0]):
-            for b in range(runs):
-                x[i, b] += right[i, k, b] * along[b]

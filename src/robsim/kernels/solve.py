@@ -7,14 +7,12 @@ rcond * largest count as zero. Wide systems (more unknowns than equations) get t
 least norm, through the QR of A'.
 """
 
-import math
-
 import numpy as np
 
-from robsim.kernels.block import gather_row, gather_rows, scatter_rows
+from robsim.kernels.block import gather_rows, scatter_rows
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lanes import WIDTH, get, put, sqrt
-from robsim.kernels.singular import solve_truncated
+from robsim.kernels.lanes import WIDTH, get, put, some, sqrt, where
+from robsim.kernels.singular import truncated
 
 
 @kernel
@@ -26,17 +24,6 @@ def product(A, B, out):
             for k in range(A.shape[1]):
                 for b in range(A.shape[2]):
                     out[i, j, b] += A[i, k, b] * B[k, j, b]
-
-
-@kernel
-def _gather(A, wide, damping, b, rows, block):
-    """Copy A[:, :, b...] or A', whichever is tall, over damping * identity, column by column."""
-    n, p = min(A.shape[0], A.shape[1]), max(A.shape[0], A.shape[1])
-    for j in range(n):
-        for i in range(p):
-            gather_row(A[j, i] if wide else A[i, j], b, j * rows + i, block)
-        for i in range(p, rows):
-            put(block, j * rows + i, damping if i - p == j else 0.0)
 
 
 @kernel
@@ -123,73 +110,94 @@ def _solve_wide(block, Q, rows, n, inverse, y, x, count):
         put(block, x + i, total)
 
 
-@kernel
-def _is_finite(A, b):
-    for i in range(A.shape[0]):
-        for j in range(A.shape[1]):
-            if not math.isfinite(A[i, j, b]):
-                return False
-    return True
+@part
+def scratch_of(k, n):
+    """Return how many rows `solve_block` needs to work in."""
+    m, p = min(k, n), max(k, n)
+    return (p + m) * m + 2 * m * m + (p + m) + (p + m) + 1 + n
 
 
 @kernel
-def _by_triangle(A, y, damping, x, bound):
-    """Compute x = A^+ y by a QR factorisation, and bound[0, b] >= the condition number of A."""
-    wide, runs = A.shape[0] < A.shape[1], A.shape[2]
-    n, p = min(A.shape[0], A.shape[1]), max(A.shape[0], A.shape[1])
-    rows = p + n if damping > 0.0 else p
-    Q, R, inverse, wanted, found = 0, rows * n, (rows + n) * n, (rows + 2 * n) * n, 0
-    found = wanted + rows
-    block = np.zeros((found + p + n + 1) * WIDTH)
-    for b in range(0, runs, WIDTH):
-        _gather(A, wide, damping, b, rows, block)
-        gather_rows(y, b, wanted, block)
-        for i in range(y.shape[0], rows):
-            put(block, wanted + i, 0.0)
-        _orthonormalise(block, Q, rows, n, R)
-        _invert_triangle(block, R, n, inverse)
-        _condition_bound(block, R, inverse, n, found + p + n)
-        if wide:
-            _solve_wide(block, Q, rows, n, inverse, wanted, found, p)
-        else:
-            _solve_tall(block, Q, rows, n, inverse, wanted, found)
-        scatter_rows(block, found, b, x)
-        scatter_rows(block, found + p + n, b, bound)
+def _by_triangle(block, A, k, n, y, damping, x, scratch):
+    """Compute x = A^+ y by a QR factorisation; return a bound of the condition number of A.
 
-
-@kernel
-def _truncate(A, y, rcond, bound, x, rank):
-    """Solve the runs again by singular values whose condition number may exceed 1/rcond.
-
-    A run whose A is not finite is NaN, and keeps its rank.
+    `damping` is a row, or -1 where there is none.
     """
-    some, count = np.empty(bound.size, np.int64), 0
-    for b in range(bound.size):
-        if not bound[b] * rcond < 1.0:
-            if _is_finite(A, b):
-                some[count] = b
-                count += 1
-            else:
-                x[:, b] = np.nan
-    if count > 0:
-        _truncate_some(A, y, rcond, some[:count], x, rank)
+    wide, m, p = k < n, min(k, n), max(k, n)
+    rows = p + m if damping >= 0 else p
+    Q, R = scratch, scratch + rows * m
+    inverse = R + m * m
+    wanted, found = inverse + m * m, inverse + m * m + rows
+    bound = found + p + m
+    for j in range(m):
+        for i in range(p):
+            put(block, Q + j * rows + i, get(block, A + (j * n + i if wide else i * n + j)))
+        for i in range(p, rows):
+            put(block, Q + j * rows + i, 0.0)
+        if damping >= 0:
+            put(block, Q + j * rows + p + j, get(block, damping))
+    for i in range(rows):
+        put(block, wanted + i, 0.0)
+    for i in range(k):
+        put(block, wanted + i, get(block, y + i))
+    _orthonormalise(block, Q, rows, m, R)
+    _invert_triangle(block, R, m, inverse)
+    _condition_bound(block, R, inverse, m, bound)
+    if wide:
+        _solve_wide(block, Q, rows, m, inverse, wanted, found, p)
+    else:
+        _solve_tall(block, Q, rows, m, inverse, wanted, found)
+    for i in range(n):
+        put(block, x + i, get(block, found + i))
+    return get(block, bound)
 
 
 @kernel
-def _truncate_some(A, y, rcond, some, x, rank):
-    few, wanted = np.empty((*A.shape[:2], some.size)), np.empty((y.shape[0], some.size))
-    found, ranks = np.empty((x.shape[0], some.size)), np.empty(some.size, np.int64)
-    for i in range(A.shape[0]):
-        for c in range(some.size):
-            wanted[i, c] = y[i, some[c]]
-        for j in range(A.shape[1]):
-            for c in range(some.size):
-                few[i, j, c] = A[i, j, some[c]]
-    solve_truncated(few, wanted, rcond, found, ranks)
-    for c in range(some.size):
-        rank[some[c]] = ranks[c]
-        for i in range(x.shape[0]):
-            x[i, some[c]] = found[i, c]
+def _truncate(block, A, k, n, y, rcond, doubtful, x, full, scratch):
+    """Replace x of the doubtful runs by that of their singular values; return the rank.
+
+    A run whose A is not finite is NaN.
+    """
+    m, p = min(k, n), max(k, n)
+    other = scratch + p * m + m * m + m
+    rank = truncated(block, A, k, n, y, rcond, other, scratch)
+    total = 0.0 * get(block, A)
+    for i in range(1, k * n):
+        total = total + 0.0 * get(block, A + i)
+    for i in range(n):
+        put(block, x + i, where(doubtful, get(block, other + i) + total, get(block, x + i)))
+    return where(doubtful & (total == 0.0), rank, full)
+
+
+@kernel
+def solve_block(block, A, k, n, y, damping, rcond, x, scratch):
+    """Compute x = argmin ||A x - y||^2 + damping^2 ||x||^2 for A[k, n], and return the rank of A.
+
+    A stands row by row. Without damping (-1, else a row) singular values below
+    rcond * largest are truncated. A damped rank is not examined and reads as full.
+    """
+    bound = _by_triangle(block, A, k, n, y, damping, x, scratch)
+    doubtful = ~(bound * rcond < 1.0)
+    rank = 0.0 * rcond + min(k, n)
+    if damping < 0 and some(doubtful):
+        rank = _truncate(block, A, k, n, y, rcond, doubtful, x, rank, scratch)
+    return rank
+
+
+@kernel
+def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
+    """Compute x = A^+ y of A = B C, with B[k, 6] and C[6, n], 6 <= k, n.
+
+    Where B and C have rank 6, (B C)^+ = C^+ B^+ (Greville 1966), though A itself has no full rank
+    if 6 < k, n: so no singular values are needed. The product of both bounds is a bound for A.
+    """
+    z, rest = scratch, scratch + 6
+    bound = _by_triangle(block, B, k, 6, y, -1, z, rest)
+    bound = bound * _by_triangle(block, C, 6, n, z, -1, x, rest)
+    doubtful, rank = ~(bound * rcond < 1.0), 0.0 * rcond + 6.0
+    if some(doubtful):
+        rank = _truncate(block, A, k, n, y, rcond, doubtful, x, rank, scratch)
+    return rank
 
 
 @kernel
@@ -199,28 +207,55 @@ def least_squares(A, y, damping, rcond, x, rank):
     With damping 0 singular values below rcond * largest are truncated. A damped rank is not
     examined and reads as full.
     """
-    bound = np.empty((1, A.shape[2]))
-    _by_triangle(A, y, damping, x, bound)
-    rank[:] = min(A.shape[0], A.shape[1])
-    if damping == 0.0:
-        _truncate(A, y, rcond, bound[0], x, rank)
+    k, n, runs = A.shape
+    wanted = k * n
+    found = wanted + k
+    given = found + n
+    scratch = given + 3
+    block = np.zeros((scratch + scratch_of(k, n)) * WIDTH)
+    put(block, given, damping)
+    put(block, given + 1, rcond)
+    for b in range(0, runs, WIDTH):
+        _gather_matrix(A, b, 0, block)
+        gather_rows(y, b, wanted, block)
+        damped = given if damping > 0.0 else -1
+        share = get(block, given + 1)
+        put(block, given + 2, solve_block(block, 0, k, n, wanted, damped, share, found, scratch))
+        scatter_rows(block, found, b, x)
+        for lane in range(min(WIDTH, runs - b)):
+            rank[b + lane] = int(block[(given + 2) * WIDTH + lane])
 
 
 @kernel
 def least_squares_of_product(B, C, A, y, rcond, x, rank):
-    """Compute x[n, b] = A^+ y and rank[b] of A = B C, with B[m, r, b] and C[r, n, b], r <= m, n.
+    """Compute x[n, b] = A^+ y and rank[b] of A = B C, with B[m, 6, b], C[6, n, b] and 6 <= m, n."""
+    k, n, runs = A.shape
+    C_, A_ = 6 * k, 6 * k + 6 * n
+    wanted = A_ + k * n
+    found = wanted + k
+    given = found + n
+    scratch = given + 2
+    size = max(scratch_of(k, n), max(scratch_of(k, 6), scratch_of(6, n)) + 6)
+    block = np.zeros((scratch + size) * WIDTH)
+    put(block, given, rcond)
+    for b in range(0, runs, WIDTH):
+        _gather_matrix(B, b, 0, block)
+        _gather_matrix(C, b, C_, block)
+        _gather_matrix(A, b, A_, block)
+        gather_rows(y, b, wanted, block)
+        share = get(block, given)
+        made = solve_product_block(block, 0, k, C_, n, A_, wanted, share, found, scratch)
+        put(block, given + 1, made)
+        scatter_rows(block, found, b, x)
+        for lane in range(min(WIDTH, runs - b)):
+            rank[b + lane] = int(block[(given + 1) * WIDTH + lane])
 
-    Where B and C have rank r, (B C)^+ = C^+ B^+ (Greville 1966), though A itself has no full rank
-    if r < m, n: so no singular values are needed. The product of both bounds is a bound for A.
-    """
-    runs = x.shape[1]
-    z, bound, other = np.empty((B.shape[1], runs)), np.empty((1, runs)), np.empty((1, runs))
-    _by_triangle(B, y, 0.0, z, bound)
-    _by_triangle(C, z, 0.0, x, other)
-    for b in range(runs):
-        bound[0, b] *= other[0, b]
-        rank[b] = B.shape[1]
-    _truncate(A, y, rcond, bound[0], x, rank)
+
+@kernel
+def _gather_matrix(A, b, row, block):
+    """Copy A[:, :, b...] to rows of a block, row by row."""
+    for i in range(A.shape[0]):
+        gather_rows(A[i], b, row + i * A.shape[1], block)
 
 
 @part

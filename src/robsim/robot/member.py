@@ -42,13 +42,17 @@ class OwnMotion(NamedTuple):
             for c in range(6)
         ]
 
-    def put(self, q: Array, out: Bodies) -> None:
-        """Write the poses and twists of the joint at coordinates q[n, b] to `out`."""
+    def at(self, q: Array) -> tuple[Array, Array]:
+        """Return the motion (3, 4, B) and the twists (6 nv, B) of the joint at q[n, b]."""
         some, nv = _rows(q, self.member.q), self.member.v.stop - self.member.v.start
         T = _called(self.member.kind, "motion", (4, 4), some)
-        out.poses[self.member.body] = T[:, :3].transpose(1, 2, 0)
         twists = _called(self.member.kind, "twists", (nv, 6), some)
-        out.ratio[self.first : self.first + 6 * nv] = twists.reshape(len(some), 6 * nv).T
+        return T[:, :3].transpose(1, 2, 0), twists.reshape(len(some), 6 * nv).T
+
+    def put(self, q: Array, out: Bodies) -> None:
+        """Write the poses and twists of the joint at coordinates q[n, b] to `out`."""
+        out.poses[self.member.body], twists = self.at(q)
+        out.ratio[self.first : self.first + len(twists)] = twists
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move its rows of q[n, b] by velocities v[m, b] held for dt seconds, in place."""

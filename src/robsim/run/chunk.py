@@ -2,41 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, some_runs
 from robsim.base.errors import InputError
-from robsim.kernels.endings import Watch
-from robsim.kernels.loop import Noise
+from robsim.kernels.program import Blocks, Program
 from robsim.run.images import ImageStream
 
 
-@dataclass
-class Chunk:
-    """The active runs of a chunk: their state, and what is remembered of them."""
+class Chunk(Blocks):
+    """The runs of a chunk that go on: their numbers, images on their way, and memory."""
 
-    rows: NDArray[np.int64]
-    q: Array
-    rates: Array  # (nv, B) velocities of the joints
-    noise: Noise
-    images: ImageStream
-    watch: Watch
-    near: NDArray[np.int64]  # (B,) instants in a row at which the run seemed to have converged
-    memory: dict[str, Any]  # of the controller, run first
+    def __init__(self, program: Program, rows: NDArray[np.int64], images: ImageStream) -> None:
+        super().__init__(program, rows)
+        self.rows = rows
+        self.images = images
+        self.hidden: dict[tuple[str, str], NDArray[np.bool_]] = {}  # marks (N, runs) of a sight
 
-    def without(self, over: NDArray[np.bool_]) -> Chunk:
-        """Return the chunk of the runs that go on when some are over."""
-        noise = self.noise._replace(runs=self.noise.runs[~over])
-        watch = Watch(*(some_runs(array, ~over) for array in self.watch))
-        memory = _remembered(self.memory, ~over)
-        q, rates = some_runs(self.q, ~over), some_runs(self.rates, ~over)
-        images = self.images.without(over)
-        near = self.near[~over]
-        return Chunk(self.rows[~over], q, rates, noise, images, watch, near, memory)
+    def keep(self, going: NDArray[np.bool_]) -> None:
+        """Go on with some of the runs."""
+        self.memory = _remembered(self.memory, going)
+        self.images = self.images.without(~going)
+        self.rows = self.rows[going]
+        super().keep(going)
 
 
 def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:

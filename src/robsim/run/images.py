@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, some_runs
 from robsim.base.errors import InputError, suggest
-from robsim.kernels import loop as kernels
-from robsim.kernels import sensing as imperfect
-from robsim.kernels.loop import Noise
-from robsim.kernels.sight import Projection
+from robsim.kernels import sensing as kernels
 from robsim.run.drives import Drives, Period
 from robsim.run.record import LONGEST
 from robsim.servo.sight import Sight, joined
@@ -23,6 +20,21 @@ from robsim.world.effects import FIRST_STREAM, Exposure, changed
 from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # of a period: times that differ by less are one
+
+
+class Noise(NamedTuple):
+    """Pixel noise: standard deviation, seed, and the numbers of the runs."""
+
+    sigma: float
+    seed: Any  # uint64
+    runs: Any  # (B,) uint64
+
+
+class Marks(NamedTuple):
+    """The true marks of all sights, with the run last."""
+
+    pixels: Array  # (N, 2, B)
+    depth: Array  # (N, B)
 
 
 class Image(NamedTuple):
@@ -65,10 +77,10 @@ class ImageStream:
         self.share = self.delay - periods if self.delay - periods > ROUNDING else 0.0
         self.past = deque(maxlen=max(self.delay, 1))
 
-    def at(self, step: int, projection: Projection, noise: Noise) -> Image:
-        """Return the image that the controller has at a step, with marks as in `projection`."""
+    def at(self, step: int, marks: Marks, noise: Noise) -> Image:
+        """Return the image that the controller has at a step, with the marks where they are."""
         if self.last is None or step % self.every == 0:
-            self.last = self._arrived(step, self._then(step, projection), noise)
+            self.last = self._arrived(step, self._then(step, marks), noise)
         return self.last
 
     def age(self, step: int) -> NDArray[np.int64] | int:
@@ -87,33 +99,34 @@ class ImageStream:
         rest.last = self.last and self.last.going(~over)
         return rest
 
-    def _then(self, step: int, projection: Projection) -> Projection:
-        """Return the projection when the image was taken, or at the start if it is older."""
+    def _then(self, step: int, marks: Marks) -> Marks:
+        """Return the marks when the image was taken, or at the start if it is older."""
         if not self.past:
-            return projection
+            return marks
         q = self.past[0].q
         if step >= self.delay:
             q = self.drives.moved(self.past[0], self.share * self.dt, self.dt)
-        return joined([sight.project(q) for sight in self.sights], q.shape[1])
+        seen = joined([sight.project(q) for sight in self.sights], q.shape[1])
+        return Marks(seen.pixels, seen.depth)
 
-    def _arrived(self, step: int, projection: Projection, noise: Noise) -> Image:
-        pixels = np.empty_like(projection.pixels)
-        kernels.measure(projection.pixels, noise, step, pixels)
+    def _arrived(self, step: int, marks: Marks, noise: Noise) -> Image:
+        pixels = np.empty_like(marks.pixels)
+        kernels.disturb(marks.pixels, noise.sigma, noise.seed, noise.runs, step, pixels)
         self._add_imperfections(step, noise, pixels)
         runs = noise.runs.size
         hidden = np.repeat(self._hidden(step)[:, None], runs, axis=1)
-        new = Image(pixels, projection.depth, hidden, np.full(runs, step))
+        new = Image(pixels, marks.depth, hidden, np.full(runs, step))
         return new if self.last is None else self._kept(new, self.last, step, noise)
 
     def _add_imperfections(self, step: int, noise: Noise, pixels: Array) -> None:
         """Displace outliers, then round, in place."""
         sensing, key = self.sensing, (noise.seed, noise.runs, step)
         if sensing.outliers:
-            imperfect.displace(sensing.outliers, sensing.outlier_size, *key, pixels)
+            kernels.displace(sensing.outliers, sensing.outlier_size, *key, pixels)
         if sensing.effects:
             self._add_effects(step, noise, pixels)
         if sensing.quantisation:
-            imperfect.quantise(sensing.quantisation, pixels)
+            kernels.quantise(sensing.quantisation, pixels)
 
     def _add_effects(self, step: int, noise: Noise, pixels: Array) -> None:
         """Let the user's effects change the marks of each sight, in place."""
@@ -145,7 +158,7 @@ class ImageStream:
         if not self.sensing.dropped:
             return new
         lost = np.empty(noise.runs.size, dtype=np.bool_)
-        imperfect.lost(self.sensing.dropped, noise.seed, noise.runs, step, lost)
+        kernels.lost(self.sensing.dropped, noise.seed, noise.runs, step, lost)
         return Image(*(np.where(lost, old, now) for old, now in zip(last, new, strict=True)))
 
 

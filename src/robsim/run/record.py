@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from itertools import pairwise
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, some_runs
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.kernels import record as kernels
-from robsim.kernels.record import Track
-from robsim.run.snapshot import Snapshot
+from robsim.kernels import keeping
+from robsim.kernels.program import Blocks, Program
 
 Record = Literal["all", "summary"] | int
+
+
+class Track(NamedTuple):
+    """Recorded instants, each (runs, instants, width)."""
+
+    q: Array
+    qd: Array
+    rates: Array
+    s: Array
+    pixels: Array
+
+
 MEMORY_BUDGET = 4e9  # bytes
 LONGEST = 10_000_000  # steps
 
@@ -28,44 +40,78 @@ def every(record: Record) -> int | None:
     raise InputError(f"record must be 'all', 'summary' or every n-th step, got {record!r:.80}")
 
 
-def _empty(runs: int, instants: int, widths: tuple[int, ...]) -> Track:
-    """Return room for `widths` numbers of q, qd, rates, s and pixels, filled with NaN."""
-    return Track(*(np.full((runs, instants, width), np.nan) for width in widths))
-
-
 class Recorder:
-    """The recorded instants, and the end of each run; chunks write to rows of their own."""
+    """The recorded instants, and the end of each run; chunks write to rows of their own.
+
+    `widths` are how many numbers there are of q, qd, rates, s and pixels.
+    """
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):
         self.every = every(record)
         instants = 0 if self.every is None else steps // self.every + 1
         _check_memory(runs, instants, sum(widths))
-        self.series = _empty(runs, instants, widths)
-        self.last = _empty(runs, 1, widths)
-        self.outcome = np.zeros(runs, dtype=np.int8)
-        self.end_step = np.full(runs, np.nan)
-        self.path_length = np.full(runs, np.nan)
+        self.bounds = np.cumsum([0, *widths]).tolist()
+        width = self.bounds[-1]
+        self.table = np.full((runs, instants, width), np.nan)
+        self.ends = np.full((runs, width + 3), np.nan)  # and length of the path, step, outcome
+
+    @property
+    def series(self) -> Track:
+        """The recorded instants."""
+        return self._parts(self.table)
+
+    @property
+    def last(self) -> Track:
+        """The last instant of each run."""
+        return self._parts(self.ends[:, None])
+
+    @property
+    def outcome(self) -> NDArray[np.int8]:
+        """The outcome (runs,)."""
+        found: NDArray[np.int8] = np.nan_to_num(self.ends[:, -1]).astype(np.int8)
+        return found
+
+    @property
+    def end_step(self) -> Array:
+        """The number of the last step (runs,)."""
+        return self.ends[:, -2]
+
+    @property
+    def path_length(self) -> Array:
+        """The length (runs,) of the path in metres."""
+        return self.ends[:, -3]
+
+    def keep(self, program: Program, run: int, alive: int, first_rows: list[int]) -> None:
+        """Add the stage that keeps instants, with the first rows of what is kept."""
+        if self.every is None:
+            return
+        table = program.address(self.table), self.table.shape[1], self.table.shape[2]
+        program.add(keeping.keep, self.every, *table, run, alive, *self._groups(first_rows))
 
     def end(
-        self,
-        step: int,
-        rows: NDArray[np.int64],
-        snapshot: Snapshot,
-        length: Array,
-        over: NDArray[np.bool_],
+        self, program: Program, run: int, alive: int, first_rows: list[int], outcome: int, way: int
     ) -> None:
-        """Keep the ends of those runs that are over."""
-        values = (
-            snapshot.q,
-            snapshot.qd,
-            snapshot.rates,
-            snapshot.command.s,
-            snapshot.pixels,
-        )
-        ended = (some_runs(value, over) for value in values)
-        kernels.store(rows[over], 0, *ended, self.last)
-        self.outcome[rows[over]] = snapshot.outcome[over]
-        self.end_step[rows[over]], self.path_length[rows[over]] = step, length[over]
+        """Add the stage that keeps the ends of runs."""
+        table = program.address(self.ends), self.ends.shape[1]
+        groups = *self._groups(first_rows), way, 1
+        program.add(keeping.end, *table, run, alive, outcome, *groups)
+
+    def stop(
+        self, blocks: Blocks, runs: NDArray[np.int64], step: int, first_rows: list[int], way: int
+    ) -> None:
+        """Keep the last instant of runs that are stopped before their end."""
+        pairs = zip(*[iter(self._groups(first_rows))] * 2, strict=True)
+        parts = [blocks.get(*pair) for pair in (*pairs, (way, 1))]
+        self.ends[runs, :-2] = np.concatenate(parts).T
+        self.ends[runs, -2], self.ends[runs, -1] = step, 0.0
+
+    def _groups(self, first_rows: list[int]) -> list[int]:
+        sizes = np.diff(self.bounds).tolist()
+        pairs = [pair for pair in zip(first_rows, sizes, strict=True) if pair[1]]
+        return [number for pair in pairs for number in pair]
+
+    def _parts(self, table: Array) -> Track:
+        return Track(*(table[..., a:b] for a, b in pairwise(self.bounds)))
 
 
 def _check_memory(runs: int, instants: int, width: int) -> None:

@@ -15,9 +15,9 @@ from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.jacobian import camera_jacobian
 from robsim.kernels.jit import KERNEL_HASH
-from robsim.kernels.record import Track
 from robsim.run import ends
 from robsim.run.outcome import Outcome
+from robsim.run.record import Recorder, Track
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
 from robsim.servo.controller import Controller
 from robsim.servo.laws.inverse import product
@@ -26,7 +26,6 @@ from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     from robsim.run.loop import Loop
-    from robsim.run.record import Recorder
 
 VERSION = version("robsim")  # of the package that was installed
 BLOCK = 65536  # instants that are turned into poses and velocities at a time

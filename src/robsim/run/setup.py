@@ -11,7 +11,7 @@ from robsim.base.arrays import flag, positive, whole
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
-from robsim.run.loop import Loop, OnStep
+from robsim.run.loop import Loop
 from robsim.run.record import Record, every
 from robsim.run.staged import Staged
 from robsim.servo.tasks.task import Task
@@ -80,8 +80,8 @@ class Setup(Value):
                 raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
         return replace(self, **changes)
 
-    def loop(self, on_step: OnStep | None = None) -> Loop:
-        """Return the loop that simulates this experiment; `on_step` is called after each step."""
+    def loop(self) -> Loop:
+        """Return the loop that simulates this experiment."""
         controller = self.task.bind(self.scene)
         start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
         return Loop(
@@ -96,5 +96,4 @@ class Setup(Value):
             self.first_run,
             self.record,
             start.ndim == 1,
-            on_step,
         )

@@ -22,6 +22,7 @@ def advance(loop: Loop, threads: int | None, chunk: int, progress: Progress | No
     chunk = whole(chunk, "chunk", 1)
     threads = whole(processors() if threads is None else threads, "threads", 1, 1025)
     loop.controller.check_start(loop.q0)
+    loop.sequence  # noqa: B018 made once, before threads share it
     return _work(loop, threads, chunk, progress)
 
 

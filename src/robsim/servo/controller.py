@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.loop import Command, Scheme
+from robsim.servo.command import Command
+from robsim.servo.deciding import Deciding
+from robsim.servo.given import Commanded, Given
 from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Sight
 from robsim.world.scene import Scene
@@ -74,6 +76,12 @@ class Controller(ABC):
         task_jacobian = command.task_jacobian * self._scale[:, None]
         return decision._replace(command=command._replace(error=error, task_jacobian=task_jacobian))
 
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of an instant to a program, and return the rows that they write."""
+        deciding = Deciding(self, given)
+        given.program.call(deciding)
+        return deciding.rows
+
     @property
     def k(self) -> int:
         """The number of features."""
@@ -89,11 +97,6 @@ class Controller(ABC):
     def tolerance(self) -> float:
         """The tolerance of the first feature, to which the others are scaled."""
         return float(self.tolerances[0])
-
-    @property
-    def compiled(self) -> Scheme | None:
-        """The scheme for the compiled loop; None if that cannot run this controller."""
-        return None
 
     @cached_property
     def _scale(self) -> Array | None:

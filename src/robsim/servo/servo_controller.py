@@ -11,16 +11,15 @@ import numpy as np
 
 from robsim.base.arrays import Array, last_view, length
 from robsim.base.errors import InputError
-from robsim.features import PixelPoints, Points
 from robsim.kernels import features as kernels
-from robsim.kernels.loop import CAMERA, JOINT, Command, Scheme
+from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.feature_state import FeatureState
 from robsim.servo.laws.broyden import Broyden, broyden_update
 from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import RCOND, Inverse, JacobianTranspose, rank
-from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
+from robsim.servo.laws.law import ControlState, Law
 from robsim.servo.measurement import Measurement, recall, remember
 from robsim.servo.regulated import Regulated
 from robsim.servo.returned import returned
@@ -156,42 +155,6 @@ class Servo(Controller):
     @cached_property
     def _is_weighted(self) -> bool:
         return bool((self._weights != 1.0).any())
-
-    @property
-    def compiled(self) -> Scheme | None:
-        """The scheme for the compiled loop, if all is built in and the belief is the truth."""
-        kinds: dict[type[Any], bool] = {Points: False, PixelPoints: True}
-        laws: dict[type[Any], int] = {JointLaw: JOINT, CameraLaw: CAMERA}
-        law, part = laws.get(type(self.law)), self.regulated.parts[0]
-        whole = part.marks is None and part.components is None and part.weight == 1.0
-        if not (
-            law is not None
-            and whole
-            and len(self.regulated.parts) == 1
-            and type(part.feature) in kinds
-            and self.regulated.exact
-            and isinstance(self.regulated.which, str)
-            and isinstance(self.gain, float)
-            and not self.regulated.depths.filtered
-            and self.feed_forward is None
-            and self.broyden is None
-            and self.shaping.idle
-        ):
-            return None
-        return Scheme(
-            kinds[type(part.feature)],
-            self.regulated.code,
-            *self.regulated.depths.numbers(len(self.goal_pixels)),
-            self.regulated.goals[self.sights[0].key].depth_last,
-            self.s_goal,
-            self.regulated.L_goal,
-            law,
-            self.law.length if isinstance(self.law, CameraLaw) else 1.0,
-            self.gain,
-            self.pace,
-            *self.inverse.numbers,
-            self.tolerance,
-        )
 
 
 def _without_hidden(features: FeatureState, error: Array) -> tuple[FeatureState, Array]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.kernels.loop import Command
+from robsim.servo.command import Command
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.controller import Decision
 from robsim.servo.measurement import Measurement, recall

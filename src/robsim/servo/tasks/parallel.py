@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
 from robsim.declare import Declared, ListOf, register
-from robsim.kernels.loop import Command
+from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns

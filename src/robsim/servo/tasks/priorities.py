@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, register
-from robsim.kernels.loop import Command
+from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.laws.inverse import SHARE
 from robsim.servo.laws.law import JointLaw

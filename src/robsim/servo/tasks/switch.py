@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Flag, register
-from robsim.kernels.loop import Command
+from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns

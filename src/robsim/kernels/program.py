@@ -1,0 +1,160 @@
+"""Programs: stages in their order, and the rows of the block on which they work."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.kernels import stage as kernels
+from robsim.kernels.lanes import WIDTH
+from robsim.kernels.stage import Stage
+
+Array = NDArray[np.float64]
+
+
+class Blocks:
+    """The numbers of some runs that go in lockstep: blocks of a few runs, and rows in each.
+
+    Where fewer runs than lanes are left for the last block, the last run fills it.
+    """
+
+    def __init__(self, program: Program, runs: NDArray[np.int64]) -> None:
+        self.runs = len(runs)
+        self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
+        each = np.append(runs, np.repeat(runs[-1:], -len(runs) % WIDTH))
+        self.numbers = _aligned(each.size // WIDTH, program.size)
+        for first, values in program.given:
+            wide = values if values.shape[1] == 1 else values[:, each]
+            self._into(first, np.broadcast_to(wide, (len(values), each.size)))
+
+    @property
+    def flat(self) -> Array:
+        """The blocks (n, rows * lanes)."""
+        return self.numbers.reshape(len(self.numbers), -1)
+
+    def get(self, row: int, *shape: int) -> Array:
+        """Return a copy (*shape, runs) of rows from the first."""
+        count = math.prod(shape)
+        lanes = self.numbers[:, row : row + count].transpose(1, 0, 2)
+        rows = lanes.reshape(count, self.numbers.shape[0] * WIDTH)[:, : self.runs]
+        return np.ascontiguousarray(rows).reshape(*shape, self.runs)
+
+    def put(self, row: int, values: Array) -> None:
+        """Write values (..., runs) to rows from the first."""
+        rows = values.reshape(math.prod(values.shape[:-1]), values.shape[-1])
+        left = self.numbers.shape[0] * WIDTH - self.runs
+        if left:
+            rows = np.concatenate([rows, np.repeat(rows[:, -1:], left, axis=1)], axis=1)
+        self._into(row, rows)
+
+    def keep(self, going: NDArray[np.bool_]) -> None:
+        """Go on with some of the runs (runs,)."""
+        rows = self.numbers.shape[1]
+        kept = self.get(0, rows)[:, going]
+        self.runs = kept.shape[1]
+        self.numbers = _aligned(-(-self.runs // WIDTH), rows)
+        if self.runs:
+            self.put(0, kept)
+
+    def _into(self, row: int, lanes: Array) -> None:
+        into = self.numbers[:, row : row + len(lanes)]
+        into[:] = lanes.reshape(len(lanes), len(into), WIDTH).transpose(1, 0, 2)
+
+
+Own = Callable[[Blocks, int], None]  # a stage in Python, of blocks and the number of the step
+
+
+class Compiled:
+    """Stages that follow one another, as the kernels take them."""
+
+    def __init__(self, calls: list[tuple[Stage, tuple[int, ...]]]) -> None:
+        self.addresses = np.array([stage.address for stage, _ in calls], dtype=np.int64)
+        sizes = [len(numbers) for _, numbers in calls]
+        self.at = np.cumsum([0, *sizes], dtype=np.int64)[: len(calls)]
+        flat = [n for _, numbers in calls for n in numbers]
+        self.numbers = np.array(flat or [0], dtype=np.int64)
+
+    def __call__(self, blocks: Blocks, step: int) -> None:
+        """Perform the stages on all blocks."""
+        kernels.perform(self.addresses, self.at, self.numbers, blocks.flat, step)
+
+
+class Program:
+    """Stages in their order, and the rows that they read and write.
+
+    A row holds one number of each run. It begins as zero, or as `constant` or `each` say.
+    """
+
+    def __init__(self) -> None:
+        self.size = 0
+        self.calls: list[tuple[Stage, tuple[int, ...]] | Own] = []
+        self.given: list[tuple[int, Array]] = []
+        self.kept: list[Any] = []  # whose addresses stand among the numbers
+
+    def rows(self, count: int = 1) -> int:
+        """Return the first of so many new rows."""
+        first = self.size
+        self.size += count
+        return first
+
+    def constant(self, values: Any) -> int:
+        """Return the first of the rows of numbers that are the same in all runs."""
+        return self._given(np.array(values, dtype=np.float64).reshape(-1, 1))
+
+    def each(self, values: Any) -> int:
+        """Return the first of the rows of numbers (n, runs), of each run its own."""
+        return self._given(np.asarray(values, dtype=np.float64))
+
+    def whole(self, values: Any) -> int:
+        """Return the row of whole numbers (runs,), which stand there bit by bit."""
+        return self.each(np.asarray(values).view(np.float64)[None])
+
+    def _given(self, values: Array) -> int:
+        first = self.rows(len(values))
+        self.given.append((first, values))
+        return first
+
+    def address(self, array: NDArray[Any]) -> int:
+        """Return the address of the first number of an array, which is kept as long as this."""
+        self.kept.append(array)
+        return int(array.ctypes.data)
+
+    def add(self, stage: Stage, *numbers: int) -> None:
+        """Let a stage come next, with its whole numbers."""
+        self.calls.append((stage, tuple(int(n) for n in numbers)))
+
+    def call(self, own: Own) -> None:
+        """Let a function in Python come next, which is given the chunk and the step."""
+        self.calls.append(own)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether all stages are compiled."""
+        return all(isinstance(each, tuple) for each in self.calls)
+
+    def segments(self, start: int = 0, end: int | None = None) -> list[Own]:
+        """Return some of the calls, with stages that follow one another put together."""
+        found: list[Own] = []
+        for compiled, calls in groupby(self.calls[start:end], lambda each: isinstance(each, tuple)):
+            found += [Compiled(list(calls))] if compiled else calls  # type: ignore[arg-type]
+        return found
+
+    def evaluate(self, first: int, x: Array, found: int, count: int) -> Array:
+        """Return rows (count, B) from `found` after one step, with rows x (n, B) from `first`."""
+        out, (made,) = np.empty((count, x.shape[1])), self.segments()
+        block = Blocks(self, np.zeros(1, dtype=np.int64)).flat[0]
+        kernels.evaluate(made.addresses, made.at, made.numbers, block, first, x, found, out)
+        return out
+
+
+def _aligned(count: int, rows: int) -> Array:
+    """Return zeros (count, rows, lanes) at an address that whole registers can be read from."""
+    size, register = count * rows * WIDTH, 8 * WIDTH
+    memory = np.zeros(size + WIDTH)
+    start = -memory.ctypes.data % register // 8
+    return memory[start : start + size].reshape(count, rows, WIDTH)

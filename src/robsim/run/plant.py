@@ -1,0 +1,98 @@
+"""The plant: a scene whose joints obey commands as far as they can, and what moves on its own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.kernels import joints as kinds
+from robsim.kernels import moving
+from robsim.kernels.program import Program
+from robsim.kernels.tree import IQ, IV, KIND
+from robsim.robot.placed import Placed
+from robsim.run.chunk import Chunk
+from robsim.run.drives import Drives, Period
+
+
+class Plant:
+    """The rows of a program that say where everything is, and the stages that move it.
+
+    q are the coordinates, qd the velocities that are commanded or prescribed, and `rates` those at
+    which the joints move, where these are others.
+    """
+
+    def __init__(self, program: Program, drives: Drives, q0: Array, dt: float) -> None:
+        self.program, self.drives, self.scene = program, drives, drives.scene
+        self.seconds = dt
+        self.q = program.each(q0.T)
+        self.qd, self.drift = program.rows(self.scene.nv), program.constant(self.scene.drift(0.0))
+        self.speed = program.rows(self.scene.nv)  # of joints that lag
+        self.rates = program.rows(self.scene.nv if drives.moves else 0)
+        self.dt = program.constant(dt)
+        self.placed = Placed(program, self.scene.tree.joints, self.q, self.scene.nq)
+
+    def move(self) -> None:
+        """Add the stages of a period: joints move as they were commanded at the step before."""
+        if self.drives.moves or not self.scene.tree.compiled:
+            self.program.call(self._advance)
+            return
+        joints = self.scene.tree.joints
+        steady: list[int] = []
+        for row in joints.rows[1:]:
+            kind, q, v = row[KIND], self.q + row[IQ], self.qd + row[IV]
+            if row[IV] < 0:
+                continue  # what depends on others moves with them
+            if kind == kinds.FLOATING:
+                self.program.add(moving.fly, self.dt, q, v)
+            elif kind in (kinds.PLANAR, kinds.UNICYCLE, kinds.CAR):
+                count = 3 if kind == kinds.PLANAR else 2
+                self.program.add(moving.glide, self.dt, q, v, count)
+            else:
+                steady += [q, v]
+        if steady:
+            self.program.add(moving.run, self.dt, len(steady) // 2, *steady)
+        for n, m, _, k in joints.wheels.rows:
+            ratio = self.placed.ratio + k
+            self.program.add(moving.roll, self.dt, self.q + n, self.qd + m, ratio)
+
+    def place(self) -> None:
+        """Add the stages that place all bodies at q."""
+        if not self.scene.tree.compiled:
+            self.program.call(self._prepare)
+        self.placed.add()
+
+    def command(self, qd: int) -> None:
+        """Add the stage that joins velocities in rows from qd, as commanded, and what is prescribed."""
+        scene, rows = self.scene, np.full(self.scene.nv, -1)
+        rows[self.drives.columns] = qd + np.arange(self.drives.columns.size)
+        if any(callable(motion.rates) for motion in scene.motions):
+            self.program.call(self._prescribe)
+        self.program.add(moving.spread, scene.nv, self.qd, self.drift, *rows)
+        if self.drives.moves:
+            self.program.call(self._measure_rates)
+
+    def _prescribe(self, chunk: Chunk, step: int) -> None:
+        drift = self.scene.drift(step * self.seconds)[:, None]
+        chunk.put(self.drift, np.repeat(drift, chunk.runs, axis=1))
+
+    def _prepare(self, chunk: Chunk, step: int) -> None:
+        """Write the motions and twists of joints of the user's kinds."""
+        self.placed.prepare(self.scene.tree.own, chunk)
+
+    def _measure_rates(self, chunk: Chunk, step: int) -> None:
+        """Write the velocities at which joints move when a period begins."""
+        nv = self.scene.nv
+        q, speed = chunk.get(self.q, self.scene.nq), chunk.get(self.speed, nv)
+        drift = chunk.get(self.drift, nv)
+        wanted = np.where(self.scene.prescribed[:, None], drift, speed)
+        chunk.put(self.rates, self.scene.tree.driven(q, wanted))
+
+    def period(self, chunk: Chunk) -> Period:
+        """Return where the period of the step before began, and what was commanded in it."""
+        nq, nv = self.scene.nq, self.scene.nv
+        return Period(chunk.get(self.q, nq), chunk.get(self.speed, nv), chunk.get(self.qd, nv))
+
+    def _advance(self, chunk: Chunk, step: int) -> None:
+        q, speed = self.drives.advance(self.period(chunk), self.seconds)
+        chunk.put(self.q, q)
+        chunk.put(self.speed, speed)
