@@ -12,9 +12,10 @@ from robsim.analysis.repeated import Repeated, case_of, repeated
 from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
 from robsim.run.experiment import Experiment
+from robsim.servo.basis import Basis
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
-from robsim.servo.servo_controller import Basis, Servo
+from robsim.servo.servo_controller import Servo
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -40,5 +40,4 @@ def check_colors(scenario: Experiment) -> None:
 def must_compile(scenario: Experiment) -> bool:
     """Return whether kernels have to be compiled before the experiment runs."""
 
-    steps = scenario.duration / scenario.dt
     return is_cold("judging.judge")

@@ -7,15 +7,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view, frozen
+from robsim.base.arrays import Array, frozen
 from robsim.declare import Declared, register
+from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import point_features as kernels
 
 
 @register("feature", "log_depth")
 @dataclass(frozen=True, eq=False)
-class LogDepth(Declared):
+class LogDepth(Compiled, Declared):
     """The logarithm of each mark's depth over its depth at the goal, s = (log(Z1/Z1_goal), ...).
 
     L = [0, 0, -1/Z, -y, x, 0] (Malis, Chaumette and Boudet 1999, where the ratio of the depths
@@ -39,17 +41,11 @@ class LogDepth(Declared):
         """Return the feature relative to the depths at the goal."""
         return replace(self, Z_goal=frozen(goal.depth_last.copy()))
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, N)."""
-        Z = seen.depth_last
-        metre = frozen(np.ones((Z.shape[0], 1)))
-        s = np.empty(Z.shape)
-        kernels.log_depth(Z, metre if self.Z_goal is None else self.Z_goal, s)
-        return first_view(s)
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, N, 6)."""
-        x = seen.points_last
-        L = np.empty((x.shape[0], 6, x.shape[-1]))
-        kernels.log_depth_interaction(x, seen.depth_last, L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        Z_goal = seen.program.constant(np.ones(seen.N) if self.Z_goal is None else self.Z_goal)
+        rows = seen.room(seen.N)
+        seen.program.add(
+            kernels.log_depth_stage, seen.N, seen.points, seen.depth, Z_goal, rows.s, rows.L
+        )
+        return rows

@@ -5,19 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view
 from robsim.declare import Declared, register
-from robsim.features.feature import Observation, Tolerance
-from robsim.features.moments import region_plane
+from robsim.features.compiled import Compiled
+from robsim.features.feature import Tolerance
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import conics as kernels
-from robsim.kernels.moments import ORDER_3, region_rates
+from robsim.kernels.moments import ORDER_3
 
 
 @register("feature", "ellipse")
 @dataclass(frozen=True)
-class Ellipse(Declared):
+class Ellipse(Compiled, Declared):
     """The image of a circle or ellipse on which the marks lie, s = (xg, yg, n20, n11, n02).
 
     (xg, yg) is the centre of the ellipse in the image (not the image of the circle's centre) and
@@ -41,23 +39,10 @@ class Ellipse(Declared):
     unit: str = "1"
     least_marks: ClassVar[int] = 5
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 5)."""
-        centre, mu = _fitted(seen)
-        return first_view(np.concatenate([centre, mu[3:6]]))
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 5, 6)."""
-        centre, mu = _fitted(seen)
-        R, L = np.empty((6, 6, mu.shape[1])), np.empty((5, 6, mu.shape[1]))
-        region_rates(region_plane(seen), centre, mu, R)
-        kernels.ellipse_rates(mu, R, L)
-        return first_view(L)
-
-
-def _fitted(seen: Observation) -> tuple[Array, Array]:
-    """Return centre (2, B) and moments up to order 3 of the ellipse, divided by its area."""
-    x = seen.points_last
-    centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3, x.shape[2]))
-    kernels.ellipse(x, centre, mu)
-    return centre, mu
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        room, rows = seen.program.rows, seen.room(5)
+        made = room(2), room(ORDER_3), room(3), room(36)
+        given = seen.N, seen.points, seen.depth
+        seen.program.add(kernels.ellipse_stage, *given, *made, rows.s, rows.L)
+        return rows

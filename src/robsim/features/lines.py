@@ -5,20 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view, frozen, last_view
+from robsim.base.arrays import Array, frozen, last_view
 from robsim.declare import Declared, register
+from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
-from robsim.features.groups import points_in_groups
-from robsim.kernels import features as points
+from robsim.features.groups import check_groups
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import line_features as kernels
-from robsim.kernels import point_features
 
 
 @register("feature", "lines")
 @dataclass(frozen=True, eq=False)
-class Lines(Declared):
+class Lines(Compiled, Declared):
     """Lines through marks 0 and 1, 2 and 3 ..., s = (rho, theta, ...), two each.
 
     x cos theta + y sin theta = rho in the image at unit depth, theta in radians. The line runs
@@ -49,26 +47,25 @@ class Lines(Declared):
         """Return the feature with theta within half a turn of that at the goal."""
         return replace(self, goal=frozen(last_view(self.measure(goal))))
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, N), two numbers for two marks."""
-        x = points_in_groups(seen, 2, "Lines")
-        s = np.empty((x.shape[0], x.shape[-1]))
-        kernels.lines(x, s)
-        if self.goal is not None:
-            point_features.turn_towards(self.goal, 2, s)
-        return first_view(s)
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, N, 6)."""
-        x = points_in_groups(seen, 2, "Lines")
-        L = np.empty((x.shape[0], 6, x.shape[-1]))
-        kernels.lines_interaction(x, seen.depth_last, L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        check_groups(seen.N, 2, "Lines")
+        rows = seen.room(seen.N)
+        seen.program.add(
+            kernels.lines_stage,
+            seen.N,
+            seen.points,
+            seen.depth,
+            seen.goal(self.goal),
+            rows.s,
+            rows.L,
+        )
+        return rows
 
 
 @register("feature", "vanishing_point")
 @dataclass(frozen=True)
-class VanishingPoint(Declared):
+class VanishingPoint(Compiled, Declared):
     """The point where the lines through marks 0, 1 and 2, 3 meet, s = (x, y), normalised.
 
     The lines must be parallel in space. Then s is the image of their point at infinity, and L is
@@ -91,21 +88,9 @@ class VanishingPoint(Declared):
     singular: ClassVar[str] = "edges that are parallel in the image meet nowhere in it"
     least_marks: ClassVar[int] = 4
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, N/2), two numbers for four marks."""
-        p = self._intersections(seen)
-        return first_view(p.reshape(-1, p.shape[-1]))
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, N/2, 6)."""
-        p = self._intersections(seen)
-        L = np.empty((2 * p.shape[0], 6, p.shape[-1]))
-        points.points_interaction(p, np.full((p.shape[0], p.shape[-1]), np.inf), L)
-        return first_view(L)
-
-    @staticmethod
-    def _intersections(seen: Observation) -> Array:
-        x = points_in_groups(seen, 4, "VanishingPoint")
-        p = np.empty((x.shape[0] // 4, 2, x.shape[-1]))
-        kernels.intersections(x, p)
-        return p
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        check_groups(seen.N, 4, "VanishingPoint")
+        rows = seen.room(seen.N // 2)
+        seen.program.add(kernels.intersections_stage, seen.N, seen.points, rows.s, rows.L)
+        return rows

@@ -4,49 +4,58 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Self, TypeVar
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view
+from robsim.base.arrays import Array
 from robsim.declare import Declared, Word, check_fields, register
+from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import moment_features as features
 from robsim.kernels import moments as kernels
+from robsim.kernels.moments import ORDER_3, ORDER_4
 
 KINDS = ("points", "region")
 SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
 F = TypeVar("F")
 
 
-def _moments(seen: Observation, of_marks: bool) -> tuple[Array, Array]:
-    """Return the centre (2, B) and centred moments, as many as the rates of order 3 need."""
-    x = seen.points_last
-    centre = np.empty(x.shape[1:])
-    mu = np.empty((kernels.ORDER_3 if of_marks else kernels.ORDER_4, x.shape[2]))
+def _at_goal(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
+    """Return the centre (2, B) and centred moments at the goal."""
+    x = goal.points_last
+    centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3 if of_marks else ORDER_4, x.shape[2]))
     (kernels.marks if of_marks else kernels.region)(x, centre, mu)
     return centre, mu
 
 
-def region_plane(seen: Observation) -> Array:
+def _plane(goal: Observation) -> Array:
     """Return (A, B, C) (3, B) of the plane 1/Z = A x + B y + C through the marks."""
-    ABC = np.empty((3, seen.points_last.shape[2]))
-    kernels.plane(seen.points_last, seen.depth_last, ABC)
+    ABC = np.empty((3, goal.points_last.shape[2]))
+    kernels.plane(goal.points_last, goal.depth_last, ABC)
     return ABC
 
 
-def _rates(seen: Observation, of_marks: bool, centre: Array, mu: Array) -> Array:
-    """Return the rates (10, 6, B) of the moments with the motion of the camera."""
-    R = np.empty((kernels.ORDER_3, 6, mu.shape[1]))
-    if of_marks:
-        kernels.marks_rates(seen.points_last, seen.depth_last, centre, R)
-    else:
-        kernels.region_rates(region_plane(seen), centre, mu, R)
-    return R
+class MomentRows(NamedTuple):
+    """The rows of centre, moments and rates of moments."""
+
+    centre: int
+    mu: int
+    R: int
+
+
+def _moments(seen: Seen, of_marks: bool) -> MomentRows:
+    """Add the stage of the moments of a region or of marks, and return their rows."""
+    room = seen.program.rows
+    rows, plane = MomentRows(room(2), room(ORDER_4), room(6 * ORDER_3)), room(3)
+    given = seen.N, seen.points, seen.depth, of_marks
+    seen.program.add(features.moments_stage, *given, rows.centre, rows.mu, plane, rows.R)
+    return rows
 
 
 @dataclass(frozen=True)
-class _Basic(Declared):
+class _Basic(Compiled, Declared):
     """The base of the features s = (a, xg, yg, alpha) of a region or of marks."""
 
     tolerance: Tolerance = 1e-5
@@ -54,21 +63,13 @@ class _Basic(Declared):
     alpha_goal: float | None = field(default=None, init=False, repr=False)
     of_marks: ClassVar[bool]
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 4)."""
-        centre, mu = _moments(seen, self.of_marks)
-        s = np.empty((4, mu.shape[1]))
-        features.basic(self.of_marks, centre, mu, s)
-        if self.alpha_goal is not None:
-            features.within_quarter_turn(self.alpha_goal, s[3])
-        return first_view(s)
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 4, 6)."""
-        centre, mu = _moments(seen, self.of_marks)
-        R, L = _rates(seen, self.of_marks, centre, mu), np.empty((4, 6, mu.shape[1]))
-        features.basic_rates(self.of_marks, mu, R, L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        rows, program = seen.room(4), seen.program
+        goal = seen.goal(self.alpha_goal)
+        moments = _moments(seen, self.of_marks)
+        program.add(features.basic_stage, self.of_marks, *moments, goal, rows.s, rows.L)
+        return rows
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature with alpha within a quarter turn of that at the goal."""
@@ -133,7 +134,7 @@ class PointMoments(_Basic):
 
 @register("feature", "decoupled_moments")
 @dataclass(frozen=True)
-class DecoupledMoments(Declared):
+class DecoupledMoments(Compiled, Declared):
     """Six moments, one for each motion of the camera, s = (xn, yn, an, Px, Py, alpha).
 
     an = Z* sqrt(a*/a), xn = an xg, yn = an yg in metres: for a goal parallel to the image their L
@@ -179,36 +180,28 @@ class DecoupledMoments(Declared):
         """Whether the moments are those of the marks, not of the region within them."""
         return self.of == "points"
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 6)."""
-        return first_view(self._measure(*_moments(seen, self.of_marks)))
-
-    def _measure(self, centre: Array, mu: Array) -> Array:
-        s = np.empty((6, mu.shape[1]))
-        features.decoupled(self.of_marks, self.size_goal, self.Z_goal, centre, mu, s)
-        if self.alpha_goal is not None:
-            features.within_quarter_turn(self.alpha_goal, s[5])
-            if any(self.head_goal):
-                features.upright(self.alpha_goal, self.head_goal, mu, s[5])
-        return s
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 6, 6)."""
-        centre, mu = _moments(seen, self.of_marks)
-        R, L = _rates(seen, self.of_marks, centre, mu), np.empty((6, 6, mu.shape[1]))
-        features.decoupled_rates(self.of_marks, centre, mu, R, self._measure(centre, mu), L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        rows, program = seen.room(6), seen.program
+        alpha = 0.0 if self.alpha_goal is None else self.alpha_goal
+        goal = program.constant([self.size_goal, self.Z_goal, alpha, *self.head_goal])
+        turned, upright = self.alpha_goal is not None, any(self.head_goal)
+        moments = _moments(seen, self.of_marks)
+        program.add(
+            features.decoupled_stage, self.of_marks, *moments, goal, turned, upright, rows.s, rows.L
+        )
+        return rows
 
     def towards(self, goal: Observation) -> DecoupledMoments:
         """Return the feature with a*, Z*, the orientation and the head of the goal."""
-        centre, mu = _moments(goal, self.of_marks)
+        centre, mu = _at_goal(goal, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic(self.of_marks, centre, mu, s)
         size, x, y, alpha = (float(value) for value in s[:, 0])
         if self.of_marks:
             Z = float(goal.depth_last[:, 0].mean())
         else:
-            A, B, C = region_plane(goal)[:, 0]
+            A, B, C = _plane(goal)[:, 0]
             with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
                 Z = float(1.0 / (A * x + B * y + C))
         values = {"size_goal": size, "Z_goal": Z, "alpha_goal": alpha}

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view
 from robsim.declare import Declared, register
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.compiled import Compiled
+from robsim.features.feature import Tolerance
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import features as kernels
 
 
 @register("feature", "points")
 @dataclass(frozen=True)
-class Points(Declared):
+class Points(Compiled, Declared):
     """Normalised, undistorted image points, s = (x1, y1, x2, y2, ...).
 
     L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
@@ -29,22 +28,14 @@ class Points(Declared):
     tolerance: Tolerance = 1e-5
     unit: str = "1"
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 2N)."""
-        x = seen.points_last
-        return first_view(x.reshape(-1, x.shape[-1]))
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 2N, 6)."""
-        x = seen.points_last
-        L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
-        kernels.points_interaction(x, seen.depth_last, L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        return point_rows(seen)
 
 
 @register("feature", "pixels")
 @dataclass(frozen=True)
-class PixelPoints(Declared):
+class PixelPoints(Compiled, Declared):
     """Undistorted pixels, s = (column1, row1, column2, row2, ...).
 
     L is that of the normalised points times the focal lengths (and skew) of K.
@@ -60,17 +51,15 @@ class PixelPoints(Declared):
     tolerance: Tolerance = 0.01
     unit: str = "px"
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 2N)."""
-        x = seen.points_last
-        s = np.empty((2 * x.shape[0], x.shape[-1]))
-        kernels.to_pixels(x, seen.K, s)
-        return first_view(s)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        rows = point_rows(seen)
+        seen.program.add(kernels.pixels_stage, seen.N, seen.camera, rows.s, rows.L)
+        return rows
 
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 2N, 6)."""
-        x = seen.points_last
-        L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
-        kernels.points_interaction(x, seen.depth_last, L)
-        kernels.to_pixel_rates(seen.K, L)
-        return first_view(L)
+
+def point_rows(seen: Seen) -> FeatureRows:
+    """Add the stage of s and L of normalised points to a program, and return their rows."""
+    rows = seen.room(2 * seen.N)
+    seen.program.add(kernels.points_stage, seen.N, seen.points, seen.depth, rows.s, rows.L)
+    return rows

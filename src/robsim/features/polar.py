@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view, frozen, last_view
+from robsim.base.arrays import Array, frozen, last_view
 from robsim.declare import Declared, register
+from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
-from robsim.kernels import features as points
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import point_features as kernels
 
 
 @register("feature", "polar")
 @dataclass(frozen=True, eq=False)
-class Polar(Declared):
+class Polar(Compiled, Declared):
     """Polar coordinates of image points about the principal point, s = (rho1, theta1, ...).
 
     rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of
@@ -43,19 +42,16 @@ class Polar(Declared):
         """Return the feature with theta within half a turn of that at the goal."""
         return replace(self, goal=frozen(last_view(self.measure(goal))))
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 2N)."""
-        x = seen.points_last
-        s = np.empty((2 * x.shape[0], x.shape[-1]))
-        kernels.polar(x, s)
-        if self.goal is not None:
-            kernels.turn_towards(self.goal, 2, s)
-        return first_view(s)
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 2N, 6)."""
-        x = seen.points_last
-        L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
-        points.points_interaction(x, seen.depth_last, L)
-        kernels.to_polar_rates(x, L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        rows = seen.room(2 * seen.N)
+        seen.program.add(
+            kernels.polar_stage,
+            seen.N,
+            seen.points,
+            seen.depth,
+            seen.goal(self.goal),
+            rows.s,
+            rows.L,
+        )
+        return rows

@@ -8,20 +8,20 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view
+from robsim.base.arrays import Array
 from robsim.base.errors import GoalError
 from robsim.declare import Word, check_fields, register
+from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
+from robsim.features.rows import FeatureRows, Seen
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import pose_features as kernels
-from robsim.kernels import se3
-from robsim.kernels.point_features import points_3d_interaction
 
 Form = Literal["goal", "camera"]
 
 
 @dataclass(frozen=True)
-class _PoseFeature:
+class _PoseFeature(Compiled):
     """The base of features of T_c_o, the estimated pose of the target, and of the goal."""
 
     uses_pose: ClassVar[bool] = True
@@ -39,13 +39,12 @@ class _PoseFeature:
             raise GoalError("no pose of the target fits what is seen at the goal")
         return replace(self, T_goal_o=Pose(goal.pose[0]))
 
-    def _from_goal(self, seen: Observation) -> Array:
-        """Return T_goal_c (3, 4, B), the pose of the camera in goal camera axes."""
-        T_c_o = seen.pose_last
-        T_c_goal, T_goal_c = np.empty_like(T_c_o), np.empty_like(T_c_o)
-        se3.compose_constant(T_c_o, self._T_o_goal, T_c_goal)
-        se3.inverse(T_c_goal, T_goal_c)
-        return T_goal_c
+    def _from_goal(self, seen: Seen) -> int:
+        """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""
+        program = seen.program
+        goal, room, T = program.constant(self._T_o_goal), program.rows(12), program.rows(12)
+        program.add(kernels.from_goal_stage, seen.pose, goal, room, T)
+        return T
 
     @cached_property
     def _T_o_goal(self) -> Array:
@@ -71,23 +70,11 @@ class ThetaU(_PoseFeature):
     tolerance: Tolerance = 1e-5
     unit: str = "rad"
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 3)."""
-        return first_view(self._rotation_vector(seen))
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 3, 6)."""
-        w = self._rotation_vector(seen)
-        L = np.empty((3, 6, w.shape[-1]))
-        kernels.theta_u_interaction(w, L)
-        return first_view(L)
-
-    def _rotation_vector(self, seen: Observation) -> Array:
-        T = self._from_goal(seen)
-        quaternion, w = np.empty((4, T.shape[-1])), np.empty((3, T.shape[-1]))
-        se3.rotation_to_quaternion(T, quaternion)
-        se3.rotation_vector(quaternion, w)
-        return w
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        rows, T = seen.room(3), self._from_goal(seen)
+        seen.program.add(kernels.theta_u_stage, T, seen.program.rows(4), rows.s, rows.L)
+        return rows
 
 
 @register("feature", "translation")
@@ -114,16 +101,9 @@ class Translation(_PoseFeature):
     tolerance: Tolerance = 1e-5
     unit: str = "m"
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 3)."""
-        T = self._from_goal(seen) if self.form == "goal" else seen.pose_last
-        return first_view(np.ascontiguousarray(T[:, 3]))
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 3, 6)."""
-        L = np.empty((3, 6, seen.pose_last.shape[-1]))
-        if self.form == "goal":
-            kernels.camera_origin_interaction(self._from_goal(seen), L)
-        else:
-            points_3d_interaction(np.ascontiguousarray(seen.pose_last[:, 3]), L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        rows, in_goal = seen.room(3), self.form == "goal"
+        T = self._from_goal(seen) if in_goal else seen.pose
+        seen.program.add(kernels.translation_stage, T, in_goal, rows.s, rows.L)
+        return rows

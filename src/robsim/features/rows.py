@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.features.feature import Observation
 from robsim.kernels import commanding
-from robsim.kernels.program import Program
+from robsim.kernels.pose_features import pose_stage
+from robsim.kernels.program import Blocks, Program
+from robsim.vision.camera import Camera
 
 
 class FeatureRows(NamedTuple):
@@ -34,10 +38,38 @@ class Seen:
     guess: int  # 12, the pose from which an estimate of T_c_o starts
     other: Seen | None = None  # the same marks, as the second camera of a pair sees them
     between: int = -1  # 12, the pose of the second camera in this one
+    fitted: int | None = None  # 12, the pose T_c_o that fits the image, where it is known already
+
+    @property
+    def pose(self) -> int:
+        """The rows of the pose T_c_o that fits the image, with the stage that finds it."""
+        if self.fitted is not None:
+            return self.fitted
+        T = self.program.rows(12)
+        self.program.add(pose_stage, self.N, self.model, self.points, self.guess, T)
+        return T
+
+    def goal(self, values: Any) -> int:
+        """Return the rows of what is known of the goal, or -1."""
+        return -1 if values is None else self.program.constant(values)
 
     def room(self, k: int) -> FeatureRows:
         """Return new rows for a feature of k numbers."""
         return FeatureRows(k, self.program.rows(k), self.program.rows(6 * k))
+
+    def observation(self, blocks: Blocks, cameras: Sequence[Camera]) -> Observation:
+        """Return what is seen in blocks, by a camera or a pair of them."""
+        camera, *others = cameras
+        get, N = blocks.get, self.N
+        seen = Observation(
+            get(self.pixels, N, 2), get(self.points, N, 2), get(self.depth, N), camera.K,
+            camera.lens, get(self.model, N, 3)[..., 0], get(self.guess, 3, 4),
+        )  # fmt: skip
+        if self.other is None:
+            return seen
+        between = get(self.between, 3, 4)
+        other = self.other.observation(blocks, others)
+        return replace(seen, other=other, between_last=between)
 
     def some(self, marks: NDArray[np.int64]) -> Seen:
         """Return the rows of some of the marks, with the stage that copies them."""

@@ -5,20 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view, frozen, last_view
+from robsim.base.arrays import Array, frozen, last_view
 from robsim.declare import Declared, register
+from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
-from robsim.features.groups import points_in_groups
-from robsim.kernels import features as points
+from robsim.features.groups import check_groups
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import line_features as kernels
-from robsim.kernels import point_features
 
 
 @register("feature", "segments")
 @dataclass(frozen=True, eq=False)
-class Segments(Declared):
+class Segments(Compiled, Declared):
     """Segments between marks 0 and 1, 2 and 3 ..., s = (xc, yc, length, angle, ...), four each.
 
     (xc, yc) is the middle in the image at unit depth, the angle that of the way from the first
@@ -45,19 +43,17 @@ class Segments(Declared):
         """Return the feature with angles within half a turn of those at the goal."""
         return replace(self, goal=frozen(last_view(self.measure(goal))))
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 2N), four numbers for two marks."""
-        x = points_in_groups(seen, 2, "Segments")
-        s = np.empty((2 * x.shape[0], x.shape[-1]))
-        kernels.segments(x, s)
-        if self.goal is not None:
-            point_features.turn_towards(self.goal, 4, s)
-        return first_view(s)
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 2N, 6)."""
-        x = points_in_groups(seen, 2, "Segments")
-        L = np.empty((2 * x.shape[0], 6, x.shape[-1]))
-        points.points_interaction(x, seen.depth_last, L)
-        kernels.to_segment_rates(x, L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        check_groups(seen.N, 2, "Segments")
+        rows = seen.room(2 * seen.N)
+        seen.program.add(
+            kernels.segments_stage,
+            seen.N,
+            seen.points,
+            seen.depth,
+            seen.goal(self.goal),
+            rows.s,
+            rows.L,
+        )
+        return rows

@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view
 from robsim.declare import Declared, Length, register
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.compiled import Compiled
+from robsim.features.feature import Tolerance
+from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import conics as kernels
 
 
 @register("feature", "sphere")
 @dataclass(frozen=True)
-class Sphere(Declared):
+class Sphere(Compiled, Declared):
     """The image of a sphere about mark 0, s = (X, Y, Z) / radius of its centre in camera axes.
 
     The outline of a sphere gives s: its direction is that of the cone of sight, and its length
@@ -38,18 +37,15 @@ class Sphere(Declared):
     least_marks: ClassVar[int] = 1
     measures_depth: ClassVar[bool] = True
 
-    def measure(self, seen: Observation) -> Array:
-        """Return s (B, 3)."""
-        return first_view(self._measure(seen))
-
-    def _measure(self, seen: Observation) -> Array:
-        s = np.empty((3, seen.points_last.shape[2]))
-        kernels.sphere(seen.points_last[0], seen.depth_last[0], self.radius, s)
-        return s
-
-    def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, 3, 6)."""
-        s = self._measure(seen)
-        L = np.empty((3, 6, s.shape[1]))
-        kernels.sphere_interaction(s, self.radius, L)
-        return first_view(L)
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+        rows = seen.room(3)
+        seen.program.add(
+            kernels.sphere_stage,
+            seen.points,
+            seen.depth,
+            seen.program.constant(self.radius),
+            rows.s,
+            rows.L,
+        )
+        return rows

@@ -80,10 +80,10 @@ def difference(p, w, step):
 
 
 @stage
-def scaled(p, w, step):
-    """Compute x = factor y: (n, factor, y, x), with one factor."""
+def commanded(p, w, step):
+    """Compute qd = -gain x: (n, gain, x, qd)."""
     for i in range(p[0]):
-        put(w, p[3] + i, get(w, p[1]) * get(w, p[2] + i))
+        put(w, p[3] + i, -(get(w, p[1]) * get(w, p[2] + i)))
 
 
 @stage
@@ -139,7 +139,7 @@ def in_units(p, w, step):
 
 @stage
 def weigh(p, w, step):
-    """Compute B, of which each row is that of A[n, m] times its own weight: (A, n, m, weights, B)."""
+    """Compute B, each row that of A[n, m] times its own weight: (A, n, m, weights, B)."""
     for i in range(p[1]):
         for j in range(p[2]):
             put(w, p[4] + i * p[2] + j, get(w, p[3] + i) * get(w, p[0] + i * p[2] + j))

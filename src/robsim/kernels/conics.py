@@ -5,9 +5,12 @@ import math
 import numpy as np
 
 from robsim.kernels.jit import kernel
-from robsim.kernels.moments import mean
+from robsim.kernels.lanes import WIDTH
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.moments import ORDER_3, mean, plane, region_rates
 from robsim.kernels.point_features import cross_columns
 from robsim.kernels.solve import least_squares
+from robsim.kernels.stage import stage
 
 RCOND = 1e-12  # points that leave a conic less certain than this do not fix one
 
@@ -73,7 +76,7 @@ def ellipse_rates(mu, R, L):
 def sphere(x, Z, radius, s):
     """Compute s[3, b] = (X, Y, Z) / radius of the centre x[2, b] at depth Z[b]."""
     for b in range(x.shape[1]):
-        far = Z[b] / radius
+        far = Z[b] / radius[b]
         s[0, b], s[1, b], s[2, b] = x[0, b] * far, x[1, b] * far, far
 
 
@@ -83,5 +86,28 @@ def sphere_interaction(s, radius, L):
     for r in range(3):
         for c in range(3):
             for b in range(s.shape[1]):
-                L[r, c, b] = -1.0 / radius if c == r else 0.0
+                L[r, c, b] = -1.0 / radius[b] if c == r else 0.0
     cross_columns(s, L)
+
+
+@stage
+def ellipse_stage(p, w, step):
+    """Compute s and L of an ellipse: (N, points, depth, centre, mu, plane, R, s, L)."""
+    N, centre, mu, ABC = p[0], vector(w, p[3], 2), vector(w, p[4], ORDER_3), vector(w, p[5], 3)
+    x, R, s = matrix(w, p[1], N, 2), matrix(w, p[6], 6, 6), vector(w, p[7], 5)
+    ellipse(x, centre, mu)
+    for b in range(WIDTH):
+        s[0, b], s[1, b] = centre[0, b], centre[1, b]
+        s[2, b], s[3, b], s[4, b] = mu[3, b], mu[4, b], mu[5, b]
+    plane(x, vector(w, p[2], N), ABC)
+    region_rates(ABC, centre, mu, R)
+    ellipse_rates(mu, R, matrix(w, p[8], 5, 6))
+
+
+@stage
+def sphere_stage(p, w, step):
+    """Compute s and L of a sphere: (point of its centre, its depth, radius, s, L)."""
+    x, Z, radius = vector(w, p[0], 2), vector(w, p[1], 1)[0], vector(w, p[2], 1)[0]
+    s = vector(w, p[3], 3)
+    sphere(x, Z, radius, s)
+    sphere_interaction(s, radius, matrix(w, p[4], 3, 6))

@@ -1,7 +1,9 @@
 """Interaction matrices L: sdot = L V_c, with V_c = (v, omega) the camera's twist in its axes."""
 
-from robsim.kernels.camera import pinhole
-from robsim.kernels.jit import kernel
+from robsim.kernels.camera import pinhole, pinhole_of
+from robsim.kernels.jit import kernel, part
+from robsim.kernels.lanes import get, put
+from robsim.kernels.stage import stage
 
 CURRENT, DESIRED, MEAN = 0, 1, 2  # which interaction matrix
 TRUE, GOAL, CONSTANT = 0, 1, 2  # which depth
@@ -77,3 +79,41 @@ def choose_depth(which, metres, scale, Z_goal, Z, out):
                 out[n, b] = scale[n, 0] * Z_goal[n, 0]
             else:
                 out[n, b] = scale[n, 0] * metres
+
+
+@stage
+def points_stage(p, w, step):
+    """Compute s and L of image points: (N, points, depth, s, L)."""
+    for n in range(p[0]):
+        x, y, inverse = get(w, p[1] + 2 * n), get(w, p[1] + 2 * n + 1), 1.0 / get(w, p[2] + n)
+        put(w, p[3] + 2 * n, x)
+        put(w, p[3] + 2 * n + 1, y)
+        _put_row(w, p[4] + 12 * n, -inverse, 0.0 * x, x * inverse, x * y, -(1.0 + x * x), y)
+        _put_row(w, p[4] + 12 * n + 6, 0.0 * x, -inverse, y * inverse, 1.0 + y * y, -x * y, -x)
+
+
+@part
+def _put_row(w, at, a, b, c, d, e, f):
+    put(w, at, a)
+    put(w, at + 1, b)
+    put(w, at + 2, c)
+    put(w, at + 3, d)
+    put(w, at + 4, e)
+    put(w, at + 5, f)
+
+
+@stage
+def pixels_stage(p, w, step):
+    """Replace s and L of image points by those of their pixels: (N, camera, s, L)."""
+    K, s, L = p[1], p[2], p[3]
+    for n in range(p[0]):
+        x, y, row = get(w, s + 2 * n), get(w, s + 2 * n + 1), L + 12 * n
+        u, v = pinhole_of(
+            x, y, get(w, K), get(w, K + 1), get(w, K + 2), get(w, K + 4), get(w, K + 5)
+        )
+        put(w, s + 2 * n, u)
+        put(w, s + 2 * n + 1, v)
+        for c in range(6):
+            below = get(w, row + 6 + c)
+            put(w, row + c, get(w, K) * get(w, row + c) + get(w, K + 1) * below)
+            put(w, row + 6 + c, get(w, K + 4) * below)

@@ -130,7 +130,9 @@ def judge(p, w, step):
     now = where(get(w, p[3]) == 1.0 * camera.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, now)
     for i in range(nq):
         x = get(w, q + i)
-        now = where((x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, now)
+        now = where(
+            (x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, now
+        )
     now = where(~(_most(w, q, nq, zero) < np.inf), 1.0 * NOT_FINITE, now)
     put(w, p[15], now)
 

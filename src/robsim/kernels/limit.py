@@ -1,40 +1,35 @@
-"""The limits of speeds by scaling of commands, in the layout with the run last."""
+"""The limits of speeds by scaling of commands."""
 
-import math
-
-import numpy as np
-
-from robsim.kernels.jit import kernel, part
+from robsim.kernels.jit import part
+from robsim.kernels.lanes import absolute, get, put, sqrt, where
+from robsim.kernels.stage import stage
 
 
 @part
-def _speeds(J, qd, speed):
-    """Compute speed[0, b] = |v| and speed[1, b] = |omega| of the twist J[6, n, b] qd[n, b]."""
-    V = np.zeros((6, qd.shape[1]))
-    for c in range(6):
-        for j in range(qd.shape[0]):
-            for b in range(qd.shape[1]):
-                V[c, b] += J[c, j, b] * qd[j, b]
-    for h in range(2):
-        for b in range(qd.shape[1]):
-            x, y, z = V[3 * h, b], V[3 * h + 1, b], V[3 * h + 2, b]
-            speed[h, b] = math.sqrt(x * x + y * y + z * z)
+def _speed(w, J, n, first, qd):
+    """Return the length of three components of the twist J qd."""
+    square = 0.0 * get(w, qd)
+    for c in range(first, first + 3):
+        V = 0.0 * get(w, qd)
+        for j in range(n):
+            V = V + get(w, J + n * c + j) * get(w, qd + j)
+        square = square + V * V
+    return sqrt(square)
 
 
-@kernel
-def scale(qd, J, joint, twist, out):
-    """Compute out[n, b] = qd over the largest of 1 and each speed over its limit.
+@stage
+def scale_stage(p, w, step):
+    """Compute qd over the largest of 1 and each speed over its limit: (n, J, limits, qd, out).
 
-    The limits are joint[n] on |qd| and twist[2] on |v| and |omega| of the twist J[6, n, b] qd.
+    The limits are n on |qd|, and two on |v| and |omega| of the twist J[6, n] qd.
     """
-    speed, excess = np.empty((2, qd.shape[1])), np.ones(qd.shape[1])
-    _speeds(J, qd, speed)
+    n, J, limits, qd, out = p[0], p[1], p[2], p[3], p[4]
+    excess = 0.0 * get(w, limits) + 1.0
     for h in range(2):
-        for b in range(qd.shape[1]):
-            excess[b] = max(excess[b], speed[h, b] / twist[h])
-    for j in range(qd.shape[0]):
-        for b in range(qd.shape[1]):
-            excess[b] = max(excess[b], abs(qd[j, b]) / joint[j])
-    for j in range(qd.shape[0]):
-        for b in range(qd.shape[1]):
-            out[j, b] = qd[j, b] / excess[b]
+        over = _speed(w, J, n, 3 * h, qd) / get(w, limits + n + h)
+        excess = where(over > excess, over, excess)
+    for j in range(n):
+        over = absolute(get(w, qd + j)) / get(w, limits + j)
+        excess = where(over > excess, over, excess)
+    for j in range(n):
+        put(w, out + j, get(w, qd + j) / excess)

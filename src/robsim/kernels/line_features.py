@@ -5,8 +5,14 @@ As everywhere sdot = L V_c, with V_c = (v, omega) the camera's twist in its own 
 
 import math
 
+import numpy as np
+
+from robsim.kernels.features import points_interaction
 from robsim.kernels.jit import kernel
-from robsim.kernels.point_features import polar_of, polar_rates
+from robsim.kernels.lanes import WIDTH
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.point_features import polar_of, polar_rates, turn_towards
+from robsim.kernels.stage import stage
 
 
 @kernel
@@ -87,3 +93,35 @@ def intersections(x, p):
             dx, dy = x[n + 2, 0, b] - x0, x[n + 2, 1, b] - y0
             t = (dx * vy - dy * vx) / (ux * vy - uy * vx)
             p[m, 0, b], p[m, 1, b] = x0 + t * ux, y0 + t * uy
+
+
+@stage
+def segments_stage(p, w, step):
+    """Compute s and L of segments: (N, points, depth, goal or -1, s, L)."""
+    N = p[0]
+    x, s, L = matrix(w, p[1], N, 2), vector(w, p[4], 2 * N), matrix(w, p[5], 2 * N, 6)
+    segments(x, s)
+    if p[3] >= 0:
+        turn_towards(vector(w, p[3], 2 * N), 4, s)
+    points_interaction(x, vector(w, p[2], N), L)
+    to_segment_rates(x, L)
+
+
+@stage
+def lines_stage(p, w, step):
+    """Compute s and L of straight lines: (N, points, depth, goal or -1, s, L)."""
+    N = p[0]
+    x, s = matrix(w, p[1], N, 2), vector(w, p[4], N)
+    lines(x, s)
+    if p[3] >= 0:
+        turn_towards(vector(w, p[3], N), 2, s)
+    lines_interaction(x, vector(w, p[2], N), matrix(w, p[5], N, 6))
+
+
+@stage
+def intersections_stage(p, w, step):
+    """Compute s and L of vanishing points: (N, points, s, L)."""
+    M = p[0] // 4
+    s = matrix(w, p[2], M, 2)
+    intersections(matrix(w, p[1], p[0], 2), s)
+    points_interaction(s, np.full((M, WIDTH), np.inf), matrix(w, p[3], 2 * M, 6))

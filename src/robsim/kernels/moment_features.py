@@ -9,6 +9,9 @@ import math
 import numpy as np
 
 from robsim.kernels.jit import kernel, part
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.moments import ORDER_3, ORDER_4, marks, marks_rates, plane, region, region_rates
+from robsim.kernels.stage import stage
 
 NEAR = 0.8  # what a small turn is worth against third moments that contradict it
 
@@ -35,7 +38,7 @@ def _orientation_rate(mu, rate, b):
 def within_quarter_turn(goal, alpha):
     """Add n pi to alpha[b], so that it is within a quarter turn of the goal, in place."""
     for b in range(alpha.shape[0]):
-        turns = (alpha[b] - goal) / math.pi
+        turns = (alpha[b] - goal[b]) / math.pi
         alpha[b] -= math.pi * math.floor(turns + 0.5)
 
 
@@ -64,12 +67,12 @@ def upright(goal, head_goal, mu, alpha):
     """
     h = np.empty((2, alpha.shape[0]))
     head(mu, alpha, h)
-    square = head_goal[0] * head_goal[0] + head_goal[1] * head_goal[1]
     for b in range(alpha.shape[0]):
-        along = h[0, b] * head_goal[0] + h[1, b] * head_goal[1]
+        x, y = head_goal[0, b], head_goal[1, b]
+        square, along = x * x + y * y, h[0, b] * x + h[1, b] * y
         share = along / max(square, h[0, b] * h[0, b] + h[1, b] * h[1, b])
-        if share + NEAR * math.cos(alpha[b] - goal) < 0.0:
-            alpha[b] += math.pi if alpha[b] < goal else -math.pi
+        if share + NEAR * math.cos(alpha[b] - goal[b]) < 0.0:
+            alpha[b] += math.pi if alpha[b] < goal[b] else -math.pi
 
 
 @kernel
@@ -106,7 +109,7 @@ def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
     principal axis of p = (mu30 + mu12, mu21 + mu03), twice because an axis has no head.
     """
     for b in range(mu.shape[1]):
-        an = Z_goal * math.sqrt(size_goal / _size(of_marks, mu, b))
+        an = Z_goal[b] * math.sqrt(size_goal[b] / _size(of_marks, mu, b))
         rho, px, py, _spread = _skewness(mu, b)
         alpha = _orientation(mu, b)
         twice = 2.0 * (math.atan2(py, px) - alpha)
@@ -134,3 +137,46 @@ def decoupled_rates(of_marks, centre, mu, R, s, L):
             L[3, c, b] = growth * s[3, b] - turn * s[4, b]
             L[4, c, b] = growth * s[4, b] + turn * s[3, b]
             L[5, c, b] = alpha_rate
+
+
+@stage
+def moments_stage(p, w, step):
+    """Compute moments and their rates: (N, points, depth, of marks, centre, mu, plane, R)."""
+    N, of_marks = p[0], p[3] != 0
+    x, Z, centre = matrix(w, p[1], N, 2), vector(w, p[2], N), vector(w, p[4], 2)
+    R = matrix(w, p[7], ORDER_3, 6)
+    if of_marks:
+        marks(x, centre, vector(w, p[5], ORDER_3))
+        marks_rates(x, Z, centre, R)
+    else:
+        mu, ABC = vector(w, p[5], ORDER_4), vector(w, p[6], 3)
+        region(x, centre, mu)
+        plane(x, Z, ABC)
+        region_rates(ABC, centre, mu, R)
+
+
+@stage
+def basic_stage(p, w, step):
+    """Compute s and L of size, centre and angle: (of marks, centre, mu, R, goal or -1, s, L)."""
+    of_marks, mu, s = p[0] != 0, vector(w, p[2], ORDER_3), vector(w, p[5], 4)
+    basic(of_marks, vector(w, p[1], 2), mu, s)
+    if p[4] >= 0:
+        within_quarter_turn(vector(w, p[4], 1)[0], s[3])
+    basic_rates(of_marks, mu, matrix(w, p[3], ORDER_3, 6), matrix(w, p[6], 4, 6))
+
+
+@stage
+def decoupled_stage(p, w, step):
+    """Compute s and L of the decoupled moments.
+
+    (of marks, centre, mu, R, goal, whether it has an angle, a head, s, L): of the goal
+    size, depth, angle, and the two numbers of the head.
+    """
+    of_marks, centre, mu = p[0] != 0, vector(w, p[1], 2), vector(w, p[2], ORDER_3)
+    goal, s = vector(w, p[4], 5), vector(w, p[7], 6)
+    decoupled(of_marks, goal[0], goal[1], centre, mu, s)
+    if p[5]:
+        within_quarter_turn(goal[2], s[5])
+    if p[6]:
+        upright(goal[2], goal[3:], mu, s[5])
+    decoupled_rates(of_marks, centre, mu, matrix(w, p[3], ORDER_3, 6), s, matrix(w, p[8], 6, 6))

@@ -80,9 +80,7 @@ def fly(p, w, step):
     for i in range(p[0]):
         A, B, q, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
         compose(w, A, B, T)
-        R = se3.quaternion_to_rotation(
-            get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6)
-        )
+        R = se3.quaternion_to_rotation(get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6))
         x, y, z = get(w, q), get(w, q + 1), get(w, q + 2)
         for r in range(3):
             a, b, c, t = _row(w, T, r)
@@ -172,7 +170,7 @@ def steer(p, w, step):
 
 @stage
 def hang(p, w, step):
-    """Compute what a chord gives: (curves, source, x, ratio, ratio above, numbers, which, gives)."""
+    """Compute what a chord gives: (curves, source, x, ratio, ratio above, numbers, which, what)."""
     curves = _curves(p, 0)
     source, x, ratio, above, number = p[5], p[6], p[7], p[8], p[9]
     for i in range(WIDTH):

@@ -7,7 +7,10 @@ import math
 
 import numpy as np
 
+from robsim.kernels.features import points_interaction
 from robsim.kernels.jit import kernel
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.stage import stage
 
 
 @kernel
@@ -50,7 +53,7 @@ def turn_towards(goal, group, s):
     """
     for i in range(group - 1, s.shape[0], group):
         for b in range(s.shape[1]):
-            half_turn_less = s[i, b] - goal[i, 0] - math.pi
+            half_turn_less = s[i, b] - goal[i, b] - math.pi
             s[i, b] -= 2.0 * math.pi * np.ceil(half_turn_less / (2.0 * math.pi))
 
 
@@ -110,10 +113,10 @@ def points_3d_interaction(X, L):
 
 @kernel
 def log_depth(Z, Z_goal, s):
-    """Compute s[n, b] = log(Z / Z_goal) of depths Z[n, b] and Z_goal[n, 1]."""
+    """Compute s[n, b] = log(Z / Z_goal) of depths Z[n, b] and Z_goal[n, b]."""
     for n in range(Z.shape[0]):
         for b in range(Z.shape[1]):
-            s[n, b] = math.log(Z[n, b] / Z_goal[n, 0])
+            s[n, b] = math.log(Z[n, b] / Z_goal[n, b])
 
 
 @kernel
@@ -123,3 +126,42 @@ def log_depth_interaction(x, Z, L):
         for b in range(x.shape[2]):
             L[n, 0, b], L[n, 1, b], L[n, 2, b] = 0.0, 0.0, -1.0 / Z[n, b]
             L[n, 3, b], L[n, 4, b], L[n, 5, b] = -x[n, 1, b], x[n, 0, b], 0.0
+
+
+@stage
+def polar_stage(p, w, step):
+    """Compute s and L of polar coordinates: (N, points, depth, goal or -1, s, L)."""
+    N = p[0]
+    x, s, L = matrix(w, p[1], N, 2), vector(w, p[4], 2 * N), matrix(w, p[5], 2 * N, 6)
+    polar(x, s)
+    if p[3] >= 0:
+        turn_towards(vector(w, p[3], 2 * N), 2, s)
+    points_interaction(x, vector(w, p[2], N), L)
+    to_polar_rates(x, L)
+
+
+@stage
+def bearings_stage(p, w, step):
+    """Compute s and L of unit vectors to the marks: (N, points, depth, s, L)."""
+    N = p[0]
+    s = vector(w, p[3], 3 * N)
+    bearings(matrix(w, p[1], N, 2), s)
+    bearings_interaction(s, vector(w, p[2], N), matrix(w, p[4], 3 * N, 6))
+
+
+@stage
+def points_3d_stage(p, w, step):
+    """Compute s and L of points in camera axes: (N, points, depth, s, L)."""
+    N = p[0]
+    s = vector(w, p[3], 3 * N)
+    points_3d(matrix(w, p[1], N, 2), vector(w, p[2], N), s)
+    points_3d_interaction(s, matrix(w, p[4], 3 * N, 6))
+
+
+@stage
+def log_depth_stage(p, w, step):
+    """Compute s and L of the logarithm of depths: (N, points, depth, goal, s, L)."""
+    N = p[0]
+    x, Z = matrix(w, p[1], N, 2), vector(w, p[2], N)
+    log_depth(Z, vector(w, p[3], N), vector(w, p[4], N))
+    log_depth_interaction(x, Z, matrix(w, p[5], N, 6))

@@ -23,12 +23,13 @@ def _reproject(marks, T, x, now, Z, error):
     They are NaN for marks behind the camera.
     """
     for n in range(marks.shape[0]):
-        px, py, pz = marks[n, 0], marks[n, 1], marks[n, 2]
         for b in range(T.shape[2]):
+            px, py, pz = marks[n, 0, b], marks[n, 1, b], marks[n, 2, b]
             depth = T[2, 0, b] * px + T[2, 1, b] * py + T[2, 2, b] * pz + T[2, 3, b]
             Z[n, b] = depth if depth > NEAR else np.nan
         for r in range(2):
             for b in range(T.shape[2]):
+                px, py, pz = marks[n, 0, b], marks[n, 1, b], marks[n, 2, b]
                 X = T[r, 0, b] * px + T[r, 1, b] * py + T[r, 2, b] * pz + T[r, 3, b]
                 now[n, r, b] = X / Z[n, b]
                 error[2 * n + r, b] = now[n, r, b] - x[n, r, b]
@@ -97,7 +98,17 @@ def _copy(A, b, out):
 
 @kernel
 def fit_pose(marks, x, guess, T):
-    """Fit the pose T_c_o = T[3, 4, b] to the image x[n, 2, b] of marks (N, 3), from a guess.
+    """Fit the pose T_c_o = T[3, 4, b] to the image x[n, 2, b] of marks (N, 3), as `fit_poses`."""
+    wide = np.empty((x.shape[0], 3, x.shape[2]))
+    for n in range(x.shape[0]):
+        for r in range(3):
+            wide[n, r, :] = marks[n, r]
+    fit_poses(wide, x, guess, T)
+
+
+@kernel
+def fit_poses(marks, x, guess, T):
+    """Fit the pose T_c_o = T[3, 4, b] to the image x[n, 2, b] of marks[n, 3, b], from a guess.
 
     Gauss-Newton on the sum of squared distances between measured and reprojected points, all
     normalised: a virtual camera is servoed on its image (Comport, Marchand, Pressigout and

@@ -3,7 +3,13 @@
 import math
 
 from robsim.kernels.jit import kernel
-from robsim.kernels.se3 import log_coefficient
+from robsim.kernels.lanes import get, put
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.placing import compose
+from robsim.kernels.point_features import points_3d_interaction
+from robsim.kernels.pose import fit_poses
+from robsim.kernels.se3 import inverse, log_coefficient, rotation_to_quaternion, rotation_vector
+from robsim.kernels.stage import stage
 
 
 @kernel
@@ -41,3 +47,38 @@ def camera_origin_interaction(T, L):
         for c in range(3):
             for b in range(T.shape[2]):
                 L[r, c, b], L[r, 3 + c, b] = T[r, c, b], 0.0
+
+
+@stage
+def pose_stage(p, w, step):
+    """Fit the pose of a target to its image: (N, marks, points, guess, pose)."""
+    N = p[0]
+    guess, T = matrix(w, p[3], 3, 4), matrix(w, p[4], 3, 4)
+    fit_poses(matrix(w, p[1], N, 3), matrix(w, p[2], N, 2), guess, T)
+
+
+@stage
+def from_goal_stage(p, w, step):
+    """Compute the pose of the camera in the goal camera: (pose, target in it, room, out)."""
+    compose(w, p[0], p[1], p[2])
+    inverse(matrix(w, p[2], 3, 4), matrix(w, p[3], 3, 4))
+
+
+@stage
+def theta_u_stage(p, w, step):
+    """Compute s and L of a rotation vector: (pose, room of 4, s, L)."""
+    quaternion, s = vector(w, p[1], 4), vector(w, p[2], 3)
+    rotation_to_quaternion(matrix(w, p[0], 3, 4), quaternion)
+    rotation_vector(quaternion, s)
+    theta_u_interaction(s, matrix(w, p[3], 3, 6))
+
+
+@stage
+def translation_stage(p, w, step):
+    """Compute s and L of a translation: (pose, whether of the camera in the goal camera, s, L)."""
+    for r in range(3):
+        put(w, p[2] + r, get(w, p[0] + 4 * r + 3))
+    if p[1]:
+        camera_origin_interaction(matrix(w, p[0], 3, 4), matrix(w, p[3], 3, 6))
+    else:
+        points_3d_interaction(vector(w, p[2], 3), matrix(w, p[3], 3, 6))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -140,8 +140,9 @@ class Program:
     def segments(self, start: int = 0, end: int | None = None) -> list[Own]:
         """Return some of the calls, with stages that follow one another put together."""
         found: list[Own] = []
-        for compiled, calls in groupby(self.calls[start:end], lambda each: isinstance(each, tuple)):
-            found += [Compiled(list(calls))] if compiled else calls  # type: ignore[arg-type]
+        for compiled, group in groupby(self.calls[start:end], lambda each: isinstance(each, tuple)):
+            calls: list[Any] = list(group)
+            found += [Compiled(calls)] if compiled else calls
         return found
 
     def evaluate(self, first: int, x: Array, found: int, count: int) -> Array:
@@ -150,6 +151,25 @@ class Program:
         block = Blocks(self, np.zeros(1, dtype=np.int64)).flat[0]
         kernels.evaluate(made.addresses, made.at, made.numbers, block, first, x, found, out)
         return out
+
+
+def evaluated(
+    add: Callable[..., Sequence[int]], arrays: Sequence[Array], shapes: Sequence[tuple[int, ...]]
+) -> list[Array]:
+    """Return arrays (*shape, B) that stages compute from others, all with the run last.
+
+    `add(program, *rows)` adds the stages, given the first rows of the arrays, and returns the
+    first rows of the results.
+    """
+    program = Program()
+    rows = [program.rows(math.prod(array.shape[:-1])) for array in arrays]
+    found = add(program, *rows)
+    blocks = Blocks(program, np.zeros(arrays[0].shape[-1], dtype=np.int64))
+    for row, array in zip(rows, arrays, strict=True):
+        blocks.put(row, array)
+    for part in program.segments():
+        part(blocks, 0)
+    return [blocks.get(row, *shape) for row, shape in zip(found, shapes, strict=True)]
 
 
 def _aligned(count: int, rows: int) -> Array:

@@ -1,4 +1,4 @@
-"""Redundancy: projectors onto the motions that a task leaves free, with the run last.
+"""Redundancy: projectors onto the motions that a task leaves free.
 
 Rank is decided once for each direction, by singular values relative to the largest of the task's
 own matrix A. What a task of higher priority left of it, A P, may be nothing but rounding, and a
@@ -9,10 +9,11 @@ import math
 
 import numpy as np
 
-from robsim.kernels.extremes import largest
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.singular import singular_values
-from robsim.kernels.solve import product
+from robsim.kernels.lanes import WIDTH, get, put, where
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.singular import decompose, greatest
+from robsim.kernels.stage import stage
 
 
 @kernel
@@ -59,70 +60,149 @@ def large_projection(A, e, low, high, P):
 
 
 @part
-def _rest(A, rate, qd, out):
+def _rest(w, A, k, n, rate, qd, out):
     """Compute out = rate - A qd."""
-    for i in range(A.shape[0]):
-        for b in range(A.shape[2]):
-            out[i, b] = rate[i, b]
-        for j in range(A.shape[1]):
-            for b in range(A.shape[2]):
-                out[i, b] -= A[i, j, b] * qd[j, b]
+    for i in range(k):
+        total = get(w, rate + i)
+        for j in range(n):
+            total = total - get(w, A + n * i + j) * get(w, qd + j)
+        put(w, out + i, total)
 
 
 @part
-def _take(direction, along, taken, free, square, qd, P):
+def _take(w, direction, along, taken, n, free, qd, P):
     """Add `along` times the free part P direction to qd, and remove that direction from P.
 
-    Only in the runs whose `taken` is 1. The direction lies in the range of P but for rounding;
+    Only in the runs that are `taken`. The direction lies in the range of P but for rounding;
     projecting it once more keeps what was taken before undisturbed even where the motion is large,
     near a conflict.
     """
-    free[:], square[:] = 0.0, 0.0
-    n, runs = free.shape
+    square = 0.0 * along
     for i in range(n):
+        total = 0.0 * along
         for j in range(n):
-            for b in range(runs):
-                free[i, b] += P[i, j, b] * direction[j, b]
-        for b in range(runs):
-            square[b] += free[i, b] * free[i, b]
+            total = total + get(w, P + n * i + j) * get(w, direction + j)
+        put(w, free + i, total)
+        square = square + total * total
     for i in range(n):
-        for b in range(runs):
-            qd[i, b] += free[i, b] * along[b] if taken[b] else 0.0
+        here = get(w, free + i)
+        put(w, qd + i, get(w, qd + i) + where(taken, here * along, 0.0))
         for j in range(n):
-            for b in range(runs):
-                P[i, j, b] -= free[i, b] * free[j, b] / square[b] if taken[b] else 0.0
+            less = where(taken, here * get(w, free + j) / square, 0.0)
+            put(w, P + n * i + j, get(w, P + n * i + j) - less)
 
 
 @kernel
-def descend(A, rate, rcond, first, qd, P):
-    """Add (A P)^+ (rate - A qd) to qd[n, b], and subtract (A P)^+ A P from P[n, n, b].
+def _columns(w, A, k, n, G):
+    """Copy A or A', whichever is tall, column by column."""
+    p = max(k, n)
+    for j in range(min(k, n)):
+        for i in range(p):
+            put(w, G + j * p + i, get(w, A + (j * n + i if k < n else i * n + j)))
 
-    The shapes are A[k, n, b] and rate[k, b]. Singular values of A P below rcond times the largest
-    of A count as zero. `first` says that P is the identity, and qd zero.
+
+def scratch_of(k, n):
+    """Return how many rows `descend` needs to work in."""
+    m, p = min(k, n), max(k, n)
+    return p * m + m * m + m + k + n + k * n
+
+
+@stage
+def descend(p, w, step):
+    """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from P (n, n).
+
+    (A, k, n, rate, rcond, whether first, qd, P, scratch). Singular values of A P below rcond times
+    the largest of A count as zero. `first` says that P is to be the identity, and qd zero.
     """
-    k, n, runs = A.shape
-    small = min(k, n)
-    G, V = np.empty((max(k, n), small, runs)), np.empty((small, small, runs))
-    sigma, least = np.empty((small, runs)), np.empty(runs)
-    free, along, square = np.empty((n, runs)), np.empty(runs), np.empty(runs)
-    taken, AP, rest = np.empty(runs, np.bool_), np.empty(A.shape), np.empty(rate.shape)
-    singular_values(A, G, V, sigma)
-    largest(sigma, least)
-    if not first:
-        product(A, P, AP)
-        singular_values(AP, G, V, sigma)
-    _rest(A, rate, qd, rest)
-    left, right = (V, G) if k < n else (G, V)  # A P = left right', one of them orthonormal
-    for s in range(small):
-        along[:] = 0.0
+    A, k, n, rate, rcond, qd, P = p[0], p[1], p[2], p[3], get(w, p[4]), p[6], p[7]
+    m, tall = min(k, n), max(k, n)
+    G = p[8]
+    V, sigma = G + tall * m, G + tall * m + m * m
+    rest, free = sigma + m, sigma + m + k
+    _columns(w, A, k, n, G)
+    decompose(w, G, tall, m, V, sigma)
+    most = _greatest(w, sigma, m)
+    total = most
+    if p[5]:
+        for i in range(n):
+            put(w, qd + i, 0.0)
+            for j in range(n):
+                put(w, P + n * i + j, 1.0 if i == j else 0.0)
+    else:
+        AP = free + n
         for i in range(k):
-            for b in range(runs):
-                along[b] += left[i, s, b] * rest[i, b]
-        for b in range(runs):
-            taken[b] = sigma[s, b] > rcond * least[b]
-            along[b] /= sigma[s, b] * sigma[s, b]
-        _take(right[:, s], along, taken, free, square, qd, P)
-    largest(sigma, square)
-    for b in range(runs):
-        if not math.isfinite(least[b] + square[b]):
-            qd[:, b], P[:, :, b] = np.nan, np.nan
+            for j in range(n):
+                total = 0.0 * most
+                for c in range(n):
+                    total = total + get(w, A + n * i + c) * get(w, P + n * c + j)
+                put(w, AP + n * i + j, total)
+        _columns(w, AP, k, n, G)
+        decompose(w, G, tall, m, V, sigma)
+        total = most + _greatest(w, sigma, m)
+    _rest(w, A, k, n, rate, qd, rest)
+    left, height, right, width = (V, m, G, tall) if k < n else (G, tall, V, m)
+    for s in range(m):  # A P = left right', one of them orthonormal
+        along = 0.0 * most
+        for i in range(k):
+            along = along + get(w, left + height * s + i) * get(w, rest + i)
+        size = get(w, sigma + s)
+        taken = size > rcond * most
+        _take(w, right + width * s, along / (size * size), taken, n, free, qd, P)
+    broken = ~(total * 0.0 == 0.0)
+    for i in range(n):
+        put(w, qd + i, where(broken, np.nan, get(w, qd + i)))
+        for j in range(n):
+            put(w, P + n * i + j, where(broken, np.nan, get(w, P + n * i + j)))
+
+
+@part
+def _greatest(w, x, n):
+    """Return the largest of n numbers; NaN or infinite if any of them is."""
+    total = 0.0 * get(w, x)
+    for i in range(1, n):
+        total = total + 0.0 * get(w, x + i)
+    return greatest(w, x, n) + total
+
+
+@stage
+def large_stage(p, w, step):
+    """Replace a projector by the large one: (A, k, n, error, bounds of ||e||, P)."""
+    A, e, P = matrix(w, p[0], p[1], p[2]), vector(w, p[3], p[1]), matrix(w, p[5], p[2], p[2])
+    large_projection(A, e, w[p[4] * WIDTH], w[(p[4] + 1) * WIDTH], P)
+
+
+@stage
+def wish_stage(p, w, step):
+    """Compute gain (q within bounds - q): (n, gain, lowest, highest, wish), and the rows of q.
+
+    A velocity without a coordinate of its own, -1, has q = 0.
+    """
+    n, gain, low, high = p[0], get(w, p[1]), p[2], p[3]
+    for i in range(n):
+        x = get(w, p[5 + i]) if p[5 + i] >= 0 else 0.0 * gain
+        within = where(x < get(w, low + i), get(w, low + i), x)
+        within = where(within > get(w, high + i), get(w, high + i), within)
+        put(w, p[4] + i, gain * (within - x))
+
+
+@stage
+def project_stage(p, w, step):
+    """Compute out = qd + P wish: (n, P, wish, qd, out)."""
+    n, P = p[0], p[1]
+    for i in range(n):
+        total = 0.0 * get(w, P)
+        for j in range(n):
+            total = total + get(w, P + n * i + j) * get(w, p[2] + j)
+        put(w, p[4] + i, get(w, p[3] + i) + total)
+
+
+@stage
+def smooth_stage(p, w, step):
+    """Compute qd - exp(-mu t) qd(0): (n, mu, dt, first, qd, out)."""
+    for i in range(WIDTH):
+        left = math.exp(-w[p[1] * WIDTH + i] * (step * w[p[2] * WIDTH + i]))
+        for j in range(p[0]):
+            at = j * WIDTH + i
+            if step == 0:
+                w[p[3] * WIDTH + at] = w[p[4] * WIDTH + at]
+            w[p[5] * WIDTH + at] = w[p[4] * WIDTH + at] - left * w[p[3] * WIDTH + at]

@@ -90,10 +90,10 @@ def advance(addresses, at, p, skipped, blocks, alive, step, until):
 
 @kernel
 def _any(block, row):
+    alive = False
     for lane in range(WIDTH):
-        if block[row * WIDTH + lane] != 0.0:
-            return True
-    return False
+        alive |= block[row * WIDTH + lane] != 0.0
+    return alive
 
 
 @kernel

@@ -3,6 +3,9 @@
 import numpy as np
 
 from robsim.kernels.jit import kernel, part
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.point_features import points_3d_interaction
+from robsim.kernels.stage import stage
 
 PARALLEL = 1e-30  # squared sine of the angle between two rays that meet nowhere
 
@@ -40,3 +43,12 @@ def triangulate(x, other, between, X):
             X[n, 0, b] = l * d0 + (0.5 * t0 + m * e0)
             X[n, 1, b] = l * d1 + (0.5 * t1 + m * e1)
             X[n, 2, b] = l * d2 + (0.5 * t2 + m * e2)
+
+
+@stage
+def stereo_stage(p, w, step):
+    """Compute s and L of points seen by two cameras: (N, points, others, pose, s, L)."""
+    N = p[0]
+    X, between = matrix(w, p[4], N, 3), matrix(w, p[3], 3, 4)
+    triangulate(matrix(w, p[1], N, 2), matrix(w, p[2], N, 2), between, X)
+    points_3d_interaction(vector(w, p[4], 3 * N), matrix(w, p[5], 3 * N, 6))

@@ -55,7 +55,7 @@ def _status(w, eye, X, Y, Z, u, v):
     b = eye + BORDER
     inside = (u >= get(w, b)) & (u < get(w, b + 1)) & (v >= get(w, b + 2)) & (v < get(w, b + 3))
     radius = get(w, eye + RADIUS) * Z
-    inside = inside & (X * X + Y * Y <= radius * radius)
+    inside = inside & (radius * radius >= X * X + Y * Y)
     return where(Z > NEAR, where(inside, 1.0 * IN_IMAGE, OUT_OF_IMAGE), BEHIND_CAMERA)
 
 
@@ -91,9 +91,7 @@ def project(p, w, step):
 
 @part
 def _pixel(w, K, x, y):
-    return pinhole_of(
-        x, y, get(w, K), get(w, K + 1), get(w, K + 2), get(w, K + 4), get(w, K + 5)
-    )
+    return pinhole_of(x, y, get(w, K), get(w, K + 1), get(w, K + 2), get(w, K + 4), get(w, K + 5))
 
 
 @stage

@@ -47,9 +47,7 @@ class Judge:
         if not sensor.prompt or plant.drives.moves:
             self._wait(plant, sensor, command, pace, size)
 
-    def _wait(
-        self, plant: Plant, sensor: Sensor, command: Commanded, pace: int, size: int
-    ) -> None:
+    def _wait(self, plant: Plant, sensor: Sensor, command: Commanded, pace: int, size: int) -> None:
         """Add the stage that lets runs go on that only pass their goal."""
         c = self.controller
         rates = plant.rates if plant.drives.moves else -1
@@ -65,4 +63,3 @@ class Judge:
             return plant.placed.frames([plant.scene.tree.find(self.controller.moving)])[0]
         seen, moves = sensor.views[0], sensor.sights[0].constants.moves
         return seen.T_w_c if moves else seen.T_w_o
-

@@ -62,7 +62,7 @@ class Plant:
         self.placed.add()
 
     def command(self, qd: int) -> None:
-        """Add the stage that joins velocities in rows from qd, as commanded, and what is prescribed."""
+        """Add the stage of all velocities: in rows from qd as commanded, else prescribed."""
         scene, rows = self.scene, np.full(self.scene.nv, -1)
         rows[self.drives.columns] = qd + np.arange(self.drives.columns.size)
         if any(callable(motion.rates) for motion in scene.motions):

@@ -72,8 +72,8 @@ class Sensor:
             for sight, each, first in zip(self.sights, self.views, self.marks, strict=False)
         }
         placed = self.plant.placed if self.prompt else None
-        plant = self.plant
-        return Given(program, plant.dt, plant.seconds, plant.q, self.q, views, placed)
+        plant, hides = self.plant, bool(self.sensing.occlusions)
+        return Given(program, plant.dt, plant.seconds, plant.q, self.q, views, placed, hides)
 
     def _deliver(self, chunk: Chunk, step: int) -> None:
         """Write the image that is there at a step, and what the encoders read."""

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.servo.command import Command
 from robsim.kernels.sight import Projection
+from robsim.servo.command import Command
 from robsim.servo.sight import Key
 
 

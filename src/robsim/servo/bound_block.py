@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, last_view
 from robsim.base.errors import InputError
 from robsim.features import Feature, Observation
+from robsim.features.compiled import Compiled
 from robsim.features.numeric import interaction
+from robsim.features.rows import FeatureRows, Seen
+from robsim.kernels import commanding
+from robsim.kernels.program import Blocks
 from robsim.kernels.sight import Projection
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key, Sight, relative
@@ -58,6 +62,34 @@ class BoundBlock:
             between = relative(projections[first].T_w_c, projections[second].T_w_c)
             one = replace(one, other=seen[second], between_last=between)
         return one if self.marks is None else one.some(self.marks)
+
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return the rows of the chosen components."""
+        if self.marks is not None:
+            seen = seen.some(self.marks)
+        rows = self._whole(seen)
+        if self.components is None:
+            return rows
+        found = seen.room(self.size)
+        for i, c in enumerate(self.components):
+            seen.program.add(commanding.copied, 1, rows.s + c, found.s + i)
+            seen.program.add(commanding.copied, 6, rows.L + 6 * c, found.L + 6 * i)
+        return found
+
+    def _whole(self, seen: Seen) -> FeatureRows:
+        """Return the rows of all components, of a feature that may be a user's."""
+        if isinstance(self.feature, Compiled):
+            return self.feature.stages(seen)
+        whole, cameras = replace(self, components=None), [s.eye.camera for s in self.sights]
+        rows = seen.room(self.k or 0)
+
+        def asked(blocks: Blocks, step: int) -> None:
+            view = seen.observation(blocks, cameras)
+            blocks.put(rows.s, whole.measure(view))
+            blocks.put(rows.L, whole.interaction(view))
+
+        seen.program.call(asked)
+        return rows
 
     @property
     def size(self) -> int:

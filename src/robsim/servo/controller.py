@@ -68,10 +68,14 @@ class Controller(ABC):
     def decided(self, measurement: Measurement) -> Decision:
         """Return the decision of an instant, scaled to one tolerance, and note its command."""
         decision = self.decide(measurement)
-        command = decision.command
-        self.note(measurement, decision.basis, command.qd)
+        self.note(measurement, decision.basis, decision.command.qd)
+        return self.scaled(decision)
+
+    def scaled(self, decision: Decision) -> Decision:
+        """Return a decision with error and task Jacobian scaled to one tolerance."""
         if self._scale is None:
             return decision
+        command = decision.command
         error = command.error * self._scale
         task_jacobian = command.task_jacobian * self._scale[:, None]
         return decision._replace(command=command._replace(error=error, task_jacobian=task_jacobian))

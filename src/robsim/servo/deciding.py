@@ -23,8 +23,10 @@ class Deciding:
     def __call__(self, blocks: Any, step: int) -> None:
         """Write what the controller decides of the runs at a step."""
         measurement, rows = self.measurement(blocks, step), self.rows
-        decision = self.controller.decided(measurement)
-        command, blocks.decision = decision.command, decision
+        decision = self.controller.decide(measurement)
+        command = decision.command
+        self.controller.note(measurement, decision.basis, command.qd)
+        blocks.decision = self.controller.scaled(decision)
         for row, values in (
             (rows.s, command.s),
             (rows.error, command.error),

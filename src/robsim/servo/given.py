@@ -35,6 +35,7 @@ class Given:
     q: int  # and as measured
     views: dict[Key, View]  # of the true scene, with pixels and depths as measured
     placed: Placed | None = None  # the true scene, where it is as measured
+    hides: bool = False  # whether marks may be hidden
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class Regulated:
             L = np.repeat(self.which[..., None], s.shape[1], axis=-1)
         else:
             each = [self._interaction(i, view) for i, view in enumerate(views)]
-            L = _stacked([_to_first(L, A) for L, A in zip(each, self._adjoints, strict=True)])
+            L = _stacked([_to_first(L, A) for L, A in zip(each, self.adjoints, strict=True)])
         return FeatureState(s, L, first, self._task_jacobian(L, each, J), J, projections, each)
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[Key, Array]) -> Array:
@@ -122,7 +122,7 @@ class Regulated:
         """Return L (k, 6, B) of one block: now, at the goal, or the mean of both."""
         L = self.parts[i].interaction(view)
         if isinstance(self.which, str) and self.which != "current":
-            kernels.choose_interaction(self.code, self._L_goals[i], L)
+            kernels.choose_interaction(self.code, self.L_goals[i], L)
         return L
 
     @property
@@ -189,11 +189,6 @@ class Regulated:
                 apart.append(sight)
         return len(apart)
 
-    @property
-    def L_goal(self) -> Array:
-        """The interaction matrix L (k, 6, 1) of the first block at the goal."""
-        return self._L_goals[0]
-
     @cached_property
     def at_goal(self) -> FeatureState:
         """The features at the goal, for one run; J is where the goal was shown."""
@@ -211,7 +206,7 @@ class Regulated:
         return np.concatenate([np.full(p.size, p.weight) for p in self.parts])[:, None]
 
     @cached_property
-    def _L_goals(self) -> list[Array]:
+    def L_goals(self) -> list[Array]:
         views = zip(self.parts, self._goal_observations, strict=True)
         return [part.interaction(view) for part, view in views]
 
@@ -248,7 +243,7 @@ class Regulated:
         return columns, {sight.key: sight.moves(columns) for sight in self.sights}
 
     @cached_property
-    def _adjoints(self) -> list[Array | None]:
+    def adjoints(self) -> list[Array | None]:
         """The map (6, 6) of the first camera's twist to that of each block; None for itself."""
         first = self.sights[0].key
         projections = self._goal_projections

@@ -5,33 +5,28 @@ from __future__ import annotations
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, last_view, length
 from robsim.base.errors import InputError
 from robsim.kernels import features as kernels
+from robsim.servo.basis import Basis
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.feature_state import FeatureState
+from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.broyden import Broyden, broyden_update
 from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import RCOND, Inverse, JacobianTranspose, rank
-from robsim.servo.laws.law import ControlState, Law
+from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
 from robsim.servo.measurement import Measurement, recall, remember
 from robsim.servo.regulated import Regulated
 from robsim.servo.returned import returned
+from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.shaping import Shaping
-
-
-class Basis(NamedTuple):
-    """What the command of one servo task is based on: features, error and the state of the law."""
-
-    features: FeatureState
-    error: Array  # (k, B)
-    state: ControlState  # which the law is given
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +77,23 @@ class Servo(Controller):
             remember(memory, "s", features.s + measurement.dt * drift)  # the joints add to that
             remember(memory, "qd", qd)
 
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of an instant to a program, and return the rows that they write."""
+        if not self.plain or given.hides:
+            return super().stages(given)
+        return ServoStages(self, given).commanded()
+
+    @property
+    def plain(self) -> bool:
+        """Whether there are stages for all that the task asks for."""
+        return (
+            type(self.law) in (JointLaw, CameraLaw)
+            and not self.regulated.depths.filtered
+            and self.feed_forward is None
+            and self.broyden is None
+            and self.shaping.idle
+        )
+
     def _state(
         self, measurement: Measurement, features: FeatureState, error: Array
     ) -> ControlState:
@@ -92,7 +104,7 @@ class Servo(Controller):
             task_jacobian = self._weights[:, None] * task_jacobian
         memory = measurement.memory.setdefault("law", {})
         given = (weighted, L, features.J, task_jacobian, 1.0, self.inverse, features.s)
-        now = (measurement.q, measurement.time, measurement.dt, memory, self._one_motion)
+        now = (measurement.q, measurement.time, measurement.dt, memory, self.one_motion)
         state = ControlState(*given, *now)
         gain = state.gain = self._gain(error, state)
         drift = self._drift(measurement, features, weighted)
@@ -144,7 +156,7 @@ class Servo(Controller):
         return np.array(last_view(qd), order="C")  # theirs may be used again
 
     @cached_property
-    def _one_motion(self) -> bool:
+    def one_motion(self) -> bool:
         """Whether L J is the product of one L and one J, and not learnt."""
         return self.broyden is None and self.regulated.as_one
 

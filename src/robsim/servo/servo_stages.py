@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,10 +11,15 @@ from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import commanding, viewing
 from robsim.kernels.program import Program
 from robsim.kernels.solve import scratch_of
+from robsim.kernels.stage import Stage
 from robsim.robot.placed import Placed
+from robsim.servo.basis import Basis
+from robsim.servo.command import Command
+from robsim.servo.controller import Decision
+from robsim.servo.feature_state import FeatureState
 from robsim.servo.given import Commanded, Given, camera_rows
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.law import CameraLaw
+from robsim.servo.laws.law import CameraLaw, ControlState
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight
 
@@ -80,27 +86,25 @@ class RegulatedRows:
         J = program.rows(6 * moves.columns.size)
         table = np.column_stack([moves.rows, moves.sign]).astype(np.int64)
         where = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
-        program.add(
-            commanding.jacobian, *where, J, moves.columns.size, len(table), *table.ravel()
-        )
+        program.add(commanding.jacobian, *where, J, moves.columns.size, len(table), *table.ravel())
         return J
 
     def _features(self) -> list[FeatureRows]:
         """Return the rows of each feature block."""
         found = []
         for part in self.regulated.parts:
-            first, *others = (self.seen[sight.key] for sight in part.sights)
-            found.append(part.stages(first, self._pair(part.sights, others)))
+            found.append(part.stages(self._shown(part.sights)))
         return found
 
-    def _pair(self, sights: tuple[Sight, ...], others: list[Seen]) -> tuple[Seen, int] | None:
-        """Return the rows of the second camera of a pair, and of its pose in the first."""
+    def _shown(self, sights: tuple[Sight, ...]) -> Seen:
+        """Return the rows that a feature is shown: what a camera sees, or a pair of them."""
+        seen, *others = (self.seen[sight.key] for sight in sights)
         if not others:
-            return None
+            return seen
         between = self.program.rows(12)
         poses = (self.frames[sight.key][0] for sight in sights)
         self.program.add(viewing.relative, *poses, between)
-        return others[0], between
+        return replace(seen, other=others[0], between=between)
 
     def _interactions(self, each: list[FeatureRows]) -> None:
         """Add the stages of L, the one that the law is given, and of L J."""
@@ -177,7 +181,7 @@ class ServoStages:
 
     def commanded(self) -> Commanded:
         """Return the rows that are written."""
-        return Commanded(self.of.s, self.error, self.qd, self.of.A, self._rows(1), self._decision)
+        return Commanded(self.of.s, self.error, self.qd, self.of.A, self._rows(1), self.decision)
 
     def _weigh(self, k: int) -> None:
         weights = self._constant(self.controller.regulated.weights)
@@ -217,9 +221,7 @@ class ServoStages:
         else:
             self._solve(A, k, n, y, x, damping, rcond)
 
-    def _solve(
-        self, A: int, k: int, n: int, y: int, x: int, damping: float, rcond: float
-    ) -> None:
+    def _solve(self, A: int, k: int, n: int, y: int, x: int, damping: float, rcond: float) -> None:
         damped = self._constant(damping) if damping > 0.0 else -1
         rows = damped, self._constant(rcond), x, self._rows(1), self._rows(scratch_of(k, n))
         self._add(commanding.solve, A, k, n, y, *rows)
@@ -235,14 +237,36 @@ class ServoStages:
             self.gain = self._constant(gain)
         self._add(commanding.commanded, self.n, self.gain, self.unit, self.qd)
 
-    def _decision(self, blocks):
-        raise NotImplementedError
+    def decision(self, blocks: Any) -> Decision:
+        """Return the decision of a step, with all that it is based on."""
+        c, get, k, n = self.controller, blocks.get, self.controller.k, self.n
+        q = get(self.given.q, c.scene.nq)
+        believed = c.regulated.sights
+        J, A = get(self.of.first, 6, n), get(self.of.A, k, n)
+        features = FeatureState(
+            get(self.of.s, k),
+            get(self.of.L, k, 6),
+            J,
+            A,
+            {key: get(row, 6, n) for key, row in self.of.J.items()},
+            {sight.key: sight.project(q) for sight in believed},
+            [get(rows.L, rows.k, 6) for rows in self.of.each],
+        )
+        error, gain = get(self.error, k), get(self.gain, 1)
+        given = get(self.weighted, k), get(self.L, k, 6), J, get(self.A, k, n)
+        constant = isinstance(c.gain, float)
+        state = ControlState(
+            *given, c.gain if constant else gain[0][:, None], c.inverse, features.s, q,
+            one_motion=c.one_motion,
+        )  # fmt: skip
+        command = Command(features.s, error, get(self.qd, n), A)
+        return c.scaled(Decision(command, J, Basis(features, error, state)))
 
     def _rows(self, count: int) -> int:
         return self.program.rows(count)
 
-    def _constant(self, values: object) -> int:
+    def _constant(self, values: Any) -> int:
         return self.program.constant(values)
 
-    def _add(self, stage, *numbers: int) -> None:
+    def _add(self, stage: Stage, *numbers: int) -> None:
         self.program.add(stage, *numbers)

@@ -18,7 +18,8 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
-from robsim.servo.servo_controller import Basis, Servo
+from robsim.servo.basis import Basis
+from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight
 
 if TYPE_CHECKING:

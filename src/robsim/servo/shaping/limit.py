@@ -14,6 +14,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Declared, Quantity, Table, described
 from robsim.declare.joints import OneOrEach, commanded
 from robsim.kernels import limit as kernels
+from robsim.kernels.program import Program, evaluated
 
 JOINT = OneOrEach(commanded, "speeds", ("turn rate", "speed"), later=True)
 
@@ -58,10 +59,21 @@ class SpeedLimit(Declared):
 
     def scaled(self, qd: Array, J: Array) -> Array:
         """Return velocities (n, B) from qd (n, B) and the Jacobian J (6, n, B) of the camera."""
-        joint = np.full(qd.shape[0], math.inf if self.joint is None else self.joint)
-        twist = [math.inf if x is None else x for x in (self.linear, self.angular)]
-        out = np.empty(qd.shape)
-        kernels.scale(qd, J, joint, np.array(twist), out)
+        n = qd.shape[0]
+
+        def add(program: Program, *rows: int) -> tuple[int]:
+            return (self.stages(program, n, rows[1], rows[0]),)
+
+        (out,) = evaluated(add, [qd, J], [(n,)])
+        return out
+
+    def stages(self, program: Program, n: int, J: int, qd: int) -> int:
+        """Add the stage that scales velocities in rows from qd, and return the rows of what is left."""
+        each = [self.joint, self.linear, self.angular]
+        joint, linear, angular = (math.inf if limit is None else limit for limit in each)
+        limits = program.constant([*np.full(n, joint), linear, angular])
+        out = program.rows(n)
+        program.add(kernels.scale_stage, n, J, limits, qd, out)
         return out
 
 

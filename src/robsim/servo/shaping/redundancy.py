@@ -13,6 +13,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, family, register
 from robsim.declare.joints import PerJoint, commanded, per
 from robsim.kernels import redundancy as kernels
+from robsim.kernels.program import Program, evaluated
 from robsim.servo.laws.gain import PER_SECOND
 
 
@@ -32,11 +33,24 @@ def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Arr
     >>> qd.ravel(), P.ravel()
     (array([2., 3.]), array([0., 0., 0., 0.]))
     """
-    _, n, runs = levels[0][0].shape
-    qd, P = np.zeros((n, runs)), np.zeros((n, n, runs))
-    P[np.arange(n), np.arange(n)] = 1.0
-    for i, (A, rate) in enumerate(levels):
-        kernels.descend(A, rate, rcond, i == 0, qd, P)
+    n = levels[0][0].shape[1]
+
+    def add(program: Program, *rows: int) -> tuple[int, int]:
+        sizes = [len(rate) for _, rate in levels]
+        return descent(program, list(zip(rows[::2], sizes, rows[1::2], strict=True)), n, rcond)
+
+    qd, P = evaluated(add, [array for level in levels for array in level], [(n,), (n, n)])
+    return qd, P
+
+
+def descent(
+    program: Program, levels: Sequence[tuple[int, int, int]], n: int, rcond: float
+) -> tuple[int, int]:
+    """Add the stages of `priorities` for rows (A_i, k_i, rate_i); return the rows of qd and P."""
+    qd, P, share = program.rows(n), program.rows(n * n), program.constant(rcond)
+    for i, (A, k, rate) in enumerate(levels):
+        room = program.rows(kernels.scratch_of(k, n))
+        program.add(kernels.descend, A, k, n, rate, share, i == 0, qd, P, room)
     return qd, P
 
 
@@ -63,8 +77,14 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
     >>> large_projection(A, e, 0.1, 0.5, null_space(A, 1e-6)).ravel()
     array([0., 0., 0., 1.])
     """
-    out = P.copy()
-    kernels.large_projection(A, e, low, high, out)
+    k, n, _ = A.shape
+
+    def add(program: Program, *rows: int) -> tuple[int]:
+        bounds = program.constant([low, high])
+        program.add(kernels.large_stage, rows[0], k, n, rows[1], bounds, rows[2])
+        return (rows[2],)
+
+    (out,) = evaluated(add, [A, e, P], [(n, n)])
     return out
 
 
@@ -103,15 +123,16 @@ class AvoidLimits(Declared):
 
     def velocity(self, q: Array, limits: Array) -> Array:
         """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        low, high = self.bounds(limits)
+        wish: Array = self.gain * (np.clip(q, low, high) - q)
+        return wish
+
+    def bounds(self, limits: Array) -> tuple[Array, Array]:
+        """Return the thresholds (n,) within which nothing is wished."""
         low, high = limits.T
         limited = np.isfinite(low) & np.isfinite(high)
         border = self.margin * np.where(limited, high - low, 0.0)
-        low, high = (
-            np.where(limited, low + border, -np.inf),
-            np.where(limited, high - border, np.inf),
-        )
-        wish: Array = self.gain * (np.clip(q, low, high) - q)
-        return wish
+        return np.where(limited, low + border, -np.inf), np.where(limited, high - border, np.inf)
 
 
 @register("secondary motion", "posture")
@@ -142,6 +163,11 @@ class Posture(Declared):
         """Return wished velocities (B, n) at commanded coordinates q (B, n) of any limits."""
         wish: Array = self.gain * (self.q - q)
         return wish
+
+    def bounds(self, limits: Array) -> tuple[Array, Array]:
+        """Return the posture, within which nothing is wished, for limits (n, 2)."""
+        rest = np.full(len(limits), self.q)
+        return rest, rest
 
 
 SECONDARY = Choice(SECONDARIES, short=False, protocol=Secondary)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, numbers, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, family, register
-from robsim.servo.laws.inverse import RCOND, product
-from robsim.servo.measurement import Measurement, recall, remember
+from robsim.kernels import redundancy as kernels
+from robsim.kernels.program import Program
+from robsim.servo.given import Given
+from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.limit import SpeedLimit
-from robsim.servo.shaping.redundancy import Secondary, large_projection, null_space
+from robsim.servo.shaping.redundancy import AvoidLimits, Posture, Secondary, descent
 from robsim.world.scene import Scene
 
 PROJECTIONS = family("projection")
@@ -46,6 +48,17 @@ class LargeProjection(Declared):
 PROJECTION = Choice(PROJECTIONS, default="large", plain=("classic",))
 
 
+class Shapeable(NamedTuple):
+    """The rows of a command of n velocities, and of the task of k features that it serves."""
+
+    k: int
+    n: int
+    error: int
+    J: int
+    A: int
+    qd: int
+
+
 @dataclass(frozen=True, eq=False)
 class Shaping:
     """What is done to the command after the law, for the commanded velocities of a scene."""
@@ -62,44 +75,58 @@ class Shaping:
         """Whether every command is left as it is."""
         return self.secondary is None and self.smooth_start is None and self.limit is None
 
-    def shaped(
-        self, measurement: Measurement, qd: Array, task_jacobian: Array, error: Array, J: Array
-    ) -> Array:
-        """Return the shaped command (n, B) from that of the law."""
+    def stages(self, given: Given, of: Shapeable) -> int:
+        """Add the stages that shape a command, and return its rows."""
+        program, qd, n = given.program, of.qd, of.n
         if self.secondary is not None:
-            wish = self._wish(measurement.q, qd.shape)
-            P = null_space(task_jacobian, RCOND)
-            if self.projection:
-                low, high = self.projection.low, self.projection.high
-                P = large_projection(task_jacobian, error, low, high, P)
-            qd = qd + product(P, wish[:, None])[:, 0]
+            wish, P = self._wish(given, n), self._projector(program, of)
+            qd = program.rows(n)
+            program.add(kernels.project_stage, n, P, wish, of.qd, qd)
         if self.smooth_start is not None:
-            qd = self._smooth(measurement, qd)
-        return qd if self.limit is None else self.limit.scaled(qd, J)
+            mu, late = program.constant(self.smooth_start), program.rows(n)
+            first = program.rows(n)
+            program.add(kernels.smooth_stage, n, mu, given.dt, first, qd, late)
+            qd = late
+        return qd if self.limit is None else self.limit.stages(program, n, of.J, qd)
 
-    def _wish(self, q: Array, wanted: tuple[int, ...]) -> Array:
-        """Return the secondary motion (n, B), which may come from a user's class."""
+    def _projector(self, program: Program, of: Shapeable) -> int:
+        """Add the stages of the projector onto what the task leaves free."""
+        _, P = descent(program, [(of.A, of.k, program.rows(of.k))], of.n, RCOND)
+        if self.projection:
+            bounds = program.constant([self.projection.low, self.projection.high])
+            program.add(kernels.large_stage, of.A, of.k, of.n, of.error, bounds, P)
+        return P
+
+    def _wish(self, given: Given, n: int) -> int:
+        """Add the stage of the secondary motion, which may come from a user's class."""
+        program, q = given.program, given.q
+        wish, secondary = program.rows(n), self.secondary
+        if isinstance(secondary, AvoidLimits | Posture):
+            low, high = (program.constant(each) for each in secondary.bounds(self.limits))
+            rows = np.where(self.coordinates >= 0, q + self.coordinates, -1)
+            numbers = program.constant(secondary.gain), low, high, wish
+            program.add(kernels.wish_stage, n, *numbers, *rows)
+            return wish
+        nq = int(self.coordinates.max(initial=-1)) + 1
+        program.call(lambda blocks, step: blocks.put(wish, self._asked(blocks.get(q, nq), n)))
+        return wish
+
+    def _asked(self, q: Array, n: int) -> Array:
+        """Return the secondary motion (n, B) of a user's class."""
         assert self.secondary is not None
-        name, first = type(self.secondary).__name__, wanted[::-1]
+        name, wanted = type(self.secondary).__name__, (q.shape[1], n)
         given = self.secondary.velocity(shown_view(self._q(q)), self.limits)
-        wish = numbers(given, f"{name}.velocity", first)
-        if wish.shape != first:
-            raise InputError(f"{name}.velocity: expected shape {first}, got {wish.shape}")
+        wish = numbers(given, f"{name}.velocity", wanted)
+        if wish.shape != wanted:
+            raise InputError(f"{name}.velocity: expected shape {wanted}, got {wish.shape}")
         return np.ascontiguousarray(wish.T)
-
-    def _smooth(self, measurement: Measurement, qd: Array) -> Array:
-        """Return qd - exp(-mu t) qd(0), continuous from zero (Mansard and Chaumette 2007)."""
-        assert self.smooth_start is not None
-        if "first" not in measurement.memory:
-            remember(measurement.memory, "first", qd)
-        late: Array = qd - np.exp(-self.smooth_start * measurement.time) * recall(
-            measurement.memory, "first"
-        )
-        return late
 
     def _q(self, q: Array) -> Array:
         """Return coordinates (n, B), zero for velocities without a coordinate of their own."""
-        return np.where(self.coordinates[:, None] >= 0, q[self.coordinates], 0.0)
+        own = self.coordinates >= 0
+        found = np.zeros((len(own), q.shape[1]))
+        found[own] = q[self.coordinates[own]]
+        return found
 
 
 def coordinates_of(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.servo.command import Command
 from robsim.robot.joint import LIMIT_SLACK
+from robsim.servo.command import Command
 from robsim.servo.controller import Decision
 from robsim.servo.measurement import Measurement, recall
 from robsim.servo.tasks.follower import Follower

@@ -10,8 +10,8 @@ import numpy as np
 
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.kernels import laws, se3
-from robsim.servo.command import Command
 from robsim.kernels.pose_features import theta_u_interaction
+from robsim.servo.command import Command
 from robsim.servo.controller import Decision
 from robsim.servo.laws.inverse import Inverse, product, rank
 from robsim.servo.measurement import Measurement

@@ -10,12 +10,13 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, register
+from robsim.servo.basis import Basis
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.laws.inverse import SHARE
 from robsim.servo.laws.law import JointLaw
 from robsim.servo.measurement import Measurement
-from robsim.servo.servo_controller import Basis, Servo
+from robsim.servo.servo_controller import Servo
 from robsim.servo.shaping.redundancy import priorities
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shaping

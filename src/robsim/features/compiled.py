@@ -1,0 +1,63 @@
+"""Built-in features, which are stages of a program and can be asked in Python as well."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from robsim.base.arrays import Array, first_view
+from robsim.features.feature import Observation
+from robsim.features.rows import FeatureRows, Seen
+from robsim.kernels.program import Program, evaluated
+from robsim.kernels.viewing import CAMERA
+
+
+class Compiled(ABC):
+    """The base of features whose s and L are computed by stages of a program."""
+
+    @abstractmethod
+    def stages(self, seen: Seen) -> FeatureRows:
+        """Add the stages of s and L to a program, and return their rows."""
+
+    def measure(self, seen: Observation) -> Array:
+        """Return the features s (B, k)."""
+        return first_view(self._evaluated(seen)[0])
+
+    def interaction(self, seen: Observation) -> Array:
+        """Return the interaction matrix L (B, k, 6)."""
+        return first_view(self._evaluated(seen)[1])
+
+    def _evaluated(self, seen: Observation) -> list[Array]:
+        """Return s (k, B) and L (k, 6, B)."""
+        pair, posed = seen.other is not None, getattr(self, "uses_pose", False)
+        shapes: list[tuple[int, ...]] = []
+
+        def add(program: Program, *rows: int) -> tuple[int, int]:
+            N = len(seen.pixels_last)
+            own, more = rows[:5], list(rows[5:])
+            fitted = more.pop(0) if posed else None
+            shown = Seen(program, N, *own, guess=-1, fitted=fitted)
+            if pair:
+                other = Seen(program, N, -1, more[0], -1, -1, -1, -1)
+                shown = Seen(program, N, *own, -1, other, more[1])
+            made = self.stages(shown)
+            shapes.extend([(made.k,), (made.k, 6)])
+            return made.s, made.L
+
+        return evaluated(add, _arrays(seen, posed), shapes)
+
+
+def _arrays(seen: Observation, posed: bool) -> list[Array]:
+    """Return what is seen, with the run last: one array for each field of `Seen`."""
+    runs = seen.pixels_last.shape[-1]
+    camera = np.zeros((CAMERA, runs))
+    camera[:9], camera[9:17] = seen.K.reshape(9, 1), seen.lens[:, None]
+    model = np.zeros((len(seen.pixels_last), 3)) if seen.model is None else seen.model
+    arrays = [seen.pixels_last, seen.points_last, seen.depth_last, camera]
+    arrays.append(np.repeat(model[..., None], runs, axis=-1))
+    if posed:
+        arrays.append(seen.pose_last)
+    if seen.other is not None and seen.between_last is not None:
+        arrays += [seen.other.points_last, seen.between_last]
+    return arrays
