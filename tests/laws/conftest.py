@@ -7,7 +7,7 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.measurement import Measurement
+from robsim.servo.standalone import Standalone
 
 HERE = rs.Pose.at()
 PLATE = np.array([[-0.05, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.04, 0], [-0.06, 0.06, 0]])
@@ -197,9 +197,13 @@ def decide():
     def get(scene, task, q, step=0, memory=None, columns=None):
         controller = task.bind(scene, columns)
         wide = runs_last(np.atleast_2d(q), 1)
+        memory = {} if memory is None else memory
+        if not memory:
+            memory["alone"] = Standalone(controller, 0.04)
+            memory["blocks"] = memory["alone"].begin(wide.shape[1])
         projections = {sight.key: sight.project(wide) for sight in controller.sights}
         pixels = {key: seen.pixels for key, seen in projections.items()}
-        memory = {} if memory is None else memory
-        return controller.decide(Measurement(step, 0.04, wide, projections, pixels, memory))
+        depth = {key: seen.depth for key, seen in projections.items()}
+        return memory["alone"].decide(memory["blocks"], step, wide, pixels, depth)
 
     return get

@@ -5,7 +5,9 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.measurement import Measurement
+from robsim.kernels.broyden import learn_stage
+from robsim.kernels.depth_filter import filter_stage
+from robsim.servo.standalone import Standalone
 
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 STARTS = 10
@@ -18,9 +20,14 @@ def filtered(scene, task, run):
     for step in range(run.sizes["time"]):
         decision, seen = instant(controller, run, step, memory)
         np.testing.assert_allclose(decision.command.qd.T, run.qd.values[:, step], atol=1e-9)
-    state, P = (memory[f"{what} camera plate"] for what in ("marks", "covariance"))
-    near = state[..., 2]
-    return near * seen.depth.T - 1.0, np.sqrt(P[..., 2, 2]) / near
+    near, variance = state_of(memory["alone"], memory["blocks"])
+    return near.T * seen.depth.T - 1.0, np.sqrt(variance.T) / near.T
+
+
+def state_of(alone, blocks):
+    """The 1/Z (N, B) of a depth filter, and its variance."""
+    (p,) = (call[1] for call in alone.program.calls if call[0] is filter_stage)
+    return blocks.get(p[5], p[0], 3)[:, 2], blocks.get(p[6], p[0], 3, 3)[:, 2, 2]
 
 
 def instant(controller, run, step, memory):
@@ -28,10 +35,11 @@ def instant(controller, run, step, memory):
     q, sight = runs_last(run.q.values[:, step], 1), controller.sights[0]
     seen = sight.project(q)
     pixels = np.ascontiguousarray(run.s.values[:, step].T.reshape(seen.pixels.shape))
-    now = Measurement(step, 0.04, q, {sight.key: seen}, {sight.key: pixels}, memory)
-    decision = controller.decide(now)
-    controller.note(now, decision.basis, decision.command.qd)
-    return decision, seen
+    if not memory:
+        memory["alone"] = Standalone(controller, 0.04)
+        memory["blocks"] = memory["alone"].begin(q.shape[1])
+    given = {sight.key: pixels}, {sight.key: seen.depth}
+    return memory["alone"].decide(memory["blocks"], step, q, *given), seen
 
 
 @pytest.mark.parametrize("name", ["free", "eye_in_hand", "eye_to_hand"])
@@ -99,26 +107,20 @@ SEVERAL = {
 @pytest.mark.parametrize("task", SEVERAL)
 def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange, around, task):
     """What it learns explains the step that was made, not the one that it would have made."""
-    scene, memory = arrange("eye_in_hand"), {}
+    scene, before = arrange("eye_in_hand"), None
     controller = SEVERAL[task].bind(scene)
     sight, q = controller.sights[0], runs_last(around(scene, 3), 1)
-    before = None
+    alone = Standalone(controller, 0.04)
+    blocks, (p,) = alone.begin(3), (c[1] for c in alone.program.calls if c[0] is learn_stage)
     for step in range(40):
         seen = sight.project(q)
-        now = Measurement(step, 0.04, q, {sight.key: seen}, {sight.key: seen.pixels}, memory)
-        decision = controller.decide(now)
-        learning = 0 if task == "latent" else 1
-        part = decision.basis[learning]
-        s, task_jacobian = (
-            (part.command.s, part.command.task_jacobian)
-            if hasattr(part, "command")
-            else (part.features.s, part.features.task_jacobian)
-        )
+        given = {sight.key: seen.pixels}, {sight.key: seen.depth}
+        decision = alone.decide(blocks, step, q, *given)
+        s, task_jacobian = blocks.get(p[3], p[0]), blocks.get(p[7], p[0], p[1])
         if before is not None:
             dq, ds = q - before[0], s - before[1]
             np.testing.assert_allclose(np.einsum("knb,nb->kb", task_jacobian, dq), ds, atol=1e-8)
         before = q.copy(), s
-        controller.note(now, decision.basis, decision.command.qd)
         q = q + 0.04 * decision.command.qd
 
 

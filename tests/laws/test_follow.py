@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
+from robsim.servo.standalone import Standalone
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 DT = 0.04
@@ -281,10 +282,10 @@ def test_the_error_is_position_and_turn_from_the_end(arm):
 def test_the_reach_of_a_path_is_the_derivative_of_its_features(arm):
     task = rs.FollowPath(reached(arm, START, 3 * OFFSET), duration=1.0)
     controller, tree = task.bind(arm), arm.robots[0]
-    from robsim.servo.measurement import Measurement
+    alone = Standalone(controller, DT)
 
     def s(q):
-        return controller.decide(Measurement(0, DT, q[:, None], {}, {}, {})).command
+        return alone.decide(alone.begin(1), 0, q[:, None], {}, {}).command
 
     task_jacobian = s(START).task_jacobian[..., 0]
     for j in range(6):

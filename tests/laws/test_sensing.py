@@ -5,8 +5,8 @@ import pytest
 
 import robsim as rs
 from robsim.kernels.sensing import quantise
-from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Sight
+from robsim.servo.standalone import Standalone
 
 VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
 SCENE, TASK, Q0 = VISP.scene, VISP.task, VISP.start
@@ -170,10 +170,9 @@ def test_the_command_is_the_law_on_the_features_of_the_step_before_to_the_bit(ta
     for k in range(1, 20):
         then, now = (np.ascontiguousarray(run.q.values[i][:, None]) for i in (k - 1, k))
         seen = eye.project(then)
-        measurement = Measurement(
-            k, DT, now, {eye.key: seen}, {eye.key: seen.pixels}, {}, prompt=False
-        )
-        command = loop.controller.control(measurement)
+        alone = Standalone(loop.controller, DT)
+        given = {eye.key: seen.pixels}, {eye.key: seen.depth}
+        command = alone.decide(alone.begin(1), k, now, *given).command
         np.testing.assert_array_equal(command.qd[:, 0], run.qd.values[k])
 
 

@@ -7,7 +7,8 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.measurement import Measurement
+from robsim.kernels.depth_filter import filter_stage
+from robsim.servo.standalone import Standalone
 
 RATE = 0.1  # rad/s
 ASIDE = {"pan_tilt": [0.1, 0.05]}  # a start from which a lag is not taken for divergence
@@ -161,15 +162,15 @@ def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
     plain = passing()[2]
     assert (run.outcome >= rs.Outcome.CONVERGED).all()
     np.testing.assert_allclose(run.error_norm[:, -1], plain.error_norm[:, -1], atol=1e-3)
-    memory, controller = {}, task.bind(scene)
-    sight = controller.sights[0]
+    alone = Standalone(task.bind(scene), 0.04)
+    sight, blocks = alone.controller.sights[0], alone.begin(run.sizes["run"])
+    (p,) = (call[1] for call in alone.program.calls if call[0] is filter_stage)
     for step in range(run.sizes["time"]):
         q = runs_last(run.q.values[:, step], 1)
         seen = sight.project(q)
-        now = Measurement(step, 0.04, q, {sight.key: seen}, {sight.key: seen.pixels}, memory)
-        decision = controller.decide(now)
-        controller.note(now, decision.basis, decision.command.qd)
-    np.testing.assert_allclose(1 / memory["marks camera plate"][..., 2], seen.depth.T, rtol=0.03)
+        alone.decide(blocks, step, q, {sight.key: seen.pixels}, {sight.key: seen.depth})
+    Z = 1 / blocks.get(p[5], p[0], 3)[:, 2]
+    np.testing.assert_allclose(Z, seen.depth, rtol=0.03)
 
 
 def test_broyden_learns_what_the_joints_do_and_not_the_known_motion(passing):

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.kernels.commanding import estimate
+from robsim.kernels.program import Blocks, Program
+from robsim.servo.given import alone
 from robsim.servo.laws.inverse import DampedInverse, JacobianTranspose, PseudoInverse, product
 from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw
 from robsim.servo.laws.partitioned import PartitionedLaw
-from robsim.servo.measurement import Measurement
 from robsim.servo.sight import adjoint, relative
 from robsim.servo.tasks.docking import DockingLaw
 from robsim.servo.tasks.placing import Placing, PlacingLaw, _edges
@@ -411,27 +412,40 @@ def test_the_depth_filter_is_the_extended_kalman_filter_of_the_textbook():
             V.append(0.2 * np.sin(0.3 * k + np.arange(6)))
             X = (rigid_exponential(-V[-1] * dt) @ [*X, 1.0])[:3]
         expected = extended_kalman(images[0], 1 / 0.7, images[1:], V[:-1], dt, 1.5 / 500, 0.4)
-        state, P = depth.begin(np.array(images[0]).reshape(1, 2, 1), K)
-        for x, twist, (s, C) in zip(images[1:], V[:-1], expected, strict=True):
-            state, P = depth.step(state, P, twist[:, None], dt, x.reshape(1, 2, 1), K)
-            close(state[0, :, 0], s, 1e-12)
-            close(P[0, :, :, 0], C, 1e-13)
-        assert abs(depth.depth(state).item() - 0.7) > 0.02  # it has learnt something
+        program = Program()
+        points, twists = program.rows(2), program.rows(6)
+        given = alone(program, [], 0, dt)
+        found = depth.stages(given, 1, points, twists, K)
+        (p,), (act,) = (call[1] for call in program.calls), program.segments()
+        blocks = Blocks(program, np.zeros(1, dtype=np.int64))
+        for k, x in enumerate(images):
+            blocks.put(points, x[:, None])
+            blocks.put(twists, V[max(k - 1, 0)][:, None])
+            act(blocks, k)
+            if k > 0:
+                s, C = expected[k - 1]
+                close(blocks.get(p[5], 3)[:, 0], s, 1e-12)
+                close(blocks.get(p[6], 3, 3)[..., 0], C, 1e-13)
+        assert abs(blocks.get(found, 1).item() - 0.7) > 0.02  # it has learnt something
 
 
 def test_estimated_motion_is_a_filter_of_what_the_command_does_not_explain():
     """d <- d + dt/(lag + dt) ((e - e_before)/dt - A qd - d), from zero."""
-    rng = np.random.default_rng(5)
-    ahead, memory, dt = EstimatedMotion(0.3), {}, 0.05
+    rng, dt = np.random.default_rng(5), 0.05
+    program = Program()
+    error, last, by_command, drift = (program.rows(4) for _ in range(4))
+    numbers = program.constant(0.3), program.constant(dt)
+    program.add(estimate, 4, error, last, by_command, drift, *numbers)
+    (act,), blocks = program.segments(), Blocks(program, np.zeros(RUNS, dtype=np.int64))
     d = before = moved = None
     for k in range(30):
-        now = Measurement(k, dt, np.zeros((1, RUNS)), {}, {}, memory)
         e, A, qd = (rng.normal(size=(*shape, RUNS)) for shape in [(4,), (4, 3), (3,)])
-        found = ahead.of(now, e)
+        blocks.put(error, e)
+        act(blocks, k)
         d = np.zeros_like(e) if d is None else d + (dt / 0.35) * ((e - before) / dt - moved - d)
-        close(found, d, 1e-13)
-        ahead.note(now, A, qd)
+        close(blocks.get(drift, 4), d, 1e-13)
         before, moved = e, np.einsum("knb,nb->kb", A, qd)
+        blocks.put(by_command, moved)
 
 
 CARRIED = np.array([[-0.1, -0.12, 1.0], [0.13, -0.1, 1.1], [0.1, 0.12, 0.9]])

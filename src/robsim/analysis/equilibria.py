@@ -125,8 +125,7 @@ def _times(field: Field, q0: Array, dt: Any, duration: Any) -> tuple[float, int]
 
 def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArray[np.int8]]:
     """Return the states (nq, B) where the runs end, and their outcomes (B,)."""
-    loop = Loop(field.controller, runs_first(q0), dt, steps)
-    loop.limits = np.full(loop.limits.shape, [-np.inf, np.inf])
+    loop = Loop(field.controller, runs_first(q0), dt, steps, limited=False)
     rows = np.arange(q0.shape[1])
     for first in range(0, rows.size, CHUNK):
         loop.advance(rows[first : first + CHUNK], lambda share: None)

@@ -18,10 +18,10 @@ from robsim.servo.controller import Controller
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion
-from robsim.servo.measurement import Measurement
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import relative
+from robsim.servo.standalone import Standalone
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
 from robsim.servo.tasks.switch import Switch
@@ -115,7 +115,7 @@ class Field:
 
     def command(self, q: Array) -> Command:
         """Return the command at states q (nq, B), each as the first instant of a run."""
-        return self.controller.control(self._measurement(q))
+        return self._decided(q)[0]
 
     def rates(self, q: Array) -> Array:
         """Return f (n, B), NaN where a mark is not in front of its camera."""
@@ -186,17 +186,24 @@ class Field:
                 far = np.maximum(far, kind.distance(a[rows].T[:, None], b[rows].T))
         return far
 
-    def _measurement(self, q: Array) -> Measurement:
-        projections = {sight.key: sight.project(q) for sight in self.controller.sights}
-        pixels = {key: seen.pixels for key, seen in projections.items()}
-        return Measurement(0, 1.0, q, projections, pixels, {})
+    @cached_property
+    def _alone(self) -> Standalone:
+        return Standalone(self.controller, 1.0)
+
+    def _decided(self, q: Array) -> tuple[Command, dict[str, Any]]:
+        """Return the command at states q, and what the law remembers of it."""
+        seen = {sight.key: sight.project(q) for sight in self.controller.sights}
+        pixels = {key: one.pixels for key, one in seen.items()}
+        depth = {key: one.depth for key, one in seen.items()}
+        blocks = self._alone.begin(q.shape[1])
+        decision = self._alone.decide(blocks, 0, q, pixels, depth)
+        return self.controller.scaled(decision).command, blocks.memory
 
     def check_forgetful(self, q: Array) -> None:
         """Raise InputError if a law stores something in the memory at states q."""
-        now = self._measurement(q)
         with np.errstate(all="ignore"):
-            self.controller.control(now)
-        kept = list(_kept(now.memory))
+            _, memory = self._decided(q)
+        kept = list(_kept(memory))
         if kept:
             raise InputError(
                 f"equilibria: the law of this task remembers {kept[0]!r}; its command must "

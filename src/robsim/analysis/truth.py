@@ -10,8 +10,8 @@ from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.servo import ServoTask, Task
-from robsim.servo.measurement import Measurement
 from robsim.servo.regulated import Regulated
+from robsim.servo.regulated_stages import regulated_at
 from robsim.world.scene import Scene
 
 
@@ -54,10 +54,8 @@ def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
 
 
 def _measured(regulated: Regulated, q: Array) -> Truth:
-    projections = {sight.key: sight.project(q) for sight in regulated.sights}
-    pixels = {key: seen.pixels for key, seen in projections.items()}
-    features = regulated.features(Measurement(0, 1.0, q, projections, pixels, {}))
+    s, L, A = regulated_at(regulated, q)
     W = regulated.weights
-    error, L = features.s - regulated.s_goal, W[:, None] * features.L
-    error, L, rates = (np.moveaxis(array, -1, 0) for array in (error, L, features.task_jacobian))
+    arrays = s - regulated.s_goal, W[:, None] * L, A
+    error, L, rates = (np.moveaxis(array, -1, 0) for array in arrays)
     return Truth(error, L, rates, W[:, 0])

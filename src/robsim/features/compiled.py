@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,12 +36,13 @@ class Compiled(ABC):
 
         def add(program: Program, *rows: int) -> tuple[int, int]:
             N = len(seen.pixels_last)
-            own, more = rows[:5], list(rows[5:])
-            fitted = more.pop(0) if posed else None
-            shown = Seen(program, N, *own, guess=-1, fitted=fitted)
+            pixels, points, depth, camera, model, *more = rows
+            shown = Seen(program, N, pixels, points, depth, camera, model, -1)
+            if posed:
+                shown = replace(shown, fitted=more.pop(0))
             if pair:
                 other = Seen(program, N, -1, more[0], -1, -1, -1, -1)
-                shown = Seen(program, N, *own, -1, other, more[1])
+                shown = replace(shown, other=other, between=more[1])
             made = self.stages(shown)
             shapes.extend([(made.k,), (made.k, 6)])
             return made.s, made.L

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Protocol, runtime_checkable
@@ -82,6 +83,18 @@ class Observation:
         points = np.empty_like(pixels)
         kernels.normalise(pixels, camera.K, camera.lens, camera.valid_radius, points)
         return cls(pixels, points, depth, camera.K, camera.lens)
+
+    def blind(self, hidden: Sequence[NDArray[np.bool_]]) -> Observation:
+        """Return the observation with NaN for marks that are hidden (N, B) from each camera."""
+        mine, *others = hidden
+        gone = mine[:, None]
+        return replace(
+            self,
+            pixels_last=np.where(gone, np.nan, self.pixels_last),
+            points_last=np.where(gone, np.nan, self.points_last),
+            depth_last=np.where(mine, np.nan, self.depth_last),
+            other=self.other and self.other.blind(others),
+        )
 
     def some(self, marks: NDArray[np.int64]) -> Observation:
         """Return the observation of some of the marks, by number."""

@@ -73,10 +73,15 @@ class Seen:
 
     def some(self, marks: NDArray[np.int64]) -> Seen:
         """Return the rows of some of the marks, with the stage that copies them."""
-        other = None if self.other is None else self.other.some(marks)
-        sizes = {"pixels": 2, "points": 2, "depth": 1, "model": 3}
-        found = {name: self._copied(getattr(self, name), marks, n) for name, n in sizes.items()}
-        return replace(self, N=len(marks), other=other, **found)
+        return replace(
+            self,
+            N=len(marks),
+            pixels=self._copied(self.pixels, marks, 2),
+            points=self._copied(self.points, marks, 2),
+            depth=self._copied(self.depth, marks, 1),
+            model=self._copied(self.model, marks, 3),
+            other=None if self.other is None else self.other.some(marks),
+        )
 
     def _copied(self, first: int, marks: NDArray[np.int64], size: int) -> int:
         rows = self.program.rows(size * len(marks))

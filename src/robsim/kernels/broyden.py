@@ -3,6 +3,9 @@
 import numpy as np
 
 from robsim.kernels.jit import kernel
+from robsim.kernels.lanes import get, put
+from robsim.kernels.memory import matrix, vector
+from robsim.kernels.stage import stage
 
 STILL = 1e-9  # rad or m: next to the rounding of q and s, a shorter step says nothing
 
@@ -29,3 +32,24 @@ def update(A, ds, dq, out):
             for b in range(runs):
                 still = square[b] < STILL * STILL
                 out[i, j, b] = A[i, j, b] + (0.0 if still else rest[b] * dq[j, b] / square[b])
+
+
+@stage
+def learn_stage(p, w, step):
+    """Learn A from the last step: (k, n, dt, s, s without it, qd, start, A, room).
+
+    At the start A is the start.
+    """
+    k, n, A = p[0], p[1], matrix(w, p[7], p[0], p[1])
+    if step == 0:
+        for i in range(k * n):
+            put(w, p[7] + i, get(w, p[6] + i))
+        return
+    ds, dq, out = p[8] + k * n, p[8] + k * n + k, matrix(w, p[8], k, n)
+    for i in range(k):
+        put(w, ds + i, get(w, p[3] + i) - get(w, p[4] + i))
+    for j in range(n):
+        put(w, dq + j, get(w, p[5] + j) * get(w, p[2]))
+    update(A, vector(w, ds, k), vector(w, dq, n), out)
+    for i in range(k * n):
+        put(w, p[7] + i, get(w, p[8] + i))

@@ -181,3 +181,89 @@ def adapt(p, w, step):
         at = p[2] * WIDTH + i
         found = adapted(w[at], w[at + WIDTH], w[at + 2 * WIDTH], lane(size, i))
         w[p[4] * WIDTH + i] = found
+
+
+@stage
+def along(p, w, step):
+    """Compute out = A x: (A, n, m, x, out)."""
+    A, n, m = p[0], p[1], p[2]
+    for i in range(n):
+        total = 0.0 * get(w, A)
+        for j in range(m):
+            total = total + get(w, A + m * i + j) * get(w, p[3] + j)
+        put(w, p[4] + i, total)
+
+
+@stage
+def summed(p, w, step):
+    """Compute out = x + y: (n, x, y, out)."""
+    for i in range(p[0]):
+        put(w, p[3] + i, get(w, p[1] + i) + get(w, p[2] + i))
+
+
+@stage
+def ahead(p, w, step):
+    """Compute out = x + factor y, or x + y / factor: (n, x, factor, y, whether divided, out)."""
+    factor = get(w, p[2])
+    for i in range(p[0]):
+        y = get(w, p[3] + i)
+        more = y / factor if p[4] else factor * y
+        put(w, p[5] + i, get(w, p[1] + i) + more)
+
+
+@stage
+def estimate(p, w, step):
+    """Estimate the drift of the error that the command does not explain.
+
+    (k, error, error before, what was moved, drift, lag, dt): a first-order filter.
+    """
+    share = get(w, p[6]) / (get(w, p[5]) + get(w, p[6]))
+    for i in range(p[0]):
+        error, drift = get(w, p[1] + i), 0.0 * share
+        if step > 0:
+            drift = get(w, p[4] + i)
+            change = (error - get(w, p[2] + i)) / get(w, p[6])
+            drift = drift + share * (change - get(w, p[3] + i) - drift)
+        put(w, p[2] + i, error)
+        put(w, p[4] + i, drift)
+
+
+@stage
+def masked(p, w, step):
+    """Compute out, A[n, m] with zeros in hidden rows: (A, n, m, hidden, out)."""
+    for i in range(p[1]):
+        for j in range(p[2]):
+            at = i * p[2] + j
+            put(w, p[4] + at, where(get(w, p[3] + i) > 0.0, 0.0, get(w, p[0] + at)))
+
+
+@stage
+def widened(p, w, step):
+    """Copy A[n, m] into some columns of a wider matrix: (A, n, m, out, width), and the columns."""
+    for i in range(p[1]):
+        for j in range(p[2]):
+            put(w, p[3] + i * p[4] + p[5 + j], get(w, p[0] + i * p[2] + j))
+
+
+@stage
+def either(p, w, step):
+    """Compute whether any of some rows is true: (n, out), and the rows."""
+    found = 0.0 * get(w, p[2])
+    for i in range(p[0]):
+        found = where(get(w, p[2 + i]) > 0.0, 1.0, found)
+    put(w, p[1], found)
+
+
+@stage
+def cleared(p, w, step):
+    """Set rows to zero: (n, first)."""
+    for i in range(p[0]):
+        put(w, p[1] + i, 0.0)
+
+
+@stage
+def taken(p, w, step):
+    """Add velocities where it is their scheme's turn: (n, qd, second, which), and rows for each."""
+    turn = get(w, p[2]) == 1.0 * p[3]
+    for i in range(p[0]):
+        put(w, p[4 + i], get(w, p[4 + i]) + where(turn, get(w, p[1] + i), 0.0))

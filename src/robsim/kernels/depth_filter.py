@@ -10,6 +10,9 @@ import numpy as np
 
 from robsim.kernels import se3
 from robsim.kernels.jit import kernel, part
+from robsim.kernels.lanes import WIDTH, get, put
+from robsim.kernels.memory import matrix, tensor, vector
+from robsim.kernels.stage import stage
 
 NEAREST, FARTHEST = 0.01, 100.0  # metres: an estimate stays between them
 # Standard deviations that a second adds to what the motion predicts, for twists that are not quite
@@ -112,3 +115,36 @@ def update(state, P, x, sigma):
             if math.isfinite(x[n, 0, b] + x[n, 1, b]):
                 _correct(0, x[n, 0, b], sigma[0] * sigma[0], n, b, state, P)
                 _correct(1, x[n, 1, b], sigma[1] * sigma[1], n, b, state, P)
+
+
+@stage
+def filter_stage(p, w, step):
+    """Filter depths: (N, points, dt, twist, numbers, state, covariance, room, depth).
+
+    The numbers are 1/Z at the start and its standard deviation, and those of both coordinates.
+    """
+    N, numbers, dt = p[0], vector(w, p[4], 4), w[p[2] * WIDTH]
+    x, state = matrix(w, p[1], N, 2), matrix(w, p[5], N, 3)
+    P, new = tensor(w, p[6], N, 3, 3), matrix(w, p[7], N, 3)
+    if step == 0:
+        _begin(x, numbers, state, P)
+    else:
+        predict(state, P, vector(w, p[3], 6), dt, new, tensor(w, p[7] + 3 * N, N, 3, 3))
+        for i in range(3 * N):
+            put(w, p[5] + i, get(w, p[7] + i))
+        for i in range(9 * N):
+            put(w, p[6] + i, get(w, p[7] + 3 * N + i))
+        update(state, P, x, numbers[2:, 0])
+    for n in range(N):
+        put(w, p[8] + n, 1.0 / get(w, p[5] + 3 * n + 2))
+
+
+@kernel
+def _begin(x, numbers, state, P):
+    """Write the state and the covariance at the first points."""
+    P[:] = 0.0
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            state[n, 0, b], state[n, 1, b], state[n, 2, b] = x[n, 0, b], x[n, 1, b], numbers[0, b]
+            P[n, 0, 0, b], P[n, 1, 1, b] = numbers[2, b] ** 2, numbers[3, b] ** 2
+            P[n, 2, 2, b] = numbers[1, b] ** 2

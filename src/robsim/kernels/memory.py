@@ -73,3 +73,9 @@ def _as_unsigned(typing: Any, pointer: Any) -> Any:
 def unsigned(w, row):
     """Return a row of whole numbers, which stand there bit by bit, as an array[lane]."""
     return numba.carray(_as_unsigned(_offset(w, row)), (WIDTH,))
+
+
+@kernel
+def tensor(w, row, n, m, k):
+    """Return rows of a block as an array[n, m, k, lane]."""
+    return numba.carray(_offset(w, row), (n, m, k, WIDTH))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import groupby
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ class Blocks:
     def __init__(self, program: Program, runs: NDArray[np.int64]) -> None:
         self.runs = len(runs)
         self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
+        self.hidden: dict[Any, NDArray[np.bool_]] = {}  # marks (N, runs) that a camera cannot see
+        self.made: dict[Any, Any] = {}  # what stages in Python made at this step
         each = np.append(runs, np.repeat(runs[-1:], -len(runs) % WIDTH))
         self.numbers = _aligned(each.size // WIDTH, program.size)
         for first, values in program.given:
@@ -66,7 +68,7 @@ class Blocks:
         into[:] = lanes.reshape(len(lanes), len(into), WIDTH).transpose(1, 0, 2)
 
 
-Own = Callable[[Blocks, int], None]  # a stage in Python, of blocks and the number of the step
+Own = Callable[[Any, int], None]  # a stage in Python, of blocks and the number of the step
 
 
 class Compiled:
@@ -145,11 +147,21 @@ class Program:
             found += [Compiled(calls)] if compiled else calls
         return found
 
-    def evaluate(self, first: int, x: Array, found: int, count: int) -> Array:
-        """Return rows (count, B) from `found` after one step, with rows x (n, B) from `first`."""
-        out, (made,) = np.empty((count, x.shape[1])), self.segments()
-        block = Blocks(self, np.zeros(1, dtype=np.int64)).flat[0]
-        kernels.evaluate(made.addresses, made.at, made.numbers, block, first, x, found, out)
+
+class Function:
+    """A program of compiled stages as a function from some rows to others."""
+
+    def __init__(self, program: Program, first: int, found: int, count: int) -> None:
+        self.first, self.found, self.count = first, found, count
+        self._stages = cast(Compiled, program.segments()[0])
+        self._block = Blocks(program, np.zeros(1, dtype=np.int64)).flat[0]
+        self._kept = program.kept
+
+    def __call__(self, x: Array) -> Array:
+        """Return rows (count, B) with rows x (n, B) from the first."""
+        out, made = np.empty((self.count, x.shape[1])), self._stages
+        given = made.addresses, made.at, made.numbers, self._block.copy()
+        kernels.evaluate(*given, self.first, x, self.found, out)
         return out
 
 

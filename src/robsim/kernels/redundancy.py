@@ -101,7 +101,7 @@ def _columns(w, A, k, n, G):
             put(w, G + j * p + i, get(w, A + (j * n + i if k < n else i * n + j)))
 
 
-def scratch_of(k, n):
+def scratch_of(k: int, n: int) -> int:
     """Return how many rows `descend` needs to work in."""
     m, p = min(k, n), max(k, n)
     return p * m + m * m + m + k + n + k * n

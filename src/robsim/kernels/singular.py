@@ -53,7 +53,7 @@ def _orthogonalise(block, G, rows, n, V):
             return
 
 
-@kernel
+@part
 def decompose(block, G, rows, n, V, sigma):
     """Rotate n columns of so many rows until they are orthogonal, of lengths sigma; V' turns back.
 

@@ -152,7 +152,7 @@ def _by_triangle(block, A, k, n, y, damping, x, scratch):
     return get(block, bound)
 
 
-@kernel
+@part
 def _truncate(block, A, k, n, y, rcond, doubtful, x, full, scratch):
     """Replace x of the doubtful runs by that of their singular values; return the rank.
 
@@ -169,7 +169,7 @@ def _truncate(block, A, k, n, y, rcond, doubtful, x, full, scratch):
     return where(doubtful & (total == 0.0), rank, full)
 
 
-@kernel
+@part
 def solve_block(block, A, k, n, y, damping, rcond, x, scratch):
     """Compute x = argmin ||A x - y||^2 + damping^2 ||x||^2 for A[k, n], and return the rank of A.
 
@@ -184,7 +184,7 @@ def solve_block(block, A, k, n, y, damping, rcond, x, scratch):
     return rank
 
 
-@kernel
+@part
 def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
     """Compute x = A^+ y of A = B C, with B[k, 6] and C[6, n], 6 <= k, n.
 

@@ -23,6 +23,7 @@ from robsim.kernels.stage import stage
 
 LENS, BORDER, RADIUS = 9, 17, 21  # rows of a camera after those of K
 CAMERA = 22  # rows in all
+FIRST, MORE, EACH = 0, 1, 2  # what status is wanted
 
 
 @part
@@ -61,15 +62,15 @@ def _status(w, eye, X, Y, Z, u, v):
 
 @stage
 def project(p, w, step):
-    """Compute pixels, NaN behind the camera, depths, and the worst status of all marks.
+    """Compute pixels, NaN behind the camera, depths, and the worst status of all marks, or of each.
 
     (marks, their number, T_w_c, T_w_o, camera, whether its lens bends, pixels, depth, status,
-    whether others have been seen before)
+    FIRST, MORE where others were seen before, or EACH)
     """
     marks, N, C, O, eye, bends, pixels, depth, status = (
         p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8],
     )  # fmt: skip
-    worst = get(w, status) if p[9] else 0.0 * get(w, eye)
+    worst = get(w, status) if p[9] == MORE else 0.0 * get(w, eye)
     for n in range(N):
         m = marks + 3 * n
         x, y, z = (
@@ -85,8 +86,12 @@ def project(p, w, step):
         put(w, pixels + 2 * n + 1, v)
         put(w, depth + n, Z)
         now = _status(w, eye, X, Y, Z, u, v)
+        if p[9] == EACH:
+            put(w, status + n, now)
+            continue
         worst = where(now > worst, now, worst)
-    put(w, status, worst)
+    if p[9] != EACH:
+        put(w, status, worst)
 
 
 @part

@@ -49,6 +49,16 @@ class OwnMotion(NamedTuple):
         twists = _called(self.member.kind, "twists", (nv, 6), some)
         return T[:, :3].transpose(1, 2, 0), twists.reshape(len(some), 6 * nv).T
 
+    @property
+    def twists(self) -> int:
+        """The number of the components of all twists."""
+        return 6 * len(range(self.member.v.start, self.member.v.stop))
+
+    def rows(self, q: Array) -> tuple[Array, Array]:
+        """Return the motion (12, B) and the twists (6 nv, B) at q[n, b]."""
+        motion, twists = self.at(q)
+        return motion.reshape(12, -1), twists
+
     def put(self, q: Array, out: Bodies) -> None:
         """Write the poses and twists of the joint at coordinates q[n, b] to `out`."""
         out.poses[self.member.body], twists = self.at(q)

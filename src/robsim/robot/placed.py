@@ -10,10 +10,12 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.kernels import joints as kinds
 from robsim.kernels import placing
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.commanding import copied, jacobian
+from robsim.kernels.jacobian import Moves
+from robsim.kernels.program import Blocks, Program, evaluated
 from robsim.kernels.stage import Stage
 from robsim.kernels.ties import ACKERMANN, MIMIC
-from robsim.kernels.tree import BEND, CURVE, IX, KIND, PARENT, Joints
+from robsim.kernels.tree import BEND, CURVE, IX, KIND, PARENT, Bodies, Joints
 from robsim.robot.member import OwnMotion
 
 STAGES: dict[int, Stage] = {
@@ -41,7 +43,9 @@ class Placed:
         self.ratio = program.constant(np.ones(joints.ratios))
         self.motions = program.rows(12 * int(own.sum()))
         self.place = program.constant(joints.place)
-        self._motion = {i: self.motions + 12 * n for n, i in enumerate(np.flatnonzero(own))}
+        self._motion = {
+            i: self.motions + 12 * n for n, i in enumerate(np.flatnonzero(own).tolist())
+        }
         self._curves = self._kept_curves()
 
     def add(self) -> None:
@@ -54,9 +58,14 @@ class Placed:
             steering = self._x(row[2]) if row[2] >= 0 else -1
             self.program.add(placing.spin, steering, self.ratio + row[3], given)
         bodies = range(1, len(self.joints.rows))
-        for stage, some in groupby(bodies, lambda i: STAGES.get(self.joints.rows[i, KIND])):
+        for stage, some in groupby(bodies, lambda i: STAGES.get(int(self.joints.rows[i, KIND]))):
             for each in [list(some)] if stage else [[i] for i in some]:
                 self._bodies(stage, each)
+
+    def take(self, own: OwnMotion, motion: int, twists: int) -> None:
+        """Let a joint of a user's kind have its motion and twists from given rows."""
+        self._motion[own.member.body] = motion
+        self.program.add(copied, own.twists, twists, self.ratio + own.first)
 
     def prepare(self, own: Iterable[OwnMotion], blocks: Blocks) -> None:
         """Write the motions and twists of joints of the user's kinds."""
@@ -120,3 +129,22 @@ class Placed:
         first, length, pieces = self.joints.curves
         addresses = (self.program.address(array) for array in (first, length, pieces))
         return (*addresses, len(length), len(pieces))
+
+
+def frame_jacobian(bodies: Bodies, T: Array, moves: Moves) -> Array:
+    """Return the Jacobian (6, n, B) of a frame at T (3, 4, B), rows (v, omega) in its own axes."""
+    n = moves.columns.size
+
+    def add(program: Program, poses: int, ratio: int, T: int) -> tuple[int]:
+        return (add_jacobian(program, poses, ratio, T, moves),)
+
+    (J,) = evaluated(add, [bodies.poses, bodies.ratio, T], [(6, n)])
+    return J
+
+
+def add_jacobian(program: Program, poses: int, ratio: int, T: int, moves: Moves) -> int:
+    """Add the stage of the Jacobian of a frame in its own axes, and return its rows (6, n)."""
+    n, J = moves.columns.size, program.rows(6 * moves.columns.size)
+    table = np.column_stack([moves.rows, moves.sign]).astype(np.int64)
+    program.add(jacobian, poses, ratio, T, J, n, len(table), *table.ravel())
+    return J

@@ -13,11 +13,14 @@ from robsim.base.errors import FrameError, suggest
 from robsim.kernels import jacobian as jacobians
 from robsim.kernels import joints as motions
 from robsim.kernels import tree as kernels
+from robsim.kernels.commanding import along, copied
+from robsim.kernels.program import Function, Program
 from robsim.robot.assembly import Assembly, integers
 from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Steering
 from robsim.robot.joints.kind import JointKind
 from robsim.robot.member import Member, OwnMotion
+from robsim.robot.placed import Placed, add_jacobian
 
 
 class Tree:
@@ -43,6 +46,7 @@ class Tree:
         self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
         self._moves_of: dict[str, jacobians.Moves] = {}  # by frame, computed once
+        self._motions: dict[str, Function] = {}  # by frame, made once
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
     def find(self, name: str) -> tuple[int, Array]:
@@ -58,10 +62,51 @@ class Tree:
 
     def bodies(self, q: Array) -> kernels.Bodies:
         """Return the poses of all bodies at coordinates q[n, b]."""
-        out = self.room(q.shape[1])
-        self.prepare(q, out)
-        kernels.bodies(self.joints, q, out)
-        return out
+        found = self._bodies(self._with_own(q))
+        count = 12 * len(self.parent)
+        return kernels.Bodies(found[:count].reshape(-1, 3, 4, q.shape[1]), found[count:])
+
+    @cached_property
+    def _bodies(self) -> Function:
+        """The poses and ratios from coordinates, and the motions and twists of own kinds."""
+        placed, _ = self._placed(Program())
+        count = 12 * len(self.parent) + self.joints.ratios
+        return Function(placed.program, placed.q, placed.poses, count)
+
+    def motion(self, name: str, q: Array, v: Array) -> tuple[Array, Array]:
+        """Return the pose (3, 4, B) of a frame, and its twist (6, B) in its own axes."""
+        if name not in self._motions:
+            self._motions[name] = self._motion(name)
+        found = self._motions[name](np.concatenate([self._with_own(q), v]))
+        return found[:12].reshape(3, 4, -1), found[12:]
+
+    def _motion(self, name: str) -> Function:
+        program = Program()
+        placed, v = self._placed(program, self.nv)
+        moves = self.moves(self.carried(name))
+        (T,) = placed.frames([self.find(name)])
+        J, found = add_jacobian(program, placed.poses, placed.ratio, T, moves), program.rows(18)
+        program.add(copied, 12, T, found)
+        program.add(along, J, 6, self.nv, v, found + 12)
+        return Function(program, placed.q, found, 18)
+
+    def _placed(self, program: Program, more: int = 0) -> tuple[Placed, int]:
+        """Return the bodies in a program, from coordinates and what own kinds say of them.
+
+        With the first of some more rows that are given, below them.
+        """
+        q = program.rows(self.nq)
+        given = [(program.rows(12), program.rows(each.twists)) for each in self.own]
+        last = program.rows(more)
+        placed = Placed(program, self.joints, q, self.nq)
+        for each, rows in zip(self.own, given, strict=True):
+            placed.take(each, *rows)
+        placed.add()
+        return placed, last
+
+    def _with_own(self, q: Array) -> Array:
+        """Return coordinates q, and below them what joints of own kinds say of them."""
+        return np.concatenate([q, *(part for each in self.own for part in each.rows(q))])
 
     @property
     def compiled(self) -> bool:
@@ -76,8 +121,10 @@ class Tree:
     def frame(self, bodies: kernels.Bodies, name: str) -> Array:
         """Return the pose T[3, 4, b] of a frame."""
         body, offset = self.find(name)
-        T = np.empty(bodies.poses.shape[1:])
-        kernels.frame(bodies.poses, body, offset, T)
+        A, B = bodies.poses[body], offset
+        T: Array = A[:, 0, None] * B[0, :, None]
+        T = (T + A[:, 1, None] * B[1, :, None]) + A[:, 2, None] * B[2, :, None]
+        T[:, 3] += A[:, 3]
         return T
 
     def jacobian(self, bodies: kernels.Bodies, name: str) -> Array:

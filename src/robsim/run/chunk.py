@@ -19,7 +19,6 @@ class Chunk(Blocks):
         super().__init__(program, rows)
         self.rows = rows
         self.images = images
-        self.hidden: dict[tuple[str, str], NDArray[np.bool_]] = {}  # marks (N, runs) of a sight
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs."""

@@ -22,7 +22,9 @@ class Judge:
         self.tolerance = program.constant(controller.tolerance)
         self.scale = program.constant(controller.tolerance / controller.tolerances)
 
-    def judge(self, plant: Plant, sensor: Sensor, command: Commanded, hold: bool) -> None:
+    def judge(
+        self, plant: Plant, sensor: Sensor, command: Commanded, hold: bool, limited: bool
+    ) -> None:
         """Add the stages: what a run is judged by, the outcome, and whether a stall is singular."""
         add, c = self.program.add, self.controller
         k, n = c.k, c.columns.size
@@ -33,7 +35,8 @@ class Judge:
         add(judging.stillness, *matrix, command.qd, self.scale, pace, self.tolerance, self.still)
         add(judging.path, self._moving(plant, sensor), self.program.rows(3), self.length)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
-        limits = self.program.constant((plant.scene.limits + slack).T)
+        free = np.full(plant.scene.limits.shape, [-np.inf, np.inf])
+        limits = self.program.constant((plant.scene.limits + slack if limited else free).T)
         busy = self.program.constant(1.0) if hold else command.busy
         seen = sensor.status, sensor.depth, sensor.marks[-1]
         add(

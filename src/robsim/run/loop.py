@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.program import Program
+from robsim.kernels.program import Compiled, Program
 from robsim.kernels.stage import advance
 from robsim.run.chunk import Chunk
 from robsim.run.drives import Drives
@@ -43,6 +44,7 @@ class Loop:
     first_run: int = 0
     record: Record = "summary"
     single: bool = False  # whether one start was given, not a batch of one
+    limited: bool = True  # whether joint limits end a run
     stopped: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
 
@@ -97,7 +99,8 @@ class Sequence:
 
     def __init__(self, loop: Loop) -> None:
         program = self.program = Program()
-        controller, runs = loop.controller, loop.first_run + np.arange(len(loop.q0))
+        controller = self.controller = loop.controller
+        runs = loop.first_run + np.arange(len(loop.q0))
         plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt)
         sensor = self.sensor = Sensor(
             program, plant, controller.sights, loop.sensing, loop.seed, runs
@@ -111,8 +114,9 @@ class Sequence:
         plant.place()
         sensor.look()
         self.command = controller.stages(sensor.measure())
+        self.command.note(self.command.qd)
         plant.command(self.command.qd)
-        judge.judge(plant, sensor, self.command, loop.hold)
+        judge.judge(plant, sensor, self.command, loop.hold, loop.limited)
         self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.pixels]
         loop.recorder.keep(program, row, self.alive, self.kept)
         ends = self.kept, judge.outcome, judge.length
@@ -123,8 +127,8 @@ class Sequence:
     def run(self, chunk: Chunk, step: int, until: int) -> None:
         """Take all runs of a chunk from a step until before another."""
         if self.compiled:
-            (all_,) = self._parts[0]
-            given = all_.addresses, all_.at, all_.numbers, self.motion
+            made = cast(Compiled, self._parts[0][0])
+            given = made.addresses, made.at, made.numbers, self.motion
             advance(*given, chunk.flat, self.alive, step, until)
             return
         for part in self._parts[step == 0]:
@@ -154,5 +158,4 @@ class Sequence:
 
     def decision(self, chunk: Chunk) -> Decision:
         """Return what the controller has decided at this step, and on what basis."""
-        found: Decision = self.command.decide(chunk)
-        return found
+        return self.controller.scaled(self.command.decide(chunk))

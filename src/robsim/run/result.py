@@ -13,14 +13,12 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
-from robsim.kernels.jacobian import camera_jacobian
 from robsim.kernels.jit import KERNEL_HASH
 from robsim.run import ends
 from robsim.run.outcome import Outcome
 from robsim.run.record import Recorder, Track
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
 from robsim.servo.controller import Controller
-from robsim.servo.laws.inverse import product
 from robsim.servo.sight import Sight
 from robsim.world.scene import Scene
 
@@ -157,17 +155,13 @@ def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array,
     joints, shape = scene.tree, q.shape[:2]
     poses, twists = np.full((q[..., 0].size, 4, 4), np.nan), np.full((q[..., 0].size, 6), np.nan)
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
-    moves = joints.moves(joints.carried(frame))
     still = not joints.carried(frame).any()  # then it is where it was
     live = np.flatnonzero(still | ~np.isnan(rows).any(axis=1))
     for part in _blocks(len(live)):
         some = live[part]
-        bodies = joints.bodies(np.ascontiguousarray(rows[some].T))
-        T = joints.frame(bodies, frame)
-        J = np.empty((6, joints.nv, T.shape[-1]))
-        camera_jacobian(bodies, T, moves, J)
-        poses[some] = homogeneous(T)
-        twists[some] = product(J, np.ascontiguousarray(rates[some].T)[:, None])[:, 0].T
+        given = (np.ascontiguousarray(part[some].T) for part in (rows, rates))
+        T, V = joints.motion(frame, *given)
+        poses[some], twists[some] = homogeneous(T), V.T
     return poses.reshape(*shape, 4, 4), twists.reshape(*shape, 6)
 
 

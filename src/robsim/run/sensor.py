@@ -5,15 +5,15 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
 from robsim.kernels import sensing as kernels
 from robsim.kernels.program import Program
 from robsim.run.chunk import Chunk
 from robsim.run.images import Image, ImageStream, Marks, Noise
 from robsim.run.plant import Plant
 from robsim.servo.given import Given, View, view
-from robsim.servo.sight import Sight
+from robsim.servo.sight import Key, Sight
 from robsim.world.sensing import Sensing
 
 
@@ -27,7 +27,7 @@ class Sensor:
         sights: tuple[Sight, ...],
         sensing: Sensing,
         seed: int,
-        numbers: Array,
+        numbers: NDArray[np.int64],
     ) -> None:
         self.program, self.plant, self.sights, self.sensing = program, plant, sights, sensing
         self.seed = np.uint64(seed)
@@ -44,7 +44,7 @@ class Sensor:
     def remember(self) -> None:
         """Add the stage that remembers where a period began, for images that come late."""
         if not self.prompt and self.sensing.latency:
-            self.program.call(lambda chunk, step: chunk.images.note(self.plant.period(chunk)))
+            self.program.call(self._remember)
 
     def look(self) -> None:
         """Add the stages that project the marks into the images."""
@@ -75,6 +75,9 @@ class Sensor:
         plant, hides = self.plant, bool(self.sensing.occlusions)
         return Given(program, plant.dt, plant.seconds, plant.q, self.q, views, placed, hides)
 
+    def _remember(self, chunk: Chunk, step: int) -> None:
+        chunk.images.note(self.plant.period(chunk))
+
     def _deliver(self, chunk: Chunk, step: int) -> None:
         """Write the image that is there at a step, and what the encoders read."""
         N, images = self.marks[-1], chunk.images
@@ -88,7 +91,7 @@ class Sensor:
         chunk.put(self.age, age)
         chunk.hidden = self._hidden(image)
 
-    def _hidden(self, image: Image) -> dict[tuple[str, str], Array]:
+    def _hidden(self, image: Image) -> dict[Key, NDArray[np.bool_]]:
         """Return which marks (N, B) of each sight are hidden, if any mark is."""
         if not image.hidden.any():
             return {}

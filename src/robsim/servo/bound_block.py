@@ -52,10 +52,15 @@ class BoundBlock:
         whole = replace(self, components=None)
         return replace(self, k=len(whole.measure(goal)))
 
-    def observation(
+    def observation(self, seen: Seen, blocks: Blocks) -> Observation:
+        """Return what all marks look like in blocks, before some are chosen."""
+        cameras = [sight.eye.camera for sight in self.sights]
+        return seen.observation(blocks, cameras)
+
+    def at_goal(
         self, seen: dict[Key, Observation], projections: dict[Key, Projection]
     ) -> Observation:
-        """Return what the feature is shown, with cameras and targets where they are believed."""
+        """Return what the feature is shown at the goal, with cameras where they are believed."""
         first, *others = (sight.key for sight in self.sights)
         one = seen[first]
         for second in others:  # at most one
@@ -80,11 +85,11 @@ class BoundBlock:
         """Return the rows of all components, of a feature that may be a user's."""
         if isinstance(self.feature, Compiled):
             return self.feature.stages(seen)
-        whole, cameras = replace(self, components=None), [s.eye.camera for s in self.sights]
+        whole = replace(self, components=None)
         rows = seen.room(self.k or 0)
 
         def asked(blocks: Blocks, step: int) -> None:
-            view = seen.observation(blocks, cameras)
+            view = whole.observation(seen, blocks)
             blocks.put(rows.s, whole.measure(view))
             blocks.put(rows.L, whole.interaction(view))
 
@@ -105,7 +110,9 @@ class BoundBlock:
         return self._checked(interaction(self.feature, seen), seen, 6)
 
     def lost(self, blind: Observation) -> NDArray[np.bool_]:
-        """Return (k, B): which components hidden marks make NaN, if they do not make all NaN."""
+        """Return (k, B): which components are NaN since hidden marks are, if not all of them."""
+        if self.marks is not None:
+            blind = blind.some(self.marks)
         try:
             gone = np.isnan(self.measure(blind))
         except np.linalg.LinAlgError:  # of a user's feature: LAPACK takes no NaN for any run

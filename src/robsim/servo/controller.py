@@ -12,19 +12,17 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.servo.command import Command
-from robsim.servo.deciding import Deciding
 from robsim.servo.given import Commanded, Given
-from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Sight
 from robsim.world.scene import Scene
 
 
 class Decision(NamedTuple):
-    """A command, the Jacobian of its frame, and the `basis` that the controller's `note` needs."""
+    """A command, the Jacobian of its frame, and of a servo task the `basis` of the command."""
 
     command: Command
     J: Array  # (6, n, B) of its frame: of a camera in its own axes, of another in the world's
-    basis: Any
+    basis: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,32 +42,11 @@ class Controller(ABC):
     rcond: float
 
     @abstractmethod
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the command of an instant, with what it is based on."""
-
-    @abstractmethod
-    def note(self, measurement: Measurement, basis: Any, qd: Array) -> None:
-        """Remember that the velocities qd (n, B) were commanded in the end."""
-
-    def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
-        """Return (B,): which runs follow a plan that is not over, and so cannot have converged yet.
-
-        It is asked after the decision at the same instant.
-        """
-        return np.zeros(measurement.runs, dtype=np.bool_)
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of an instant to a program, and return the rows that they write."""
 
     def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers start anywhere
         """Raise InputError if the task can be done from none of the starts q0 (B, nq)."""
-
-    def control(self, measurement: Measurement) -> Command:
-        """Return the command of an instant, error and task Jacobian scaled to one tolerance."""
-        return self.decided(measurement).command
-
-    def decided(self, measurement: Measurement) -> Decision:
-        """Return the decision of an instant, scaled to one tolerance, and note its command."""
-        decision = self.decide(measurement)
-        self.note(measurement, decision.basis, decision.command.qd)
-        return self.scaled(decision)
 
     def scaled(self, decision: Decision) -> Decision:
         """Return a decision with error and task Jacobian scaled to one tolerance."""
@@ -79,12 +56,6 @@ class Controller(ABC):
         error = command.error * self._scale
         task_jacobian = command.task_jacobian * self._scale[:, None]
         return decision._replace(command=command._replace(error=error, task_jacobian=task_jacobian))
-
-    def stages(self, given: Given) -> Commanded:
-        """Add the stages of an instant to a program, and return the rows that they write."""
-        deciding = Deciding(self, given)
-        given.program.call(deciding)
-        return deciding.rows
 
     @property
     def k(self) -> int:

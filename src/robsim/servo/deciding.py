@@ -2,46 +2,48 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from robsim.kernels.program import Blocks
+from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.measurement import Measurement
 
 if TYPE_CHECKING:
-    from robsim.servo.controller import Controller
+    from robsim.servo.tasks.follower import Follower
 
 
 class Deciding:
     """The stage in which a controller is shown a measurement and decides."""
 
-    def __init__(self, controller: Controller, given: Given) -> None:
+    def __init__(self, controller: Follower, given: Given) -> None:
         self.controller, self.given = controller, given
         c, rows = controller, given.program.rows
         k, n = c.k, c.columns.size
-        self.rows = Commanded(rows(k), rows(k), rows(n), rows(k * n), rows(), self.last)
+        made, self.J = (rows(k), rows(k), rows(n), rows(k * n), rows()), rows(6 * n)
+        self.rows = Commanded(*made, self.last, lambda qd: None)
 
-    def __call__(self, blocks: Any, step: int) -> None:
+    def __call__(self, blocks: Blocks, step: int) -> None:
         """Write what the controller decides of the runs at a step."""
         measurement, rows = self.measurement(blocks, step), self.rows
         decision = self.controller.decide(measurement)
-        command = decision.command
-        self.controller.note(measurement, decision.basis, command.qd)
-        blocks.decision = self.controller.scaled(decision)
+        command, blocks.made[self] = decision.command, decision
         for row, values in (
             (rows.s, command.s),
             (rows.error, command.error),
             (rows.qd, command.qd),
             (rows.task_jacobian, command.task_jacobian),
-            (rows.busy, self.controller.busy(measurement)[None]),
+            (self.J, decision.J),
+            (rows.busy, self.controller.busy(measurement)[None].astype(float)),
         ):
             blocks.put(row, values)
 
-    @staticmethod
-    def last(blocks: Any) -> Any:
+    def last(self, blocks: Blocks) -> Decision:
         """Return the decision of this step."""
-        return blocks.decision
+        decision: Decision = blocks.made[self]
+        return decision
 
-    def measurement(self, blocks: Any, step: int) -> Measurement:
+    def measurement(self, blocks: Blocks, step: int) -> Measurement:
         """Return what the sensors give at a step."""
         given, nq = self.given, self.controller.scene.nq
         q = blocks.get(given.true, nq)
@@ -52,7 +54,7 @@ class Deciding:
             seen[sight.key] = sight.project(q)._replace(depth=blocks.get(view.depth, N))
         prompt = given.placed is not None
         measured = q if prompt else blocks.get(given.q, nq)
-        memory, hidden = blocks.memory, blocks.hidden
+        memory, hidden = given.memory(blocks), blocks.hidden
         return Measurement(
             step, given.seconds, measured, seen, pixels, memory, hidden, prompt=prompt
         )

@@ -1,15 +1,13 @@
-"""The rows of a program that a controller is given: the coordinates and the marks as measured."""
+"""The rows of a program that a controller is given, and those that it writes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from robsim.kernels import viewing
-from robsim.kernels.program import Program
+from robsim.kernels.program import Blocks, Program
 from robsim.robot.placed import Placed
 from robsim.servo.sight import Key, Sight
 
@@ -24,30 +22,58 @@ class View:
     depth: int
 
 
-@dataclass
+@dataclass(frozen=True)
 class Given:
-    """The rows that a controller is given."""
+    """The rows that a controller is given: coordinates, and marks as measured."""
 
     program: Program
     dt: int
-    seconds: float  # dt, which is the same in all runs
+    seconds: float  # dt
     true: int  # coordinates as they are
     q: int  # and as measured
     views: dict[Key, View]  # of the true scene, with pixels and depths as measured
     placed: Placed | None = None  # the true scene, where it is as measured
     hides: bool = False  # whether marks may be hidden
+    path: tuple[str, ...] = ()  # of the task among several, for what Python code remembers
+
+    def inside(self, name: str) -> Given:
+        """Return the same for one of several tasks."""
+        return replace(self, path=(*self.path, name))
+
+    def memory(self, blocks: Blocks) -> dict[str, Any]:
+        """Return what Python code of the task remembers of the runs of some blocks."""
+        memory = blocks.memory
+        for name in self.path:
+            memory = memory.setdefault(name, {})
+        return memory
 
 
 @dataclass(frozen=True)
 class Commanded:
-    """The rows that a controller writes."""
+    """The rows that a controller writes.
+
+    `decide` returns from blocks what was decided, with all that it is based on; `note` adds the
+    stages that remember the velocities, in rows, that were commanded in the end.
+    """
 
     s: int  # k
     error: int  # k
     qd: int  # n, of the commanded velocities
     task_jacobian: int  # k n
     busy: int  # 1 where a run may not end because it has converged or stalls
-    decide: Any = None  # from blocks, the decision of this step with all it is based on
+    decide: Callable[[Any], Any]
+    note: Callable[[int], None]
+
+
+def alone(
+    program: Program, sights: Sequence[Sight], nq: int, dt: float, hides: bool = False
+) -> Given:
+    """Return the rows of coordinates and of what cameras see, which are written by hand."""
+    q, views = program.rows(nq), {}
+    for sight in sights:
+        N = len(sight.target.marks)
+        views[sight.key] = View(-1, -1, program.rows(2 * N), program.rows(N))
+    return Given(program, program.constant(dt), dt, q, q, views, hides=hides)
 
 
 def view(
@@ -55,8 +81,8 @@ def view(
 ) -> View:
     """Return the rows of what a camera sees, with the stages that compute them."""
     eye = sight.constants
-    T_w_c, T_w_o = placed.frames([(eye.body, eye.hand_eye), (eye.target, eye.offset)])
-    marks, camera = program.constant(eye.marks), program.constant(camera_rows(sight))
+    T_w_c, T_w_o = frames(placed, sight)
+    marks, camera = program.constant(eye.marks), program.constant(sight.numbers)
     program.add(
         viewing.project,
         marks, len(eye.marks), T_w_c, T_w_o, camera, bool(eye.lens.any()), pixels, depth,
@@ -65,7 +91,8 @@ def view(
     return View(T_w_c, T_w_o, pixels, depth)
 
 
-def camera_rows(sight: Sight) -> NDArray[np.float64]:
-    """Return the numbers of a camera in the order of `robsim.kernels.viewing`."""
+def frames(placed: Placed, sight: Sight) -> tuple[int, int]:
+    """Return the rows of the poses of a camera and its target in the world."""
     eye = sight.constants
-    return np.concatenate([eye.K.ravel(), eye.lens, eye.border.ravel(), [eye.valid_radius]])
+    T_w_c, T_w_o = placed.frames([(eye.body, eye.hand_eye), (eye.target, eye.offset)])
+    return T_w_c, T_w_o

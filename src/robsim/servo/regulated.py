@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, positive, runs_last
 from robsim.base.errors import GoalError
 from robsim.features import Observation
-from robsim.kernels import features as kernels
 from robsim.kernels.jacobian import Moves
 from robsim.kernels.sight import Projection
 from robsim.servo.bound_block import BoundBlock
@@ -21,7 +19,6 @@ from robsim.servo.feature_state import FeatureState
 from robsim.servo.laws.depths import Depths
 from robsim.servo.laws.interaction import Interaction
 from robsim.servo.laws.inverse import product
-from robsim.servo.measurement import Measurement
 from robsim.servo.sight import Key, Sight, adjoint, relative
 
 
@@ -46,55 +43,19 @@ class Regulated:
         views = zip(bound, self._goal_observations, strict=True)
         return replace(self, parts=tuple(part.counted(view) for part, view in views))
 
-    def features(self, measurement: Measurement) -> FeatureState:
-        """Return the features at an instant, as the controller models them."""
-        as_is = self.exact and measurement.prompt
-        projections = measurement.projections
-        if not as_is:
-            projections = {s.key: s.project(measurement.q) for s in self.sights}
-        seen = {}
-        for sight in self.sights:
-            key, projection = sight.key, projections[sight.key]
-            T_c_o = relative(projection.T_w_c, projection.T_w_o)
-            seen[key] = sight.observation(measurement.pixels[key], np.empty(0), T_c_o)
-            Z_goal = self.goals[key].depth_last
-            seen[key].depth_last = self.depths.of(seen[key], measurement, key, Z_goal)
-        features = self._features(seen, projections)
-        if measurement.hidden:
-            return replace(features, hidden=self._hidden(measurement, seen, projections))
-        return features
-
-    def _hidden(
-        self,
-        measurement: Measurement,
-        seen: dict[Key, Observation],
-        projections: dict[Key, Projection],
-    ) -> NDArray[np.bool_]:
-        """Return (k, B): which numbers of a feature depend on hidden marks, if not all of them do.
-
-        These are found by hiding the marks: what becomes NaN depends on them.
-        """
-        blind = {}
-        for sight in self.sights:
-            key, hidden = sight.key, measurement.hidden[sight.key]
-            pixels = np.where(hidden[:, None], np.nan, measurement.pixels[key])
-            depth = np.where(hidden, np.nan, seen[key].depth_last)
-            blind[key] = sight.observation(pixels, depth, seen[key].guess_last)
-        views = [part.observation(blind, projections) for part in self.parts]
-        return np.concatenate([p.lost(view) for p, view in zip(self.parts, views, strict=True)])
-
     def _features(
         self, seen: dict[Key, Observation], projections: dict[Key, Projection]
     ) -> FeatureState:
-        views = [part.observation(seen, projections) for part in self.parts]
+        """Return the features at the goal."""
+        views = [part.at_goal(seen, projections) for part in self.parts]
         s = _stacked([part.measure(view) for part, view in zip(self.parts, views, strict=True)])
-        J = {t.key: t.jacobian(projections[t.key], self._moves[t.key]) for t in self.sights}
+        J = {t.key: t.jacobian(projections[t.key], t.moves(self.columns)) for t in self.sights}
         first = J[self.sights[0].key]
         if isinstance(self.which, np.ndarray):
             each: list[Array] = []  # all cameras move as one
             L = np.repeat(self.which[..., None], s.shape[1], axis=-1)
         else:
-            each = [self._interaction(i, view) for i, view in enumerate(views)]
+            each = self.L_goals
             L = _stacked([_to_first(L, A) for L, A in zip(each, self.adjoints, strict=True)])
         return FeatureState(s, L, first, self._task_jacobian(L, each, J), J, projections, each)
 
@@ -104,31 +65,6 @@ class Regulated:
             return product(L, J[self.sights[0].key])
         rows = zip(each, self.parts, strict=True)
         return _stacked([product(L_part, J[part.sights[0].key]) for L_part, part in rows])
-
-    def drift(self, measurement: Measurement, features: FeatureState) -> Array:
-        """Return sdot (k, B) that prescribed motions cause, as far as the controller knows them."""
-        twists = self.twists(measurement, features)
-        return self._task_jacobian(features.L, features.each, twists)[:, 0]
-
-    def twists(self, measurement: Measurement, features: FeatureState) -> dict[Key, Array]:
-        """Return the twist (6, 1, B) of each camera against its target by prescribed motions."""
-        columns, moves = self._own_moves
-        rates = np.empty((columns.size, 1, measurement.runs))
-        rates[:] = self.sights[0].scene.drift(measurement.time)[columns, None, None]
-        J = {s.key: s.jacobian(features.projections[s.key], moves[s.key]) for s in self.sights}
-        return {key: product(each, rates) for key, each in J.items()}
-
-    def _interaction(self, i: int, view: Observation) -> Array:
-        """Return L (k, 6, B) of one block: now, at the goal, or the mean of both."""
-        L = self.parts[i].interaction(view)
-        if isinstance(self.which, str) and self.which != "current":
-            kernels.choose_interaction(self.code, self.L_goals[i], L)
-        return L
-
-    @property
-    def code(self) -> int:
-        """The number by which the kernels know the interaction matrix."""
-        return get_args(Interaction).index(self.which)
 
     @cached_property
     def as_one(self) -> bool:
@@ -213,7 +149,7 @@ class Regulated:
     @cached_property
     def _goal_observations(self) -> list[Observation]:
         """The observation of each block at the goal, for one run."""
-        return [part.observation(self._seen_at_goal, self._goal_projections) for part in self.parts]
+        return [part.at_goal(self._seen_at_goal, self._goal_projections) for part in self.parts]
 
     @cached_property
     def _seen_at_goal(self) -> dict[Key, Observation]:
@@ -233,11 +169,7 @@ class Regulated:
         }
 
     @cached_property
-    def _moves(self) -> dict[Key, Moves]:
-        return {sight.key: sight.moves(self.columns) for sight in self.sights}
-
-    @cached_property
-    def _own_moves(self) -> tuple[NDArray[np.int64], dict[Key, Moves]]:
+    def own_moves(self) -> tuple[NDArray[np.int64], dict[Key, Moves]]:
         """The prescribed velocities, and how they move each camera against its target."""
         columns = frozen(np.flatnonzero(self.sights[0].scene.prescribed))
         return columns, {sight.key: sight.moves(columns) for sight in self.sights}

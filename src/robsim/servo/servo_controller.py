@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, last_view, length
+from robsim.base.arrays import Array, last_view
 from robsim.base.errors import InputError
-from robsim.kernels import features as kernels
-from robsim.servo.basis import Basis
-from robsim.servo.command import Command
-from robsim.servo.controller import Controller, Decision
-from robsim.servo.feature_state import FeatureState
+from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
-from robsim.servo.laws.broyden import Broyden, broyden_update
-from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward, KnownMotion
+from robsim.servo.laws.broyden import Broyden
+from robsim.servo.laws.feed_forward import FeedForward
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import RCOND, Inverse, JacobianTranspose, rank
-from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
-from robsim.servo.measurement import Measurement, recall, remember
+from robsim.servo.laws.law import ControlState, Law
 from robsim.servo.regulated import Regulated
 from robsim.servo.returned import returned
 from robsim.servo.servo_stages import ServoStages
@@ -41,114 +34,14 @@ class Servo(Controller):
     broyden: Broyden | None
     shaping: Shaping
 
-    def assess(self, measurement: Measurement) -> Basis:
-        """Return features, error, and the state that the law is given."""
-        features = self.regulated.features(measurement)
-        error = np.empty(features.s.shape)
-        kernels.difference(features.s, self.s_goal, error)
-        if self.broyden is not None:
-            features = replace(features, task_jacobian=self._learnt(measurement, features))
-        if features.hidden is not None:
-            features, error = _without_hidden(features, error)
-        return Basis(features, error, self._state(measurement, features, error))
-
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the command of the law, shaped, with what it is based on."""
-        basis = self.assess(measurement)
-        features, error, state = basis
-        qd = self._commanded(state)
-        if not self.shaping.idle:
-            qd = self.shaping.shaped(measurement, qd, features.task_jacobian, error, features.J)
-        return Decision(Command(features.s, error, qd, features.task_jacobian), features.J, basis)
-
-    def note(self, measurement: Measurement, basis: Basis, qd: Array) -> None:
-        """Remember what depth filter, feed-forward and Broyden need at the next instant."""
-        features, memory = basis.features, measurement.memory
-        known = isinstance(self.feed_forward, KnownMotion)
-        if self.regulated.depths.filtered:
-            own = self.regulated.twists(measurement, features) if known else {}
-            for key, J in features.twists.items():
-                self.regulated.depths.note(measurement, key, J, qd, own.get(key))
-        if isinstance(self.feed_forward, EstimatedMotion):
-            self.feed_forward.note(measurement, basis.state.task_jacobian_last, qd)
-        if self.broyden is not None:
-            drift = self.regulated.drift(measurement, features) if known else 0.0
-            remember(memory, "task_jacobian", features.task_jacobian)
-            remember(memory, "s", features.s + measurement.dt * drift)  # the joints add to that
-            remember(memory, "qd", qd)
-
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
-        if not self.plain or given.hides:
-            return super().stages(given)
-        return ServoStages(self, given).commanded()
+        made = ServoStages(self, given)
+        made.assess()
+        made.command()
+        return made.commanded()
 
-    @property
-    def plain(self) -> bool:
-        """Whether there are stages for all that the task asks for."""
-        return (
-            type(self.law) in (JointLaw, CameraLaw)
-            and not self.regulated.depths.filtered
-            and self.feed_forward is None
-            and self.broyden is None
-            and self.shaping.idle
-        )
-
-    def _state(
-        self, measurement: Measurement, features: FeatureState, error: Array
-    ) -> ControlState:
-        """What the law is given: weighted, and with the motion of the target in the error."""
-        L, task_jacobian, weighted = features.L, features.task_jacobian, error
-        if self._is_weighted:
-            weighted, L = self._weights * error, self._weights[:, None] * L
-            task_jacobian = self._weights[:, None] * task_jacobian
-        memory = measurement.memory.setdefault("law", {})
-        given = (weighted, L, features.J, task_jacobian, 1.0, self.inverse, features.s)
-        now = (measurement.q, measurement.time, measurement.dt, memory, self.one_motion)
-        state = ControlState(*given, *now)
-        gain = state.gain = self._gain(error, state)
-        drift = self._drift(measurement, features, weighted)
-        if drift is not None and features.hidden is not None:
-            drift = np.where(features.hidden, 0.0, drift)
-        if drift is not None:
-            state.error_last = weighted + drift / (gain if isinstance(gain, float) else gain[:, 0])
-        return state
-
-    def _gain(self, error: Array, state: ControlState) -> Any:
-        if isinstance(self.gain, float):
-            return self.gain
-        size = length(error) if self.gain.of == "error" else self._unit_speed(state)
-        return self.gain.at(size)[:, None]
-
-    def _unit_speed(self, state: ControlState) -> Array:
-        """The largest joint velocity (B,) that the law commands at a gain of one."""
-        asked = replace(state, memory=deepcopy(state.memory))  # the law will be asked again
-        return np.asarray(np.abs(self._commanded(asked)).max(axis=0))
-
-    def _drift(
-        self, measurement: Measurement, features: FeatureState, error: Array
-    ) -> Array | None:
-        """Return the weighted de/dt (k, B) of what moves on its own; None without feed-forward."""
-        if isinstance(self.feed_forward, EstimatedMotion):
-            return self.feed_forward.of(measurement, error)
-        if isinstance(self.feed_forward, KnownMotion):
-            return self._weights * self.regulated.drift(measurement, features)
-        return None
-
-    def _learnt(self, measurement: Measurement, features: FeatureState) -> Array:
-        """Return L J (k, n, B) as learnt by Broyden's rule."""
-        assert self.broyden is not None
-        if "task_jacobian" in measurement.memory:
-            A, without, qd = (
-                recall(measurement.memory, name) for name in ("task_jacobian", "s", "qd")
-            )
-            return broyden_update(A, features.s - without, qd * measurement.dt)
-        if self.broyden.start is None:
-            return features.task_jacobian
-        wide = np.broadcast_to(self.broyden.start[..., None], features.task_jacobian.shape)
-        return np.ascontiguousarray(wide)
-
-    def _commanded(self, state: ControlState) -> Array:
+    def commanded(self, state: ControlState) -> Array:
         """Return velocities (n, B) from the law, which may be a user's."""
         wanted = (state.error_last.shape[1], self.columns.size)
         who = f"{type(self.law).__name__}.command"
@@ -159,25 +52,6 @@ class Servo(Controller):
     def one_motion(self) -> bool:
         """Whether L J is the product of one L and one J, and not learnt."""
         return self.broyden is None and self.regulated.as_one
-
-    @cached_property
-    def _weights(self) -> Array:
-        return self.regulated.weights
-
-    @cached_property
-    def _is_weighted(self) -> bool:
-        return bool((self._weights != 1.0).any())
-
-
-def _without_hidden(features: FeatureState, error: Array) -> tuple[FeatureState, Array]:
-    """Return features and error in which hidden components are zero, and so are their rows."""
-    hidden = features.hidden
-    assert hidden is not None
-    L, task_jacobian = (
-        np.where(hidden[:, None], 0.0, array) for array in (features.L, features.task_jacobian)
-    )
-    seen = replace(features, L=L, task_jacobian=task_jacobian)
-    return seen, np.where(hidden, 0.0, error)
 
 
 def pace(regulated: Regulated, gain: float | AdaptiveGain, inverse: Inverse) -> float:

@@ -14,14 +14,17 @@ from robsim.base.errors import InputError
 from robsim.features import Observation
 from robsim.kernels import jacobian as jacobians
 from robsim.kernels import sight as kernels
+from robsim.kernels import viewing
+from robsim.kernels.program import Function, Program
 from robsim.kernels.sight import Projection
 from robsim.kernels.tree import Bodies
+from robsim.robot.placed import frame_jacobian
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 Key = tuple[str, str]  # camera and target
-MARKS = ("points", "depth", "pixels", "visibility")  # what a projection holds of each mark
+MARKS = ("depth", "pixels", "visibility")  # what a projection holds of each mark
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,29 +54,34 @@ class Sight:
 
     def project(self, q: Array) -> Projection:
         """Return camera, target and marks in the image at coordinates q (nq, B)."""
-        projection = self.room(q.shape[1])
-        self.scene.tree.prepare(q, projection.bodies)
-        kernels.project(self.scene.tree.joints, self.constants, q, projection)
-        return projection
+        bodies, tree = self.scene.tree.bodies(q), self.scene.tree
+        T_w_c, T_w_o = tree.frame(bodies, self.eye.name), tree.frame(bodies, self.target.name)
+        runs, N = q.shape[1], len(self.target.marks)
+        seen = self._image(np.concatenate([T_w_c.reshape(12, runs), T_w_o.reshape(12, runs)]))
+        pixels, depth, status = seen[: 2 * N], seen[2 * N : 3 * N], seen[3 * N :]
+        pixels = pixels.reshape(N, 2, runs)
+        return Projection(bodies, T_w_c, T_w_o, depth, pixels, status.astype(np.int8))
 
-    def room(self, runs: int) -> Projection:
-        """Return a projection of the right size that is not filled yet."""
-        marks = len(self.target.marks)
-        return Projection(
-            self.scene.tree.room(runs),
-            np.empty((3, 4, runs)),
-            np.empty((3, 4, runs)),
-            np.empty((marks, 3, runs)),
-            np.empty((marks, runs)),
-            np.empty((marks, 2, runs)),
-            np.empty((marks, runs), np.int8),
-        )
+    @cached_property
+    def _image(self) -> Function:
+        """The pixels, depths and status of the marks, from the poses of camera and target."""
+        program, N = Program(), len(self.target.marks)
+        poses, found = program.rows(24), program.rows(4 * N)
+        rows = program.constant(self.target.marks), N, poses, poses + 12
+        camera, bends = program.constant(self.numbers), bool(self.eye.camera.lens.any())
+        out = found, found + 2 * N, found + 3 * N
+        program.add(viewing.project, *rows, camera, bends, *out, viewing.EACH)
+        return Function(program, poses, found, 4 * N)
+
+    @cached_property
+    def numbers(self) -> Array:
+        """The numbers of the camera, in the order of `robsim.kernels.viewing`."""
+        eye = self.constants
+        return np.concatenate([eye.K.ravel(), eye.lens, eye.border.ravel(), [eye.valid_radius]])
 
     def jacobian(self, projection: Projection, moves: jacobians.Moves) -> Array:
         """Return J (6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
-        J = np.empty((6, moves.columns.size, projection.T_w_c.shape[-1]))
-        jacobians.camera_jacobian(projection.bodies, projection.T_w_c, moves, J)
-        return J
+        return frame_jacobian(projection.bodies, projection.T_w_c, moves)
 
     @cached_property
     def constants(self) -> kernels.Eye:
@@ -122,8 +130,9 @@ def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:
 
 def relative(T_w_a: Array, T_w_b: Array) -> Array:
     """Return T_a_b (3, 4, B) from T_w_a and T_w_b (3, 4, B)."""
-    T = np.empty(T_w_a.shape)
-    kernels.relative(T_w_a, T_w_b, T)
+    R, B = T_w_a[:, :3], T_w_b.copy()
+    B[:, 3] -= T_w_a[:, 3]
+    T: Array = R[0, :, None] * B[0] + R[1, :, None] * B[1] + R[2, :, None] * B[2]
     return T
 
 
@@ -139,11 +148,11 @@ def joined(projections: Sequence[Projection], runs: int) -> Projection:
 
 def _blind(runs: int) -> Projection:
     """Return the projection of no camera, without poses and marks."""
-    sizes: list[tuple[int, ...]] = [(3, 4), (), (4,), (4,), (3,), (), (2,)]
+    sizes: list[tuple[int, ...]] = [(3, 4), (), (4,), (4,), (), (2,)]
     poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
-    T_w_c, T_w_o, points, depth, pixels = others
+    T_w_c, T_w_o, depth, pixels = others
     status = np.empty((0, runs), np.int8)
-    return Projection(Bodies(poses, ratio), T_w_c, T_w_o, points, depth, pixels, status)
+    return Projection(Bodies(poses, ratio), T_w_c, T_w_o, depth, pixels, status)
 
 
 def adjoint(T_a_b: Array) -> Array:

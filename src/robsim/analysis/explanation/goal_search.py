@@ -112,7 +112,7 @@ class _Search:
         X, pixels = self.image(T)
         seen = Observation.of(pixels, np.ascontiguousarray(X[:, 2]), sight.eye.camera)
         seen.model, seen.guess_last = sight.target.marks, np.ascontiguousarray(T)
-        views_ = [part.observation({sight.key: seen}, {}) for part in regulated.parts]
+        views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
         each = list(zip(regulated.parts, views_, strict=True))
         s = np.concatenate([part.measure(view) for part, view in each])
         L = np.concatenate([part.interaction(view) for part, view in each])

@@ -11,6 +11,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Length, Number, family, register
 from robsim.kernels import depth_filter as kernels
+from robsim.servo.given import Given
 
 DEPTHS = family("depth")
 
@@ -27,10 +28,8 @@ class DepthFilter(Declared):
     Kanade and Szeliski 1989, "Kalman filter-based algorithms for estimating depth from image
     sequences". Skew is neglected in the noise.
 
-    >>> eye = np.diag([800.0, 800.0, 1.0])
-    >>> state, P = DepthFilter(0.5).begin(np.zeros((1, 2, 1)), eye)
-    >>> state.ravel(), DepthFilter.depth(state).ravel()
-    (array([0., 0., 2.]), array([0.5]))
+    >>> DepthFilter(0.5).start_sigma
+    0.5
     """
 
     start: Annotated[float, Length(above=0), "Depth of every mark at the start."]
@@ -51,34 +50,16 @@ class DepthFilter(Declared):
                 f"{kernels.FARTHEST} m, got {self.start}"
             )
 
-    def begin(self, x: Array, K: Array) -> tuple[Array, Array]:
-        """Return state (N, 3, B) and covariance (N, 3, 3, B) at the first points x (N, 2, B)."""
-        N, _, runs = x.shape
-        state, P = np.empty((N, 3, runs)), np.zeros((N, 3, 3, runs))
-        state[:, :2], state[:, 2] = x, 1.0 / self.start
-        sigma = *self._sigma(K), self.start_sigma / self.start
-        P[:, range(3), range(3)] = np.square(sigma)[:, None]
-        return state, P
-
-    def step(
-        self, state: Array, P: Array, V: Array, dt: float, x: Array, K: Array
-    ) -> tuple[Array, Array]:
-        """Return state and covariance after a twist V (6, B) is held for dt seconds.
-
-        x (N, 2, B) are the points that are measured then.
-
-        V is the camera's relative to the target, in camera axes.
-        """
-        new, covariance = np.empty(state.shape), np.empty(P.shape)
-        kernels.predict(state, P, V, dt, new, covariance)
-        kernels.update(new, covariance, x, self._sigma(K))
-        return new, covariance
-
-    @staticmethod
-    def depth(state: Array) -> Array:
-        """Return the depths (N, B) in metres of a state (N, 3, B)."""
-        Z: Array = 1.0 / state[:, 2]
-        return Z
+    def stages(self, given: Given, N: int, points: int, twist: int, K: Array) -> int:
+        """Add the stage that filters the depths of N marks, and return its rows."""
+        program = given.program
+        numbers = program.constant(
+            [1.0 / self.start, self.start_sigma / self.start, *self._sigma(K)]
+        )
+        rooms = program.rows(3 * N), program.rows(9 * N), program.rows(12 * N)
+        depth = program.rows(N)
+        program.add(kernels.filter_stage, N, points, given.dt, twist, numbers, *rooms, depth)
+        return depth
 
     def _sigma(self, K: Array) -> Array:
         """Return the standard deviations (2,) of a normalised point."""

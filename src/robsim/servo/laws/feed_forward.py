@@ -5,12 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-
-from robsim.base.arrays import Array
 from robsim.declare import Choice, Declared, Time, family, register
-from robsim.servo.laws.inverse import product
-from robsim.servo.measurement import Measurement, recall, remember
 
 FEED_FORWARDS = family("feed-forward")
 
@@ -42,28 +37,6 @@ class EstimatedMotion(Declared):
     lag: Annotated[
         float, Time(above=0), "Time constant of the low-pass filter of the estimate."
     ] = 0.2
-
-    def of(self, measurement: Measurement, error: Array) -> Array:
-        """Return the estimated drift (k, B) of the error, per second."""
-        if "error" not in measurement.memory:
-            drift = np.zeros(error.shape)
-        else:
-            before, moved, drift = (
-                recall(measurement.memory, n) for n in ("error", "moved", "drift")
-            )
-            share = measurement.dt / (self.lag + measurement.dt)
-            drift = drift + share * ((error - before) / measurement.dt - moved - drift)
-        remember(measurement.memory, "error", error)
-        remember(measurement.memory, "drift", drift)
-        return drift
-
-    def note(self, measurement: Measurement, task_jacobian: Array, qd: Array) -> None:
-        """Remember the part of de/dt that the command causes."""
-        remember(
-            measurement.memory,
-            "moved",
-            product(task_jacobian, np.ascontiguousarray(qd[:, None]))[:, 0],
-        )
 
 
 FeedForward = KnownMotion | EstimatedMotion | None

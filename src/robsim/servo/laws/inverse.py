@@ -9,7 +9,9 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.declare import Choice, Declared, Number, family, register
-from robsim.kernels import solve as kernels
+from robsim.kernels.commanding import solve
+from robsim.kernels.program import Program, evaluated
+from robsim.kernels.solve import scratch_of
 
 RCOND = 1e-6
 
@@ -91,13 +93,21 @@ def rank(A: Array, rcond: float = RCOND) -> Any:
 
     It is the number of singular values above rcond times the largest.
     """
-    x, found = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
-    kernels.least_squares(A, np.zeros((A.shape[0], A.shape[2])), 0.0, rcond, x, found)
-    return found
+    k, n, runs = A.shape
+
+    def add(program: Program, A: int, y: int) -> tuple[int]:
+        x, found = program.rows(n), program.rows()
+        room = program.rows(scratch_of(k, n))
+        program.add(solve, A, k, n, y, -1, program.constant(rcond), x, found, room)
+        return (found,)
+
+    (found,) = evaluated(add, [A, np.zeros((k, runs))], [(1,)])
+    return found[0].astype(np.int64)
 
 
 def product(A: Array, B: Array) -> Array:
     """Return the product (m, p, B) of A (m, n, B) and B (n, p, B)."""
-    out = np.empty((A.shape[0], B.shape[1], A.shape[2]))
-    kernels.product(A, B, out)
+    out: Array = A[:, 0, None] * B[0]
+    for k in range(1, len(B)):
+        out += A[:, k, None] * B[k]
     return out

@@ -68,7 +68,7 @@ class SpeedLimit(Declared):
         return out
 
     def stages(self, program: Program, n: int, J: int, qd: int) -> int:
-        """Add the stage that scales velocities in rows from qd, and return the rows of what is left."""
+        """Add the stage that scales velocities in rows from qd; return the rows of the result."""
         each = [self.joint, self.linear, self.angular]
         joint, linear, angular = (math.inf if limit is None else limit for limit in each)
         limits = program.constant([*np.full(n, joint), linear, angular])

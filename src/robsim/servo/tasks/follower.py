@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, not_negative
 from robsim.base.errors import InputError
-from robsim.servo.controller import Controller
+from robsim.servo.controller import Controller, Decision
+from robsim.servo.deciding import Deciding
+from robsim.servo.given import Commanded, Given
 from robsim.servo.measurement import Measurement, remember
 
 ENDED = 1e-9  # of a period: times that differ by less are one
@@ -23,6 +25,16 @@ class Follower(Controller):
     """The controller of a task that follows a trajectory."""
 
     gain: float | None  # per second; None for all of it in one period
+
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of an instant to a program, and return the rows that they write."""
+        deciding = Deciding(self, given)
+        given.program.call(deciding)
+        return deciding.rows
+
+    @abstractmethod
+    def decide(self, measurement: Measurement) -> Decision:
+        """Return the command of an instant, with what it is based on."""
 
     @abstractmethod
     def planned(self, start: Array) -> Any:
@@ -42,14 +54,11 @@ class Follower(Controller):
         return plan
 
     def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
-        """Return (B,): in which runs the trajectory is not over."""
+        """Return (B,): in which runs the trajectory is not over; asked after the decision."""
         going: NDArray[np.bool_] = (
             measurement.time < measurement.memory["until"] - ENDED * measurement.dt
         )
         return going
-
-    def note(self, measurement: Measurement, basis: Any, qd: Array) -> None:
-        """Remember nothing, since the trajectory is fixed at the start."""
 
     def rate(self, dt: float) -> float:
         """Return the gain per second, at most what makes up all of a distance in one period."""

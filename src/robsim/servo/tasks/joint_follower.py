@@ -42,9 +42,7 @@ class JointFollower(Follower):
         qd = np.ascontiguousarray(qd[self.order])
         task_jacobian = np.zeros((self.k, self.k, measurement.runs))
         task_jacobian[range(self.k), range(self.k)] = 1.0
-        return Decision(
-            Command(s, s - self.s_goal, qd, task_jacobian), self._jacobian(measurement), None
-        )
+        return Decision(Command(s, s - self.s_goal, qd, task_jacobian), self._jacobian(measurement))
 
     def planned(self, start: Array) -> Any:
         """Return the trajectory of runs from where they started (B, n)."""

@@ -10,9 +10,9 @@ import numpy as np
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
 from robsim.declare import Declared, ListOf, register
-from robsim.servo.command import Command
-from robsim.servo.controller import Controller, Decision
-from robsim.servo.measurement import Measurement
+from robsim.kernels import commanding
+from robsim.servo.controller import Controller
+from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.several import OfTasks, Several, common
@@ -63,10 +63,10 @@ class Parallel(OfTasks, Declared):
 class ParallelController(Several):
     """The controller of tasks side by side."""
 
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the commands of all tasks, each for its own joints."""
-        each, s, error, task_jacobian = self._all(measurement)
-        qd = np.empty((self.columns.size, measurement.runs))
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of all tasks, each of which commands its own joints."""
+        each, qd = self._parts(given), given.program.rows(self.columns.size)
         for part, one in zip(self.parts, each, strict=True):
-            qd[self._own(part)] = one.command.qd
-        return Decision(Command(s, error, qd, task_jacobian), each[0].J, each)
+            for i, column in enumerate(self._own(part)):
+                given.program.add(commanding.copied, 1, one.qd + i, qd + column)
+        return self._together(given, each, qd)

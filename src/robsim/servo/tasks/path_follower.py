@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,15 @@ import numpy as np
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.kernels import laws, se3
 from robsim.kernels.pose_features import theta_u_interaction
+from robsim.kernels.program import Blocks
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
+from robsim.servo.deciding import Deciding
+from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.inverse import Inverse, product, rank
 from robsim.servo.measurement import Measurement
 from robsim.servo.shaping.shaped import Columns
-from robsim.servo.shaping.shaping import Shaping
+from robsim.servo.shaping.shaping import Shapeable, Shaping
 from robsim.servo.tasks.follower import Follower
 from robsim.world.scene import Scene
 
@@ -30,6 +33,21 @@ class PathFollower(Follower):
     inverse: Inverse
     shaping: Shaping
 
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of an instant to a program, and return the rows that they write."""
+        deciding = Deciding(self, given)
+        given.program.call(deciding)
+        rows, n = deciding.rows, self.columns.size
+        matrices = deciding.J, rows.task_jacobian
+        qd = self.shaping.stages(given, Shapeable(self.k, n, rows.error, *matrices, rows.qd))
+
+        def decide(blocks: Blocks) -> Decision:
+            decision = deciding.last(blocks)
+            command = decision.command._replace(qd=blocks.get(qd, n))
+            return decision._replace(command=command)
+
+        return replace(rows, qd=qd, decide=decide)
+
     def decide(self, measurement: Measurement) -> Decision:
         """Return the command that takes the frame to where it should be one period later."""
         tree = self.scene.tree
@@ -42,9 +60,7 @@ class PathFollower(Follower):
         error, task_jacobian = s - self.s_goal, self._task_jacobian(J, away)
         V = self._twist(measurement, T) - self._drift(measurement, every)
         qd = self._solved(np.ascontiguousarray(J[: self.k]), V[: self.k])
-        if not self.shaping.idle:
-            qd = self.shaping.shaped(measurement, qd, task_jacobian, error, J)
-        return Decision(Command(s, error, qd, task_jacobian), J, None)
+        return Decision(Command(s, error, qd, task_jacobian), J)
 
     def planned(self, start: Array) -> Any:
         """Return the path from where the frame of each run started (B, 3, 4)."""

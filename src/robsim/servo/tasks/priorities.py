@@ -5,21 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-import numpy as np
-
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, register
-from robsim.servo.basis import Basis
+from robsim.kernels.program import Blocks
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
+from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.inverse import SHARE
 from robsim.servo.laws.law import JointLaw
-from robsim.servo.measurement import Measurement
+from robsim.servo.regulated_stages import joined
 from robsim.servo.servo_controller import Servo
-from robsim.servo.shaping.redundancy import priorities
+from robsim.servo.servo_stages import ServoStages
+from robsim.servo.shaping.redundancy import descent
 from robsim.servo.shaping.shaped import Columns, Shaped
-from robsim.servo.shaping.shaping import Shaping
+from robsim.servo.shaping.shaping import Shapeable, Shaping
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.several import OfTasks, common, union
 from robsim.servo.tasks.task import ServoTask, Task
@@ -93,24 +92,28 @@ class Ordered(Controller):
     parts: tuple[Servo, ...]
     shaping: Shaping
 
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the command in which each task moves within what those before leave free."""
-        each = [part.assess(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
-        states = [one.state for one in each]
-        levels = [(s.task_jacobian_last, -s.times_gain(s.error_last)) for s in states]
-        qd, _ = priorities(levels, self.rcond)
-        s, error, task_jacobian = (
-            np.concatenate(parts)
-            for parts in zip(
-                *((a.features.s, a.error, a.features.task_jacobian) for a in each), strict=True
-            )
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages in which each task moves within what those before leave free."""
+        program, n = given.program, self.columns.size
+        made = [ServoStages(part, given.inside(str(i))) for i, part in enumerate(self.parts)]
+        for each in made:
+            each.assess()
+        sizes = [part.k for part in self.parts]
+        levels = [(one.A, k, one.rate()) for one, k in zip(made, sizes, strict=True)]
+        qd, _ = descent(program, levels, n, self.rcond)
+        error, A = (
+            joined(program, [one.plain[i] for one in made], [k * width for k in sizes])
+            for i, width in ((0, 1), (2, n))
         )
-        J = each[0].features.J
-        if not self.shaping.idle:
-            qd = self.shaping.shaped(measurement, qd, task_jacobian, error, J)
-        return Decision(Command(s, error, qd, task_jacobian), J, each)
+        s, J = joined(program, [one.of.s for one in made], sizes), made[0].of.first
+        qd = self.shaping.stages(given, Shapeable(self.k, n, error, J, A, qd))
 
-    def note(self, measurement: Measurement, basis: list[Basis], qd: Array) -> None:
-        """Let each task remember what was commanded in the end."""
-        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
-            part.note(measurement.inside(str(i)), one, qd)
+        def decide(blocks: Blocks) -> Decision:
+            shapes = (s, self.k), (error, self.k), (qd, n), (A, self.k, n)
+            return Decision(Command(*(blocks.get(*each) for each in shapes)), blocks.get(J, 6, n))
+
+        def note(qd: int) -> None:
+            for one in made:
+                one.note(qd)
+
+        return Commanded(s, error, qd, A, program.rows(), decide, note)

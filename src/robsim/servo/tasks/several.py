@@ -7,11 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any, Self, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
+from robsim.kernels import commanding
+from robsim.kernels.program import Blocks
+from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.measurement import Measurement
+from robsim.servo.given import Commanded, Given
+from robsim.servo.regulated_stages import joined
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Key, Sight
 
@@ -22,17 +25,6 @@ class Several(Controller):
 
     parts: tuple[Controller, ...]
 
-    def note(self, measurement: Measurement, basis: list[Decision], qd: Array) -> None:
-        """Let each task remember what was commanded of its joints in the end."""
-        for i, (part, one) in enumerate(zip(self.parts, basis, strict=True)):
-            part.note(measurement.inside(str(i)), one.basis, qd[self._own(part)])
-
-    def busy(self, measurement: Measurement) -> NDArray[np.bool_]:
-        """Return (B,): in which runs any of the tasks is busy."""
-        each = [part.busy(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
-        found: NDArray[np.bool_] = np.any(each, axis=0)
-        return found
-
     def check_start(self, q0: Array) -> None:
         """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
         for part in self.parts:
@@ -42,15 +34,38 @@ class Several(Controller):
         """Return where the velocities of a part are among all that are commanded."""
         return np.searchsorted(self.columns, part.columns)
 
-    def _all(self, measurement: Measurement) -> tuple[list[Decision], Array, Array, Array]:
-        """Return the decision of each task, and s, error and task Jacobian of all, stacked."""
-        each = [part.decide(measurement.inside(str(i))) for i, part in enumerate(self.parts)]
-        task_jacobian, row = np.zeros((self.k, self.columns.size, measurement.runs)), 0
+    def _parts(self, given: Given) -> list[Commanded]:
+        """Return the rows of each task, with a memory of its own."""
+        return [part.stages(given.inside(str(i))) for i, part in enumerate(self.parts)]
+
+    def _together(self, given: Given, each: list[Commanded], qd: int) -> Commanded:
+        """Return the rows of all tasks, with the velocities that are commanded."""
+        program, width = given.program, self.columns.size
+        sizes = [part.k for part in self.parts]
+        s, error = (
+            joined(program, [getattr(one, name) for one in each], sizes) for name in ("s", "error")
+        )
+        A, at, busy = program.rows(self.k * width), 0, program.rows()
         for part, one in zip(self.parts, each, strict=True):
-            task_jacobian[row : row + part.k, self._own(part)] = one.command.task_jacobian
-            row += part.k
-        s, error = (np.concatenate([getattr(d.command, n) for d in each]) for n in ("s", "error"))
-        return each, s, error, task_jacobian
+            n, own = part.columns.size, self._own(part)
+            row = A + width * at
+            program.add(commanding.widened, one.task_jacobian, part.k, n, row, width, *own)
+            at += part.k
+        program.add(commanding.either, len(each), busy, *(one.busy for one in each))
+
+        def decide(blocks: Blocks) -> Decision:
+            get = blocks.get
+            shapes = (s, self.k), (error, self.k), (qd, width), (A, self.k, width)
+            return Decision(Command(*(get(*shape) for shape in shapes)), each[0].decide(blocks).J)
+
+        def note(qd: int) -> None:
+            for part, one in zip(self.parts, each, strict=True):
+                mine = program.rows(part.columns.size)
+                for i, column in enumerate(self._own(part)):
+                    program.add(commanding.copied, 1, qd + column, mine + i)
+                one.note(mine)
+
+        return Commanded(s, error, qd, A, busy, decide, note)
 
 
 class OfTasks:

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Flag, register
-from robsim.servo.command import Command
-from robsim.servo.controller import Controller, Decision
-from robsim.servo.measurement import Measurement
+from robsim.kernels import commanding
+from robsim.kernels.program import Blocks
+from robsim.servo.controller import Controller
+from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.tasks.conditions import CONDITION, Comparison, Condition
 from robsim.servo.tasks.family import TASKS, TaskChoice
@@ -80,31 +81,36 @@ class Switched(Several):
     when: Condition
     latch: bool
 
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the command of the active scheme; the joints of the other stand still."""
-        each, s, error, task_jacobian = self._all(measurement)
-        second = self._thrown(measurement, each)
-        qd = np.zeros((self.columns.size, measurement.runs))
-        for part, one, turn in zip(self.parts, each, (~second, second), strict=True):
-            qd[self._own(part)] += np.where(turn, one.command.qd, 0.0)
-        return Decision(Command(s, error, qd, task_jacobian), each[0].J, each)
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of both schemes; the joints of the one that waits stand still."""
+        each, program = self._parts(given), given.program
+        qd, second = program.rows(self.columns.size), program.rows()
+        program.call(lambda blocks, step: self._throw(blocks, step, given, each, second))
+        program.add(commanding.cleared, self.columns.size, qd)
+        for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
+            n, own = part.columns.size, self._own(part)
+            program.add(commanding.taken, n, one.qd, second, i, *(qd + own))
+        return self._together(given, each, qd)
 
-    def _thrown(self, measurement: Measurement, each: list[Decision]) -> NDArray[np.bool_]:
-        """Return (B,): which runs use the second scheme."""
+    def _throw(
+        self, blocks: Blocks, step: int, given: Given, each: list[Commanded], second: int
+    ) -> None:
+        """Write in which runs the second scheme commands."""
         seen = [
-            self._comparison(measurement, part, d) for part, d in zip(self.parts, each, strict=True)
+            self._comparison(blocks, given, *pair) for pair in zip(self.parts, each, strict=True)
         ]
-        thrown = _truths(self.when, seen, measurement.runs)
-        if self.latch:
-            thrown = thrown | measurement.memory.get("thrown", False)
-            measurement.memory["thrown"] = thrown
-        return thrown
+        thrown = _truths(self.when, seen, blocks.runs)
+        if self.latch and step > 0:
+            thrown = thrown | (blocks.get(second, 1)[0] > 0.0)
+        blocks.put(second, thrown[None].astype(float))
 
-    def _comparison(self, measurement: Measurement, part: Controller, one: Decision) -> Comparison:
-        seen = (measurement.pixels[sight.key] for sight in part.sights)
-        pixels = np.concatenate([np.empty((0, 2, measurement.runs)), *seen])
-        command = one.command
-        return Comparison(command.s, command.error, command.qd, pixels)
+    def _comparison(
+        self, blocks: Blocks, given: Given, part: Controller, one: Commanded
+    ) -> Comparison:
+        get, k = blocks.get, part.k
+        views = [(given.views[s.key].pixels, len(s.target.marks), 2) for s in part.sights]
+        pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *(get(*view) for view in views)])
+        return Comparison(get(one.s, k), get(one.error, k), get(one.qd, part.columns.size), pixels)
 
 
 def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[np.bool_]:

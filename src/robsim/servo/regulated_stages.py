@@ -1,0 +1,205 @@
+"""The stages of what a task regulates: features, interaction matrix and Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.features.rows import FeatureRows, Seen
+from robsim.kernels import commanding, viewing
+from robsim.kernels.jacobian import Moves
+from robsim.kernels.program import Blocks, Program
+from robsim.robot.placed import Placed, add_jacobian
+from robsim.servo.given import Given, alone, frames
+from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.regulated import Regulated
+from robsim.servo.sight import Key, Sight
+
+
+class RegulatedRows:
+    """The rows of what a task regulates: s, L, J of each camera, and L J."""
+
+    def __init__(self, regulated: Regulated, given: Given) -> None:
+        self.regulated, self.given, self.program = regulated, given, given.program
+        self.twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
+        # of each camera against its target, as it was held over the last period
+        self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
+        self.placed, self.frames = self._world()
+        self.seen = {sight.key: self._seen(sight) for sight in regulated.sights}
+        columns = regulated.columns
+        self.J = {s.key: self.jacobian(s, s.moves(columns)) for s in regulated.sights}
+        self.first = self.J[regulated.sights[0].key]
+        self.shown = [self._shown(part.sights) for part in regulated.parts]
+        pairs = zip(regulated.parts, self.shown, strict=True)
+        each = [part.stages(seen) for part, seen in pairs]
+        self.s = joined(self.program, [rows.s for rows in each], [rows.k for rows in each])
+        self._interactions(each)
+        self.A = self.moved(self.J, regulated.columns.size)
+
+    def jacobian(self, sight: Sight, moves: Moves) -> int:
+        """Return the rows of J (6, n) of a camera against its target, by some velocities."""
+        where = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
+        return add_jacobian(self.program, *where, moves)
+
+    def moved(self, J: dict[Key, int], n: int) -> int:
+        """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
+        regulated, program, k = self.regulated, self.program, self.regulated.k
+        A = program.rows(k * n)
+        if regulated.as_one:
+            first = J[regulated.sights[0].key]
+            program.add(commanding.product, self.L, k, first, n, A)
+            return A
+        row = 0
+        for rows, part in zip(self.each, regulated.parts, strict=True):
+            program.add(commanding.product, rows.L, rows.k, J[part.sights[0].key], n, A + n * row)
+            row += rows.k
+        return A
+
+    def drift(self) -> int:
+        """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
+        columns, own = self.regulated.own_moves
+        rates = self._rates(columns)
+        for sight in self.regulated.sights:
+            J = self.jacobian(sight, own[sight.key])
+            self.program.add(commanding.along, J, 6, columns.size, rates, self.twist[sight.key])
+        return self.moved(self.twist, 1)
+
+    def _rates(self, columns: NDArray[np.int64]) -> int:
+        """Return the rows of prescribed velocities, as the controller believes them."""
+        scene, given = self.regulated.sights[0].scene, self.given
+        rows = self.program.constant(scene.drift(0.0)[columns])
+        if any(callable(motion.rates) for motion in scene.motions):
+
+            def ask(blocks: Blocks, step: int) -> None:
+                rates = scene.drift(step * given.seconds)[columns, None]
+                blocks.put(rows, np.repeat(rates, blocks.runs, axis=1))
+
+            self.program.call(ask)
+        return rows
+
+    def _world(self) -> tuple[Placed, dict[Key, tuple[int, int]]]:
+        """Return the bodies, and the poses of cameras and targets, where they are believed."""
+        given, sights = self.given, self.regulated.sights
+        if given.placed is not None and self.regulated.exact:
+            views = {key: (view.T_w_c, view.T_w_o) for key, view in given.views.items()}
+            return given.placed, views
+        tree = sights[0].scene.tree
+        placed = Placed(self.program, tree.joints, given.q, tree.nq)
+        if tree.own:
+            self.program.call(lambda blocks, step: placed.prepare(tree.own, blocks))
+        placed.add()
+        return placed, {sight.key: frames(placed, sight) for sight in sights}
+
+    def _seen(self, sight: Sight) -> Seen:
+        """Return the rows of what the controller knows of the marks of a target."""
+        program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
+        camera, points = program.constant(sight.numbers), program.rows(2 * N)
+        T_c_o = program.rows(12)
+        program.add(viewing.relative, *self.frames[sight.key], T_c_o)
+        bends = bool(sight.eye.camera.lens.any())
+        program.add(viewing.normalise, camera, N, view.pixels, points, bends)
+        model, depth = program.constant(sight.target.marks), self._depth(sight, view.depth, points)
+        return Seen(program, N, view.pixels, points, depth, camera, model, T_c_o)
+
+    def _depth(self, sight: Sight, true: int, points: int) -> int:
+        """Return the rows of the depths that go into L."""
+        depths, program, N = self.regulated.depths, self.program, len(sight.target.marks)
+        if not depths.measured:
+            return program.constant(depths.at_goal(self.regulated.goals[sight.key].depth_last))
+        if isinstance(depths.which, DepthFilter):
+            twist = self.seen_twist[sight.key]
+            true = depths.which.stages(self.given, N, points, twist, sight.eye.camera.K)
+        found = program.rows(N)
+        scale = program.constant(depths.factors(N))
+        program.add(commanding.weigh, true, N, 1, scale, found)
+        return found
+
+    def _shown(self, sights: tuple[Sight, ...]) -> Seen:
+        """Return the rows that a feature is shown: what a camera sees, or a pair of them."""
+        seen, *others = (self.seen[sight.key] for sight in sights)
+        if not others:
+            return seen
+        between = self.program.rows(12)
+        poses = (self.frames[sight.key][0] for sight in sights)
+        self.program.add(viewing.relative, *poses, between)
+        return replace(seen, other=others[0], between=between)
+
+    def _interactions(self, each: list[FeatureRows]) -> None:
+        """Add the stages of L of each block, and of that for the twist of the first camera."""
+        which, program = self.regulated.which, self.program
+        if isinstance(which, np.ndarray):  # all cameras move as one
+            self.L, self.each = program.constant(which), []
+            return
+        self.each = [self._chosen(i, rows) for i, rows in enumerate(each)]
+        firsts = [self._to_first(i, rows) for i, rows in enumerate(self.each)]
+        self.L = joined(program, firsts, [6 * rows.k for rows in self.each])
+
+    def _chosen(self, i: int, rows: FeatureRows) -> FeatureRows:
+        """Return the rows with L now, at the goal, or the mean of both."""
+        which, program = self.regulated.which, self.program
+        if which == "current":
+            return rows
+        goal = program.constant(self.regulated.L_goals[i])
+        if which == "desired":
+            return rows._replace(L=goal)
+        program.add(commanding.mean, 6 * rows.k, rows.L, goal)
+        return rows
+
+    def _to_first(self, i: int, rows: FeatureRows) -> int:
+        """Return the rows of L for the twist of the first camera."""
+        A = self.regulated.adjoints[i]
+        if A is None:
+            return rows.L
+        L = self.program.rows(6 * rows.k)
+        self.program.add(commanding.to_first, rows.L, rows.k, self.program.constant(A), L)
+        return L
+
+    def hidden(self) -> int:
+        """Return the rows (k,) that say which numbers depend on hidden marks, if not all do.
+
+        These are found by hiding the marks: what becomes NaN depends on them.
+        """
+        row = self.program.rows(self.regulated.k)
+        self.program.call(lambda blocks, step: blocks.put(row, self._lost(blocks)))
+        return row
+
+    def _lost(self, blocks: Blocks) -> Array:
+        if not blocks.hidden:
+            return np.zeros((self.regulated.k, blocks.runs))
+        found = []
+        for part, seen in zip(self.regulated.parts, self.shown, strict=True):
+            hidden = [blocks.hidden[sight.key] for sight in part.sights]
+            found.append(part.lost(part.observation(seen, blocks).blind(hidden)))
+        return np.concatenate(found).astype(float)
+
+
+def regulated_at(regulated: Regulated, q: Array) -> tuple[Array, Array, Array]:
+    """Return s (k, B), L (k, 6, B) and L J (k, n, B) at q (nq, B), as perfect sensors give them."""
+    program, sights = Program(), regulated.sights
+    given = alone(program, sights, len(q), 1.0)
+    rows = RegulatedRows(regulated, given)
+    blocks = Blocks(program, np.zeros(q.shape[1], dtype=np.int64))
+    blocks.put(given.q, q)
+    for sight in sights:
+        seen, view = sight.project(q), given.views[sight.key]
+        blocks.put(view.pixels, seen.pixels)
+        blocks.put(view.depth, seen.depth)
+    for part in program.segments():
+        part(blocks, 0)
+    k, n = regulated.k, regulated.columns.size
+    return blocks.get(rows.s, k), blocks.get(rows.L, k, 6), blocks.get(rows.A, k, n)
+
+
+def joined(program: Program, firsts: Sequence[int], sizes: Sequence[int]) -> int:
+    """Return the first of rows that follow one another, copied if there are several parts."""
+    if len(firsts) == 1:
+        return firsts[0]
+    found = at = program.rows(sum(sizes))
+    for first, size in zip(firsts, sizes, strict=True):
+        program.add(commanding.copied, size, first, at)
+        at += size
+    return found
