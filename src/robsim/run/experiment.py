@@ -213,7 +213,7 @@ class Experiment(Setup):
         """Return what a loop of this experiment has recorded."""
         from robsim.run.result import dataset
 
-        return dataset(loop, self.scene, self.task, self.origin)
+        return dataset(loop, self.scene, self.task, lambda: self.origin)
 
     @cached_property
     def origin(self) -> dict[str, str]:
