@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
@@ -116,15 +117,14 @@ class ServoTask(Shaped):
                     getattr(c.facts["scene"], find)(None)
         return c
 
-    @property
+    @cached_property
     def blocks(self) -> tuple[FeatureBlock, ...]:
         """The feature blocks of the task."""
         return blocks_of(self.features)
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that move a camera of the task relative to its target."""
-        found = [s.columns for each in self.sights(scene) for s in each]
-        return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
+        return self._moving(scene, self.sights(scene))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
         """Return the controller of the task in a scene, with every name and the goal checked.
@@ -132,8 +132,8 @@ class ServoTask(Shaped):
         RankWarning: the features do not fix every motion that the joints can make.
         """
         shared = columns is not None
-        columns = self.columns(scene) if columns is None else columns
         sights = self.sights(scene)
+        columns = self._moving(scene, sights) if columns is None else columns
         regulated, truths = self.regulated(sights, columns), each_once(sights)
         if self.own_law:
             check_own_law(type(self).__name__, self.inverse, self.feed_forward, self.interaction)
@@ -165,6 +165,11 @@ class ServoTask(Shaped):
             warn_of_rank(controller)
             self.warn_of_wheels(controller)
         return controller
+
+    def _moving(self, scene: Scene, sights: Found) -> Columns:
+        """Return the velocities that move one of these cameras relative to its target."""
+        found = [sight.columns for each in sights for sight in each]
+        return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
 
     def sights(self, scene: Scene) -> Found:
         """Return the true sights of each feature block."""
