@@ -13,10 +13,10 @@ from typing import Any
 def caught(stop: Callable[[], object]) -> Iterator[None]:
     """Call `stop` at each Ctrl-C within a `with` block, which raises no KeyboardInterrupt then.
 
-    Nothing changes where none would be raised: in other threads, and where Ctrl-C is ignored or
-    does something else.
+    Nothing changes where none would be raised: in other threads than the main one, and where
+    Ctrl-C is ignored or somebody else's.
     """
-    if not raises():
+    if _handler() is not signal.default_int_handler:
         yield
         return
     signal.signal(signal.SIGINT, lambda *given: stop())
@@ -26,18 +26,16 @@ def caught(stop: Callable[[], object]) -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def raises() -> bool:
-    """Return whether Ctrl-C raises KeyboardInterrupt in this thread, as it usually does."""
-    return _in_main() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+def is_others() -> bool:
+    """Return whether Ctrl-C calls a function in this thread that raises who knows what."""
+    handler = _handler()
+    return callable(handler) and handler is not signal.default_int_handler
 
 
-def is_own() -> bool:
-    """Return whether Ctrl-C calls a function of somebody's own in this thread."""
-    return _in_main() and callable(signal.getsignal(signal.SIGINT)) and not raises()
-
-
-def _in_main() -> bool:
-    return threading.current_thread() is threading.main_thread()
+def _handler() -> Any:
+    """Return what Ctrl-C does in this thread; None if nothing."""
+    in_main = threading.current_thread() is threading.main_thread()
+    return signal.getsignal(signal.SIGINT) if in_main else None
 
 
 @contextmanager

@@ -39,7 +39,7 @@ OnStep = Callable[[Snapshot, Decision], None]  # called after every step
 
 def worth_compiling(runs: int, steps: float) -> bool:
     """Return whether to use the compiled loop, which gives the same bits and may save time."""
-    there = getattr(kernels.stride, "signatures", ()) or not is_cold("loop.stride")
+    there = getattr(kernels.stride, "overloads", ()) or not is_cold("loop.stride")
     return bool(there) or runs * steps >= LEAST_STEPS
 
 

@@ -29,7 +29,7 @@ def advance(loop: Loop, threads: int | None, chunk: int, progress: Progress | No
     runs = len(loop.q0)
     chunk = min(chunk, math.ceil(runs / threads))
     short = chunk == runs and runs * loop.steps <= SHORT and progress is None
-    if short and not interrupt.is_own():
+    if short and not interrupt.is_others():
         return _alone(loop)
     chunks = [np.arange(i, min(i + chunk, runs)) for i in range(0, runs, chunk)]
     return _work(loop, threads, chunks, progress)
