@@ -1,8 +1,9 @@
-"""Values that hold arrays: equal when all their fields are equal, and hashable."""
+"""Values that hold arrays: equal when all their fields are, hashable, and which never change."""
 
 from __future__ import annotations
 
-from dataclasses import fields
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -44,3 +45,26 @@ def hashable(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.shape, (value + 0.0).tobytes()  # -0.0 equals 0.0, and so do their bytes then
     return value
+
+
+def unchanging(value: Any) -> bool:
+    """Return whether nobody can change a value: numbers, texts, read-only arrays, and ours of them.
+
+    What a user's class holds is not known, whatever it says.
+    """
+    if value is None or isinstance(value, str | int | float):
+        return True
+    if isinstance(value, np.ndarray):
+        return not value.flags.writeable
+    if isinstance(value, tuple):
+        return all(map(unchanging, value))
+    names = _names(value) if type(value).__module__.startswith("robsim.") else None
+    return names is not None and all(unchanging(getattr(value, name)) for name in names)
+
+
+def _names(value: Any) -> Sequence[str] | None:
+    """Return the names of what a frozen dataclass holds, or of slots; None of anything else."""
+    if not is_dataclass(value):
+        return getattr(type(value), "__slots__", None)
+    frozen = type(value).__dataclass_params__.frozen  # type: ignore[attr-defined]
+    return [each.name for each in fields(value)] if frozen else None

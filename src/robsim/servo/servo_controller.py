@@ -157,7 +157,7 @@ class Servo(Controller):
     def _is_weighted(self) -> bool:
         return bool((self._weights != 1.0).any())
 
-    @property
+    @cached_property
     def compiled(self) -> Scheme | None:
         """The scheme for the compiled loop, if all is built in and the belief is the truth."""
         kinds: dict[type[Any], bool] = {Points: False, PixelPoints: True}

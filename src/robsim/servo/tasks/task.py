@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from robsim.base.arrays import frozen
+from robsim.base.values import unchanging
 from robsim.declare import Number, described
 from robsim.declare.spec import Context
 from robsim.features import Points
@@ -126,12 +127,39 @@ class ServoTask(Shaped):
         """Return the velocities that move a camera of the task relative to its target."""
         return self._moving(scene, self.sights(scene))
 
+    def _moving(self, scene: Scene, sights: Found) -> Columns:
+        """Return the velocities that move one of these cameras relative to its target."""
+        found = [sight.columns for each in sights for sight in each]
+        return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
+
     def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
         """Return the controller of the task in a scene, with every name and the goal checked.
 
         RankWarning: the features do not fix every motion that the joints can make.
         """
-        shared = columns is not None
+        if columns is not None:
+            return self._controller(scene, columns)
+        controller = self._own_controller(scene)
+        if self.secondary is None:
+            warn_of_rank(controller)
+            self.warn_of_wheels(controller)
+        return controller
+
+    def _own_controller(self, scene: Scene) -> Servo:
+        """Return the controller in a scene; the last one again where nothing in it can change."""
+        last = vars(self).get("_last")
+        if last is None or last.scene is not scene:
+            last = self._controller(scene, None)
+            if scene.tree.compiled and self._unchanging:
+                vars(self)["_last"] = last
+        return last
+
+    @cached_property
+    def _unchanging(self) -> bool:
+        return unchanging(self)
+
+    def _controller(self, scene: Scene, columns: Columns | None) -> Servo:
+        """Return the controller in a scene, of these or of all velocities that it can command."""
         sights = self.sights(scene)
         columns = self._moving(scene, sights) if columns is None else columns
         regulated, truths = self.regulated(sights, columns), each_once(sights)
@@ -141,7 +169,7 @@ class ServoTask(Shaped):
         s_goal = regulated.s_goal
         check_goal(self.goal, self.depth, self.interaction, regulated)
         own = regulated.tolerances
-        controller = Servo(
+        return Servo(
             scene,
             truths[0].eye.name,
             truths,
@@ -161,15 +189,6 @@ class ServoTask(Shaped):
             self.interaction if isinstance(self.interaction, Broyden) else None,
             self.shaping(scene, columns),
         )
-        if not shared and self.secondary is None:
-            warn_of_rank(controller)
-            self.warn_of_wheels(controller)
-        return controller
-
-    def _moving(self, scene: Scene, sights: Found) -> Columns:
-        """Return the velocities that move one of these cameras relative to its target."""
-        found = [sight.columns for each in sights for sight in each]
-        return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
 
     def sights(self, scene: Scene) -> Found:
         """Return the true sights of each feature block."""
