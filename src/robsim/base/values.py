@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,11 @@ class Value:
 
     def __hash__(self) -> int:
         return hash(self._key())
+
+    @cached_property
+    def holds_still(self) -> bool:
+        """Whether nobody can change it, as none of it is of a user's class."""
+        return _ours_holds_still(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
@@ -48,9 +53,12 @@ def hashable(value: Any) -> Any:
 
 
 def unchanging(value: Any) -> bool:
-    """Return whether nobody can change a value: numbers, texts, read-only arrays, and ours of them.
+    """Return whether nobody can change a value: numbers, texts, read-only arrays, ours of these.
 
     What a user's class holds is not known, whatever it says.
+
+    >>> unchanging((1.0, "a", None)), unchanging(np.zeros(2)), unchanging([1.0])
+    (True, False, False)
     """
     if value is None or isinstance(value, str | int | float):
         return True
@@ -58,13 +66,14 @@ def unchanging(value: Any) -> bool:
         return not value.flags.writeable
     if isinstance(value, tuple):
         return all(map(unchanging, value))
-    names = _names(value) if type(value).__module__.startswith("robsim.") else None
+    return value.holds_still if isinstance(value, Value) else _ours_holds_still(value)
+
+
+def _ours_holds_still(value: Any) -> bool:
+    """Return whether a value of ours, frozen or with slots, holds nothing that may change."""
+    kind: Any = type(value)
+    params = getattr(kind, "__dataclass_params__", None)
+    if not kind.__module__.startswith("robsim.") or (params and not params.frozen):
+        return False
+    names = [f.name for f in fields(kind)] if params else getattr(kind, "__slots__", None)
     return names is not None and all(unchanging(getattr(value, name)) for name in names)
-
-
-def _names(value: Any) -> Sequence[str] | None:
-    """Return the names of what a frozen dataclass holds, or of slots; None of anything else."""
-    if not is_dataclass(value):
-        return getattr(type(value), "__slots__", None)
-    frozen = type(value).__dataclass_params__.frozen  # type: ignore[attr-defined]
-    return [each.name for each in fields(value)] if frozen else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from threading import RLock
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import xarray as xr
 
@@ -21,9 +21,7 @@ class Deferred(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's __in
     __slots__ = ("_lock", "_makers")
 
     @classmethod
-    def of(
-        cls, dataset: Callable[[], xr.Dataset], attrs: Callable[[], Mapping[str, Any]]
-    ) -> Self:
+    def of(cls, dataset: Callable[[], xr.Dataset], attrs: Callable[[], Mapping[str, Any]]) -> Self:
         """Return a Dataset with the variables of `dataset()` and the attributes `attrs()`.
 
         Each is called once, by the first thread that needs it; once more only if it raised.
@@ -45,7 +43,7 @@ class Deferred(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's __in
 
     def __getstate__(self) -> Any:
         """Return what is pickled, all of which is made by then."""
-        _, slots = super().__getstate__()  # type: ignore[misc]
+        _, slots = cast("tuple[None, dict[str, Any]]", super().__getstate__())
         return None, {name: slots[name] for name in slots if name not in Deferred.__slots__}
 
     def _make(self, what: str) -> None:

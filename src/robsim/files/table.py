@@ -19,7 +19,7 @@ ROWS = {"steps": ("run", "time"), "runs": ("run",)}
 SAME = ("s_goal", "pixels_goal")  # in all runs
 
 
-class Run(Deferred):
+class Run(Deferred):  # type: ignore[no-untyped-call]  # of xarray's __init_subclass__
     """A Dataset as `simulate` returns it, whose `to_dataframe` is `table`.
 
     That of xarray makes a row for every combination of all dimensions: instants times coordinates

@@ -71,16 +71,14 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(
-    loop: Loop, scene: Scene, task: Task, origin: Callable[[], Mapping[str, str]]
-) -> Run:
-    """Return the record of a finished or stopped simulation as a Dataset, made when it is read.
+def dataset(loop: Loop, scene: Scene, task: Task, origin: Callable[[], Mapping[str, str]]) -> Run:
+    """Return the record of a finished or stopped simulation, made into a Dataset when it is read.
 
-    `origin` returns of what experiment it is a run, by what nobody can change any more. What a
-    user's objects say of themselves is asked now: they may change.
+    `origin` says of what experiment it is a run. What a user's objects say of themselves is asked
+    now, because they may change.
     """
     said = _provenance(loop, scene, task)
-    return Run.of(lambda: _record(loop, scene), lambda: said | origin())
+    return Run.of(lambda: _record(loop, scene), lambda: {**said, **origin()})
 
 
 def _record(loop: Loop, scene: Scene) -> xr.Dataset:

@@ -9,7 +9,6 @@ from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from robsim.base.arrays import frozen
-from robsim.base.values import unchanging
 from robsim.declare import Number, described
 from robsim.declare.spec import Context
 from robsim.features import Points
@@ -150,13 +149,9 @@ class ServoTask(Shaped):
         last = vars(self).get("_last")
         if last is None or last.scene is not scene:
             last = self._controller(scene, None)
-            if scene.tree.compiled and self._unchanging:
+            if scene.tree.compiled and self.holds_still:
                 vars(self)["_last"] = last
         return last
-
-    @cached_property
-    def _unchanging(self) -> bool:
-        return unchanging(self)
 
     def _controller(self, scene: Scene, columns: Columns | None) -> Servo:
         """Return the controller in a scene, of these or of all velocities that it can command."""
