@@ -15,7 +15,7 @@ from robsim.base.errors import InputError
 from robsim.base.threads import processors
 from robsim.run.loop import Loop
 
-SHORT = 2000  # steps of runs that take about as long as to start a thread, or at most some 0.2 s
+SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of those in Python
 
 Progress = Callable[[float], None]
 

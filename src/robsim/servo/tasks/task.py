@@ -124,11 +124,7 @@ class ServoTask(Shaped):
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that move a camera of the task relative to its target."""
-        return self._moving(scene, self.sights(scene))
-
-    def _moving(self, scene: Scene, sights: Found) -> Columns:
-        """Return the velocities that move one of these cameras relative to its target."""
-        found = [sight.columns for each in sights for sight in each]
+        found = [s.columns for each in self.sights(scene) for s in each]
         return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
@@ -148,15 +144,14 @@ class ServoTask(Shaped):
         """Return the controller in a scene; the last one again where nothing in it can change."""
         last = vars(self).get("_last")
         if last is None or last.scene is not scene:
-            last = self._controller(scene, None)
+            last = self._controller(scene, self.columns(scene))
             if scene.tree.compiled and self.holds_still:
                 vars(self)["_last"] = last
         return last
 
-    def _controller(self, scene: Scene, columns: Columns | None) -> Servo:
-        """Return the controller in a scene, of these or of all velocities that it can command."""
+    def _controller(self, scene: Scene, columns: Columns) -> Servo:
+        """Return the controller of these velocities in a scene."""
         sights = self.sights(scene)
-        columns = self._moving(scene, sights) if columns is None else columns
         regulated, truths = self.regulated(sights, columns), each_once(sights)
         if self.own_law:
             check_own_law(type(self).__name__, self.inverse, self.feed_forward, self.interaction)
