@@ -181,8 +181,12 @@ class ServoTask(Shaped):
         )
 
     def sights(self, scene: Scene) -> Found:
-        """Return the true sights of each feature block."""
-        return sights_of(self.blocks, self.camera, self.target, scene)
+        """Return the true sights of each feature block; those of the last scene are kept."""
+        last: Found | None = vars(self).get("_sights")
+        if last is None or last[0][0].scene is not scene:
+            last = sights_of(self.blocks, self.camera, self.target, scene)
+            vars(self)["_sights"] = last
+        return last
 
     def regulated(self, sights: Found, columns: Columns) -> Regulated:
         """Return what the task regulates with its true sights; InputError if it cannot."""
