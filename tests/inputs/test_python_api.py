@@ -989,6 +989,67 @@ def test_ctrl_c_reaches_a_run_without_a_progress_function():
     assert outcome(error.value.run) == Outcome.RUNNING
 
 
+class Interrupting:
+    """A law during whose third step Ctrl-C comes some times."""
+
+    def __init__(self, times=1):
+        self.steps, self.times, self.thread = 0, times, None
+
+    def command(self, state):
+        self.steps, self.thread = self.steps + 1, threading.current_thread()
+        for _ in range(self.times if self.steps == 3 else 0):
+            signal.raise_signal(signal.SIGINT)
+        return -0.1 * state.error[:, :6]
+
+
+def test_ctrl_c_ends_a_short_run_in_the_calling_thread_after_its_step():
+    law = Interrupting()
+    with pytest.raises(rs.Interrupted) as error:
+        simulate(task={"law": law})
+    run = error.value.run
+    assert law.thread is threading.main_thread() and law.steps == 3
+    assert outcome(run) == Outcome.RUNNING and run.sizes["time"] == 3
+    assert np.isfinite(run.q).all() and float(run.end_time) == 2 * 0.04
+    whole = simulate(task={"law": Interrupting(times=0)})
+    np.testing.assert_array_equal(run.q, whole.q[:3])
+
+
+def test_a_second_ctrl_c_in_one_step_is_not_waited_for():
+    with pytest.raises(KeyboardInterrupt):
+        simulate(task={"law": Interrupting(times=2)})
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_what_somebody_else_does_at_ctrl_c_is_still_done():
+    came, law = [], Interrupting(times=0)
+    signal.signal(signal.SIGINT, lambda *given: came.append(1))
+    whole = simulate(task={"law": law})
+    assert law.thread is not threading.main_thread()  # which is to run their function
+    assert simulate(task={"law": Interrupting()}).equals(whole) and came == [1]
+
+
+def test_a_short_run_in_another_thread_is_the_same():
+    runs = []
+    law = Interrupting(times=0)
+    thread = threading.Thread(target=lambda: runs.append(simulate(task={"law": law})))
+    thread.start()
+    thread.join()
+    assert law.thread is thread
+    assert runs[0].identical(simulate(task={"law": law}))
+
+
+def test_a_short_run_warns_as_a_long_one_whatever_numpy_was_told():
+    class Rough(Interrupting):
+        def command(self, state):
+            return super().command(state) + 0.0 * np.log(np.zeros(6)).clip(-1, 1)
+
+    with np.errstate(divide="ignore"), pytest.warns(RuntimeWarning, match="divide by zero"):
+        short = simulate(task={"law": Rough(times=0)})
+    with np.errstate(divide="raise"), pytest.warns(RuntimeWarning, match="divide by zero"):
+        in_pool = simulate(task={"law": Rough(times=0)}, progress=lambda share: None)
+    np.testing.assert_array_equal(short.q, in_pool.q)
+
+
 # ---- what would reach NumPy or Python unchecked ----
 
 

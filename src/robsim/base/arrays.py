@@ -10,6 +10,7 @@ from robsim.base.errors import InputError
 
 Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
+EXACT = 2**53  # whole numbers below it are floats, too
 
 
 def numbers(
@@ -20,6 +21,8 @@ def numbers(
     InputError names `what` if it is not numeric, not finite, or of another shape. With `gaps`,
     NaN may stand for what is not there.
     """
+    if type(value) is float and math.isfinite(value) and not shape:
+        return np.array(value)  # as below, without the time that it takes
     wanted = "(..., " + ", ".join(map(str, shape)) + ")"
     try:
         given = np.asarray(value)
@@ -34,7 +37,9 @@ def numbers(
         isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
     ):
         raise InputError(f"{what}: expected shape {wanted}, got {array.shape}")
-    finite = np.isfinite(array) | (np.isnan(array) if gaps else False)
+    finite = np.isfinite(array)
+    if gaps:
+        finite |= np.isnan(array)
     if not finite.all():
         where = tuple(int(i) for i in np.argwhere(~finite)[0])
         place = f" at index {where}" if where else ""
@@ -131,6 +136,8 @@ def not_negative(value: Any, what: str) -> float:
 
 def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
     """Return a whole number of at least `low`, or raise an InputError that names `what`."""
+    if type(value) is int and low <= value < (EXACT if below is None else min(below, EXACT)):
+        return value  # as below, without the time that it takes
     number = numbers(value, what, ())
     if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
         raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")

@@ -1,8 +1,9 @@
-"""Values that hold arrays: equal when all their fields are equal, and hashable."""
+"""Values that hold arrays: equal when all their fields are, hashable, and which never change."""
 
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,11 @@ class Value:
 
     def __hash__(self) -> int:
         return hash(self._key())
+
+    @cached_property
+    def holds_still(self) -> bool:
+        """Whether nobody can change it, as none of it is of a user's class."""
+        return _ours_holds_still(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
@@ -44,3 +50,30 @@ def hashable(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.shape, (value + 0.0).tobytes()  # -0.0 equals 0.0, and so do their bytes then
     return value
+
+
+def unchanging(value: Any) -> bool:
+    """Return whether nobody can change a value: numbers, texts, read-only arrays, ours of these.
+
+    What a user's class holds is not known, whatever it says.
+
+    >>> unchanging((1.0, "a", None)), unchanging(np.zeros(2)), unchanging([1.0])
+    (True, False, False)
+    """
+    if value is None or isinstance(value, str | int | float):
+        return True
+    if isinstance(value, np.ndarray):
+        return not value.flags.writeable
+    if isinstance(value, tuple):
+        return all(map(unchanging, value))
+    return value.holds_still if isinstance(value, Value) else _ours_holds_still(value)
+
+
+def _ours_holds_still(value: Any) -> bool:
+    """Return whether a value of ours, frozen or with slots, holds nothing that may change."""
+    kind: Any = type(value)
+    params = getattr(kind, "__dataclass_params__", None)
+    if not kind.__module__.startswith("robsim.") or (params and not params.frozen):
+        return False
+    names = [f.name for f in fields(kind)] if params else getattr(kind, "__slots__", None)
+    return names is not None and all(unchanging(getattr(value, name)) for name in names)

@@ -61,8 +61,9 @@ class Choice(Spec):
             if value in self._known(value) or value in self.family.kinds:
                 return self.family.find(value)()
         elif not isinstance(value, type):
-            own = self.protocol is not None and isinstance(value, self.protocol)
-            if own or self.family.holds(value):
+            if self.family.holds(value):
+                return value
+            if self.protocol is not None and isinstance(value, self.protocol):
                 return value
             if self.other is not None and value is not None:
                 return self.other.check(value, what)

@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError, suggest
+from robsim.files.deferred import Deferred
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,12 +19,12 @@ ROWS = {"steps": ("run", "time"), "runs": ("run",)}
 SAME = ("s_goal", "pixels_goal")  # in all runs
 
 
-class Run(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's __init_subclass__
+class Run(Deferred):  # type: ignore[no-untyped-call]  # of xarray's __init_subclass__
     """A Dataset as `simulate` returns it, whose `to_dataframe` is `table`.
 
     That of xarray makes a row for every combination of all dimensions: instants times coordinates
     times features times marks and so on, 77 million rows for the demo. It is still there for who
-    names the order of the dimensions. All else is that of a Dataset.
+    names the order of the dimensions. All else is that of a Dataset, made when it is first read.
     """
 
     __slots__ = ()

@@ -67,22 +67,22 @@ class Kinematics(Value):
         """The same limits (nq, 2), read-only."""
         return ranges(self.links)
 
-    @property
+    @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
         """The name of each coordinate: the link's, with ".x" and so on if there are several."""
         return coordinate_names(self.links)
 
-    @property
+    @cached_property
     def coordinate_units(self) -> tuple[str, ...]:
         """The unit of each coordinate: "rad", "m" or "1"."""
         return units_of([link.joint for link in self.links])
 
-    @property
+    @cached_property
     def velocity_names(self) -> tuple[str, ...]:
         """The name of each velocity."""
         return velocity_names(self.links)
 
-    @property
+    @cached_property
     def velocity_units(self) -> tuple[str, ...]:
         """The unit of each velocity: "rad/s" or "m/s"."""
         return tuple(unit for link in self.links for unit in link.joint.parts.rates)

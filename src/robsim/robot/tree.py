@@ -179,7 +179,9 @@ class Tree:
         """Return the moves of some velocities (default: all) with their signs, for the kernels."""
         if columns is None:
             columns = integers(np.arange(self.nv))
-        chosen = np.isin(self.velocity, columns)
+        wanted = np.zeros(self.nv, dtype=np.bool_)
+        wanted[columns] = True
+        chosen = wanted[self.velocity]
         rows = self.moved[chosen]
         rows[:, 0] = np.searchsorted(columns, rows[:, 0])
         return jacobians.Moves(columns, frozen(rows), frozen(sign[chosen]))

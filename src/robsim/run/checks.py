@@ -9,7 +9,7 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare.spec import with_article
 from robsim.run.record import LONGEST
-from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
 T = TypeVar("T")
@@ -24,6 +24,8 @@ def of_kind(value: Any, kind: type[T], what: str) -> T:
 
 def a_task(value: Any, kinds: Any = Task) -> Any:
     """Return a task; InputError for anything else, also for the class of a task."""
+    if isinstance(value, ServoTask):  # to search a protocol takes longer
+        return value
     if isinstance(value, type) or not isinstance(value, kinds):
         raise InputError(f"task: expected a task such as IBVS(...), got {value!r:.80}")
     return value

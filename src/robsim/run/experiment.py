@@ -14,6 +14,7 @@ import numpy as np
 
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
 from robsim.base.interrupt import undisturbed
+from robsim.base.values import unchanging
 from robsim.declare.problems import shown
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, read_text, write
@@ -213,7 +214,10 @@ class Experiment(Setup):
         """Return what a loop of this experiment has recorded."""
         from robsim.run.result import dataset
 
-        return dataset(loop, self.scene, self.task, self.origin)
+        parts = self.task, self.sensing, self.actuation
+        if not (self.scene.tree.compiled and all(map(unchanging, parts))):
+            _ = self.origin  # written now: later a user's object may be another
+        return dataset(loop, self.scene, self.task, lambda: self.origin)
 
     @cached_property
     def origin(self) -> dict[str, str]:

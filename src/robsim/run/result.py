@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
+import xarray as xr
 
 from robsim.base.arrays import Array
 from robsim.files.table import Run
@@ -67,11 +68,18 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: Task, origin: Mapping[str, str]) -> Run:
-    """Return the record of a finished or stopped simulation as a Dataset.
+def dataset(loop: Loop, scene: Scene, task: Task, origin: Callable[[], Mapping[str, str]]) -> Run:
+    """Return the record of a finished or stopped simulation, made into a Dataset when it is read.
 
-    `origin` says of what experiment it is a run.
+    `origin` says of what experiment it is a run. What a user's objects say of themselves is asked
+    now, because they may change.
     """
+    said = _provenance(loop, scene, task)
+    return Run.of(lambda: _record(loop, scene), lambda: {**said, **origin()})
+
+
+def _record(loop: Loop, scene: Scene) -> xr.Dataset:
+    """Return the variables of a simulation."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
     tall = ["run", "time"]
@@ -90,10 +98,9 @@ def dataset(loop: Loop, scene: Scene, task: Task, origin: Mapping[str, str]) -> 
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
         del coordinates["time"]
-    return Run(
+    return xr.Dataset(
         {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
         {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
-        _provenance(loop, scene, task, origin),
     )
 
 
@@ -187,8 +194,8 @@ def _coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
     }
 
 
-def _provenance(loop: Loop, scene: Scene, task: Task, origin: Mapping[str, str]) -> dict[str, Any]:
-    """Return the attributes that say which version computed the run, and from what."""
+def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
+    """Return the attributes that say which version computed the run, and how."""
     return {
         "title": "RobSim run",
         "robsim": VERSION,
@@ -208,7 +215,6 @@ def _provenance(loop: Loop, scene: Scene, task: Task, origin: Mapping[str, str])
         "sensing": repr(loop.sensing),
         "actuation": repr(loop.actuation),
         "single": int(loop.single),
-        **origin,
     }
 
 

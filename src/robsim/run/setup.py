@@ -19,7 +19,7 @@ from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
-_PERFECT, _EXACT = Sensing(), Actuation()
+PERFECT, EXACT = Sensing(), Actuation()
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +30,8 @@ class Setup(Value):
     task: Any
     start: Any = None
     _: KW_ONLY
-    sensing: Sensing = _PERFECT
-    actuation: Actuation = _EXACT
+    sensing: Sensing = PERFECT
+    actuation: Actuation = EXACT
     dt: float = 0.04
     duration: float = 10.0
     seed: int = 0

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from robsim.run.checks import a_task, of_kind, starts
 from robsim.run.experiment import Experiment
 from robsim.run.record import Record
+from robsim.run.setup import EXACT, PERFECT
 from robsim.run.workers import Progress
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
@@ -63,8 +64,8 @@ def simulate(
         of_kind(scene, Scene, "scene"),
         a_task(task),
         None if q0 is None else starts(scene, q0, "q0"),
-        sensing=Sensing() if sensing is None else sensing,
-        actuation=Actuation() if actuation is None else actuation,
+        sensing=PERFECT if sensing is None else sensing,
+        actuation=EXACT if actuation is None else actuation,
         dt=dt,
         duration=duration,
         seed=seed,

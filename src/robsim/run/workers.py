@@ -1,4 +1,4 @@
-"""Threads that take chunks of runs while the main one waits for Ctrl-C."""
+"""Threads that take chunks of runs while the main one waits for Ctrl-C; short work needs none."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 
 import numpy as np
+from numpy.typing import NDArray
 
+from robsim.base import interrupt
 from robsim.base.arrays import Array, whole
 from robsim.base.errors import InputError
 from robsim.base.threads import processors
 from robsim.run.loop import Loop
+
+SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of those in Python
 
 Progress = Callable[[float], None]
 
@@ -23,13 +27,35 @@ def advance(loop: Loop, threads: int | None, chunk: int, progress: Progress | No
     threads = whole(processors() if threads is None else threads, "threads", 1, 1025)
     loop.controller.check_start(loop.q0)
     loop.sequence  # noqa: B018 made once, before threads share it
-    return _work(loop, threads, chunk, progress)
+    runs = len(loop.q0)
+    chunk = min(chunk, math.ceil(runs / threads))
+    short = chunk == runs and runs * loop.steps <= SHORT and progress is None
+    if short and not interrupt.is_others():
+        return _alone(loop)
+    chunks = [np.arange(i, min(i + chunk, runs)) for i in range(0, runs, chunk)]
+    return _work(loop, threads, chunks, progress)
 
 
-def _work(loop: Loop, threads: int, chunk: int, progress: Progress | None) -> bool:
+def _alone(loop: Loop) -> bool:
+    """Simulate all runs in this thread; return False if Ctrl-C came, which ends them after a step.
+
+    NumPy's errors are warnings or ignored as in a new thread, whatever the caller has set.
+    """
+
+    def stop() -> None:
+        if loop.stopped:
+            raise KeyboardInterrupt
+        loop.stopped = True
+
+    with interrupt.caught(stop), np.errstate(all="warn", under="ignore"):
+        loop.advance(np.arange(len(loop.q0)), lambda share: None)
+    return not loop.stopped
+
+
+def _work(
+    loop: Loop, threads: int, chunks: list[NDArray[np.int64]], progress: Progress | None
+) -> bool:
     """Let threads take chunks while this one waits for Ctrl-C; return False if it came."""
-    chunk = min(chunk, math.ceil(len(loop.q0) / threads))
-    chunks = [np.arange(i, min(i + chunk, len(loop.q0))) for i in range(0, len(loop.q0), chunk)]
     shares = np.zeros(len(chunks))
     weights = np.array([len(rows) for rows in chunks]) / len(loop.q0)
     jobs: list[Future[None]] = []

@@ -41,7 +41,10 @@ class Regulated:
         parts = zip(self.parts, self._goal_observations, strict=True)
         bound = [part.towards(v) if self.given is None else part for part, v in parts]
         views = zip(bound, self._goal_observations, strict=True)
-        return replace(self, parts=tuple(part.counted(view) for part, view in views))
+        made = replace(self, parts=tuple(part.counted(view) for part, view in views))
+        seen = ("_goal_projections", "_seen_at_goal", "_goal_observations")  # by any feature
+        vars(made).update((name, vars(self)[name]) for name in seen)
+        return made
 
     def _features(
         self, seen: dict[Key, Observation], projections: dict[Key, Projection]

@@ -18,12 +18,12 @@ class Coordinates:
     robots: tuple[Robot, ...]
     motions: tuple[Motion, ...]
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """The number of coordinates."""
         return sum(robot.nq for robot in self.robots)
 
-    @property
+    @cached_property
     def nv(self) -> int:
         """The number of velocities."""
         return sum(robot.nv for robot in self.robots)
@@ -38,22 +38,22 @@ class Coordinates:
         """The limits (nq, 2): lowest and highest value of each coordinate, or infinity."""
         return np.concatenate([np.empty((0, 2)), *(robot.limits for robot in self.robots)])
 
-    @property
+    @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
         """The names of the coordinates; with several robots after the robot's name."""
         return self._labels("coordinate_names")
 
-    @property
+    @cached_property
     def coordinate_units(self) -> tuple[str, ...]:
         """The unit of each coordinate: "rad", "m" or "1"."""
         return tuple(unit for robot in self.robots for unit in robot.coordinate_units)
 
-    @property
+    @cached_property
     def velocity_names(self) -> tuple[str, ...]:
         """The names of the velocities; with several robots after the robot's name."""
         return self._labels("velocity_names")
 
-    @property
+    @cached_property
     def velocity_units(self) -> tuple[str, ...]:
         """The unit of each velocity: "rad/s" or "m/s"."""
         return tuple(unit for robot in self.robots for unit in robot.velocity_units)

@@ -210,19 +210,24 @@ def configuration(goal: Goal, scene: Scene) -> Array | None:
     return runs_last(q, 1)
 
 
-def goal_observation(goal: Goal, truth: Sight, belief: Sight, first: Sight) -> Observation:
+def goal_observation(
+    goal: Goal, q: Array | None, truth: Sight, belief: Sight, first: Sight
+) -> Observation:
     """Return what a camera sees at the goal, with true depths; GoalError if a mark is out of view.
+
+    q (nq, 1) is the `configuration` at which it is shown.
 
     A computed goal is the pose of the believed target of `first` in its camera; other sights
     follow from it where they move with that one. Of numbers that are given there is no image.
     """
     if isinstance(goal, GoalPose):
         return _computed(goal, belief, first)
-    q = configuration(goal, truth.scene)
+    shown = q is not None
     if q is None:  # anything of the right shape
         q = runs_last(truth.scene.home, 1)
-    true, believed = truth.project(q), belief.project(q)
-    if isinstance(goal, TaughtGoal):
+    true = truth.project(q)
+    believed = true if belief is truth else belief.project(q)
+    if shown:
         _check_visible(truth, true.visibility[:, 0], "shown")
     T_c_o = relative(believed.T_w_c, believed.T_w_o)
     return belief.observation(true.pixels, true.depth, T_c_o)
@@ -255,10 +260,9 @@ def _pose(T: Array) -> Pose:
 
 
 def _check_visible(sight: Sight, status: Any, how: str) -> None:
-    for n, flag in enumerate(status):
-        if flag != Visibility.IN_IMAGE:
-            where = "behind" if flag == Visibility.BEHIND_CAMERA else "out of the image of"
-            raise GoalError(
-                f"the {how} goal puts mark {n} of '{sight.target.name}' {where} "
-                f"camera '{sight.eye.name}'"
-            )
+    for n in np.flatnonzero(status != Visibility.IN_IMAGE)[:1]:
+        where = "behind" if status[n] == Visibility.BEHIND_CAMERA else "out of the image of"
+        raise GoalError(
+            f"the {how} goal puts mark {n} of '{sight.target.name}' {where} "
+            f"camera '{sight.eye.name}'"
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
@@ -116,7 +117,7 @@ class ServoTask(Shaped):
                     getattr(c.facts["scene"], find)(None)
         return c
 
-    @property
+    @cached_property
     def blocks(self) -> tuple[FeatureBlock, ...]:
         """The feature blocks of the task."""
         return blocks_of(self.features)
@@ -131,8 +132,25 @@ class ServoTask(Shaped):
 
         RankWarning: the features do not fix every motion that the joints can make.
         """
-        shared = columns is not None
-        columns = self.columns(scene) if columns is None else columns
+        if columns is not None:
+            return self._controller(scene, columns)
+        controller = self._own_controller(scene)
+        if self.secondary is None:
+            warn_of_rank(controller)
+            self.warn_of_wheels(controller)
+        return controller
+
+    def _own_controller(self, scene: Scene) -> Servo:
+        """Return the controller in a scene; the last one again where nothing in it can change."""
+        last = vars(self).get("_last")
+        if last is None or last.scene is not scene:
+            last = self._controller(scene, self.columns(scene))
+            if scene.tree.compiled and self.holds_still:
+                vars(self)["_last"] = last
+        return last
+
+    def _controller(self, scene: Scene, columns: Columns) -> Servo:
+        """Return the controller of these velocities in a scene."""
         sights = self.sights(scene)
         regulated, truths = self.regulated(sights, columns), each_once(sights)
         if self.own_law:
@@ -141,7 +159,7 @@ class ServoTask(Shaped):
         s_goal = regulated.s_goal
         check_goal(self.goal, self.depth, self.interaction, regulated)
         own = regulated.tolerances
-        controller = Servo(
+        return Servo(
             scene,
             truths[0].eye.name,
             truths,
@@ -161,14 +179,14 @@ class ServoTask(Shaped):
             self.interaction if isinstance(self.interaction, Broyden) else None,
             self.shaping(scene, columns),
         )
-        if not shared and self.secondary is None:
-            warn_of_rank(controller)
-            self.warn_of_wheels(controller)
-        return controller
 
     def sights(self, scene: Scene) -> Found:
-        """Return the true sights of each feature block."""
-        return sights_of(self.blocks, self.camera, self.target, scene)
+        """Return the true sights of each feature block; those of the last scene are kept."""
+        last: Found | None = vars(self).get("_sights")
+        if last is None or last[0][0].scene is not scene:
+            last = sights_of(self.blocks, self.camera, self.target, scene)
+            vars(self)["_sights"] = last
+        return last
 
     def regulated(self, sights: Found, columns: Columns) -> Regulated:
         """Return what the task regulates with its true sights; InputError if it cannot."""
