@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, flag, numbers, runs_first, runs_last
+from robsim.base.arrays import Array, flag, is_ready, numbers, runs_first, runs_last
 from robsim.base.errors import FrameError, suggest
 from robsim.base.values import Value
 from robsim.base.warned import warn_of_degrees
-from robsim.geometry.pose import as_pose, common_lead, homogeneous, is_pose_like
+from robsim.geometry.pose import as_pose, common_lead, is_pose_like
 from robsim.robot.frame import Frame
+from robsim.robot.ik.arm import Arm
 from robsim.robot.ik.closed import ClosedIK, solve_closed
-from robsim.robot.ik.numeric import Arm, Effort, solve
+from robsim.robot.ik.effort import Effort
+from robsim.robot.ik.numeric import solve
 from robsim.robot.ik.result import IKResult
 from robsim.robot.joint import FIXED, JointKind, Rolling, units_of
 from robsim.robot.limits import check_limits, ranges
 from robsim.robot.link import Link, coordinate_names, velocity_names
+from robsim.robot.placement import Placement
 from robsim.robot.tree import Tree
 
 
@@ -116,9 +120,7 @@ class Kinematics(Value):
         >>> Robot.from_dh([[0, 0, 1, 0]]).fk([np.pi / 2]).round(9)[:3, 3]
         array([0., 1., 0.])
         """
-        values = self.coordinates(q, limits=False)
-        bodies = self.tree.bodies(runs_last(values, 1))
-        return homogeneous(self.tree.frame(bodies, self._link(link)), values.shape[:-1])
+        return self._evaluated(self._placement(link).poses, q, (4, 4))
 
     def frames(self, q: Any) -> Array:
         """Return poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
@@ -127,10 +129,7 @@ class Kinematics(Value):
         >>> Robot.from_dh([[0, 0, 1, 0]] * 2).frames([0.0, 0.0])[:, 0, 3]
         array([0., 1., 2.])
         """
-        values = self.coordinates(q, limits=False)
-        bodies = self.tree.bodies(runs_last(values, 1))
-        poses = [self.tree.frame(bodies, link.name) for link in self.links]
-        return np.stack([homogeneous(T, values.shape[:-1]) for T in poses], axis=-3)
+        return self._evaluated(self._every_frame.poses, q, (len(self.links), 4, 4))
 
     def jacobian(self, q: Any, link: str | None = None) -> Array:
         """Return the geometric Jacobian (..., 6, nv) of a link's origin, (v, omega) in base axes.
@@ -139,9 +138,26 @@ class Kinematics(Value):
         >>> Robot.from_dh([[0, 0, 1, 0]]).jacobian([0.0])[:, 0]
         array([0., 1., 0., 0., 0., 1.])
         """
-        values = self.coordinates(q, limits=False)
-        bodies = self.tree.bodies(runs_last(values, 1))
-        return runs_first(self.tree.jacobian(bodies, self._link(link)), values.shape[:-1])
+        return self._evaluated(self._placement(link).jacobian, q, (6, self.tree.nv))
+
+    def _evaluated(
+        self, fill: Callable[[Array, Array], bool], q: Any, shape: tuple[int, ...]
+    ) -> Array:
+        """Return an array (..., *shape) that `fill` computes of q (..., nq), once it is checked.
+
+        What is usual is checked on the way, by the kernel, and the rest afterwards: looking at one
+        configuration in Python takes longer than placing it.
+        """
+        if not self._is_plain:
+            values = self.coordinates(q, limits=False)
+        elif is_ready(q, self.tree.nq):
+            values = q
+        else:
+            values = numbers(q, "q", (self.tree.nq,))
+        out = np.empty(values.shape[:-1] + shape)
+        if not fill(values, out) and self._is_plain:
+            self.coordinates(values, limits=False)
+        return out
 
     def ik(
         self,
@@ -208,11 +224,18 @@ class Kinematics(Value):
         return solve_closed(self._arm(link, True), T, tolerance)
 
     def _arm(self, link: str | None, limits: bool) -> Arm:
-        """Return the problem of inverse kinematics for a link of this robot."""
-        flag(limits, "limits")
-        rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
-        names = self.coordinate_units, self.velocity_names
-        return Arm(self.tree, self._link(link), rows, self.home, *names)
+        """Return the problem of inverse kinematics for a link of this robot, computed once."""
+        key = self._link(link), flag(limits, "limits")
+        if key not in self._arms:
+            rows = self._ranges if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
+            names = self.coordinate_units, self.velocity_names
+            self._arms[key] = Arm(self.tree, key[0], rows, self.home, *names)
+        return self._arms[key]
+
+    @cached_property
+    def _arms(self) -> dict[tuple[str, bool], Arm]:
+        """What `_arm` has returned, by link and whether there are limits."""
+        return {}
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
         """Return coordinates (..., nq) after velocity v (..., nv) was held for dt seconds, exactly.
@@ -232,12 +255,36 @@ class Kinematics(Value):
         return runs_first(moved, lead)
 
     def _link(self, name: str | None) -> str:
+        if name is None:
+            return self.tip
         names = [link.name for link in self.links]
-        if name is not None and name not in names:
+        if name not in names:
             raise FrameError(
                 f"no frame {name!r} in robot '{self.name}'; {suggest(name, names, 'frames')}"
             )
-        return name or self.tip
+        return name
+
+    def _placement(self, link: str | None) -> Placement:
+        """Return the link as the kernels know it, or the tip for None."""
+        found = self._placements.get(link) if isinstance(link, str | None) else None
+        if found is None:
+            found = self._placements[link] = Placement(self.tree, [self._link(link)])
+        return found
+
+    @cached_property
+    def _placements(self) -> dict[str | None, Placement]:
+        """What `_placement` has returned, by link."""
+        return {}
+
+    @cached_property
+    def _every_frame(self) -> Placement:
+        """All links, in their order."""
+        return Placement(self.tree, [link.name for link in self.links])
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        """Whether coordinates are used as they are given, and a kernel can look at them."""
+        return self.tree.compiled and not self._checked and not self._floats
 
     @cached_property
     def _checked(self) -> list[tuple[JointKind, slice, str]]:
