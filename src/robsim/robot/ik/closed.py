@@ -84,12 +84,13 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     q = np.empty((*shape, len(arm.home)))
     valid, within = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
     rows = len(goals), form.solutions
+    found = q.reshape(*rows, len(arm.home)), valid.reshape(rows), within.reshape(rows)
     kernels.solve(
         *(*arm.tree.packed, *arm.place),
         *form.axes,
         *(form.rows, form.bounds, arm.home, off),
         goals,
-        *(q.reshape(*rows, -1), valid.reshape(rows), within.reshape(rows)),
+        *found,
     )
     return ClosedIK(frozen(q), frozen(valid), frozen(within))
 
