@@ -123,7 +123,8 @@ def test_a_closed_form_alone_equals_its_row_in_any_batch(name):
 
 
 def test_what_a_robot_keeps_of_one_search_does_not_show_in_the_next():
-    T = rs.robots.panda().fk(some(rs.robots.panda(), 30))
+    used = rs.robots.panda().named("used")
+    T = used.fk(some(used, 30))
     ways = (
         {},
         {"seed": 5},
@@ -134,9 +135,8 @@ def test_what_a_robot_keeps_of_one_search_does_not_show_in_the_next():
         {"mask": "pointing", "link": "link6"},
         {},
     )
-    used = rs.robots.panda()
     for way in ways:
-        fresh = rs.robots.panda()
+        fresh = used.named("fresh")
         found, expected = used.ik(T, **way), fresh.ik(T, **way)
         for part in ("q", "error", "iterations", "restarts", "reason"):
             same(getattr(found, part), getattr(expected, part))

@@ -42,8 +42,9 @@ def is_ready(value: Any, size: int) -> bool:
     return (
         type(value) is np.ndarray
         and value.dtype is _FLOAT
+        and value.ndim > 0
+        and value.shape[-1] == size
         and value.flags.carray
-        and value.shape[-1:] == (size,)
     )
 
 

@@ -21,12 +21,12 @@ class Placement:
         offsets = frozen(np.stack([offset[:3] for _, offset in found]))
         self.tree, self.names = tree, names
         self._frames = *tree.packed, integers([body for body, _ in found]), offsets
-        self._moves = tuple(tree.moves(tree.carried(names[0])))
+        self._twists = *self._frames, *tree.moves(tree.carried(names[0]))
 
     def poses(self, q: Array, out: Array) -> bool:
         """Fill out (..., frames, 4, 4) at q (..., nq); return whether q is known to be usual."""
         if self.tree.compiled:
-            usual: bool = kernels.poses(*self._frames, q.reshape(-1), out.reshape(-1))
+            usual: bool = kernels.poses(*self._frames, _flat(q), out.reshape(-1))
             return usual
         bodies = self.tree.bodies(runs_last(q, 1))
         placed = [homogeneous(self.tree.frame(bodies, name)) for name in self.names]
@@ -36,9 +36,12 @@ class Placement:
     def jacobian(self, q: Array, out: Array) -> bool:
         """Fill out (..., 6, nv) of the first frame at q (..., nq), and return likewise."""
         if self.tree.compiled:
-            flat = q.reshape(-1), out.reshape(-1)
-            usual: bool = kernels.jacobians(*self._frames, *self._moves, *flat)
+            usual: bool = kernels.jacobians(*self._twists, _flat(q), out.reshape(-1))
             return usual
         bodies = self.tree.bodies(runs_last(q, 1))
         out[:] = runs_first(self.tree.jacobian(bodies, self.names[0]), q.shape[:-1])
         return False
+
+
+def _flat(q: Array) -> Array:
+    return q if q.ndim == 1 else q.reshape(-1)  # one configuration is flat, and to ask is quicker
