@@ -5,7 +5,6 @@ that joint 1 carries: z along axis 1, y along axis 2. In their plane x, z a poin
 number z + i x, so a turn by t about y is the factor exp(i t).
 """
 
-import cmath
 import math
 from typing import Any, NamedTuple
 
@@ -39,6 +38,16 @@ class Axes(NamedTuple):
 @part
 def _planar(v):
     return complex(v[2], v[0])
+
+
+@part
+def _phase(z):
+    return math.atan2(z.imag, z.real)
+
+
+@part
+def _factor(angle):
+    return complex(math.cos(angle), math.sin(angle))
 
 
 @part
@@ -97,8 +106,8 @@ def _two_bars(along, u, w, elbow):
     """Return t2, t3 with exp(i t2) (u + exp(i t3) w) = along, by the law of cosines."""
     square = abs(along) ** 2 - abs(u) ** 2 - abs(w) ** 2
     bend = math.acos(_unit(square / (2.0 * abs(u) * abs(w))))
-    t3 = cmath.phase(u) - cmath.phase(w) + (-bend if elbow else bend)
-    return cmath.phase(along) - cmath.phase(u + cmath.rect(1.0, t3) * w), t3
+    t3 = _phase(u) - _phase(w) + (-bend if elbow else bend)
+    return _phase(along) - _phase(u + _factor(t3) * w), t3
 
 
 @kernel
@@ -106,8 +115,8 @@ def _five(axes, given, elbow, q, k):
     """Fill q[k] of five joints: the pitch of axis 5 gives axis 4, and that the two bars."""
     along, last, before = given
     h4, h5 = axes.wrist[0], axes.wrist[1]
-    pitch = cmath.phase(_planar(last)) - cmath.phase(_planar(h5))
-    end = cmath.rect(1.0, pitch) * axes.bars[3]
+    pitch = _phase(_planar(last)) - _phase(_planar(h5))
+    end = _factor(pitch) * axes.bars[3]
     t2, t3 = _two_bars(along - end, axes.bars[1], axes.bars[2], elbow)
     roll = _about(Y, -pitch, before)
     q[k, 1], q[k, 2], q[k, 3] = t2, axes.signs[0] * t3, axes.signs[1] * (pitch - t2 - t3)
