@@ -11,6 +11,7 @@ from robsim.base.errors import InputError
 Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
 EXACT = 2**53  # whole numbers below it are floats, too
+_FLOAT = np.dtype(np.float64)
 
 
 def numbers(
@@ -23,28 +24,56 @@ def numbers(
     """
     if type(value) is float and math.isfinite(value) and not shape:
         return np.array(value)  # as below, without the time that it takes
-    wanted = "(..., " + ", ".join(map(str, shape)) + ")"
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind not in "iufO" or (given.dtype.kind == "O" and None in given.ravel()):
-            raise TypeError("texts, truth values, dates and None are no numbers, as NumPy has it")
-        array = np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
-    except (TypeError, ValueError, OverflowError):
-        kind = f"numbers of shape {wanted}" if shape else "a number"
-        raise InputError(f"{what}: expected {kind}, got {value!r:.80}") from None
-    tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
-    if tail is None or any(
-        isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
-    ):
-        raise InputError(f"{what}: expected shape {wanted}, got {array.shape}")
+    if type(value) is np.ndarray and value.dtype is _FLOAT:
+        array = value.copy()
+    else:
+        array = _converted(value, what, shape)
+    if array.shape[max(array.ndim - len(shape), 0) :] != shape:
+        _check_shape(array, what, shape)
     finite = np.isfinite(array)
     if gaps:
         finite |= np.isnan(array)
-    if not finite.all():
+    if np.count_nonzero(finite) != array.size:
         where = tuple(int(i) for i in np.argwhere(~finite)[0])
         place = f" at index {where}" if where else ""
         raise InputError(f"{what}: {array[where]}{place}; every number must be finite")
     return array
+
+
+def is_ready(value: Any, size: int) -> bool:
+    """Return whether this is an array (..., size) that kernels can read as it is."""
+    return (
+        type(value) is np.ndarray
+        and value.dtype is _FLOAT
+        and value.ndim > 0
+        and value.shape[-1] == size
+        and value.flags.carray
+    )
+
+
+def _converted(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
+    """Return a float64 copy; raise InputError unless it is numeric."""
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind not in "iufO" or (given.dtype.kind == "O" and None in given.ravel()):
+            raise TypeError("texts, truth values, dates and None are no numbers, as NumPy has it")
+        return np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
+    except (TypeError, ValueError, OverflowError):
+        kind = f"numbers of shape {_wanted(shape)}" if shape else "a number"
+        raise InputError(f"{what}: expected {kind}, got {value!r:.80}") from None
+
+
+def _check_shape(array: Array, what: str, shape: tuple[int | str, ...]) -> None:
+    """Raise InputError unless the last axes have `shape`, where a word stands for any size."""
+    tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
+    if tail is None or any(
+        isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
+    ):
+        raise InputError(f"{what}: expected shape {_wanted(shape)}, got {array.shape}")
+
+
+def _wanted(shape: tuple[int | str, ...]) -> str:
+    return "(..., " + ", ".join(map(str, shape)) + ")"
 
 
 def frozen(array: NDArray[T]) -> NDArray[T]:
@@ -120,6 +149,8 @@ def one_or_each(
 
 def positive(value: Any, what: str) -> float:
     """Return a finite number above zero, or raise an InputError that names `what`."""
+    if type(value) is float and 0.0 < value < math.inf:
+        return value
     number = numbers(value, what, ())
     if number.ndim or not number > 0:
         raise InputError(f"{what} must be a positive number, got {value!r}")

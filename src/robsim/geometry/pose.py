@@ -225,6 +225,8 @@ def _three(value: Any, what: str) -> Array:
 
 def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:
     """Return the leading shape of two batches, or raise an InputError that names them."""
+    if a == b:
+        return a
     try:
         return np.broadcast_shapes(a, b)
     except ValueError:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
 import numpy as np
 
 from robsim.base.arrays import Array
@@ -21,14 +24,28 @@ def axis_rotation(axis: str, angle: float) -> Array:
 
 def check_rigid(T: Array) -> None:
     """Raise InputError unless T (..., 4, 4) are rigid transforms."""
-    R = T[..., :3, :3]
-    off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
-    if off > ROTATION_TOLERANCE:
+    one = T.ndim == 2  # then of plain floats, which take a tenth of the time of small arrays
+    rows: Any = T.tolist() if one else np.moveaxis(T, (-2, -1), (0, 1))
+    largest: Callable[[Iterable[Any]], float] = max if one else _largest
+    x, y, z = zip(*(row[:3] for row in rows[:3]), strict=True)
+    pairs = (x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)
+    off = largest(abs(_dot(a, b) - wanted) for a, b, wanted in pairs)
+    if not off <= ROTATION_TOLERANCE:
         raise InputError(
             f"not a rotation: R'R differs from the identity by {off:.2g} "
             f"(allowed {ROTATION_TOLERANCE:g})"
         )
-    if (np.linalg.det(R) < 0).any():
+    normal = [y[i - 2] * z[i - 1] - y[i - 1] * z[i - 2] for i in range(3)]
+    if largest([-_dot(x, normal)]) > 0:
         raise InputError("not a rotation but a reflection: det R = -1")
-    if np.abs(T[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max(initial=0.0) > 0:
+    if largest(abs(n - w) for n, w in zip(rows[3], (0.0, 0.0, 0.0, 1.0), strict=True)) > 0:
         raise InputError("the last row of a pose must be 0 0 0 1")
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _largest(values: Iterable[Any]) -> float:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.max(list(values), initial=0.0))

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.kernels import jacobian, tree
-from robsim.kernels.ik_step import Lanes, confine, propose, room
+from robsim.kernels.ik_step import Bounds, Lanes, Target, confine, propose, room
 from robsim.kernels.jit import kernel, part
+from robsim.kernels.packed import unpack
 
 SOLVED, UNREACHABLE, LIMITS, ITERATIONS = 1, 2, 3, 4
 REST, STEP, BACK, OVER, DONE = 0, 1, 2, 3, 4  # what a lane may do after an iteration
@@ -22,15 +23,15 @@ LONGER = 10  # times the iterations of others: the last search, which looks for 
 class Starts(NamedTuple):
     """The starts of searches, with their poses."""
 
-    q0: Any  # (nq, run), the first
+    q0: Any  # (run, nq), the first
     q: Any  # (nq, k), the others
     poses: Any  # (3, 4, k) of the link there
 
 
 class Found(NamedTuple):
-    """The results of searches, with the run last."""
+    """The results of searches, with the run first."""
 
-    q: Any
+    q: Any  # (run, nq)
     error: Any  # the larger of the metres and the radians that count
     reason: Any
     iterations: Any
@@ -38,9 +39,15 @@ class Found(NamedTuple):
 
 
 @part
-def _put(q, b, out, run):
-    for i in range(q.shape[0]):
-        out[i, run] = q[i, b]
+def _keep(lanes, b, q):
+    for i in range(q.size):
+        q[i] = lanes.q[i, b]
+
+
+@part
+def _load(q, lanes, b):
+    for i in range(q.size):
+        lanes.q[i, b] = q[i]
 
 
 @kernel
@@ -72,7 +79,7 @@ def _book(lanes, model, tolerance, restarts, found):
         looks = run >= 0 and (ends or lanes.search[b] > restarts)
         if looks and model.square[b] < lanes.best[b]:
             lanes.best[b], found.error[run] = model.square[b], lanes.error[b]
-            _put(lanes.q, b, found.q, run)
+            _keep(lanes, b, found.q[run])
             if lanes.error[b] < tolerance:
                 found.reason[run] = SOLVED
             elif model.still[b]:
@@ -107,8 +114,8 @@ def _enter(lanes, b, run, goals, q0):
     lanes.begun[b], lanes.best[b], lanes.boost[b] = -1.0, np.inf, 1.0
     for r in range(3):
         for c in range(4):
-            lanes.goal[r, c, b] = goals[r, c, run]
-    _put(q0, run, lanes.q, b)
+            lanes.goal[r, c, b] = goals[run, r, c]
+    _load(q0[run], lanes, b)
 
 
 @kernel
@@ -138,7 +145,7 @@ def _restart(target, bounds, lanes, b, starts, found):
     lanes.search[b] += 1
     lanes.iteration[b] = 0
     if lanes.search[b] > starts.q.shape[1]:
-        _put(found.q, run, lanes.q, b)
+        _load(found.q[run], lanes, b)
         lanes.best[b] = np.inf
         return
     distance = np.empty(starts.q.shape[1])
@@ -148,7 +155,7 @@ def _restart(target, bounds, lanes, b, starts, found):
             nearest, chosen = distance[k], k
     lanes.begun[b] = nearest
     found.restarts[run] += 1
-    _put(starts.q0, run, lanes.q, b)
+    _load(starts.q0[run], lanes, b)
     for i in bounds.row:
         if i >= 0:
             lanes.q[i, b] = starts.q[i, chosen]
@@ -166,10 +173,12 @@ def _lanes(nq, B):
 @kernel
 def begin(joints, target, goals, starts, found):
     """Return the first runs in their lanes, room for a model, and zero velocities (nv, lanes)."""
-    runs = goals.shape[2]
+    runs = goals.shape[0]
     B = min(LANES, runs)
-    lanes = _lanes(starts.q0.shape[0], B)
+    lanes = _lanes(starts.q0.shape[1], B)
     for run in range(runs):
+        found.q[run] = starts.q0[run]  # where the error is not a number
+        found.error[run], found.reason[run] = np.inf, ITERATIONS
         found.iterations[run], found.restarts[run] = 0, 0
     for b in range(B):
         _enter(lanes, b, b, goals, starts.q0)
@@ -182,7 +191,7 @@ def decide(target, bounds, goals, starts, tolerance, iterations, lanes, model, f
 
     `queue` holds the number of the next run, and how many lanes go on.
     """
-    runs, restarts = goals.shape[2], starts.q.shape[1]
+    runs, restarts = goals.shape[0], starts.q.shape[1]
     _search(lanes, model, tolerance, restarts, iterations)
     _book(lanes, model, tolerance, restarts, found)
     _descend(lanes, model, restarts)
@@ -196,19 +205,50 @@ def decide(target, bounds, goals, starts, tolerance, iterations, lanes, model, f
         elif lanes.turn[b] == OVER:
             _restart(target, bounds, lanes, b, starts, found)
         elif lanes.turn[b] == BACK:
-            _put(found.q, lanes.run[b], lanes.q, b)
+            _load(found.q[lanes.run[b]], lanes, b)
         if lanes.turn[b] != STEP:
             for j in range(model.step.shape[0]):
                 model.step[j, b] = 0.0
 
 
 @kernel
-def solve(joints, target, bounds, goals, starts, tolerance, iterations, found):
-    """Search coordinates that bring a link to goals[3, 4, run], to within the tolerance.
+def solve(
+    integers,
+    numbers,
+    body,
+    offset,
+    columns,
+    moved,
+    sign,
+    rest,
+    weight,
+    pointing,
+    row,
+    low,
+    high,
+    turns,
+    goals,
+    q0,
+    q,
+    poses,
+    tolerance,
+    iterations,
+    found_q,
+    error,
+    reason,
+    iterated,
+    restarted,
+):
+    """Search coordinates that bring a link to goals[run, 4, 4], to within the tolerance.
 
     The first search begins at q0, each further one at the start whose pose is nearest the goal;
-    each has so many iterations.
+    each has so many iterations. The arguments are those of a Target, Bounds, Starts and Found.
     """
+    moves = jacobian.Moves(columns, moved, sign)
+    joints, starts = unpack(integers, numbers), Starts(q0, q, poses)
+    target = Target(body, offset, moves, rest, weight, pointing)
+    bounds = Bounds(row, low, high, turns)
+    found = Found(found_q, error, reason, iterated, restarted)
     lanes, model, v = begin(joints, target, goals, starts, found)
     queue = np.full(2, lanes.run.size)
     while queue[1] > 0:

@@ -1,113 +1,31 @@
-"""The kinematics of a robot: coordinates, forward and inverse kinematics, Jacobian."""
+"""The kinematics of a robot: forward and inverse kinematics, Jacobian, exact motion."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, flag, numbers, runs_first, runs_last
+from robsim.base.arrays import Array, flag, is_ready, numbers, runs_first, runs_last
 from robsim.base.errors import FrameError, suggest
-from robsim.base.values import Value
-from robsim.base.warned import warn_of_degrees
-from robsim.geometry.pose import as_pose, common_lead, homogeneous, is_pose_like
-from robsim.robot.frame import Frame
+from robsim.geometry.pose import common_lead
+from robsim.robot.coordinates import Coordinates
+from robsim.robot.ik.arm import Arm
 from robsim.robot.ik.closed import ClosedIK, solve_closed
-from robsim.robot.ik.numeric import Arm, Effort, solve
+from robsim.robot.ik.effort import Effort
+from robsim.robot.ik.numeric import solve
 from robsim.robot.ik.result import IKResult
-from robsim.robot.joint import FIXED, JointKind, Rolling, units_of
-from robsim.robot.limits import check_limits, ranges
-from robsim.robot.link import Link, coordinate_names, velocity_names
-from robsim.robot.tree import Tree
+from robsim.robot.placement import Placement
 
 
-class Kinematics(Value):
-    """The coordinates and the motion of a `Robot`."""
+class Kinematics(Coordinates):
+    """The motion of a `Robot`."""
 
-    name: str
-    links: tuple[Link, ...]
     home: Any
     tip: str
-
-    @cached_property
-    def tree(self) -> Tree:
-        """The kinematic tree of the robot alone, with its base link at the world frame."""
-        base, *others = self.links
-        frames = [Frame(base.name, "world", FIXED)]  # the scene places the base
-        return Tree([*frames, *(Frame(k.name, k.parent or "world", k.joint) for k in others)])
-
-    @property
-    def nq(self) -> int:
-        """The number of coordinates."""
-        return self.tree.nq
-
-    @property
-    def nv(self) -> int:
-        """The number of velocities."""
-        return self.tree.nv
-
-    @property
-    def rest(self) -> Array:
-        """The coordinates (nq,) at rest: zero, or the identity of a floating joint."""
-        own = (link.joint.model for link in self.links if link.joint.parts.coordinates)
-        return np.concatenate([np.empty(0), *(kind.rest for kind in own)])
-
-    @property
-    def limits(self) -> Array:
-        """The limits (nq, 2): lowest and highest value of each coordinate, or infinity.
-
-        A coordinate that others mimic is also held where they are within theirs.
-        """
-        return self._ranges.copy()
-
-    @cached_property
-    def _ranges(self) -> Array:
-        """The same limits (nq, 2), read-only."""
-        return ranges(self.links)
-
-    @cached_property
-    def coordinate_names(self) -> tuple[str, ...]:
-        """The name of each coordinate: the link's, with ".x" and so on if there are several."""
-        return coordinate_names(self.links)
-
-    @cached_property
-    def coordinate_units(self) -> tuple[str, ...]:
-        """The unit of each coordinate: "rad", "m" or "1"."""
-        return units_of([link.joint for link in self.links])
-
-    @cached_property
-    def velocity_names(self) -> tuple[str, ...]:
-        """The name of each velocity."""
-        return velocity_names(self.links)
-
-    @cached_property
-    def velocity_units(self) -> tuple[str, ...]:
-        """The unit of each velocity: "rad/s" or "m/s"."""
-        return tuple(unit for link in self.links for unit in link.joint.parts.rates)
-
-    def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
-        """Return a checked copy (..., nq) of q; a Pose may stand for one floating joint.
-
-        InputError: wrong length, not finite, quaternion without length 1, outside the limits.
-        UnitWarning: an angle that looks like degrees.
-        """
-        values = self._valid(q, what, limits)
-        warn_of_degrees(values[..., self._angles], what)
-        return values
-
-    def _valid(self, q: Any, what: str, limits: bool = True) -> Array:
-        """The same, whatever angles look like."""
-        if self._floats and is_pose_like(q):
-            q = as_pose(q).q
-        values = numbers(q, what, (self.nq,))
-        for kind, rows, name in self._checked:
-            values[..., rows] = kind.checked(values[..., rows], what, name)
-        if limits:
-            names, units = self.coordinate_names, self.coordinate_units
-            check_limits(values, self._ranges, names, units, what, self.name)
-        return values
 
     def fk(self, q: Any, link: str | None = None) -> Array:
         """Return the pose (..., 4, 4) of a link (the tip by default) in the base link's frame.
@@ -116,9 +34,7 @@ class Kinematics(Value):
         >>> Robot.from_dh([[0, 0, 1, 0]]).fk([np.pi / 2]).round(9)[:3, 3]
         array([0., 1., 0.])
         """
-        values = self.coordinates(q, limits=False)
-        bodies = self.tree.bodies(runs_last(values, 1))
-        return homogeneous(self.tree.frame(bodies, self._link(link)), values.shape[:-1])
+        return self._evaluated(self._placement(link).poses, q, (4, 4))
 
     def frames(self, q: Any) -> Array:
         """Return poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
@@ -127,10 +43,7 @@ class Kinematics(Value):
         >>> Robot.from_dh([[0, 0, 1, 0]] * 2).frames([0.0, 0.0])[:, 0, 3]
         array([0., 1., 2.])
         """
-        values = self.coordinates(q, limits=False)
-        bodies = self.tree.bodies(runs_last(values, 1))
-        poses = [self.tree.frame(bodies, link.name) for link in self.links]
-        return np.stack([homogeneous(T, values.shape[:-1]) for T in poses], axis=-3)
+        return self._evaluated(self._every_frame.poses, q, (len(self.links), 4, 4))
 
     def jacobian(self, q: Any, link: str | None = None) -> Array:
         """Return the geometric Jacobian (..., 6, nv) of a link's origin, (v, omega) in base axes.
@@ -139,9 +52,25 @@ class Kinematics(Value):
         >>> Robot.from_dh([[0, 0, 1, 0]]).jacobian([0.0])[:, 0]
         array([0., 1., 0., 0., 0., 1.])
         """
-        values = self.coordinates(q, limits=False)
-        bodies = self.tree.bodies(runs_last(values, 1))
-        return runs_first(self.tree.jacobian(bodies, self._link(link)), values.shape[:-1])
+        return self._evaluated(self._placement(link).jacobian, q, (6, self.tree.nv))
+
+    def _evaluated(
+        self, fill: Callable[[Array, Array], bool], q: Any, shape: tuple[int, ...]
+    ) -> Array:
+        """Return an array (..., *shape) that `fill` computes of q (..., nq), once it is checked.
+
+        What is usual is checked on the way, by the kernel, and the rest afterwards: looking at one
+        configuration in Python takes longer than placing it.
+        """
+        plain, nq = self._is_plain, self.tree.nq
+        if not plain:
+            values = self.coordinates(q, limits=False)
+        else:
+            values = q if is_ready(q, nq) else numbers(q, "q", (nq,))
+        out = np.empty(values.shape[:-1] + shape)
+        if not fill(values, out) and plain:
+            self.coordinates(values, limits=False)
+        return out
 
     def ik(
         self,
@@ -208,11 +137,18 @@ class Kinematics(Value):
         return solve_closed(self._arm(link, True), T, tolerance)
 
     def _arm(self, link: str | None, limits: bool) -> Arm:
-        """Return the problem of inverse kinematics for a link of this robot."""
-        flag(limits, "limits")
-        rows = self.limits if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
-        names = self.coordinate_units, self.velocity_names
-        return Arm(self.tree, self._link(link), rows, self.home, *names)
+        """Return the problem of inverse kinematics for a link of this robot, computed once."""
+        key = self._link(link), flag(limits, "limits")
+        if key not in self._arms:
+            rows = self._ranges if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
+            names = self.coordinate_units, self.velocity_names
+            self._arms[key] = Arm(self.tree, key[0], rows, self.home, *names)
+        return self._arms[key]
+
+    @cached_property
+    def _arms(self) -> dict[tuple[str, bool], Arm]:
+        """What `_arm` has returned, by link and whether there are limits."""
+        return {}
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
         """Return coordinates (..., nq) after velocity v (..., nv) was held for dt seconds, exactly.
@@ -232,33 +168,33 @@ class Kinematics(Value):
         return runs_first(moved, lead)
 
     def _link(self, name: str | None) -> str:
+        if name is None:
+            return self.tip
         names = [link.name for link in self.links]
-        if name is not None and name not in names:
+        if name not in names:
             raise FrameError(
                 f"no frame {name!r} in robot '{self.name}'; {suggest(name, names, 'frames')}"
             )
-        return name or self.tip
+        return name
 
-    @cached_property
-    def _checked(self) -> list[tuple[JointKind, slice, str]]:
-        """The kinds that check coordinates themselves, with their rows and names of links."""
-        found, start = [], 0
-        for link in self.links:
-            kind, rows = link.joint.model, slice(start, start + len(link.joint.parts.coordinates))
-            if type(kind).checked is not JointKind.checked:
-                found.append((kind, rows, link.name))
-            start = rows.stop
+    def _placement(self, link: str | None) -> Placement:
+        """Return the link as the kernels know it, or the tip for None."""
+        found = self._placements.get(link) if link is None or isinstance(link, str) else None
+        if found is None:
+            found = self._placements[link] = Placement(self.tree, [self._link(link)])
         return found
 
     @cached_property
-    def _angles(self) -> list[int]:
-        """Which coordinates are angles that people write by hand: not those of rolling wheels."""
-        own = [link.joint for link in self.links]
-        rolling = [isinstance(joint.follows, Rolling) for joint in own for _ in joint.parts.units]
-        units = zip(self.coordinate_units, rolling, strict=True)
-        return [i for i, (unit, rolls) in enumerate(units) if unit == "rad" and not rolls]
+    def _placements(self) -> dict[str | None, Placement]:
+        """What `_placement` has returned, by link."""
+        return {}
 
     @cached_property
-    def _floats(self) -> bool:
-        """Whether all coordinates are those of one floating joint, so that a pose defines them."""
-        return [link.joint.model.free for link in self.links if link.joint.moves] == [True]
+    def _every_frame(self) -> Placement:
+        """All links, in their order."""
+        return Placement(self.tree, [link.name for link in self.links])
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        """Whether coordinates are used as they are given, and a kernel can look at them."""
+        return self.tree.compiled and not self._checked and not self._floats

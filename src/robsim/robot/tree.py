@@ -12,6 +12,7 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import FrameError, suggest
 from robsim.kernels import jacobian as jacobians
 from robsim.kernels import joints as motions
+from robsim.kernels import packed
 from robsim.kernels import tree as kernels
 from robsim.kernels.commanding import along, copied
 from robsim.kernels.program import Function, Program
@@ -48,6 +49,12 @@ class Tree:
         self._moves_of: dict[str, jacobians.Moves] = {}  # by frame, computed once
         self._motions: dict[str, Function] = {}  # by frame, made once
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
+
+    @cached_property
+    def packed(self) -> tuple[NDArray[np.int64], Array]:
+        """The joints in two arrays, which kernels unpack."""
+        arrays: tuple[NDArray[np.int64], Array] = packed.pack(self.joints)
+        return arrays
 
     def find(self, name: str) -> tuple[int, Array]:
         """Return the body that carries a frame, and the frame's constant pose in it."""

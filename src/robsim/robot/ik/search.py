@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 
@@ -13,69 +12,91 @@ from robsim.base.arrays import Array
 from robsim.kernels import ik as kernels
 from robsim.kernels import ik_step
 from robsim.kernels.jacobian import spread
-from robsim.robot.tree import Tree
+from robsim.robot.ik.arm import Arm
+from robsim.robot.ik.effort import Effort
 
 CHUNK = 16384  # runs that one thread takes at a time
 
 
 def search(
-    tree: Tree,
-    target: ik_step.Target,
-    bounds: ik_step.Bounds,
-    goals: Array,
-    q0: Array,
-    starts: tuple[Array, Array],
-    tolerance: float,
-    iterations: int,
+    arm: Arm, target: ik_step.Target, goals: Array, q0: Array, effort: Effort
 ) -> kernels.Found:
-    """Return the results for goals[3, 4, run], searched from q0[nq, run] and from the starts."""
-    runs = goals.shape[-1]
-    counts = (np.full(runs, value) for value in (kernels.ITERATIONS, 0, 0))
-    found = kernels.Found(q0.copy(), np.full(runs, np.inf), *counts)  # inf and NaN stay as they are
-    given = goals, kernels.Starts(q0, *starts), tolerance, iterations
-    if tree.compiled:
-        kernels.solve(tree.joints, target, bounds, *given, found)
-    else:
-        _in_python(tree, target, bounds, *given, found)
+    """Return the results of a search for goals[run, 4, 4] from q0[run, nq]."""
+    starts, runs = arm.starts(effort.restarts, effort.seed), len(goals)
+    counts = np.empty((3, runs), dtype=np.int64)
+    found = kernels.Found(np.empty(q0.shape), np.empty(runs), *counts)
+    solve = _compiled if arm.tree.compiled else _in_python
+
+    def job(start: int, end: int) -> None:
+        given, out = (goals, q0), found
+        if end - start < runs:
+            given = goals[start:end], q0[start:end]
+            out = kernels.Found(*(array[start:end] for array in found))
+        solve(arm, target, *given, starts, effort, out)
+
+    _in_chunks(job, runs, effort.threads)
     return found
 
 
-def _in_python(
-    tree: Tree,
+def _compiled(
+    arm: Arm,
     target: ik_step.Target,
-    bounds: ik_step.Bounds,
     goals: Array,
-    starts: kernels.Starts,
-    tolerance: float,
-    iterations: int,
+    q0: Array,
+    starts: tuple[Array, Array],
+    effort: Effort,
     found: kernels.Found,
 ) -> None:
-    """Return the results of `kernels.solve` for trees with joints of the user's own kinds."""
-    lanes, model, v = kernels.begin(tree.joints, target, goals, starts, found)
-    queue = np.full(2, lanes.run.size)
+    """Fill `found` by one kernel, whose arguments are what is in all these tuples."""
+    body, offset, moves, *counted = target
+    kernels.solve(
+        *arm.tree.packed,
+        body,
+        offset,
+        *moves,
+        *counted,
+        *arm.bounds,
+        goals,
+        q0,
+        *starts,
+        effort.tolerance,
+        effort.iterations,
+        *found,
+    )
+
+
+def _in_python(
+    arm: Arm,
+    target: ik_step.Target,
+    goals: Array,
+    q0: Array,
+    starts: tuple[Array, Array],
+    effort: Effort,
+    found: kernels.Found,
+) -> None:
+    """Fill `found` as the kernel does, for trees with joints of the user's own kinds."""
+    tree, begun = arm.tree, kernels.Starts(q0, *starts)
+    lanes, model, v = kernels.begin(tree.joints, target, goals, begun, found)
+    queue, pace = np.full(2, lanes.run.size), (effort.tolerance, effort.iterations)
     while queue[1] > 0:
         tree.prepare(lanes.q, model.bodies)
-        ik_step.propose(tree.joints, target, bounds, lanes, model)
-        kernels.decide(
-            target, bounds, goals, starts, tolerance, iterations, lanes, model, found, queue
-        )
+        ik_step.propose(tree.joints, target, arm.bounds, lanes, model)
+        kernels.decide(target, arm.bounds, goals, begun, *pace, lanes, model, found, queue)
         spread(target.moves.columns, model.step, target.rest, v)
         tree.flow(lanes.q, v, 1.0)
-        ik_step.confine(bounds, lanes.q)
+        ik_step.confine(arm.bounds, lanes.q)
 
 
-def in_chunks(job: Any, runs: int, threads: int) -> kernels.Found:
+def _in_chunks(job: Callable[[int, int], None], runs: int, threads: int) -> None:
     """Call job(start, end) over all runs, on threads if there are many."""
     chunk = min(CHUNK, max(kernels.LANES, math.ceil(runs / threads)))
     ends = [(i, min(i + chunk, runs)) for i in range(0, max(runs, 1), chunk)]
     if threads == 1 or len(ends) == 1:
-        return _joined([job(*end) for end in ends])
+        for start, end in ends:
+            job(start, end)
+        return
     with ThreadPoolExecutor(min(threads, len(ends))) as pool:
         try:
-            return _joined(list(pool.map(job, *zip(*ends, strict=True))))
+            list(pool.map(job, *zip(*ends, strict=True)))  # the first error is raised here
         finally:
             pool.shutdown(cancel_futures=True)  # after Ctrl-C the others need not begin
-
-
-def _joined(parts: Sequence[kernels.Found]) -> kernels.Found:
-    return kernels.Found(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))

@@ -1,0 +1,107 @@
+"""The problem of inverse kinematics: a link, and the joints that bring it to poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, frozen
+from robsim.kernels import ik_step, random
+from robsim.robot.assembly import integers
+from robsim.robot.tree import Tree
+
+FARTHEST = 1e9  # metres or radians: larger numbers could overflow; files use them for no limit
+FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins, without limits
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A link of a tree, the coordinates that may move it, and their names.
+
+    What follows from these is computed once; a robot keeps its arms.
+    """
+
+    tree: Tree
+    link: str
+    limits: Array  # (nq, 2), infinite where there are none
+    home: Array
+    units: Sequence[str]  # of the coordinates
+    velocities: Sequence[str]
+
+    @cached_property
+    def columns(self) -> NDArray[np.int64]:
+        """The velocities that move the link."""
+        return integers(np.flatnonzero(self.tree.carries(self.link)))
+
+    @cached_property
+    def place(self) -> tuple[int, Array]:
+        """The body that carries the link, and the link's constant pose (3, 4) in it."""
+        body, offset = self.tree.find(self.link)
+        return body, frozen(np.ascontiguousarray(offset[:3]))
+
+    @cached_property
+    def is_limited(self) -> bool:
+        """Whether there are limits at all."""
+        return bool(np.isfinite(self.limits).any())
+
+    @cached_property
+    def free(self) -> Arm:
+        """The same without limits."""
+        nowhere = np.full_like(self.limits, np.inf) * [-1.0, 1.0]
+        return Arm(self.tree, self.link, nowhere, self.home, self.units, self.velocities)
+
+    @cached_property
+    def bounds(self) -> ik_step.Bounds:
+        """The limits; a joint without limits is kept within half a turn of zero."""
+        row = self.tree.alone(self.columns)
+        turns = np.zeros(len(self.limits), dtype=np.bool_)
+        turning = np.array([kind.turns for kind in self.tree.kinds(self.columns)], dtype=np.bool_)
+        turns[row[turning & (row >= 0)]] = True
+        turns[np.intersect1d(self.tree.joints.ties.rows[:, 1], np.flatnonzero(turns))] = False
+        endless = turns & np.isinf(self.limits).all(axis=1)
+        low, high = self.limits.T.copy()
+        low[endless], high[endless] = -math.pi, math.pi
+        return ik_step.Bounds(row, frozen(low), frozen(high), frozen(turns))
+
+    def starts(self, count: int, seed: int) -> tuple[Array, Array]:
+        """Return starts of further searches, q (nq, k), and the link's poses (3, 4, k) there.
+
+        Uniform within the limits, by the seed and the number of the start alone, the same for every
+        run: so a run has the same bits in every batch.
+        """
+        found = self._starts.get((count, seed))
+        if found is None:
+            found = self._drawn(count, seed)
+            self._starts.clear()  # the last ones are those that will be wanted again
+            self._starts[count, seed] = found
+        return found
+
+    @cached_property
+    def _starts(self) -> dict[tuple[int, int], tuple[Array, Array]]:
+        """The last starts, by their number and seed."""
+        return {}
+
+    def _drawn(self, count: int, seed: int) -> tuple[Array, Array]:
+        """Return the starts, computed."""
+        bounds = self.bounds
+        free = np.array([FREE.get(unit, 0.0) for unit in self.units])
+        low = np.where(bounds.low < -FARTHEST, self.home - free, bounds.low)
+        high = np.where(bounds.high > FARTHEST, self.home + free, bounds.high)
+        share = np.empty((len(low), count))
+        random.uniforms(np.uint64(seed), np.arange(count, dtype=np.uint64), 0, 0, share)
+        q = np.repeat(self.home[:, None], count, axis=1)
+        rows = bounds.row[bounds.row >= 0]
+        q[rows] = (low[:, None] + share * (high - low)[:, None])[rows]
+        poses = self.tree.frame(self.tree.bodies(q), self.link)
+        return frozen(q), frozen(poses)
+
+    @cached_property
+    def kept(self) -> dict[Any, Any]:
+        """What the ways to solve it have computed of it, by names of theirs."""
+        return {}
