@@ -40,6 +40,7 @@ def turning_back(start):
 # camera_retreat
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize("degrees", [30, 60, 90, 120])
 @pytest.mark.parametrize("interaction", ["current", "desired", "mean"])
 def test_depth_follows_its_closed_form_all_the_way(degrees, interaction):

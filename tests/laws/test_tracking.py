@@ -88,6 +88,7 @@ def test_a_wrong_rate_leaves_its_share_of_the_lag(carousel, share):
     assert float(run.error[-1, 0]) == pytest.approx(-(1 - share) * RATE / 2.0, rel=1e-6)
 
 
+@pytest.mark.covering(1)
 @quiet
 @pytest.mark.parametrize("name", ["turntable", "conveyor"])
 @pytest.mark.parametrize("features", ["points", "pixels", "spherical"])

@@ -67,10 +67,10 @@ def test_rotation_about_the_normal_stays_for_ever(section, rotation, left):
     """Erratum 6: P_r aligns two normals, and nothing turns the cube about them."""
     scene, start = free_cube(section, SIDE), rs.Pose.at(0.3, 0.1, 0.2, rotvec=rotation)
     for variant in ("corrected", "printed"):
-        run = placed(scene, start, variant)
+        run = placed(scene, start, variant, dt=0.04)
         assert outcome(run) == rs.Outcome.LOCAL_MINIMUM
         np.testing.assert_allclose(degrees_left(scene, run), left, atol=0.06)
-    run = placed(scene, start, "completed")
+    run = placed(scene, start, "completed", dt=0.04)
     assert outcome(run) == rs.Outcome.CONVERGED and degrees_left(scene, run) < 0.01
 
 
