@@ -140,7 +140,7 @@ def test_a_target_believed_behind_the_camera_is_found_in_the_image(task, ahead):
     """No guess leads there: the pose is estimated from the image alone, alone and in a batch."""
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     lost = visp.scene.believe(place=rs.Pose.at(0.4, 0, ahead, rpy=(1, 0.5, 2)))
-    scheme, goal = task(visp.task.goal, belief=lost), visp.task.goal.q
+    scheme, goal = task(visp.task.goal, belief=lost, gain=3.0), visp.task.goal.q
     told = {"duration": 20, "record": "summary"}
     starts = visp.start + np.array([[0, 0, 0], [0.02, 0, 0.1]]) @ np.eye(3, 7)
     run = rs.simulate(visp.scene, scheme, starts, **told)

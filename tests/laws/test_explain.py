@@ -778,7 +778,7 @@ ALONE = [name for name in examples.names() if not name.startswith("inspection")]
 @pytest.mark.parametrize(
     "name",
     [
-        name if k % 4 == 0 else pytest.param(name, marks=pytest.mark.full)
+        name if k % 8 == 0 else pytest.param(name, marks=pytest.mark.full)
         for k, name in enumerate(ALONE)
     ],
 )

@@ -96,7 +96,7 @@ SPOILT = {
 @pytest.mark.parametrize("task", TASKS)
 def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, spoilt):
     scene = arrange(name)
-    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), **SPOILT[spoilt])
+    check(scene, TASKS[task], around(scene, RUNS, spread=0.08), duration=1.5, **SPOILT[spoilt])
 
 
 @quiet

@@ -180,7 +180,7 @@ def test_the_covariance_is_that_of_many_noisy_images(camera):
     """Truth = exp(V) estimate; variances and correlations within 6 percent."""
     p, T = views(11, 7, 1)
     sigma, exact = 0.2, seen(camera, p, T)
-    noise = sigma * np.random.default_rng(2).normal(size=(8000, 7, 2))
+    noise = sigma * np.random.default_rng(2).normal(size=(4000, 7, 2))
     found = rs.estimate_pose(p, exact + noise, camera)
     V = twist(T.matrix @ rs.Pose(found.T_c_o).inv().matrix)
     C = rs.estimate_pose(p, exact, camera, noise=sigma).covariance[0]
