@@ -20,7 +20,8 @@ def _in_an_empty_folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_runs_and_says_what_it_found(path, capsys):
+def test_an_example_runs_and_says_what_it_found(path, capsys, monkeypatch):
+    monkeypatch.syspath_prepend(path.parent)  # as Python does for a script
     runpy.run_path(str(path), run_name="__main__")
     out, err = capsys.readouterr()
     assert err == "" and (out or list(Path().iterdir()))
