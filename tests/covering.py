@@ -1,8 +1,7 @@
 """Covering arrays: few rows of a large product in which nothing is missing that could interact.
 
-Most faults that depend on several choices depend on two of them (Kuhn, Wallace and Gallo, IEEE
-Transactions on Software Engineering 30(6), 2004), and all pairs of n choices fit into far fewer
-rows than their product has.
+Most faults show where one choice is made or two meet (Kuhn, Wallace and Gallo, IEEE Transactions
+on Software Engineering 30(6), 2004), and all pairs fit into far fewer rows than a product has.
 """
 
 from itertools import combinations, groupby
