@@ -1,9 +1,13 @@
-"""Scenes that several tests use."""
+"""Scenes that several tests use, and which rows of a product of choices run by default."""
+
+import sys
 
 import numpy as np
 import pytest
+from covering import thin
 
 import robsim as rs
+from robsim import cli
 from robsim.declare.families import families
 
 PUMA_ROWS = [
@@ -17,6 +21,11 @@ PUMA_ROWS = [
 SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest deselects by marks
+def pytest_collection_modifyitems(items):
+    thin(items)
+
+
 @pytest.fixture(autouse=True)
 def _kinds_as_before():
     """Forget the kinds that a test registers, so that no other test meets them."""
@@ -25,6 +34,24 @@ def _kinds_as_before():
     for noun, family in families().items():
         family.kinds.clear()
         family.kinds.update(before.get(noun, {}))
+
+
+@pytest.fixture
+def called(monkeypatch, capsys):
+    """`robsim ARGUMENTS` in this process: (status, out, err)."""
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["robsim", *map(str, arguments)])
+        status = 0
+        try:
+            cli.main()
+        except SystemExit as stop:
+            status = stop.code or 0
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return status, out, err
+
+    return call
 
 
 @pytest.fixture

@@ -59,6 +59,7 @@ def test_a_single_run_equals_its_row_in_a_batch(batch, puma_starts):
         same(batch(puma_starts[i], first_run=i), rows.isel(run=i))
 
 
+@pytest.mark.covering(2)
 @pytest.mark.parametrize("threads", [1, 2, 3])
 @pytest.mark.parametrize("chunk", [1, 3, 7, 64])
 def test_chunks_and_threads_do_not_matter(batch, chunk, threads):

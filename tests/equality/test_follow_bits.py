@@ -36,6 +36,7 @@ BATCHES = {
 }
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize("name", BATCHES)
 @pytest.mark.parametrize("actuation", [None, rs.Actuation(lag=0.05, encoder=1e-9)])
 def test_batches_chunks_and_threads_do_not_matter(arm, name, actuation):

@@ -40,6 +40,7 @@ def turning_back(start):
 # camera_retreat
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize("degrees", [30, 60, 90, 120])
 @pytest.mark.parametrize("interaction", ["current", "desired", "mean"])
 def test_depth_follows_its_closed_form_all_the_way(degrees, interaction):
@@ -63,9 +64,9 @@ def test_depth_follows_its_closed_form_all_the_way(degrees, interaction):
 # retreat_cures
 
 
-def excursions(aside, *changes, degrees=(30, 60, 90, 120)):
+def excursions(aside, *changes, degrees=(30, 60, 90, 120), dt=0.01):
     scenario = rs.load_scenario(rs.examples.path("retreat_cures"), changes)
-    return rs.simulate(scenario.scene, scenario.task, starts(degrees, aside), dt=5e-3, duration=15)
+    return rs.simulate(scenario.scene, scenario.task, starts(degrees, aside), dt=dt, duration=15)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +87,7 @@ def test_two_and_a_half_d_goes_aside_so_that_its_mark_goes_straight():
     from the axis: mark and camera are in c = X (e^(-i theta_0 s) - 1 - s (e^(-i theta_0) - 1)),
     s from 1 to 0, whose length is largest at s = 1/2. dt = 5 ms: 1 percent.
     """
-    run = excursions(0.0, "task.kind=hybrid")
+    run = excursions(0.0, "task.kind=hybrid", dt=5e-3)
     expected = HALF_DIAGONAL * (1 - np.cos(np.radians([30, 60, 90, 120]) / 2))
     assert (run.outcome == rs.Outcome.CONVERGED).all()
     np.testing.assert_allclose(far_away(run), expected, rtol=0.01)

@@ -70,7 +70,7 @@ robots = [{ model = "free_camera" }]
 objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm", "0, 10, 100 cm"] }]
 cameras = [{ name = "eye", on = "free_camera.body", focal = 800, center = [320, 240] }]
 task = { kind = "ibvs", tolerance = 1e-12 }
-run = { dt = "1 ms", duration = "3000 s", record = 1000 }
+run = { dt = "1 ms", duration = "300 s", record = 1000 }
 sensing = { noise = 1.0 }
 """
 
@@ -143,8 +143,8 @@ def same(a, b):
 # ---- what works ----
 
 
-def test_the_demo_runs_in_a_process_of_its_own_and_leaves_run_scenario_and_figures(here):
-    done = process("demo")
+def test_the_demo_leaves_run_scenario_and_figures(robsim, here):
+    done = robsim("demo")
     assert done.status == 0 and "section 6.1" in done.out
     for words in ("outcome      converged", "time  ", " s\n", " px\n", "path length", " cm\n"):
         assert words in done.out
@@ -266,7 +266,7 @@ def test_check_refuses_what_a_run_would(robsim, change, words):
 
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_a_warning_is_one_line_for_the_user(robsim, command):
-    line = ENDLESS.replace('"0, 10, 100 cm"', '"20, 0, 100 cm"').replace("3000 s", "1 s")
+    line = ENDLESS.replace('"0, 10, 100 cm"', '"20, 0, 100 cm"').replace("300 s", "1 s")
     Path("line.toml").write_text(line, encoding="utf-8")
     done = robsim(command, "line.toml", *(["--no-figures"] if command == "run" else []))
     assert done.status == 0
@@ -609,7 +609,7 @@ def test_a_cold_start_is_told(robsim, monkeypatch):
         assert (words in done.out.splitlines()) == cold
 
 
-@pytest.mark.slow
+@pytest.mark.first_start
 def test_the_first_start_on_a_machine_compiles_and_the_second_does_not(here):
     environment = {**os.environ, "ROBSIM_CACHE_DIR": str(here / "cache")}
     runs = ["run", "lift.toml", "--no-figures"]

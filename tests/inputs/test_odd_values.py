@@ -16,16 +16,17 @@ ODD = [
 
 
 @pytest.mark.filterwarnings("ignore::robsim.UnitWarning")
+@pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.full)])
 @pytest.mark.parametrize("example", ["wrong_dh", "inspection_a", "latency_and_gain", "chapter_6_2"])
-def test_an_odd_value_fits_or_is_one_clear_error(example):
+def test_an_odd_value_fits_or_is_one_clear_error(example, every):
     experiment = rs.load_scenario(rs.examples.path(example))
     rng = np.random.default_rng(5)
-    refused = 0
-    for path in dotted_names(ExperimentTable, experiment.tables):
+    refused, paths = 0, list(dotted_names(ExperimentTable, experiment.tables))[::every]
+    for path in paths:
         value = ODD[rng.integers(len(ODD))]
         try:
             _ = experiment.at(path, value).tables
         except rs.InputError as error:
             refused += 1
             assert str(error), (path, value)
-    assert refused > 20
+    assert refused > len(paths) / 8

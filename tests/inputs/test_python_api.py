@@ -933,6 +933,7 @@ def interrupted(q0=START, task="built in", **settings):
     return error.value
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("threads", [1, 2])
 def test_ctrl_c_keeps_what_was_simulated_so_far(task, threads, tmp_path):

@@ -1282,11 +1282,23 @@ BASES = st.sampled_from(
         f'{BELT}\n[task]\nkind = "ibvs"\ncamera = "eye"',
     ]
 )
-QUIET = settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUIET = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-@QUIET
-@given(data=st.data())
+def tried_with(**strategies):
+    """A property is tried with 60 examples by default and with 250 where all tests run."""
+
+    def decorate(holds):
+        @pytest.mark.parametrize("count", [60, pytest.param(250, marks=pytest.mark.full)])
+        def test(count):
+            settings(QUIET, max_examples=count)(given(**strategies)(holds))()
+
+        return test
+
+    return decorate
+
+
+@tried_with(data=st.data())
 def test_a_scenario_with_changed_tables_is_read_or_refused(data):
     tables = tomllib.loads(data.draw(BASES))
     for _ in range(data.draw(st.integers(1, 3))):
@@ -1308,8 +1320,7 @@ def test_a_scenario_with_changed_tables_is_read_or_refused(data):
     is_sound(tomli_w.dumps(tables))
 
 
-@QUIET
-@given(data=st.data())
+@tried_with(data=st.data())
 def test_a_scenario_with_changed_text_is_read_or_refused(data):
     text = data.draw(BASES)
     for _ in range(data.draw(st.integers(1, 3))):
@@ -1320,8 +1331,7 @@ def test_a_scenario_with_changed_text_is_read_or_refused(data):
     is_sound(text)
 
 
-@QUIET
-@given(
+@tried_with(
     path=st.one_of(
         st.text(max_size=20), st.sampled_from(["task.gain", "run.seed", "robots.arm.home"])
     ),

@@ -559,6 +559,7 @@ def test_a_chain_of_1000_links_is_read(read):
     assert robot.fk(np.zeros(999))[:3, 3].tolist() == [0, 0, 999]
 
 
+@pytest.mark.full
 def test_the_time_that_a_chain_takes_is_linear_in_its_length(read):
     """Eight times as many links take about eight times as long, not 64 times."""
 

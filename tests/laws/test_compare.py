@@ -66,7 +66,7 @@ def test_the_retreat_at_small_periods_is_the_closed_form(free_scene):
     assert one(found)["retreat"] == pytest.approx(1.0, abs=2e-3 * 2.0)
 
 
-@pytest.mark.parametrize("gain", [0.5, 2.0])
+@pytest.mark.parametrize("gain", [pytest.param(0.5, marks=pytest.mark.full), 2.0])
 def test_time_to_converge_is_that_of_an_exponential(free_scene, gain):
     """Of a pure translation, e is 0.4 exp(-gain t) in one component: ln(e0/tol)/gain, and the
     period in which that falls; commands that are held contract by 1 - gain dt per period."""

@@ -65,6 +65,7 @@ def velocity(T_w_c, name, interaction):
     return -np.linalg.pinv(L) @ (s - s_goal), np.linalg.norm(s - s_goal)
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize(
     ("name", "interaction"),
     [(n, i) for n in CASES for i in ("current", "desired", "mean") if (n, i) != ("three", "mean")],

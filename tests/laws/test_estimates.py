@@ -135,13 +135,14 @@ def test_an_estimated_pose_serves_under_a_pixel_of_noise(arrange, around, task):
     assert run.pixel_error.max() < 10.0
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize("task", [rs.PBVS, rs.Hybrid])
 @pytest.mark.parametrize("ahead", [-3.0, -1.2])
 def test_a_target_believed_behind_the_camera_is_found_in_the_image(task, ahead):
     """No guess leads there: the pose is estimated from the image alone, alone and in a batch."""
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     lost = visp.scene.believe(place=rs.Pose.at(0.4, 0, ahead, rpy=(1, 0.5, 2)))
-    scheme, goal = task(visp.task.goal, belief=lost), visp.task.goal.q
+    scheme, goal = task(visp.task.goal, belief=lost, gain=3.0), visp.task.goal.q
     told = {"duration": 20, "record": "summary"}
     starts = visp.start + np.array([[0, 0, 0], [0.02, 0, 0.1]]) @ np.eye(3, 7)
     run = rs.simulate(visp.scene, scheme, starts, **told)

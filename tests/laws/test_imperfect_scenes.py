@@ -28,7 +28,7 @@ def test_what_moves_on_its_own_is_late_as_well(arrange, share, actuation):
         np.testing.assert_allclose(run.s.values[k], seen.ravel(), rtol=0, atol=1e-9)
 
 
-def _mean(command, start, seconds, lag=0.08, rate=4.0, steps=4000):
+def _mean(command, start, seconds, lag=0.08, rate=4.0, steps=1000):
     """Mean velocity by the midpoint rule of v' = clip((command - v) / lag, +-rate)."""
     h, v, way = seconds / steps, start.copy(), 0.0
     for _ in range(steps):

@@ -19,6 +19,7 @@ def test_half_the_gain_at_two_periods_crosses_zero_exactly():
     assert float(run.pixel_error) < 0.01 and float(run.end_time) > 1.0
 
 
+@pytest.mark.covering(2)
 @pytest.mark.parametrize("late", [0, 1, 1.5, 3])
 @pytest.mark.parametrize("n", [1, 4])
 @pytest.mark.parametrize("lost", [0.0, 0.3])

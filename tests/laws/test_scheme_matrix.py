@@ -203,6 +203,7 @@ def task_of(arrangement, law):
     return LAWS[law](**told, **({"scene": scene} if law in NEED_THE_SCENE else {}))
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize(("arrangement", "law"), MATRIX, ids=lambda x: x.replace(" ", "_"))
 @pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 def test_ten_starts_converge(arrangement, law):

@@ -26,6 +26,7 @@ def descends(run):
     return (np.diff(norm, axis=1) <= 1e-9 * norm[:, :-1]).all()
 
 
+@pytest.mark.covering(1)
 @quiet
 @pytest.mark.parametrize("name", ["eye_in_hand", "eye_to_hand", "face_to_face", "mobile_arm"])
 @pytest.mark.parametrize("task", TASKS)

@@ -73,6 +73,7 @@ def marks_for(feature, scene):
     return with_marks(scene, special[feature]) if feature in special else scene
 
 
+@pytest.mark.covering(1)
 @quiet
 @pytest.mark.parametrize("name", SINGLE)
 @pytest.mark.parametrize("feature", FEATURES)
@@ -84,6 +85,7 @@ def test_moving_the_world_changes_no_feature(arrange, around, moved, feature, na
     same_motion(here, steps(moved(scene, AWAY), task, q0))
 
 
+@pytest.mark.covering(1)
 @pytest.mark.parametrize("name", SINGLE)
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_moving_the_world_changes_no_command(arrange, around, moved, scheme, name):
@@ -122,6 +124,7 @@ def renamed(scene):
     return replace(scene, cameras=[replace(eye, name=names[eye.name]) for eye in scene.cameras])
 
 
+@pytest.mark.covering(1)
 @quiet
 @pytest.mark.parametrize("name", STEREO)
 @pytest.mark.parametrize("feature", [*FEATURES, "stereo_points"])

@@ -50,6 +50,7 @@ def rests(scene, task, q):
     assert float(np.abs(held.qd).max()) < 1e-12
 
 
+@pytest.mark.covering(1)
 @quiet
 @pytest.mark.parametrize("name", ["free", "eye_in_hand", "eye_to_hand", "face_to_face"])
 @pytest.mark.parametrize("scheme", SINGLE)

@@ -64,6 +64,7 @@ def check(scene, task, q, decide):
         assert errors[0] / errors[-1] == pytest.approx(16, rel=0.05)
 
 
+@pytest.mark.covering(1)
 @quiet
 @pytest.mark.parametrize("name", SINGLE)
 @pytest.mark.parametrize("feature", FEATURES)
@@ -88,6 +89,7 @@ def test_reach_of_one_of_two_arms(arrange, around, decide, feature, joints):
     np.testing.assert_allclose(decide(scene, task, q).command.task_jacobian, whole, atol=1e-13)
 
 
+@pytest.mark.covering(1)
 @quiet
 @pytest.mark.parametrize("name", ["stereo_in_hand", "stereo_apart", "stereo_beside"])
 @pytest.mark.parametrize("feature", [*FEATURES, "stereo_points"])

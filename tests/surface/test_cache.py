@@ -63,6 +63,7 @@ def compiled(cache):
     return {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")}
 
 
+@pytest.mark.first_start
 def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles_nothing(copy):
     cache = copy / "cache"
     pixels, hits, misses, folder = start(copy, cache)
@@ -83,6 +84,7 @@ def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles
     assert start(copy, cache) == [[200.0, 300.0], 1, 0, folder]  # the old code is still there
 
 
+@pytest.mark.first_start
 def test_without_a_place_to_write_kernels_are_compiled_anew(copy):
     (copy / "file").write_text("mine", encoding="utf-8")
     for _ in range(2):
@@ -92,6 +94,7 @@ def test_without_a_place_to_write_kernels_are_compiled_anew(copy):
     assert not list(copy.rglob("*.nbc"))
 
 
+@pytest.mark.first_start
 def test_every_kernel_source_and_its_name_count(copy):
     """The name of the folder, from nothing but the files: no compiling."""
 

@@ -23,33 +23,34 @@ MACHINERY = {  # of the files that know how Numba compiles
 
 
 @cache
-def loaded_by(code):
-    """The top-level modules that a fresh Python has loaded after some code."""
-    code += "\nimport json, sys; print(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))"
+def loaded_by(*steps):
+    """The top-level modules that a fresh Python has loaded after each of some steps of code."""
+    told = "\nprint(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))\n"
+    code = "import json, sys\n" + "".join(step + told for step in steps)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
     assert done.stderr == ""
-    return set(json.loads(done.stdout.splitlines()[-1]))
+    return [set(json.loads(line)) for line in done.stdout.splitlines()]
 
 
-@pytest.mark.parametrize(
-    ("code", "allowed"),
-    [
-        ("import robsim", ()),
-        ("import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()", ()),
-        ("import robsim.testing, robsim.files.examples", ()),
-        ("import robsim as rs; rs.load_scenario", ("pydantic",)),
-        ("import robsim as rs; rs.open_run", ("xarray", "pandas")),
-        ("import robsim as rs; rs.clearance", ()),
-        ("import robsim as rs; rs.compare", ("xarray", "pandas")),
-        ("import robsim as rs; rs.explain; rs.diagnose", ("xarray", "pandas", "pydantic")),
-        ("import robsim.cli", ("click",)),
-        ("import robsim.classic", ()),
-    ],
-)
-def test_what_is_heavy_is_loaded_only_by_what_needs_it(code, allowed):
-    loaded = loaded_by(code)
-    assert "robsim" in loaded
-    assert set(LATE) & loaded - loaded_by("import numba") <= set(allowed)  # it looks for SciPy
+STEPS = {  # in the order of what they may load, so that none hides behind another
+    "import robsim": (),
+    "import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()": (),
+    "import robsim.testing, robsim.files.examples": (),
+    "rs.clearance": (),
+    "import robsim.classic": (),
+    "rs.load_scenario": (),
+    "import robsim.cli": ("click",),
+    "rs.open_run": ("xarray", "pandas"),
+    "rs.compare; rs.explain; rs.diagnose": (),
+}
+
+
+def test_what_is_heavy_is_loaded_only_by_what_needs_it():
+    (before,) = loaded_by("import numba")  # which looks for SciPy
+    for (step, allowed), loaded in zip(STEPS.items(), loaded_by(*STEPS), strict=True):
+        assert "robsim" in loaded
+        assert set(LATE) & loaded - before <= set(allowed), step
+        before |= loaded
 
 
 def imports(path):
@@ -81,4 +82,5 @@ def test_kernels_work_without_the_rest_of_us():
     code += "".join(f"import robsim.kernels.{path.stem}\n" for path in KERNELS[1:])
     code += "ours = [m for m in sys.modules if m.startswith('robsim.')]\n"
     code += "assert all(m.startswith('robsim.kernels') for m in ours), ours"
-    assert not set(LATE) & loaded_by(code) - loaded_by("import numba")
+    (loaded,), (numba,) = loaded_by(code), loaded_by("import numba")
+    assert not set(LATE) & loaded - numba
