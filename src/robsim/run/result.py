@@ -14,8 +14,8 @@ from robsim.base.arrays import Array
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.jacobian import camera_jacobian
-from robsim.kernels.jit import KERNEL_HASH
 from robsim.kernels.record import Track
+from robsim.kernels.store import KERNEL_HASH
 from robsim.run import ends
 from robsim.run.outcome import Outcome
 from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
