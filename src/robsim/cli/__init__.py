@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 import click
@@ -12,6 +13,7 @@ from robsim.cli import check, compare, demo, examples, explain, robots, run, sch
 from robsim.cli.progress import STOPPED
 
 BAD_INPUT = 2  # exit status
+NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -26,6 +28,7 @@ for _each in (demo, run, compare, check, explain, examples, robots, schema):
 
 def main() -> None:
     """Run the command line; exit status 0 when a simulation ran, 2 for bad input."""
+    gc.set_threshold(NEW_OBJECTS)
     try:
         cli(standalone_mode=False)
     except RobSimError as error:
