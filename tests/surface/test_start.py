@@ -14,7 +14,14 @@ import robsim
 LATE = ("matplotlib", "viser", "xarray", "pandas", "pydantic", "scipy", "click", "h5netcdf", "h5py")
 KERNELS = sorted((Path(robsim.__file__).parent / "kernels").glob("*.py"))
 MACHINERY = {  # of the files that know how Numba compiles
-    "jit": {"hashlib", "os", "sys", "collections.abc", "pathlib", "typing", "llvmlite"},
+    "jit": {"collections.abc", "typing", "numba.core"},
+    "cache": {"collections.abc", "contextlib", "pathlib", "typing", "numba.core.compiler"},
+    "store": {
+        *("hashlib", "os", "pathlib", "pickle", "sys", "typing", "uuid", "llvmlite"),
+        "numba.core.serialize",
+    },
+    "prebuilt": {"pathlib", "platform", "llvmlite"},
+    "notice": {"os", "sys", "threading", "time", "typing", "numba.core"},
     "lanes": {
         *("operator", "typing", "llvmlite", "numba.core", "numba.core.typing.templates"),
         *("numba.extending", "numba.np.arrayobj"),
@@ -34,7 +41,6 @@ def loaded_by(code):
 @pytest.mark.parametrize(
     ("code", "allowed"),
     [
-        ("import robsim", ()),
         ("import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()", ()),
         ("import robsim.testing, robsim.files.examples", ()),
         ("import robsim as rs; rs.load_scenario", ("pydantic",)),
@@ -50,6 +56,13 @@ def test_what_is_heavy_is_loaded_only_by_what_needs_it(code, allowed):
     loaded = loaded_by(code)
     assert "robsim" in loaded
     assert set(LATE) & loaded - loaded_by("import numba") <= set(allowed)  # it looks for SciPy
+
+
+@pytest.mark.parametrize(
+    "code", ["import robsim; dir(robsim)", "import robsim.cli", "import robsim.cli.schema"]
+)
+def test_help_and_completion_load_no_numbers(code):
+    assert not {"numpy", "numba", "llvmlite"} & loaded_by(code)
 
 
 def imports(path):
