@@ -65,6 +65,27 @@ def test_help_and_completion_load_no_numbers(code):
     assert not {"numpy", "numba", "llvmlite"} & loaded_by(code)
 
 
+def test_public_names_are_imported_in_any_order_and_once():
+    code = "import robsim; names = dir(robsim)\n"
+    code += "found = {name: getattr(robsim, name) for name in reversed(names)}\n"
+    code += "assert all(vars(robsim)[name] is found[name] for name in names)\n"
+    code += "from robsim.servo import IBVS; assert robsim.IBVS is IBVS\n"
+    code += "space = {}; exec('from robsim import *', space); assert set(names) <= set(space)"
+    loaded_by(code)
+
+
+def test_a_users_kind_meets_the_shipped_ones_whatever_was_imported():
+    code = "from robsim.declare import register\n"
+    code += "class Mine: name = 'camera'\n"
+    code += "try: register('law')(Mine)\n"
+    code += "except ValueError as error: assert 'CameraLaw' in str(error)\n"
+    code += "else: raise AssertionError\n"
+    code += "Mine.name = 'mine'; register('law')(Mine)\n"
+    code += "import robsim; assert 'mine' in robsim.declare.families()['law'].kinds\n"
+    code += "assert robsim.declare.families()['task'].kinds['mission'] is robsim.Mission"
+    loaded_by(code)
+
+
 def imports(path):
     """The modules that a file imports, wherever the statement stands."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
