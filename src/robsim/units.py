@@ -1,4 +1,4 @@
-"""Units at the doors: `from robsim.units import cm, deg`."""
+"""Units at the doors: `from robsim.units import cm, deg`; inside, metres, radians and seconds."""
 
 from robsim.base.units import Dimension, cm, deg, m, mm, ms, parse, rad, s, um
 

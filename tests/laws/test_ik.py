@@ -76,7 +76,6 @@ def test_poses_that_random_coordinates_reach_are_found_from_home(name):
     assert found.success.mean() >= 0.999
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_of_ten_thousand_poses_one_in_a_thousand_is_missed_at_most(name):
     robot = ARMS[name]()

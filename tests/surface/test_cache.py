@@ -11,19 +11,19 @@ import numba
 import pytest
 
 import robsim
-from robsim.kernels import jit
+from robsim.kernels import store
 
 KERNELS = Path(robsim.__file__).parent / "kernels"
 CALL = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels import features, jit
+from robsim.kernels import features, store
 x, K, s = np.array([[[0.25], [0.5]]]), np.diag([800.0, 600.0, 1.0]), np.empty((2, 1))
 features.to_pixels(x, K, s)
 stats = features.to_pixels.stats
 hits, misses = (sum(count.values()) for count in (stats.cache_hits, stats.cache_misses))
-print(json.dumps([features.__file__, s.ravel().tolist(), hits, misses, str(jit.CACHE)]))
+print(json.dumps([features.__file__, s.ravel().tolist(), hits, misses, str(store.CACHE)]))
 """
 
 
@@ -100,7 +100,7 @@ def test_every_kernel_source_and_its_name_count(copy):
 
     def name():
         code = f"import sys; sys.path.insert(0, {str(copy)!r})\n"
-        code += "from robsim.kernels.jit import KERNEL_HASH as name; print(name)"
+        code += "from robsim.kernels.store import KERNEL_HASH as name; print(name)"
         environment = {**os.environ, "ROBSIM_CACHE_DIR": str(copy / "cache")}
         done = subprocess.run(
             [sys.executable, "-c", code],
@@ -123,17 +123,17 @@ def test_every_kernel_source_and_its_name_count(copy):
 
 def test_numba_keeps_its_own_cache_for_the_functions_of_a_user():
     assert os.environ.get("NUMBA_CACHE_DIR", "") == numba.config.CACHE_DIR
-    assert jit.CACHE.name == jit.KERNEL_HASH and len(jit.KERNEL_HASH) == 16
+    assert store.CACHE.name == store.KERNEL_HASH and len(store.KERNEL_HASH) == 16
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the usual place is another one there")
 def test_the_usual_place_is_the_users_cache_folder(monkeypatch, tmp_path):
     monkeypatch.delenv("ROBSIM_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert jit._user_cache() == tmp_path / "robsim"
+    assert store._user_cache() == tmp_path / "robsim"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert jit._user_cache() == tmp_path / ".cache" / "robsim"
+    assert store._user_cache() == tmp_path / ".cache" / "robsim"
 
 
 def test_one_compiled_loop_serves_every_kind_of_goal():

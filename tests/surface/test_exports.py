@@ -83,8 +83,8 @@ MEMBERS = {
 
 
 def exported():
-    """The names that `__init__` hands on, with the names they have where they come from."""
-    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    """The names that the package hands on, with the names they have where they come from."""
+    tree = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "robsim":
             yield from ((alias.name, alias.asname) for alias in node.names)

@@ -14,7 +14,17 @@ import robsim
 LATE = ("matplotlib", "viser", "xarray", "pandas", "pydantic", "scipy", "click", "h5netcdf", "h5py")
 KERNELS = sorted((Path(robsim.__file__).parent / "kernels").glob("*.py"))
 MACHINERY = {  # of the files that know how Numba compiles
-    "jit": {"hashlib", "os", "sys", "collections.abc", "pathlib", "typing", "llvmlite"},
+    "jit": {"collections.abc", "typing", "numba.core"},
+    "cache": {"collections.abc", "contextlib", "pathlib", "typing", "numba.core.compiler"},
+    "store": {
+        *("hashlib", "os", "pathlib", "pickle", "sys", "typing", "uuid", "llvmlite"),
+        "numba.core.serialize",
+    },
+    "prebuilt": {"pathlib", "platform", "llvmlite"},
+    "notice": {"os", "sys", "threading", "time", "typing", "numba.core"},
+    "stage": {"collections.abc", "typing", "llvmlite", "numba.extending", "numba.np.arrayobj"},
+    "memory": {"typing", "numba.extending"},
+    "program": {"__future__", "collections.abc", "itertools", "typing", "numpy.typing"},
     "lanes": {
         *("operator", "typing", "llvmlite", "numba.core", "numba.core.typing.templates"),
         *("numba.extending", "numba.np.arrayobj"),
@@ -33,7 +43,6 @@ def loaded_by(*steps):
 
 
 STEPS = {  # in the order of what they may load, so that none hides behind another
-    "import robsim": (),
     "import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()": (),
     "import robsim.testing, robsim.files.examples": (),
     "rs.clearance": (),
@@ -51,6 +60,35 @@ def test_what_is_heavy_is_loaded_only_by_what_needs_it():
         assert "robsim" in loaded
         assert set(LATE) & loaded - before <= set(allowed), step
         before |= loaded
+
+
+@pytest.mark.parametrize(
+    "code", ["import robsim; dir(robsim)", "import robsim.cli", "import robsim.cli.schema"]
+)
+def test_help_and_completion_load_no_numbers(code):
+    (loaded,) = loaded_by(code)
+    assert not {"numpy", "numba", "llvmlite"} & loaded
+
+
+def test_public_names_are_imported_in_any_order_and_once():
+    code = "import robsim; names = dir(robsim)\n"
+    code += "found = {name: getattr(robsim, name) for name in reversed(names)}\n"
+    code += "assert all(vars(robsim)[name] is found[name] for name in names)\n"
+    code += "from robsim.servo import IBVS; assert robsim.IBVS is IBVS\n"
+    code += "space = {}; exec('from robsim import *', space); assert set(names) <= set(space)"
+    loaded_by(code)
+
+
+def test_a_users_kind_meets_the_shipped_ones_whatever_was_imported():
+    code = "from robsim.declare import register\n"
+    code += "class Mine: name = 'camera'\n"
+    code += "try: register('law')(Mine)\n"
+    code += "except ValueError as error: assert 'CameraLaw' in str(error)\n"
+    code += "else: raise AssertionError\n"
+    code += "Mine.name = 'mine'; register('law')(Mine)\n"
+    code += "import robsim; assert 'mine' in robsim.declare.families()['law'].kinds\n"
+    code += "assert robsim.declare.families()['task'].kinds['mission'] is robsim.Mission"
+    loaded_by(code)
 
 
 def imports(path):

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 import click
 
 from robsim import __version__
 from robsim.base.errors import RobSimError
-from robsim.cli import check, compare, demo, examples, explain, robots, run, schema
+from robsim.cli import check, compare, demo, examples, explain, robots, run, schema, warm
 from robsim.cli.progress import STOPPED
 
 BAD_INPUT = 2  # exit status
+NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -20,12 +22,13 @@ def cli() -> None:
     """Model, simulate and see robots that are guided by cameras."""
 
 
-for _each in (demo, run, compare, check, explain, examples, robots, schema):
+for _each in (demo, run, compare, check, explain, examples, robots, schema, warm):
     cli.add_command(_each.command)
 
 
 def main() -> None:
     """Run the command line; exit status 0 when a simulation ran, 2 for bad input."""
+    gc.set_threshold(NEW_OBJECTS)
     try:
         cli(standalone_mode=False)
     except RobSimError as error:

@@ -13,7 +13,7 @@ from robsim.base.interrupt import undisturbed
 from robsim.cli.files import folder_for, free_folder, write, writing
 from robsim.cli.options import changes, output
 from robsim.cli.progress import STOPPED, drawing, finished
-from robsim.cli.scenarios import COMPILING, check_colors, load, must_compile
+from robsim.cli.scenarios import check_colors, load
 
 if TYPE_CHECKING:
     from robsim.analysis.comparison import Comparison
@@ -60,9 +60,6 @@ def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> N
     What was simulated before Ctrl-C is kept.
     """
     from robsim.analysis.compare import compare
-
-    if any(must_compile(scenario) for scenario in scenarios.values()):
-        click.echo(COMPILING)
 
     def save(found: Comparison) -> bool:
         return _save_comparison(found, list(scenarios), folder)

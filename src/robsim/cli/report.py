@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robsim.run.outcome import Outcome
-
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -19,6 +17,7 @@ if TYPE_CHECKING:
 def report(result: xr.Dataset, folder: Path) -> None:
     """Print how a run ended, or how many runs of a batch ended in each way."""
     from robsim.run.ends import elsewhere
+    from robsim.run.outcome import Outcome
 
     if "run" in result.dims:
         counts = [(o, int((result.outcome == o).sum())) for o in Outcome]

@@ -14,7 +14,7 @@ from robsim.cli.files import folder_for, free_folder, write, writing
 from robsim.cli.options import changes, output
 from robsim.cli.progress import STOPPED, drawing, finished
 from robsim.cli.report import report, report_mission
-from robsim.cli.scenarios import COMPILING, check_colors, load, must_compile
+from robsim.cli.scenarios import check_colors, load
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
@@ -44,8 +44,6 @@ def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
     if figures:
         check_colors(scenario)
     click.echo(scenario.title or "simulating")
-    if must_compile(scenario):
-        click.echo(COMPILING)
     result = finished(scenario.run, lambda run: _save(run, scenario, folder), folder)
     stopped = _save(result, scenario, folder)
     tell, picture = (report_mission, draw_mission) if _staged(result) else (report, draw)

@@ -1,4 +1,4 @@
-"""Loading of scenarios for commands, with checks of colours and compiled kernels."""
+"""Loading of scenarios for commands, with a check of their colours."""
 
 from __future__ import annotations
 
@@ -6,12 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robsim.base.errors import FileError, InputError
-from robsim.kernels.jit import is_cold
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
-
-COMPILING = "compiling the kernels, once on this machine: this takes a few seconds"
 
 
 def load(file: Path, changes: tuple[str, ...]) -> Experiment:
@@ -35,9 +32,3 @@ def check_colors(scenario: Experiment) -> None:
                 color(shape.color)
             except InputError as error:
                 raise FileError(f"{scenario.source}: {owner}: {error}") from None
-
-
-def must_compile(scenario: Experiment) -> bool:
-    """Return whether kernels have to be compiled before the experiment runs."""
-
-    return is_cold("judging.judge")

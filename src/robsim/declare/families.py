@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.metadata import entry_points
+from importlib import import_module
 from typing import Any, TypeVar
 
 from robsim.base.errors import InputError, suggest
@@ -64,6 +64,7 @@ def family(noun: str) -> Family:
 
 def families() -> dict[str, Family]:
     """Return all families by their nouns."""
+    _load_shipped()
     return dict(_FAMILIES)
 
 
@@ -80,7 +81,9 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
         if not isinstance(kind, type):
             raise InputError(f"{noun}: expected a class, got {kind!r:.80}")
         own = checked_name(getattr(kind, "name", None) if name is None else name, noun)
-        if noun not in _FAMILIES and kind.__module__.startswith("robsim."):
+        if not kind.__module__.startswith("robsim."):
+            _load_shipped()
+        elif noun not in _FAMILIES:
             family(noun)  # whose own module may be imported after those of its kinds
         if noun not in _FAMILIES:
             raise InputError(f"no family {noun!r:.80}; {suggest(noun, _FAMILIES, 'families')}")
@@ -94,7 +97,18 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
 
 
 @cache
+def _load_shipped() -> None:
+    """Import every kind of RobSim, once, so that a user's meets the families and their names.
+
+    The module of what a file may say imports them all; it lies above this one, as users' do.
+    """
+    import_module("robsim.run.text")
+
+
+@cache
 def _load_entry_points() -> None:
     """Import what installed packages bring, once: their decorators do the rest."""
+    from importlib.metadata import entry_points
+
     for point in entry_points(group="robsim"):
         point.load()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -12,11 +12,13 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, naming
 from robsim.declare import Declared, ListOf, Table, register
 from robsim.declare.spec import Context, Raw
-from robsim.run.experiment import Experiment
 from robsim.run.mission_run import Leg, MissionRun
 from robsim.run.outcome import Outcome
 from robsim.run.phase import Phase
 from robsim.run.workers import Progress, check_progress
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
 
 MOST = 1000  # phases
 

@@ -14,7 +14,7 @@ import xarray as xr
 from robsim.base.arrays import Array
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
-from robsim.kernels.jit import KERNEL_HASH
+from robsim.kernels.store import KERNEL_HASH
 from robsim.run import ends
 from robsim.run.outcome import Outcome
 from robsim.run.record import Recorder, Track

@@ -20,6 +20,7 @@ from robsim.files.library import expanded
 from robsim.files.toml import write
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import PoseTable
+from robsim.run import mission as _mission  # noqa: F401  a kind of task that files may name
 from robsim.run.record import LONGEST
 from robsim.servo.goals.goal import start_of
 from robsim.servo.tasks.family import TASKS, TaskChoice

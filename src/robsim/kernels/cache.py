@@ -1,0 +1,51 @@
+"""What Numba asks for the machine code of a kernel: what came with the package, or was kept.
+
+Numba's own cache does not notice an edit in a callee of another file, asks for the place where
+the package lies and for the name of the processor, and believes whatever it reads.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from numba.core.compiler import CompileResult
+
+from robsim.kernels import prebuilt, store
+
+
+class KernelCache:
+    """The machine code of one kernel, a file for each list of argument types."""
+
+    def __init__(self, function: Callable[..., Any]):
+        code = function.__code__
+        file = Path(code.co_filename).stem
+        self.name = f"{file}.{function.__qualname__}-{code.co_firstlineno}".replace("<locals>", "")
+        self.free = [_described(cell.cell_contents) for cell in function.__closure__ or ()]
+        self.cache_path = str(store.CACHE)  # which Numba shows in `stats`
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled kernel for some argument types; None if it is nowhere."""
+        target_context.refresh()
+        host = target_context.codegen().magic_tuple()
+        places = [(prebuilt.FOLDER, (host[0], prebuilt.LEVEL, ""))] if prebuilt.FOLDER else []
+        for folder, processor in (*places, (store.CACHE, host)):
+            found = store.load(folder, self.name, (sig, processor, self.free))
+            if found is not None:
+                return CompileResult._rebuild(target_context, *found)
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled kernel; without a place to write it serves this process alone."""
+        key = (sig, data.library.codegen.magic_tuple(), self.free)
+        with suppress(OSError):
+            store.save(store.CACHE, self.name, key, data._reduce())
+
+    def flush(self) -> None:
+        """Keep what there is, which Numba asks to forget when it compiles a function again."""
+
+
+def _described(value: Any) -> str:
+    """Return what a free variable of a function is; a kernel by its name, not its address."""
+    own = getattr(value, "_cache", None)
+    return f"{own.name} {own.free}" if isinstance(own, KernelCache) else repr(value)

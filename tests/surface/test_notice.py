@@ -1,0 +1,128 @@
+"""A line on stderr where compiling takes more than a second, and nothing elsewhere."""
+
+import io
+import os
+import subprocess
+import sys
+
+import numba
+import pytest
+from numba.core.event import Event, EventStatus
+
+from robsim.kernels import features, notice, store
+
+CODE = """
+import numpy as np
+from robsim.kernels import features, notice
+notice.PATIENCE = 0.0
+for _ in range(2):
+    features.to_pixels(np.ones((1, 2, 1)), np.eye(3), np.empty((2, 1)))
+"""
+
+
+def event(kernel, status):
+    return Event("numba:compile", status, {"dispatcher": kernel})
+
+
+def start(teller, kernel):
+    teller.on_start(event(kernel, EventStatus.START))
+
+
+def end(teller, kernel):
+    teller.on_end(event(kernel, EventStatus.END))
+
+
+def wait(teller):
+    """Let the clock of the outermost kernel run down."""
+    teller._timer.join(10)
+    assert not teller._timer.is_alive()
+
+
+@pytest.fixture
+def teller(monkeypatch):
+    """A listener of its own, which is not silent in tests, and for which a second is nothing."""
+    monkeypatch.setattr(notice, "quiet", lambda: False)
+    monkeypatch.setattr(notice, "PATIENCE", 0.0)
+    return notice.Notice()
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_one_line_says_what_is_done_and_where_it_is_kept(teller, capsys):
+    for _ in range(2):
+        start(teller, features.to_pixels)
+        wait(teller)
+        end(teller, features.to_pixels)
+    line = f"robsim: compiling kernels, once: they are kept in {store.CACHE}\n"
+    assert capsys.readouterr() == ("", line)
+    assert teller.compiled == ["features.to_pixels"] * 2
+
+
+def test_before_a_second_has_passed_nothing_is_said(teller, capsys, monkeypatch):
+    monkeypatch.setattr(notice, "PATIENCE", 1000.0)
+    start(teller, features.to_pixels)
+    end(teller, features.to_pixels)
+    assert teller._timer.finished.is_set()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_terminal_shows_what_is_compiled_now_and_keeps_the_first_line_only(teller, monkeypatch):
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    start(teller, features.to_pixels)
+    wait(teller)
+    start(teller, features.difference)
+    first, now = screen.getvalue().split("\n")
+    assert first.startswith("robsim: compiling kernels") and "0 kernels in 0 s" in now
+    end(teller, features.difference)
+    end(teller, features.to_pixels)
+    last = screen.getvalue().split("\n")[1].rsplit("\r", 2)
+    assert last[1].strip() == "" and last[2] == ""
+
+
+@pytest.mark.parametrize("variable", ["ROBSIM_QUIET", "PYTEST_CURRENT_TEST"])
+def test_it_can_be_silenced_and_is_silent_in_tests(capsys, monkeypatch, variable):
+    teller = notice.Notice()
+    monkeypatch.setattr(notice, "PATIENCE", 0.0)
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    monkeypatch.delenv("ROBSIM_QUIET", raising=False)
+    assert not notice.quiet()
+    monkeypatch.setenv(variable, "1")
+    start(teller, features.to_pixels)
+    wait(teller)
+    end(teller, features.to_pixels)
+    assert capsys.readouterr() == ("", "") and teller.compiled == ["features.to_pixels"]
+
+
+def test_the_functions_of_a_user_are_not_counted(teller, capsys):
+    mine = numba.njit(lambda x: x)
+    start(teller, mine)
+    end(teller, mine)
+    assert teller.compiled == [] and capsys.readouterr() == ("", "")
+
+
+def test_without_a_place_to_write_it_says_so(teller, capsys, monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(store, "CACHE", tmp_path / "file" / "below")
+    start(teller, features.to_pixels)
+    wait(teller)
+    end(teller, features.to_pixels)
+    assert (
+        f"in each process anew: {tmp_path / 'file' / 'below'} cannot be" in capsys.readouterr().err
+    )
+
+
+def test_a_process_says_it_on_stderr_once_and_the_next_says_nothing(tmp_path):
+    environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
+    environment["ROBSIM_CACHE_DIR"] = str(tmp_path)
+    command = [sys.executable, "-c", CODE]
+    first, second = (
+        subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+        for _ in range(2)
+    )
+    assert first.stdout == second.stdout == second.stderr == ""
+    assert first.stderr.startswith(f"robsim: compiling kernels, once: they are kept in {tmp_path}")
+    assert first.stderr.count("\n") == 1

@@ -1,0 +1,82 @@
+"""`robsim warm`: all that users do is done once, in processes, and told."""
+
+import sys
+
+import pytest
+
+import robsim as rs
+from robsim import cli
+from robsim.cli import uses, warm
+from robsim.declare import families
+from robsim.kernels import prebuilt, store
+
+
+def test_the_list_has_every_example_feature_and_module():
+    listed = uses.uses()
+    assert len(set(listed)) == len(listed)
+    by_kind = {kind: {what for k, what in listed if k == kind} for kind, _ in listed}
+    assert by_kind["example"] == set(rs.examples.names())
+    assert by_kind["change"] >= {f"task.features={name}" for name in families()["feature"].kinds}
+    assert by_kind["docstrings"] >= {"robsim.robot.ik.result", "robsim.vision.stereo"}
+
+
+def test_one_thing_is_done_as_a_user_does_it(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    done = []
+    monkeypatch.setattr(rs.Experiment, "run", lambda self: done.append(self.task))
+    monkeypatch.setattr(uses.robsim, "simulate", lambda *a, **how: done.append(how["sensing"]))
+    uses.do(("change", "sensing.noise=1"))
+    uses.do(("example", "visp_tutorial"))
+    task, sensing, other = done
+    assert sensing.noise == 1.0 and isinstance(task, rs.IBVS)
+    assert other == rs.load_scenario(rs.examples.path("visp_tutorial")).task
+
+
+def test_changes_are_of_keys_that_there_are():
+    for change in uses.CHANGES:
+        rs.load_scenario(rs.examples.path(uses.SCENARIO), [change])
+
+
+def test_what_fails_is_told_by_its_name():
+    compiled, error = warm.compiled_by(("example", "none_such"))
+    assert compiled == set() and error.startswith("example none_such: InputError: no example")
+
+
+@pytest.fixture
+def called(monkeypatch, capsys):
+    """`robsim warm` in this process: what it prints."""
+
+    def call():
+        monkeypatch.setattr(sys, "argv", ["robsim", "warm", "-j", "1"])
+        cli.main()
+        return capsys.readouterr()
+
+    return call
+
+
+def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monkeypatch, called):
+    monkeypatch.setattr(warm, "_done", lambda jobs: ({"a", "b"}, ["example car: it broke"]))
+    out, err = called()
+    assert out.startswith("compiled 2 kernels in 0 s; kept: ") and str(store.CACHE) in out
+    assert err == "warning: example car: it broke\n"
+    monkeypatch.setattr(warm, "_done", lambda jobs: (set(), []))
+    assert called().out.startswith("nothing to do: ")
+    monkeypatch.setattr(prebuilt, "LEVEL", "x86-64-v3")
+    assert "what came with the package serves here (x86-64-v3)" in called().out
+
+
+def test_a_process_of_its_own_does_the_work(monkeypatch, called):
+    monkeypatch.setattr(uses, "uses", lambda: [("change", "sensing.noise=1"), ("example", "none")])
+    first, second = called(), called()
+    assert first.err.count("warning: example none: InputError") == 1
+    assert second.out.startswith("nothing to do: ")
+
+
+def test_without_a_place_to_write_it_is_refused(monkeypatch, tmp_path, capsys):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(store, "CACHE", tmp_path / "file" / "below")
+    monkeypatch.setattr(sys, "argv", ["robsim", "warm"])
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    assert stop.value.code == 2
+    assert capsys.readouterr().err == f"error: cannot write {store.CACHE}, where kernels are kept\n"
