@@ -7,7 +7,7 @@ import robsim as rs
 from robsim.base.warned import TWO_TURNS
 from robsim.kernels import kinematics, packed
 
-BATCH = 2 * kinematics.CHUNK + 3  # two whole chunks and a part of one
+BATCH = 2 * kinematics.WIDTH + 3  # two whole chunks and a part of one
 
 
 def screw():
@@ -47,7 +47,7 @@ def test_a_configuration_alone_equals_its_row_in_any_batch(name, method):
     robot = ROBOTS[name]
     q, call = some(robot), getattr(robot, method)
     whole = call(q)
-    for i in (0, 1, kinematics.CHUNK - 1, kinematics.CHUNK, BATCH - 1):
+    for i in (0, 1, kinematics.WIDTH - 1, kinematics.WIDTH, BATCH - 1):
         same(call(q[i]), whole[i])
     for rows in (slice(3, 4), slice(100, 250), slice(None, None, -1), slice(0, 0)):
         same(call(q[rows]), whole[rows])

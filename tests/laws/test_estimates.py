@@ -24,9 +24,14 @@ def filtered(scene, task, run):
     return near.T * seen.depth.T - 1.0, np.sqrt(variance.T) / near.T
 
 
+def calls_of(alone, stage):
+    """The numbers of the calls of a stage."""
+    return [call[1] for call in alone.program.calls if isinstance(call, tuple) and call[0] is stage]
+
+
 def state_of(alone, blocks):
     """The 1/Z (N, B) of a depth filter, and its variance."""
-    (p,) = (call[1] for call in alone.program.calls if call[0] is filter_stage)
+    (p,) = calls_of(alone, filter_stage)
     return blocks.get(p[5], p[0], 3)[:, 2], blocks.get(p[6], p[0], 3, 3)[:, 2, 2]
 
 
@@ -111,7 +116,7 @@ def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange
     controller = SEVERAL[task].bind(scene)
     sight, q = controller.sights[0], runs_last(around(scene, 3), 1)
     alone = Standalone(controller, 0.04)
-    blocks, (p,) = alone.begin(3), (c[1] for c in alone.program.calls if c[0] is learn_stage)
+    blocks, (p,) = alone.begin(3), calls_of(alone, learn_stage)
     for step in range(40):
         seen = sight.project(q)
         given = {sight.key: seen.pixels}, {sight.key: seen.depth}

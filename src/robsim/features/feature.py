@@ -70,12 +70,7 @@ class Observation:
             raise InputError("a pose needs the model of the target and a guess; here are none")
         T = np.empty(self.guess_last.shape)
         fit_pose(self.model, self.points_last, self.guess_last, T)
-        lost = np.isnan(T[0, 0])
-        if lost.any():
-            lost &= np.isfinite(self.points_last).all(axis=(0, 1))  # guessed behind the camera
-        if lost.any() and len(self.model) > 2:
-            T[..., lost] = _from_image(self.model, self.points_last[..., lost])
-        return T
+        return without_guess(T, self.model, self.points_last)
 
     @classmethod
     def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:
@@ -108,10 +103,16 @@ class Observation:
         )
 
 
-def _from_image(model: Array, points: Array) -> Array:
-    """Return T_c_o (3, 4, B) without a guess, from normalised points (N, 2, B)."""
-    found = estimate_pose(model, runs_first(points), Camera(np.eye(3)))
-    return runs_last(found.T_c_o[:, :3], 2)
+def without_guess(T: Array, model: Array, points: Array) -> Array:
+    """Return poses (3, 4, B), those that are NaN from normalised points (N, 2, B) alone.
+
+    Where all marks (N, 3) are seen, the guess was behind the camera.
+    """
+    lost = np.isnan(T[0, 0]) & np.isfinite(points).all(axis=(0, 1))
+    if lost.any() and len(model) > 2:
+        found = estimate_pose(model, runs_first(points[..., lost]), Camera(np.eye(3)))
+        T[..., lost] = runs_last(found.T_c_o[:, :3], 2)
+    return T
 
 
 @runtime_checkable

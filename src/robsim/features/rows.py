@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.features.feature import Observation
+from robsim.features.feature import Observation, without_guess
 from robsim.kernels import commanding
 from robsim.kernels.pose_features import pose_stage
 from robsim.kernels.program import Blocks, Program
@@ -39,6 +39,7 @@ class Seen:
     other: Seen | None = None  # the same marks, as the second camera of a pair sees them
     between: int = -1  # 12, the pose of the second camera in this one
     fitted: int | None = None  # 12, the pose T_c_o that fits the image, where it is known already
+    sure: bool = True  # whether the guess cannot be behind the camera
 
     @property
     def pose(self) -> int:
@@ -47,7 +48,16 @@ class Seen:
             return self.fitted
         T = self.program.rows(12)
         self.program.add(pose_stage, self.N, self.model, self.points, self.guess, T)
+        if not self.sure:
+            self.program.call(lambda blocks, step: self._without_guess(blocks, T))
         return T
+
+    def _without_guess(self, blocks: Blocks, T: int) -> None:
+        """Find the poses that no guess led to from the image alone."""
+        pose = blocks.get(T, 3, 4)
+        if np.isnan(pose[0, 0]).any():
+            model, points = blocks.get(self.model, self.N, 3), blocks.get(self.points, self.N, 2)
+            blocks.put(T, without_guess(pose, model[..., 0], points))
 
     def goal(self, values: Any) -> int:
         """Return the rows of what is known of the goal, or -1."""

@@ -127,7 +127,7 @@ def filter_stage(p, w, step):
     x, state = matrix(w, p[1], N, 2), matrix(w, p[5], N, 3)
     P, new = tensor(w, p[6], N, 3, 3), matrix(w, p[7], N, 3)
     if step == 0:
-        _begin(x, numbers, state, P)
+        begin(x, numbers, state, P)
     else:
         predict(state, P, vector(w, p[3], 6), dt, new, tensor(w, p[7] + 3 * N, N, 3, 3))
         for i in range(3 * N):
@@ -140,8 +140,11 @@ def filter_stage(p, w, step):
 
 
 @kernel
-def _begin(x, numbers, state, P):
-    """Write the state and the covariance at the first points."""
+def begin(x, numbers, state, P):
+    """Compute state[n, 3, b] and P[n, 3, 3, b] at the first points x[n, 2, b].
+
+    The numbers[4, b] are 1/Z and its standard deviation, and those of both coordinates.
+    """
     P[:] = 0.0
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):

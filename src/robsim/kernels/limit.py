@@ -24,7 +24,7 @@ def scale_stage(p, w, step):
     The limits are n on |qd|, and two on |v| and |omega| of the twist J[6, n] qd.
     """
     n, J, limits, qd, out = p[0], p[1], p[2], p[3], p[4]
-    excess = 0.0 * get(w, limits) + 1.0
+    excess = 0.0 * get(w, qd) + 1.0
     for h in range(2):
         over = _speed(w, J, n, 3 * h, qd) / get(w, limits + n + h)
         excess = where(over > excess, over, excess)

@@ -145,7 +145,13 @@ class Program:
         for compiled, group in groupby(self.calls[start:end], lambda each: isinstance(each, tuple)):
             calls: list[Any] = list(group)
             found += [Compiled(calls)] if compiled else calls
-        return found
+        return found or [Compiled([])]
+
+    def prepared(self) -> tuple[Any, ...]:
+        """Return what a kernel needs to perform all stages, and a block to begin with."""
+        made = cast(Compiled, self.segments()[0])
+        block = Blocks(self, np.zeros(1, dtype=np.int64)).flat[0]
+        return made.addresses, made.at, made.numbers, block
 
 
 class Function:
@@ -153,15 +159,13 @@ class Function:
 
     def __init__(self, program: Program, first: int, found: int, count: int) -> None:
         self.first, self.found, self.count = first, found, count
-        self._stages = cast(Compiled, program.segments()[0])
-        self._block = Blocks(program, np.zeros(1, dtype=np.int64)).flat[0]
+        self._prepared = program.prepared()
         self._kept = program.kept
 
     def __call__(self, x: Array) -> Array:
         """Return rows (count, B) with rows x (n, B) from the first."""
-        out, made = np.empty((self.count, x.shape[1])), self._stages
-        given = made.addresses, made.at, made.numbers, self._block.copy()
-        kernels.evaluate(*given, self.first, x, self.found, out)
+        out, (*stages, block) = np.empty((self.count, x.shape[1])), self._prepared
+        kernels.evaluate(*stages, block.copy(), self.first, x, self.found, out)
         return out
 
 

@@ -62,6 +62,13 @@ def _call(typing: Any, address: Any, p: Any, at: Any, w: Any, first: Any, step: 
 
 
 @kernel
+def perform_on(addresses, at, p, block, step):
+    """Perform stages on one block, one step."""
+    for i in range(addresses.size):
+        _call(addresses[i], p, at[i], block, 0, step)
+
+
+@kernel
 def perform(addresses, at, p, blocks, step):
     """Perform stages on each of some blocks[i, :], one step."""
     size = blocks.shape[1]
@@ -101,6 +108,5 @@ def evaluate(addresses, at, p, block, first, x, found, out):
     """Perform stages for each run of x[i, b], which go to rows from `first`; fill out[j, b]."""
     for b in range(0, x.shape[1], WIDTH):
         gather_rows(x, b, first, block)
-        for i in range(addresses.size):
-            _call(addresses[i], p, at[i], block, 0, 0)
+        perform_on(addresses, at, p, block, 0)
         scatter_rows(block, found, b, out)

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, runs_first, runs_last
+from robsim.base.arrays import Array, runs_first, runs_last
 from robsim.geometry.pose import homogeneous
 from robsim.kernels import kinematics as kernels
-from robsim.robot.assembly import integers
+from robsim.kernels.commanding import copied
+from robsim.kernels.program import Program
+from robsim.robot.placed import Placed, add_jacobian
 from robsim.robot.tree import Tree
 
 
 class Placement:
-    """Some frames of a tree, with the constants by which kernels place them."""
+    """Some frames of a tree, with the program that places them."""
 
     def __init__(self, tree: Tree, names: Sequence[str]):
-        found = [tree.find(name) for name in names]
-        offsets = frozen(np.stack([offset[:3] for _, offset in found]))
         self.tree, self.names = tree, names
-        self._frames = *tree.packed, integers([body for body, _ in found]), offsets
-        self._twists = *self._frames, *tree.moves(tree.carried(names[0]))
 
     def poses(self, q: Array, out: Array) -> bool:
         """Fill out (..., frames, 4, 4) at q (..., nq); return whether q is known to be usual."""
         if self.tree.compiled:
-            usual: bool = kernels.poses(*self._frames, _flat(q), out.reshape(-1))
+            usual: bool = kernels.poses(*self._poses, _flat(q), out.reshape(-1))
             return usual
         bodies = self.tree.bodies(runs_last(q, 1))
         placed = [homogeneous(self.tree.frame(bodies, name)) for name in self.names]
@@ -35,12 +35,37 @@ class Placement:
 
     def jacobian(self, q: Array, out: Array) -> bool:
         """Fill out (..., 6, nv) of the first frame at q (..., nq), and return likewise."""
-        if self.tree.compiled:
-            usual: bool = kernels.jacobians(*self._twists, _flat(q), out.reshape(-1))
+        if self.tree.compiled and out.size:
+            flat = out.reshape(-1, 6 * self.tree.nv)
+            usual: bool = kernels.jacobians(*self._twists, _flat(q), flat)
             return usual
         bodies = self.tree.bodies(runs_last(q, 1))
         out[:] = runs_first(self.tree.jacobian(bodies, self.names[0]), q.shape[:-1])
         return False
+
+    def _placed(self) -> tuple[Placed, list[int]]:
+        """Return the bodies in a program, and the rows of the frames."""
+        program = Program()
+        placed = Placed(program, self.tree.joints, program.rows(self.tree.nq), self.tree.nq)
+        placed.add()
+        return placed, placed.frames([self.tree.find(name) for name in self.names])
+
+    @cached_property
+    def _poses(self) -> tuple[Any, ...]:
+        """The arguments of the kernel that places the frames."""
+        placed, frames = self._placed()
+        return *placed.program.prepared(), placed.q, np.array(frames, dtype=np.int64)
+
+    @cached_property
+    def _twists(self) -> tuple[Any, ...]:
+        """The arguments of the kernel of the Jacobian, at the frame in axes of the world."""
+        placed, (T, *_) = self._placed()
+        program, moves = placed.program, self.tree.moves(self.tree.carried(self.names[0]))
+        here = program.constant(np.eye(3, 4))
+        for r in (3, 7, 11):
+            program.add(copied, 1, T + r, here + r)
+        J = add_jacobian(program, placed.poses, placed.ratio, here, moves)
+        return *program.prepared(), placed.q, J
 
 
 def _flat(q: Array) -> Array:

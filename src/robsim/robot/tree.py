@@ -71,7 +71,8 @@ class Tree:
         """Return the poses of all bodies at coordinates q[n, b]."""
         found = self._bodies(self._with_own(q))
         count = 12 * len(self.parent)
-        return kernels.Bodies(found[:count].reshape(-1, 3, 4, q.shape[1]), found[count:])
+        poses = found[:count].reshape(len(self.parent), 3, 4, q.shape[1])
+        return kernels.Bodies(poses, found[count:])
 
     @cached_property
     def _bodies(self) -> Function:
@@ -129,9 +130,10 @@ class Tree:
         """Return the pose T[3, 4, b] of a frame."""
         body, offset = self.find(name)
         A, B = bodies.poses[body], offset
-        T: Array = A[:, 0, None] * B[0, :, None]
-        T = (T + A[:, 1, None] * B[1, :, None]) + A[:, 2, None] * B[2, :, None]
-        T[:, 3] += A[:, 3]
+        with np.errstate(all="ignore"):  # a run that went wrong is data
+            T: Array = A[:, 0, None] * B[0, :, None]
+            T = (T + A[:, 1, None] * B[1, :, None]) + A[:, 2, None] * B[2, :, None]
+            T[:, 3] += A[:, 3]
         return T
 
     def jacobian(self, bodies: kernels.Bodies, name: str) -> Array:

@@ -68,11 +68,14 @@ class BoundBlock:
             one = replace(one, other=seen[second], between_last=between)
         return one if self.marks is None else one.some(self.marks)
 
-    def stages(self, seen: Seen) -> FeatureRows:
-        """Add the stages of s and L to a program, and return the rows of the chosen components."""
+    def stages(self, seen: Seen, with_L: bool = True) -> FeatureRows:
+        """Add the stages of s and L to a program, and return the rows of the chosen components.
+
+        A user's feature is asked for L only if that is wanted.
+        """
         if self.marks is not None:
             seen = seen.some(self.marks)
-        rows = self._whole(seen)
+        rows = self._whole(seen, with_L)
         if self.components is None:
             return rows
         found = seen.room(self.size)
@@ -81,7 +84,7 @@ class BoundBlock:
             seen.program.add(commanding.copied, 6, rows.L + 6 * c, found.L + 6 * i)
         return found
 
-    def _whole(self, seen: Seen) -> FeatureRows:
+    def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:
         """Return the rows of all components, of a feature that may be a user's."""
         if isinstance(self.feature, Compiled):
             return self.feature.stages(seen)
@@ -91,7 +94,8 @@ class BoundBlock:
         def asked(blocks: Blocks, step: int) -> None:
             view = whole.observation(seen, blocks)
             blocks.put(rows.s, whole.measure(view))
-            blocks.put(rows.L, whole.interaction(view))
+            if with_L:
+                blocks.put(rows.L, whole.interaction(view))
 
         seen.program.call(asked)
         return rows

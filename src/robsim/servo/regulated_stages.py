@@ -35,7 +35,8 @@ class RegulatedRows:
         self.first = self.J[regulated.sights[0].key]
         self.shown = [self._shown(part.sights) for part in regulated.parts]
         pairs = zip(regulated.parts, self.shown, strict=True)
-        each = [part.stages(seen) for part, seen in pairs]
+        with_L = isinstance(regulated.which, str) and regulated.which != "desired"
+        each = [part.stages(seen, with_L) for part, seen in pairs]
         self.s = joined(self.program, [rows.s for rows in each], [rows.k for rows in each])
         self._interactions(each)
         self.A = self.moved(self.J, regulated.columns.size)
@@ -103,7 +104,8 @@ class RegulatedRows:
         bends = bool(sight.eye.camera.lens.any())
         program.add(viewing.normalise, camera, N, view.pixels, points, bends)
         model, depth = program.constant(sight.target.marks), self._depth(sight, view.depth, points)
-        return Seen(program, N, view.pixels, points, depth, camera, model, T_c_o)
+        rows = view.pixels, points, depth, camera, model, T_c_o
+        return Seen(program, N, *rows, sure=self.regulated.exact)
 
     def _depth(self, sight: Sight, true: int, points: int) -> int:
         """Return the rows of the depths that go into L."""

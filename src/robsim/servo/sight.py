@@ -131,8 +131,9 @@ def sight(scene: Scene, camera: str | None, target: str | None) -> Sight:
 def relative(T_w_a: Array, T_w_b: Array) -> Array:
     """Return T_a_b (3, 4, B) from T_w_a and T_w_b (3, 4, B)."""
     R, B = T_w_a[:, :3], T_w_b.copy()
-    B[:, 3] -= T_w_a[:, 3]
-    T: Array = R[0, :, None] * B[0] + R[1, :, None] * B[1] + R[2, :, None] * B[2]
+    with np.errstate(all="ignore"):  # a run that went wrong is data
+        B[:, 3] -= T_w_a[:, 3]
+        T: Array = R[0, :, None] * B[0] + R[1, :, None] * B[1] + R[2, :, None] * B[2]
     return T
 
 
