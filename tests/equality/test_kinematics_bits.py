@@ -7,7 +7,7 @@ import robsim as rs
 from robsim.base.warned import TWO_TURNS
 from robsim.kernels import kinematics, packed
 
-BATCH = 2 * kinematics.WIDTH + 3  # two whole chunks and a part of one
+BATCH = 32 * kinematics.WIDTH + 3  # whole blocks and a part of one
 
 
 def screw():

@@ -134,13 +134,3 @@ def test_the_usual_place_is_the_users_cache_folder(monkeypatch, tmp_path):
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert store._user_cache() == tmp_path / ".cache" / "robsim"
-
-
-def test_one_compiled_loop_serves_every_kind_of_goal():
-    """Numba compiles anew for an array that is read-only where another could be written."""
-    visp = robsim.load_scenario(robsim.examples.path("visp_tutorial"))
-    shown = robsim.IBVS(visp.task.goal).bind(visp.scene)
-    goals = robsim.GoalFeatures(shown.s_goal[:, 0]), robsim.GoalPose(robsim.Pose.at(0, 0, 1))
-    for goal in goals:
-        scheme = robsim.IBVS(goal).bind(visp.scene).compiled
-        assert numba.typeof(scheme) == numba.typeof(shown.compiled)

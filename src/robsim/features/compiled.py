@@ -17,6 +17,11 @@ from robsim.kernels.viewing import CAMERA
 class Compiled(ABC):
     """The base of features whose s and L are computed by stages of a program."""
 
+    @classmethod
+    def is_own(cls) -> bool:
+        """Return whether a user's subclass measures in Python instead."""
+        return cls.measure is not Compiled.measure or cls.interaction is not Compiled.interaction
+
     @abstractmethod
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""

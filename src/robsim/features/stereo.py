@@ -21,7 +21,8 @@ class StereoPoints(Compiled, Declared):
     L = [-I, [X]x] for each mark, as Xdot = -v - omega x X (Chaumette and Hutchinson 2006). NaN
     where the rays of both cameras to a mark are parallel.
 
-    >>> from robsim.vision.camera import Camera
+    >>> import numpy as np
+    >>> from robsim import Camera, Observation
     >>> left, right = np.array([[[0.1], [0.0]]]), np.array([[[0.0], [0.0]]])
     >>> camera, depth = Camera(np.eye(3)), np.array([[2.0]])
     >>> seen = Observation.of(left, depth, camera)

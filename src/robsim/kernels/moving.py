@@ -1,7 +1,9 @@
 """Stages that move coordinates by velocities that are held for a period, exactly."""
 
-from robsim.kernels import joints
-from robsim.kernels.lanes import WIDTH, get, put
+from robsim.kernels import joints, se3
+from robsim.kernels.jit import part
+from robsim.kernels.lane_math import cos_sin
+from robsim.kernels.lanes import WIDTH, get, put, some, sqrt, where
 from robsim.kernels.memory import vector
 from robsim.kernels.stage import stage
 
@@ -15,10 +17,37 @@ def run(p, w, step):
         put(w, q, get(w, q) + dt * get(w, v))
 
 
+@part
+def _screw(theta):
+    """Return the coefficients b and c of exp, sin(theta/2)/(theta/2), and cos(theta/2)."""
+    half, turns = 0.5 * theta, theta > 0.0
+    cosine, sine = cos_sin(half)
+    sinc = where(turns, sine / where(turns, half, 1.0), 1.0)
+    c, far = se3.cubic_coefficient(theta), theta > 1.0
+    if some(far):
+        _, whole = cos_sin(theta)
+        c = where(far, (theta - whole) / (theta * theta * theta), c)
+    return 0.5 * sinc * sinc, c, sinc, cosine
+
+
 @stage
 def fly(p, w, step):
-    """Move a floating body: (dt, q, v)."""
-    joints.integrate_floating(vector(w, p[2], 6), w[p[0] * WIDTH], vector(w, p[1], 7))
+    """Replace q of a floating body at T by that of T exp(V dt), for its twist V: (dt, q, v)."""
+    dt, q, v = get(w, p[0]), p[1], p[2]
+    vx, vy, vz = dt * get(w, v), dt * get(w, v + 1), dt * get(w, v + 2)
+    wx, wy, wz = dt * get(w, v + 3), dt * get(w, v + 4), dt * get(w, v + 5)
+    b, c, sinc, cosine = _screw(sqrt(wx * wx + wy * wy + wz * wz))
+    way = se3.along_screw(vx, vy, vz, wx, wy, wz, b, c)
+    x, y, z, u = get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6)
+    R, s = se3.quaternion_to_rotation(x, y, z, u), 0.5 * sinc
+    for r in range(3):
+        put(w, q + r, get(w, q + r) + (R[r][0] * way[0] + R[r][1] * way[1] + R[r][2] * way[2]))
+    x, y, z, u = se3.quaternion_product(x, y, z, u, s * wx, s * wy, s * wz, cosine)
+    norm = sqrt(x * x + y * y + z * z + u * u)
+    put(w, q + 3, x / norm)
+    put(w, q + 4, y / norm)
+    put(w, q + 5, z / norm)
+    put(w, q + 6, u / norm)
 
 
 @stage

@@ -37,7 +37,8 @@ class Blocks:
     @property
     def flat(self) -> Array:
         """The blocks (n, rows * lanes)."""
-        return self.numbers.reshape(len(self.numbers), -1)
+        count, rows, _ = self.numbers.shape
+        return self.numbers.reshape(count, rows * WIDTH)
 
     def get(self, row: int, *shape: int) -> Array:
         """Return a copy (*shape, runs) of rows from the first."""
@@ -57,11 +58,10 @@ class Blocks:
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs (runs,)."""
         rows = self.numbers.shape[1]
-        kept = self.get(0, rows)[:, going]
-        self.runs = kept.shape[1]
+        left, self.runs = self.get(0, rows) if going.any() else None, int(going.sum())
         self.numbers = _aligned(-(-self.runs // WIDTH), rows)
-        if self.runs:
-            self.put(0, kept)
+        if left is not None:
+            self.put(0, left[:, going])
 
     def _into(self, row: int, lanes: Array) -> None:
         into = self.numbers[:, row : row + len(lanes)]

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 
 
 @kernel
@@ -18,17 +18,24 @@ def sinc(x):
     return math.sin(x) / x if x != 0.0 else 1.0
 
 
+@part
+def cubic_coefficient(theta):
+    """Return (t - sin t)/t^3 for t up to 1, by a series that is good to 2e-16 there.
+
+    1/6 (1 - t2/(4 5) (1 - t2/(6 7) (1 - ...))).
+    """
+    square = theta * theta
+    nested = 1.0 + 0.0 * theta
+    for n in range(10, 0, -1):
+        nested = 1.0 - square * nested / ((2 * n + 2) * (2 * n + 3))
+    return nested / 6.0
+
+
 @kernel
 def exp_coefficients(theta):
     """Return a = sin(t)/t, b = (1 - cos t)/t^2 and c = (t - sin t)/t^3 of exp, for t >= 0."""
     half = sinc(0.5 * theta)
-    if theta > 1.0:
-        c = (theta - math.sin(theta)) / theta**3
-    else:  # 1/6 (1 - t2/(4 5) (1 - t2/(6 7) (1 - ...))): 2e-16 below 1 rad
-        nested = 1.0
-        for n in range(10, 0, -1):
-            nested = 1.0 - theta * theta * nested / ((2 * n + 2) * (2 * n + 3))
-        c = nested / 6.0
+    c = (theta - math.sin(theta)) / theta**3 if theta > 1.0 else cubic_coefficient(theta)
     return sinc(theta), 0.5 * half * half, c
 
 
@@ -113,8 +120,14 @@ def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
 
 @kernel
 def exp_translation(vx, vy, vz, wx, wy, wz):
-    """Return the translation of exp(v, w): v + b (w x v) + c w x (w x v)."""
+    """Return the translation of exp(v, w)."""
     _, b, c = exp_coefficients(math.sqrt(wx * wx + wy * wy + wz * wz))
+    return along_screw(vx, vy, vz, wx, wy, wz, b, c)
+
+
+@kernel
+def along_screw(vx, vy, vz, wx, wy, wz, b, c):
+    """Return v + b (w x v) + c w x (w x v)."""
     ux, uy, uz = wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx
     return (
         vx + b * ux + c * (wy * uz - wz * uy),

@@ -30,7 +30,8 @@ def product(A, B, out):
 def _orthonormalise(block, Q, rows, n, R):
     """Replace the columns of Q by orthonormal ones, with R upper triangular and Q_before = Q R.
 
-    Both stand column by column: Q of so many `rows`, R of n.
+    Both stand column by column: Q of so many `rows`, R of n. Two columns are taken at a time, whose
+    sums do not wait for one another.
     """
     for j in range(n):
         q = Q + j * rows
@@ -42,8 +43,28 @@ def _orthonormalise(block, Q, rows, n, R):
         share = 1.0 / length
         for i in range(rows):
             put(block, q + i, get(block, q + i) * share)
-        for k in range(j + 1, n):
+        k = j + 1
+        while k + 1 < n:
+            _parts_along(block, q, Q + k * rows, rows, R + k * n + j, n)
+            k += 2
+        if k < n:
             put(block, R + k * n + j, _part_along(block, q, Q + k * rows, rows))
+
+
+@part
+def _parts_along(block, q, v, rows, r, n):
+    """Subtract from two vectors that follow one another their parts along the unit vector q."""
+    u = v + rows
+    one, two = get(block, q) * get(block, v), get(block, q) * get(block, u)
+    for i in range(1, rows):
+        x = get(block, q + i)
+        one, two = one + x * get(block, v + i), two + x * get(block, u + i)
+    for i in range(rows):
+        x = get(block, q + i)
+        put(block, v + i, get(block, v + i) - x * one)
+        put(block, u + i, get(block, u + i) - x * two)
+    put(block, r, one)
+    put(block, r + n, two)
 
 
 @part

@@ -21,7 +21,7 @@ from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Steering
 from robsim.robot.joints.kind import JointKind
 from robsim.robot.member import Member, OwnMotion
-from robsim.robot.placed import Placed, add_jacobian
+from robsim.robot.placed import Placed, add_jacobian, frame_jacobian
 
 
 class Tree:
@@ -138,12 +138,11 @@ class Tree:
 
     def jacobian(self, bodies: kernels.Bodies, name: str) -> Array:
         """Return the Jacobian J[6, j, b] of a frame's origin in world axes."""
-        J = np.empty((6, self.nv, bodies.poses.shape[3]))
-        point = np.ascontiguousarray(self.frame(bodies, name)[:, 3])
+        here = np.repeat(np.eye(3, 4)[..., None], bodies.poses.shape[3], axis=2)
+        here[:, 3] = self.frame(bodies, name)[:, 3]
         if name not in self._moves_of:
             self._moves_of[name] = self.moves(self.carried(name))
-        jacobians.jacobian(bodies, point, self._moves_of[name], J)
-        return J
+        return frame_jacobian(bodies, here, self._moves_of[name])
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move q[n, b] by velocities v[m, b] held for dt, after the cars have steered for them."""

@@ -21,6 +21,7 @@ from robsim.files.toml import Tables, parse, read_text, write
 from robsim.run import overview
 from robsim.run.changed import changed, has_objects, names_files
 from robsim.run.checks import whole_periods
+from robsim.run.instant import Instant, instants
 from robsim.run.loop import Loop
 from robsim.run.mission_run import MissionRun
 from robsim.run.origin import attributes_of, made_with
@@ -209,6 +210,26 @@ class Experiment(Setup):
         if stops or not finished:
             raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
         return result
+
+    def steps(self) -> Iterator[Instant]:
+        """Yield the instants of a single run one by one, so that you may watch, or stop.
+
+        The last one is that at which the run ends. InputError: a mission, or several starts.
+
+        >>> from robsim import examples
+        >>> experiment = load_scenario(examples.path("visp_tutorial"))
+        >>> now = next(experiment.steps())
+        >>> now.time, now.q.shape, now.outcome.name
+        (0.0, (7,), 'RUNNING')
+        """
+        if isinstance(self.task, Staged):
+            raise InputError("steps: a mission has several runs; take the experiment of a phase")
+        if np.ndim(self.start) > 1:
+            raise InputError("steps: one start is needed, and there are several")
+        with self._named():
+            loop = self.with_(record="summary").loop()
+            loop.controller.check_start(loop.q0)
+        return instants(loop)
 
     def dataset(self, loop: Loop) -> xr.Dataset:
         """Return what a loop of this experiment has recorded."""

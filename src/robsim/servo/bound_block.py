@@ -86,7 +86,7 @@ class BoundBlock:
 
     def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:
         """Return the rows of all components, of a feature that may be a user's."""
-        if isinstance(self.feature, Compiled):
+        if isinstance(self.feature, Compiled) and not self.feature.is_own():
             return self.feature.stages(seen)
         whole = replace(self, components=None)
         rows = seen.room(self.k or 0)

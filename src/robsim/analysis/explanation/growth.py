@@ -10,6 +10,8 @@ from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import number
 
+ROUNDING = 1e-9  # of a contraction: that of a limit cycle is 1 but for it
+
 
 def loop_gain(inquiry: Inquiry) -> Finding | None:
     """Report a gain that is too high for the control period."""
@@ -20,7 +22,7 @@ def loop_gain(inquiry: Inquiry) -> Finding | None:
     ideal = abs(1 - product)  # if Lhat = L
     value = float(np.median(radius[known])) if known.any() else ideal
     shrinks = known.any() and np.median(motion[known]) > 0
-    if not (value > 1 and (shrinks or product > 2)):
+    if not (value > 1 - ROUNDING and (shrinks or product > 2)):
         return None
     own = shrinks and value > 1.1 * ideal  # the limit is that of this Lhat
     value = max(value, ideal)

@@ -101,7 +101,10 @@ class Shaping:
         """Add the stage of the secondary motion, which may come from a user's class."""
         program, q = given.program, given.q
         wish, secondary = program.rows(n), self.secondary
-        if isinstance(secondary, AvoidLimits | Posture):
+        if isinstance(secondary, AvoidLimits | Posture) and type(secondary) in (
+            AvoidLimits,
+            Posture,
+        ):
             low, high = (program.constant(each) for each in secondary.bounds(self.limits))
             rows = np.where(self.coordinates >= 0, q + self.coordinates, -1)
             numbers = program.constant(secondary.gain), low, high, wish

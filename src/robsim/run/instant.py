@@ -1,0 +1,49 @@
+"""What a simulation is at one control instant, for those who go through it step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.base.arrays import Array, first_view
+from robsim.run.chunk import Chunk
+from robsim.run.loop import Loop
+from robsim.run.outcome import Outcome
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """One control instant of a single run, after its command and its judgement.
+
+    step, time   number of the step, and seconds since the start
+    q            coordinates (nq,)
+    qd           velocities (nv,) commanded, or prescribed, for the period that begins
+    s, error     features as measured, and their error (k,)
+    pixels       true image (N, 2) of all marks
+    outcome      why the run ends here, or RUNNING
+    """
+
+    step: int
+    time: float
+    q: Array
+    qd: Array
+    s: Array
+    error: Array
+    pixels: Array
+    outcome: Outcome
+
+
+def instants(loop: Loop) -> Iterator[Instant]:
+    """Yield the instants of the single run of a loop."""
+    for step, chunk in loop.instants(np.arange(1)):
+        yield _instant(loop, step, chunk)
+
+
+def _instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
+    seen = loop.sequence.snapshot(chunk)
+    arrays = seen.q, seen.qd, seen.command.s, seen.command.error, seen.pixels
+    q, qd, s, error, pixels = (first_view(array)[0].copy() for array in arrays)
+    outcome = Outcome(int(seen.outcome[0]))
+    return Instant(step, step * loop.dt, q, qd, s, error, pixels, outcome)

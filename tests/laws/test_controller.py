@@ -1,0 +1,105 @@
+"""The controller of an experiment pulled by hand, and its instants one by one."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim import examples
+
+NAMES = ["visp_tutorial", "eye_in_hand", "stereo_in_hand", "uneven_depth", "smooth_start"]
+
+
+def experiment(name):
+    return rs.load_scenario(examples.path(name))
+
+
+def seen(run, t):
+    """The pixels of one step, camera by camera and target by target."""
+    pairs = list(zip(run.mark_camera.values, run.mark_target.values, strict=True))
+    return {
+        key: run.pixels.values[t][[i for i, pair in enumerate(pairs) if pair == key]]
+        for key in dict.fromkeys(pairs)
+    }
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_commands_what_the_loop_commands_to_the_bit(name):
+    made = experiment(name).with_(sensing=rs.Sensing(), actuation=rs.Actuation(), duration=0.8)
+    run, controller = made.run(), rs.Controller(made)
+    columns = [list(run.velocity.values).index(n) for n in controller.velocity_names]
+    for t in range(int(np.isfinite(run.error_norm.values).sum())):
+        qd = controller.step(seen(run, t), run.q.values[t], t * made.dt)
+        np.testing.assert_array_equal(qd, run.qd.values[t, columns])
+
+
+def test_what_a_scheme_remembers_goes_on_and_begins_anew_at_zero():
+    made = experiment("visp_tutorial").at("task.interaction", "broyden").with_(duration=0.4)
+    run, controller = made.run(), rs.Controller(made)
+    for _ in range(2):
+        for t in range(10):
+            qd = controller.step(run.pixels.values[t], run.q.values[t], t * made.dt)
+            np.testing.assert_array_equal(qd, run.qd.values[t])
+
+
+def test_a_mark_that_is_not_seen_now_is_left_out():
+    """Of four points three are enough: the command still takes the camera down the error."""
+    made = experiment("visp_tutorial")
+    run, controller = made.run(duration=0.4), rs.Controller(made)
+    controller.step(run.pixels.values[0], run.q.values[0], 0.0)
+    pixels = run.pixels.values[1].copy()
+    pixels[2] = np.nan
+    hidden = controller.step(pixels, run.q.values[1], made.dt)
+    assert np.isfinite(hidden).all() and not np.array_equal(hidden, run.qd.values[1])
+    three = rs.FeatureBlock("points", marks=[0, 1, 3])
+    other = rs.Controller(made.at("task.features", three))
+    np.testing.assert_allclose(
+        hidden, other.step(run.pixels.values[1], run.q.values[1], 0.0), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("pixels", "q", "t", "words"),
+    [
+        (np.zeros((3, 2)), None, 0.0, "pixels of"),
+        (None, np.zeros(3), 0.0, "q"),
+        (None, None, 0.013, "multiple of the period"),
+        (None, None, -1.0, "multiple of the period"),
+        (np.full((4, 2), np.nan), None, 0.0, "seen once before"),
+        ({"no such": np.zeros((4, 2))}, None, 0.0, "none of camera"),
+        ("text", None, 0.0, "pixels of"),
+    ],
+)
+def test_what_does_not_fit_is_refused(pixels, q, t, words):
+    made = experiment("visp_tutorial")
+    pixels = np.zeros((4, 2)) if pixels is None else pixels
+    q = made.scene.home if q is None else q
+    with pytest.raises(rs.InputError, match=words):
+        rs.Controller(made).step(pixels, q, t)
+
+
+def test_a_mission_has_no_one_controller_and_no_one_run():
+    mission = experiment("inspection_a")
+    with pytest.raises(rs.InputError, match="mission"):
+        rs.Controller(mission)
+    with pytest.raises(rs.InputError, match="mission"):
+        mission.steps()
+    with pytest.raises(rs.InputError, match="expected an Experiment"):
+        rs.Controller(mission.scene)
+
+
+def test_instants_are_those_of_the_run_to_the_bit():
+    made = experiment("latency_and_gain").with_(duration=1.0)
+    run, instants = made.run(), list(made.steps())
+    assert len(instants) == np.isfinite(run.error_norm.values).sum()
+    for name in ("q", "qd", "s", "error", "pixels"):
+        each = np.array([getattr(now, name) for now in instants])
+        np.testing.assert_array_equal(each, run[name].values[: len(each)])
+    assert instants[-1].outcome == int(run.outcome)
+    assert {now.outcome for now in instants[:-1]} <= {rs.Outcome.RUNNING}
+    np.testing.assert_array_equal([now.time for now in instants], run.time.values[: len(instants)])
+
+
+def test_steps_are_of_one_start():
+    made = experiment("visp_tutorial")
+    with pytest.raises(rs.InputError, match="one start"):
+        made.with_(start=np.repeat(made.start[None], 2, axis=0)).steps()
