@@ -8,8 +8,6 @@ of the user's own kinds.
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from robsim.kernels.jit import kernel
 
 
@@ -49,28 +47,6 @@ def jacobian(bodies, point, moves, J):
                     v, omega = ratio * M[i, r, c, b], 0.0
                 J[r, j, b] = J[r, j, b] + v if more else v
                 J[r + 3, j, b] = J[r + 3, j, b] + omega if more else omega
-
-
-@kernel
-def into_axes(T, J, out):
-    """Compute out[6, j, b]: both halves of J turned from world axes into the axes of T."""
-    for half in range(0, 6, 3):
-        for j in range(J.shape[1]):
-            for r in range(3):
-                for b in range(J.shape[2]):
-                    out[half + r, j, b] = (
-                        T[0, r, b] * J[half, j, b]
-                        + T[1, r, b] * J[half + 1, j, b]
-                        + T[2, r, b] * J[half + 2, j, b]
-                    )
-
-
-@kernel
-def camera_jacobian(bodies, T_w_c, moves, J):
-    """Compute J_c - J_o[6, j, b] at the camera, in its axes: V_c - V_o = J qdot."""
-    world = np.empty_like(J)
-    jacobian(bodies, T_w_c[:, 3], moves, world)
-    into_axes(T_w_c, world, J)
 
 
 @kernel
