@@ -1,65 +1,120 @@
-"""What a step costs under each scheme and imperfection, beside the compiled loop of IBVS.
+"""What a control step costs: every feature, scheme and imperfection, alone and in batches."""
 
-The compiled loop runs points and pixels with the built-in laws; everything else, and anybody's own
-features and laws, takes the step-by-step loop.
-"""
-
+import json
 import time
+import warnings
+from pathlib import Path
 
 import numpy as np
 
 import robsim as rs
 
-ARM = rs.load_scenario(rs.examples.path("eye_to_hand")).scene  # six joints
+BEFORE = Path(__file__).with_name("before.json")  # the same rows at an earlier commit, by name
+SIZES = {"single": (1, 1000), "256": (256, 100), "4096": (4096, 25)}  # runs, steps
+EXPERIMENT = rs.load_scenario(rs.examples.path("eye_to_hand"))  # six joints, four marks
+ARM = EXPERIMENT.scene
+FEATURES = [
+    *("points", "pixels", "polar", "spherical", "log_depth", "points_3d", "segments", "lines"),
+    *("vanishing_point", "sphere", "point_moments", "region_moments", "decoupled_moments"),
+]
 SCHEMES = {
-    "IBVS, compiled loop": rs.IBVS(),
-    "IBVS, step by step": rs.IBVS(gain=rs.AdaptiveGain(1.001, 1.0, 1.0)),
-    "IBVS, DepthFilter": rs.IBVS(depth=rs.DepthFilter(0.5)),
-    "IBVS, Broyden": rs.IBVS(interaction="broyden"),
-    "IBVS, region moments": rs.IBVS(features="region_moments"),
+    **{name: rs.IBVS(features=name) for name in FEATURES},
     "PBVS": rs.PBVS(),
     "Hybrid": rs.Hybrid(),
     "Partitioned": rs.Partitioned(advance=0.5),
-    "PBVS, secondary motion": rs.PBVS(secondary=rs.AvoidLimits()),
-    "Priorities of two": rs.Priorities(
+    "camera law": rs.IBVS(law="camera"),
+    "L desired": rs.IBVS(interaction="desired"),
+    "damped inverse": rs.IBVS(inverse="damped"),
+    "transpose": rs.IBVS(inverse="transpose"),
+    "adaptive gain": rs.IBVS(gain=rs.AdaptiveGain(1.001, 1.0, 1.0)),
+    "depth filter": rs.IBVS(depth=rs.DepthFilter(0.5)),
+    "Broyden": rs.IBVS(interaction="broyden"),
+    "speed limit": rs.IBVS(limit=rs.SpeedLimit(joint=1.0)),
+    "smooth start": rs.IBVS(smooth_start=1.0),
+    "secondary motion": rs.IBVS(
+        features=rs.FeatureBlock("points", marks=[0, 1]), secondary=rs.AvoidLimits()
+    ),
+    "priorities of two": rs.Priorities(
         [rs.IBVS(features=rs.FeatureBlock("points", marks=[0])), rs.PBVS()]
     ),
+    "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.ErrorBelow(1e-3)),
 }
 LATE = rs.Sensing(0.5, 0.25, 0.02, 5.0, [rs.Occlusion([1], 1.0, 2.0)], 0.1, 0.06, 0.08)
 LAZY = rs.Actuation(lag=0.05, velocity=2.0, acceleration=20.0, encoder=1e-4)
 IMPERFECT = {
-    "IBVS, pixel noise": {"sensing": rs.Sensing(noise=0.5)},
-    "IBVS, late images": {"sensing": rs.Sensing(latency=0.06)},
-    "IBVS, joints that lag": {"actuation": rs.Actuation(lag=0.05)},
-    "IBVS, everything wrong": {"sensing": LATE, "actuation": LAZY},
+    "pixel noise": {"sensing": rs.Sensing(noise=0.5)},
+    "late images": {"sensing": rs.Sensing(latency=0.06)},
+    "joints that lag": {"actuation": rs.Actuation(lag=0.05)},
+    "everything wrong": {"sensing": LATE, "actuation": LAZY},
 }
 
 
-def microseconds(task, runs, steps, **imperfect):
+def arm_with_a_camera(name):
+    """A scene of an arm of the library, a camera on its tip, and four marks before it."""
+    robot = rs.robots.load(name)
+    pose = rs.Pose(robot.fk(robot.home))
+    marks = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    plate = rs.Object("plate", marks=marks, pose=pose @ rs.Pose.at(0, 0, 0.5))
+    camera = rs.Camera(np.array([[800, 0, 320], [0, 800, 240], [0, 0, 1.0]]), size=(640, 480))
+    eye = rs.MountedCamera("eye", camera, on=f"{robot.name}.{robot.tip}")
+    return rs.Scene([robot], [plate], [eye])
+
+
+def cases():
+    """The scene, the task and the imperfections of each row, by name."""
+    believed = EXPERIMENT.at("belief.cameras.camera.focal", 525.0).task.belief
+    found = {name: (ARM, task, {}) for name, task in SCHEMES.items()}
+    found |= {name: (ARM, rs.IBVS(), wrong) for name, wrong in IMPERFECT.items()}
+    found["noisy PBVS"] = (ARM, rs.PBVS(), IMPERFECT["pixel noise"])
+    found["wrong focal length"] = (ARM, rs.IBVS(belief=believed), {})
+    found["free camera"] = (arm_with_a_camera("free_camera"), rs.IBVS(), {})
+    found["Puma 560"] = (arm_with_a_camera("puma560"), rs.IBVS(), {})
+    found["seven joints"] = (arm_with_a_camera("lbr_iiwa14"), rs.IBVS(), {})
+    return found
+
+
+def microseconds(scene, task, runs, steps, **imperfect):
     """Per run and step; the best of three, one thread, every run to the end of the time."""
-    starts = ARM.home + np.random.default_rng(0).uniform(-0.02, 0.02, (runs, ARM.nq))
-    kinds = {"duration": steps * 0.04, "hold": True, "record": "summary", "threads": 1}
+    starts = np.repeat(scene.home[None], runs, axis=0)
+    if len(scene.home) != 7 or len(scene.velocity_names) == 7:  # no quaternion
+        starts = starts + np.random.default_rng(0).uniform(-0.02, 0.02, starts.shape)
+    loop = {"duration": steps * 0.04, "hold": True, "record": "summary"}
+    experiment = rs.Experiment(scene, task, starts, **loop, **imperfect)
     times = []
     for _ in range(4):  # the first compiles
         begin = time.perf_counter()
-        rs.simulate(ARM, task, starts, **kinds, **imperfect)
+        experiment.run(threads=1)
         times.append(time.perf_counter() - begin)
     return 1e6 * min(times[1:]) / runs / steps
 
 
+def measured(only=None):
+    """Microseconds per run and step of each row, {name: {size: number}}."""
+    warnings.simplefilter("ignore")
+    found = {}
+    for name, (scene, task, imperfect) in cases().items():
+        if only is None or name in only:
+            each = {
+                size: microseconds(scene, task, *what, **imperfect) for size, what in SIZES.items()
+            }
+            found[name] = each
+            print(f"{name:20}" + "".join(f"{each[size]:9.2f}" for size in SIZES), flush=True)
+    return found
+
+
 def main():
-    """Print a table, with ratios to the compiled loop in the same run."""
-    base = [microseconds(SCHEMES["IBVS, compiled loop"], *size) for size in ((1, 2000), (256, 200))]
-    print(f"{'us per run and step':28}{'single':>8}{'ratio':>7}{'256 runs':>10}{'ratio':>7}")
-    cases = {name: (task, {}) for name, task in SCHEMES.items()}
-    cases |= {name: (rs.IBVS(), imperfect) for name, imperfect in IMPERFECT.items()}
-    for name, (task, imperfect) in cases.items():
-        one, many = (microseconds(task, *size, **imperfect) for size in ((1, 2000), (256, 200)))
-        print(f"{name:28}{one:8.1f}{one / base[0]:7.1f}{many:10.2f}{many / base[1]:7.1f}")
+    """Print a table: us per run and step now, before, and the factor."""
+    before = json.loads(BEFORE.read_text(encoding="utf-8"))
+    found = measured()
+    print(f"\n{'us per run and step':20}" + "".join(f"{size:>27}" for size in SIZES))
+    print(f"{'':20}" + f"{'before':>10}{'now':>9}{'factor':>8}" * len(SIZES))
+    for name, now in found.items():
+        row = ""
+        for size in SIZES:
+            old = before.get(name, {}).get(size, float("nan"))
+            row += f"{old:10.2f}{now[size]:9.3f}{old / now[size]:8.1f}"
+        print(f"{name:20}{row}")
 
 
 if __name__ == "__main__":
-    import warnings
-
-    warnings.simplefilter("ignore", rs.RankWarning)
     main()

@@ -30,7 +30,7 @@ class Arrangement:
 ARRANGEMENTS = {
     "eye_in_hand": Arrangement(seed=1),
     "eye_to_hand": Arrangement(),
-    "second_robot": Arrangement(),
+    "second_robot": Arrangement(seed=1),
     "watching_head": Arrangement((0, 9), (10, 35), joints="pan_tilt"),
     "chapter_6_2": Arrangement(degrees=(10, 40), cameras=("left", "right")),
     "stereo_in_hand": Arrangement(seed=8, cameras=("left", "right")),

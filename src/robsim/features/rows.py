@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.features.feature import Observation, without_guess
 from robsim.kernels import commanding
+from robsim.kernels.pose import room_of
 from robsim.kernels.pose_features import pose_stage
 from robsim.kernels.program import Blocks, Program
 from robsim.vision.camera import Camera
@@ -41,13 +43,14 @@ class Seen:
     fitted: int | None = None  # 12, the pose T_c_o that fits the image, where it is known already
     sure: bool = True  # whether the guess cannot be behind the camera
 
-    @property
+    @cached_property
     def pose(self) -> int:
-        """The rows of the pose T_c_o that fits the image, with the stage that finds it."""
+        """The rows of the pose T_c_o that fits the image; the stage that finds it is added once."""
         if self.fitted is not None:
             return self.fitted
         T = self.program.rows(12)
-        self.program.add(pose_stage, self.N, self.model, self.points, self.guess, T)
+        room = self.program.rows(room_of(self.N))
+        self.program.add(pose_stage, self.N, self.model, self.points, self.guess, T, room)
         if not self.sure:
             self.program.call(lambda blocks, step: self._without_guess(blocks, T))
         return T

@@ -18,7 +18,7 @@ def run(p, w, step):
 
 
 @part
-def _screw(theta):
+def screw(theta):
     """Return the coefficients b and c of exp, sin(theta/2)/(theta/2), and cos(theta/2)."""
     half, turns = 0.5 * theta, theta > 0.0
     cosine, sine = cos_sin(half)
@@ -36,7 +36,7 @@ def fly(p, w, step):
     dt, q, v = get(w, p[0]), p[1], p[2]
     vx, vy, vz = dt * get(w, v), dt * get(w, v + 1), dt * get(w, v + 2)
     wx, wy, wz = dt * get(w, v + 3), dt * get(w, v + 4), dt * get(w, v + 5)
-    b, c, sinc, cosine = _screw(sqrt(wx * wx + wy * wy + wz * wz))
+    b, c, sinc, cosine = screw(sqrt(wx * wx + wy * wy + wz * wz))
     way = se3.along_screw(vx, vy, vz, wx, wy, wz, b, c)
     x, y, z, u = get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6)
     R, s = se3.quaternion_to_rotation(x, y, z, u), 0.5 * sinc

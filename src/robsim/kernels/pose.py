@@ -1,14 +1,16 @@
 """The pose of a target in the camera, fitted to the image of its marks."""
 
-import math
-
 import numpy as np
 
+from robsim.kernels.block import gather_rows, scatter_rows
 from robsim.kernels.camera import NEAR
-from robsim.kernels.features import points_interaction
+from robsim.kernels.features import point_rates
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.se3 import compose, exp
-from robsim.kernels.solve import least_squares
+from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
+from robsim.kernels.moving import screw
+from robsim.kernels.placing import compose
+from robsim.kernels.se3 import along_screw, quaternion_to_rotation
+from robsim.kernels.solve import scratch_of, solve_block
 
 UPDATES = 30  # at most, halved ones included
 STILL = 4e-15  # an update that moves no image point by more is rounding: the run has arrived
@@ -17,98 +19,89 @@ RCOND = 1e-12  # a motion that the image shows so little is left as it was guess
 
 
 @part
-def _reproject(marks, T, x, now, Z, error):
-    """Compute the image now[n, 2, b] of marks at T, depths Z[n, b] and error[2n, b] = now - x.
+def _reproject(w, marks, N, T, x, now, Z, error):
+    """Compute the image `now` of marks at T, their depths Z, and the error now - x.
 
     They are NaN for marks behind the camera.
     """
-    for n in range(marks.shape[0]):
-        for b in range(T.shape[2]):
-            px, py, pz = marks[n, 0, b], marks[n, 1, b], marks[n, 2, b]
-            depth = T[2, 0, b] * px + T[2, 1, b] * py + T[2, 2, b] * pz + T[2, 3, b]
-            Z[n, b] = depth if depth > NEAR else np.nan
+    for n in range(N):
+        px, py, pz = get(w, marks + 3 * n), get(w, marks + 3 * n + 1), get(w, marks + 3 * n + 2)
+        depth = get(w, T + 8) * px + get(w, T + 9) * py + get(w, T + 10) * pz + get(w, T + 11)
+        depth = where(depth > NEAR, depth, np.nan)
+        put(w, Z + n, depth)
         for r in range(2):
-            for b in range(T.shape[2]):
-                px, py, pz = marks[n, 0, b], marks[n, 1, b], marks[n, 2, b]
-                X = T[r, 0, b] * px + T[r, 1, b] * py + T[r, 2, b] * pz + T[r, 3, b]
-                now[n, r, b] = X / Z[n, b]
-                error[2 * n + r, b] = now[n, r, b] - x[n, r, b]
+            t = T + 4 * r
+            X = get(w, t) * px + get(w, t + 1) * py + get(w, t + 2) * pz + get(w, t + 3)
+            put(w, now + 2 * n + r, X / depth)
+            put(w, error + 2 * n + r, X / depth - get(w, x + 2 * n + r))
 
 
 @part
-def _image_motion(L, V, motion):
-    """Compute motion[b] = max |L V| over the 2n image coordinates; NaN where V is."""
-    for b in range(motion.size):
-        motion[b] = 0.0
-    for i in range(L.shape[0]):
-        for b in range(V.shape[1]):
-            rate = 0.0
-            for c in range(6):
-                rate += L[i, c, b] * V[c, b]
-            motion[b] = motion[b] if motion[b] >= abs(rate) else abs(rate)
+def _interaction(w, N, now, Z, L):
+    """Compute L of the marks in the image."""
+    for n in range(N):
+        x, y = get(w, now + 2 * n), get(w, now + 2 * n + 1)
+        first, second = point_rates(x, y, 1.0 / get(w, Z + n))
+        at = L + 12 * n
+        put(w, at, first[0])
+        put(w, at + 1, first[1])
+        put(w, at + 2, first[2])
+        put(w, at + 3, first[3])
+        put(w, at + 4, first[4])
+        put(w, at + 5, first[5])
+        put(w, at + 6, second[0])
+        put(w, at + 7, second[1])
+        put(w, at + 8, second[2])
+        put(w, at + 9, second[3])
+        put(w, at + 10, second[4])
+        put(w, at + 11, second[5])
 
 
 @part
-def _shorten(share, back):
-    """Scale back[6, b] by share[b], in place."""
-    for c in range(6):
-        for b in range(share.size):
-            back[c, b] *= share[b]
+def _image_motion(w, L, V, rows):
+    """Return max |L V| over all image coordinates; NaN where V is."""
+    most = 0.0 * get(w, V)
+    for i in range(rows):
+        rate = get(w, L + 6 * i) * get(w, V)
+        for c in range(1, 6):
+            rate = rate + get(w, L + 6 * i + c) * get(w, V + c)
+        rate = absolute(rate)
+        most = where(most >= rate, most, rate)
+    return most
 
 
 @part
-def _compare(error, ahead, worse):
-    """Compute worse[b]: whether the squares of ahead[2n, b] exceed those of error, or are NaN."""
-    square, gain = np.zeros(worse.size), np.zeros(worse.size)
-    for i in range(error.shape[0]):
-        for b in range(worse.size):
-            square[b] += error[i, b] * error[i, b]
-            gain[b] += (error[i, b] - ahead[i, b]) * (error[i, b] + ahead[i, b])
-    for b in range(worse.size):
-        worse[b] = not gain[b] >= -ROUNDING * square[b]
-
-
-@part
-def _advance(updated, motion, worse, share, moving, T):
-    """Update T in runs that move, except for those whose update is only rounding.
-
-    An update that makes the image worse is not taken, but half of it next; the direction goes
-    downhill. Returns how many go on; a run whose motion is NaN does not.
-    """
-    going = 0
-    for b in range(motion.size):
-        if moving[b]:
-            moving[b] = motion[b] > STILL
-            going += moving[b]
-            if moving[b] and worse[b]:
-                share[b] *= 0.5
-            elif moving[b] or math.isnan(motion[b]):
-                share[b] = min(1.0, 2.0 * share[b])
-                _copy(updated, b, T)
-    return going
-
-
-@part
-def _copy(A, b, out):
-    """Copy run b of A to out."""
+def _exponential(w, V, share, T):
+    """Compute T = exp(share V)."""
+    vx, vy, vz = share * get(w, V), share * get(w, V + 1), share * get(w, V + 2)
+    wx, wy, wz = share * get(w, V + 3), share * get(w, V + 4), share * get(w, V + 5)
+    b, c, sinc, cosine = screw(sqrt(wx * wx + wy * wy + wz * wz))
+    way, s = along_screw(vx, vy, vz, wx, wy, wz, b, c), 0.5 * sinc
+    R = quaternion_to_rotation(s * wx, s * wy, s * wz, cosine)
     for r in range(3):
-        for c in range(4):
-            out[r, c, b] = A[r, c, b]
+        for j in range(3):
+            put(w, T + 4 * r + j, R[r][j])
+        put(w, T + 4 * r + 3, way[r])
+
+
+@part
+def _is_worse(w, error, ahead, rows):
+    """Return whether the squares of `ahead` exceed those of the error, or are NaN."""
+    square, gain = 0.0 * get(w, error), 0.0 * get(w, error)
+    for i in range(rows):
+        e, a = get(w, error + i), get(w, ahead + i)
+        square, gain = square + e * e, gain + (e - a) * (e + a)
+    return ~(gain >= -ROUNDING * square)
+
+
+def room_of(N: int) -> int:
+    """Return how many rows `fit` needs to work in, for N marks."""
+    return 19 * N + 30 + int(scratch_of.py_func(2 * N, 6))
 
 
 @kernel
-def fit_pose(marks, x, guess, T):
-    """Fit the pose T_c_o = T[3, 4, b] to the image x[n, 2, b] of marks (N, 3), as `fit_poses`."""
-    wide = np.empty((x.shape[0], 3, x.shape[2]))
-    for n in range(x.shape[0]):
-        for r in range(3):
-            wide[n, r, :] = marks[n, r]
-    fit_poses(wide, x, guess, T)
-
-
-@kernel
-def fit_poses(marks, x, guess, T):
-    """Fit the pose T_c_o = T[3, 4, b] to the image x[n, 2, b] of marks[n, 3, b], from a guess.
+def fit(w, marks, N, x, guess, T, room):
+    """Fit the pose T_c_o = T to the image x of N marks, from a guess.
 
     Gauss-Newton on the sum of squared distances between measured and reprojected points, all
     normalised: a virtual camera is servoed on its image (Comport, Marchand, Pressigout and
@@ -119,24 +112,49 @@ def fit_poses(marks, x, guess, T):
     and what 30 updates reach is returned, which is never worse than the guess. Needs three marks
     that are not on one line. NaN where a mark is not seen, or was guessed behind the camera.
     """
-    N, runs = x.shape[0], x.shape[2]
-    now, Z = np.empty((N, 2, runs)), np.empty((N, runs))
-    error, ahead = np.empty((2 * N, runs)), np.empty((2 * N, runs))
-    L, back, rank = np.empty((2 * N, 6, runs)), np.empty((6, runs)), np.empty(runs, np.int64)
-    step, updated = np.empty((3, 4, runs)), np.empty((3, 4, runs))
-    motion, share = np.empty(runs), np.ones(runs)
-    moving, worse = np.ones(runs, np.bool_), np.empty(runs, np.bool_)
-    for b in range(runs):
-        _copy(guess, b, T)
+    now, Z, error, ahead = room, room + 2 * N, room + 3 * N, room + 5 * N
+    L, back = room + 7 * N, room + 19 * N
+    step, updated, scratch = back + 6, back + 18, back + 30
+    for i in range(12):
+        put(w, T + i, get(w, guess + i))
+    share = where(get(w, guess) > 0.0, 1.0, 1.0)
+    moving, rcond = share > 0.0, RCOND * share
     for _ in range(UPDATES):
-        _reproject(marks, T, x, now, Z, error)
-        points_interaction(now, Z, L)
-        least_squares(L, error, 0.0, RCOND, back, rank)  # -V
-        _image_motion(L, back, motion)
-        _shorten(share, back)
-        exp(back, step)
-        compose(step, T, updated)
-        _reproject(marks, updated, x, now, Z, ahead)
-        _compare(error, ahead, worse)
-        if _advance(updated, motion, worse, share, moving, T) == 0:
+        _reproject(w, marks, N, T, x, now, Z, error)
+        _interaction(w, N, now, Z, L)
+        solve_block(w, L, 2 * N, 6, error, -1, rcond, back, scratch)  # -V
+        motion = _image_motion(w, L, back, 2 * N)
+        _exponential(w, back, share, step)
+        compose(w, step, T, updated)
+        _reproject(w, marks, N, updated, x, now, Z, ahead)
+        worse = _is_worse(w, error, ahead, 2 * N)
+        goes = moving & (motion > STILL)  # an update that is only rounding is not taken
+        halved = goes & worse
+        taken = moving & ~halved & (goes | ~(motion >= 0.0))  # also where it is NaN
+        for i in range(12):
+            put(w, T + i, where(taken, get(w, updated + i), get(w, T + i)))
+        twice = where(share < 0.5, 2.0 * share, 1.0)
+        share = where(halved, 0.5 * share, where(taken, twice, share))
+        moving = goes
+        if not some(goes):
             return
+
+
+@kernel
+def fit_pose(marks, x, guess, T):
+    """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks (N, 3), from guesses, as `fit`."""
+    N, runs = x.shape[0], x.shape[2]
+    points, start, found = 3 * N, 5 * N, 5 * N + 12
+    room = found + 12
+    block = np.zeros((room + 19 * N + 30 + scratch_of(2 * N, 6)) * WIDTH)
+    for n in range(N):
+        for r in range(3):
+            put(block, 3 * n + r, marks[n, r])
+    for b in range(0, runs, WIDTH):
+        for n in range(N):
+            gather_rows(x[n], b, points + 2 * n, block)
+        for r in range(3):
+            gather_rows(guess[r], b, start + 4 * r, block)
+        fit(block, 0, N, points, start, found, room)
+        for r in range(3):
+            scatter_rows(block, found + 4 * r, b, T[r])

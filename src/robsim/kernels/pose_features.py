@@ -7,7 +7,7 @@ from robsim.kernels.lanes import get, put
 from robsim.kernels.memory import matrix, vector
 from robsim.kernels.placing import compose
 from robsim.kernels.point_features import points_3d_interaction
-from robsim.kernels.pose import fit_poses
+from robsim.kernels.pose import fit
 from robsim.kernels.se3 import inverse, log_coefficient, rotation_to_quaternion, rotation_vector
 from robsim.kernels.stage import stage
 
@@ -51,10 +51,8 @@ def camera_origin_interaction(T, L):
 
 @stage
 def pose_stage(p, w, step):
-    """Fit the pose of a target to its image: (N, marks, points, guess, pose)."""
-    N = p[0]
-    guess, T = matrix(w, p[3], 3, 4), matrix(w, p[4], 3, 4)
-    fit_poses(matrix(w, p[1], N, 3), matrix(w, p[2], N, 2), guess, T)
+    """Fit the pose of a target to its image: (N, marks, points, guess, pose, room)."""
+    fit(w, p[1], p[0], p[2], p[3], p[4], p[5])
 
 
 @stage
