@@ -1,6 +1,8 @@
-"""What a control step costs: every feature, scheme and imperfection, alone and in batches."""
+"""What a control step costs: every feature, scheme and imperfection, alone and in batches.
 
-import json
+`python -m benchmarks` prints it.
+"""
+
 import time
 import warnings
 from pathlib import Path
@@ -100,21 +102,3 @@ def measured(only=None):
             found[name] = each
             print(f"{name:20}" + "".join(f"{each[size]:9.2f}" for size in SIZES), flush=True)
     return found
-
-
-def main():
-    """Print a table: us per run and step now, before, and the factor."""
-    before = json.loads(BEFORE.read_text(encoding="utf-8"))
-    found = measured()
-    print(f"\n{'us per run and step':20}" + "".join(f"{size:>27}" for size in SIZES))
-    print(f"{'':20}" + f"{'before':>10}{'now':>9}{'factor':>8}" * len(SIZES))
-    for name, now in found.items():
-        row = ""
-        for size in SIZES:
-            old = before.get(name, {}).get(size, float("nan"))
-            row += f"{old:10.2f}{now[size]:9.3f}{old / now[size]:8.1f}"
-        print(f"{name:20}{row}")
-
-
-if __name__ == "__main__":
-    main()

@@ -3,35 +3,54 @@
 import math
 
 from robsim.kernels.jit import kernel
+from robsim.kernels.lanes import WIDTH
+from robsim.kernels.stage import stage
 from robsim.kernels.steps import in_steps
 
 
 @kernel
-def follow(u, lag, limit, rate, dt, v, mean):
-    """Compute the mean velocity mean[i, b] over dt under the command u[i, b], and update v.
+def followed(u, lag, limit, rate, dt, v):
+    """Return the velocity after dt under the command u, and its mean until then.
 
-    v' = (u - v) / lag, where |u| <= limit[i] and |v'| <= rate[i]. While (u - v) / lag exceeds the
-    rate, v goes along a ramp, for (|u - v| - rate lag) / rate; then the rest of the gap decays as
+    v' = (u - v) / lag, where |u| <= limit and |v'| <= rate. While (u - v) / lag exceeds the rate, v
+    goes along a ramp, for (|u - v| - rate lag) / rate; then the rest of the gap decays as
     exp(-t / lag). Both parts are integrated in closed form.
     """
+    goal = min(max(u, -limit), limit)
+    gap, ramp = goal - v, 0.0
+    if abs(gap) > rate * lag:  # never where the rate is infinite: inf * 0 is NaN
+        ramp = min(abs(gap) / rate - lag, dt)
+    climb = math.copysign(rate * ramp, gap) if ramp > 0.0 else 0.0
+    way = (v + 0.5 * climb) * ramp
+    gap, rest = gap - climb, dt - ramp
+    if lag > 0.0:
+        way += goal * rest + gap * lag * math.expm1(-rest / lag)
+        gap *= math.exp(-rest / lag)
+    elif rest > 0.0:
+        way += goal * rest
+        gap = 0.0
+    return goal - gap, way / dt
+
+
+@kernel
+def follow(u, lag, limit, rate, dt, v, mean):
+    """Compute the mean velocity mean[i, b] over dt under the command u[i, b], and update v."""
     for i in range(u.shape[0]):
         for b in range(u.shape[1]):
-            goal = min(max(u[i, b], -limit[i]), limit[i])
-            gap = goal - v[i, b]
-            ramp = 0.0
-            if abs(gap) > rate[i] * lag:  # never where the rate is infinite: inf * 0 is NaN
-                ramp = min(abs(gap) / rate[i] - lag, dt)
-            climb = math.copysign(rate[i] * ramp, gap) if ramp > 0.0 else 0.0
-            way = (v[i, b] + 0.5 * climb) * ramp
-            gap, rest = gap - climb, dt - ramp
-            if lag > 0.0:
-                way += goal * rest + gap * lag * math.expm1(-rest / lag)
-                gap *= math.exp(-rest / lag)
-            elif rest > 0.0:
-                way += goal * rest
-                gap = 0.0
-            v[i, b] = goal - gap
-            mean[i, b] = way / dt
+            v[i, b], mean[i, b] = followed(u[i, b], lag, limit[i], rate[i], dt, v[i, b])
+
+
+@stage
+def follow_stage(p, w, step):
+    """Let velocities follow: (n, dt, lag, limits, rates), and (command, v, mean) of each."""
+    dt, lag = p[1] * WIDTH, p[2] * WIDTH
+    for i in range(p[0]):
+        u, v, mean = p[5 + 3 * i] * WIDTH, p[6 + 3 * i] * WIDTH, p[7 + 3 * i] * WIDTH
+        limit, rate = (p[3] + i) * WIDTH, (p[4] + i) * WIDTH
+        for b in range(WIDTH):
+            w[v + b], w[mean + b] = followed(
+                w[u + b], w[lag + b], w[limit + b], w[rate + b], w[dt + b], w[v + b]
+            )
 
 
 @kernel

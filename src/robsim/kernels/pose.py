@@ -96,7 +96,10 @@ def _is_worse(w, error, ahead, rows):
 
 def room_of(N: int) -> int:
     """Return how many rows `fit` needs to work in, for N marks."""
-    return 19 * N + 30 + int(scratch_of.py_func(2 * N, 6))
+    return 19 * N + 30 + scratch_of(2 * N, 6)
+
+
+_room = part(room_of)
 
 
 @kernel
@@ -146,7 +149,7 @@ def fit_pose(marks, x, guess, T):
     N, runs = x.shape[0], x.shape[2]
     points, start, found = 3 * N, 5 * N, 5 * N + 12
     room = found + 12
-    block = np.zeros((room + 19 * N + 30 + scratch_of(2 * N, 6)) * WIDTH)
+    block = np.zeros((room + _room(N)) * WIDTH)
     for n in range(N):
         for r in range(3):
             put(block, 3 * n + r, marks[n, r])

@@ -131,11 +131,13 @@ def _solve_wide(block, Q, rows, n, inverse, y, x, count):
         put(block, x + i, total)
 
 
-@part
-def scratch_of(k, n):
+def scratch_of(k: int, n: int) -> int:
     """Return how many rows `solve_block` needs to work in."""
     m, p = min(k, n), max(k, n)
     return (p + m) * m + 2 * m * m + (p + m) + (p + m) + 1 + n
+
+
+_scratch = part(scratch_of)
 
 
 @kernel
@@ -233,7 +235,7 @@ def least_squares(A, y, damping, rcond, x, rank):
     found = wanted + k
     given = found + n
     scratch = given + 3
-    block = np.zeros((scratch + scratch_of(k, n)) * WIDTH)
+    block = np.zeros((scratch + _scratch(k, n)) * WIDTH)
     put(block, given, damping)
     put(block, given + 1, rcond)
     for b in range(0, runs, WIDTH):
@@ -256,7 +258,7 @@ def least_squares_of_product(B, C, A, y, rcond, x, rank):
     found = wanted + k
     given = found + n
     scratch = given + 2
-    size = max(scratch_of(k, n), max(scratch_of(k, 6), scratch_of(6, n)) + 6)
+    size = max(_scratch(k, n), max(_scratch(k, 6), _scratch(6, n)) + 6)
     block = np.zeros((scratch + size) * WIDTH)
     put(block, given, rcond)
     for b in range(0, runs, WIDTH):

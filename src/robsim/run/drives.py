@@ -71,7 +71,7 @@ class Drives:
         """Return velocities (nv, B) at the end, and their mean; uncommanded ones are as given."""
         wanted = np.ascontiguousarray(held.qd[self.columns])
         v, mean = held.rates[self.columns], np.empty(wanted.shape)
-        kernels.follow(wanted, self.actuation.lag, *self._limits, dt, v, mean)
+        kernels.follow(wanted, self.actuation.lag, *self.limits, dt, v, mean)
         after, between = held.qd.copy(), held.qd.copy()
         after[self.columns], between[self.columns] = v, mean
         return after, between
@@ -82,7 +82,8 @@ class Drives:
         return self.actuation.moves or bool(self.scene.tree.cars)
 
     @cached_property
-    def _limits(self) -> tuple[Array, Array]:
+    def limits(self) -> tuple[Array, Array]:
+        """The limits of velocity and acceleration of the commanded velocities."""
         velocity, acceleration = (
             frozen(self.actuation.limits(which, self.scene.nv)[self.columns])
             for which in ("velocity", "acceleration")

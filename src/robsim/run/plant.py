@@ -7,6 +7,8 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.kernels import joints as kinds
 from robsim.kernels import moving
+from robsim.kernels.actuation import follow_stage
+from robsim.kernels.commanding import copied
 from robsim.kernels.program import Program
 from robsim.kernels.tree import IQ, IV, KIND
 from robsim.robot.placed import Placed
@@ -33,27 +35,48 @@ class Plant:
 
     def move(self) -> None:
         """Add the stages of a period: joints move as they were commanded at the step before."""
-        if self.drives.moves or not self.scene.tree.compiled:
+        if not self._is_compiled:
             self.program.call(self._advance)
             return
+        v = self._follow() if self.drives.actuation.moves else self.qd
         joints = self.scene.tree.joints
         steady: list[int] = []
         for row in joints.rows[1:]:
-            kind, q, v = row[KIND], self.q + row[IQ], self.qd + row[IV]
+            kind, q, rate = row[KIND], self.q + row[IQ], v + row[IV]
             if row[IV] < 0:
                 continue  # what depends on others moves with them
             if kind == kinds.FLOATING:
-                self.program.add(moving.fly, self.dt, q, v)
+                self.program.add(moving.fly, self.dt, q, rate)
             elif kind in (kinds.PLANAR, kinds.UNICYCLE, kinds.CAR):
                 count = 3 if kind == kinds.PLANAR else 2
-                self.program.add(moving.glide, self.dt, q, v, count)
+                self.program.add(moving.glide, self.dt, q, rate, count)
             else:
-                steady += [q, v]
+                steady += [q, rate]
         if steady:
             self.program.add(moving.run, self.dt, len(steady) // 2, *steady)
         for n, m, _, k in joints.wheels.rows:
             ratio = self.placed.ratio + k
-            self.program.add(moving.roll, self.dt, self.q + n, self.qd + m, ratio)
+            self.program.add(moving.roll, self.dt, self.q + n, v + m, ratio)
+
+    @property
+    def _is_compiled(self) -> bool:
+        """Whether there are stages for all that moves: no joint of a user's kind, and no car."""
+        return self.scene.tree.compiled and not self.scene.tree.cars
+
+    def _follow(self) -> int:
+        """Add the stages of joints that lag, and return the rows of their mean velocities."""
+        program, nv, mean = self.program, self.scene.nv, self.program.rows(self.scene.nv)
+        rows = []
+        for i in range(nv):
+            if i in self.drives.columns:
+                rows += [self.qd + i, self.speed + i, mean + i]
+            else:
+                program.add(copied, 1, self.qd + i, self.speed + i)
+                program.add(copied, 1, self.qd + i, mean + i)
+        lag = program.constant(self.drives.actuation.lag)
+        limits = [program.constant(limit) for limit in self.drives.limits]
+        program.add(follow_stage, len(rows) // 3, self.dt, lag, *limits, *rows)
+        return mean
 
     def place(self) -> None:
         """Add the stages that place all bodies at q."""
@@ -68,7 +91,11 @@ class Plant:
         if any(callable(motion.rates) for motion in scene.motions):
             self.program.call(self._prescribe)
         self.program.add(moving.spread, scene.nv, self.qd, self.drift, *rows)
-        if self.drives.moves:
+        if self.drives.moves and self._is_compiled:
+            for i, prescribed in enumerate(scene.prescribed):
+                own = self.drift if prescribed else self.speed
+                self.program.add(copied, 1, own + i, self.rates + i)
+        elif self.drives.moves:
             self.program.call(self._measure_rates)
 
     def _prescribe(self, chunk: Chunk, step: int) -> None:

@@ -1,0 +1,79 @@
+"""How the time per run and step changes with the size of the problem: a figure, scaling.png."""
+
+import time
+import warnings
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from schemes import arm_with_a_camera
+
+import robsim as rs
+
+HERE = Path(__file__).parent
+K = np.array([[800, 0, 320], [0, 800, 240], [0, 0, 1.0]])
+
+
+def flying(marks):
+    """A free camera before so many marks in a plane."""
+    side = np.linspace(-0.1, 0.1, round(marks**0.5))
+    grid = np.array([[x, y, 0.0] for x in side for y in side])
+    eye = rs.MountedCamera("eye", rs.Camera(K, size=(640, 480)), on="free_camera.body")
+    plate = rs.Object("plate", marks=grid, pose=rs.Pose.at(0, 0, 0.6))
+    return rs.Scene([rs.robots.free_camera()], [plate], [eye])
+
+
+def snake(joints):
+    """A hand-held camera on a chain of so many joints, a metre long in all."""
+    rows = [[0, 0, 1.0 / joints, np.pi / 2 * (-1) ** i] for i in range(joints)]
+    home = 0.5 * np.sin(1.0 + np.arange(joints))
+    robot = rs.Robot.from_dh(rows, home=home, name="snake")
+    pose = rs.Pose(robot.fk(home)) @ rs.Pose.at(0, 0, 0.5)
+    marks = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    eye = rs.MountedCamera("eye", rs.Camera(K, size=(640, 480)), on=f"snake.{robot.tip}")
+    return rs.Scene([robot], [rs.Object("plate", marks=marks, pose=pose)], [eye])
+
+
+def microseconds(scene, runs, threads=1, task=None):
+    """Per run and step, the better of two."""
+    steps = max(2, min(100, 2_000_000 // runs))
+    starts = np.repeat(scene.home[None], runs, axis=0)
+    settings = {"duration": steps * 0.04, "hold": True, "record": "summary"}
+    times = []
+    for _ in range(3):
+        loop = rs.Experiment(scene, task or rs.IBVS(), starts, **settings)
+        begin = time.perf_counter()
+        loop.run(threads=threads)
+        times.append(time.perf_counter() - begin)
+    return 1e6 * min(times[1:]) / runs / (steps + 1)
+
+
+def main():
+    """Measure, print, and draw."""
+    warnings.simplefilter("ignore")
+    runs = [1, 8, 64, 256, 4096, 32768, 262144, 1_000_000]
+    puma, free = arm_with_a_camera("puma560"), flying(4)
+    panels = {
+        "runs": (runs, {"Puma 560": lambda n: microseconds(puma, n),
+                        "Puma 560, two threads": lambda n: microseconds(puma, n, 2),
+                        "free camera": lambda n: microseconds(free, n)}),
+        "points": ([4, 16, 64, 256], {"free camera": lambda n: microseconds(flying(n), 1024)}),
+        "joints": ([2, 4, 6, 7, 12, 20, 30], {"chain": lambda n: microseconds(snake(n), 1024)}),
+    }  # fmt: skip
+    figure, axes = plt.subplots(1, 3, figsize=(10.5, 3.4), constrained_layout=True)
+    for axis, (what, (sizes, lines)) in zip(axes, panels.items(), strict=True):
+        for name, measure in lines.items():
+            found = [measure(n) for n in sizes]
+            print(
+                f"{name:24}{what:8}", *(f"{n}: {t:.3f}" for n, t in zip(sizes, found, strict=True))
+            )
+            axis.loglog(sizes, found, marker="o", markersize=4, label=name)
+        axis.set_xlabel(what)
+        axis.grid(alpha=0.3)
+        axis.legend(frameon=False)
+    axes[0].set_ylabel("us per run and step")
+    figure.savefig(HERE / "scaling.png", dpi=110)
+
+
+if __name__ == "__main__":
+    main()
