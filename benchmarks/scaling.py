@@ -36,7 +36,7 @@ def snake(joints):
 
 def microseconds(scene, runs, threads=1, task=None):
     """Per run and step, the better of two."""
-    steps = max(2, min(100, 2_000_000 // runs))
+    steps = max(25, min(2000, 2_000_000 // runs))
     starts = np.repeat(scene.home[None], runs, axis=0)
     settings = {"duration": steps * 0.04, "hold": True, "record": "summary"}
     times = []

@@ -3,7 +3,7 @@
 import pytest
 from numba import types
 
-from robsim.kernels import cache, features, prebuilt, store
+from robsim.kernels import cache, features, gain, prebuilt, store
 
 KEY = ((types.float64, types.Array(types.float64, 2, "C")), ("x86_64", "cpu", "+avx2"), [])
 ALL = prebuilt.LEVELS["x86_64"]["x86-64-v4"]
@@ -74,8 +74,8 @@ def test_free_variables_of_a_kernel_count_by_what_they_are():
         return cache.KernelCache(scaled)
 
     assert made(2.0).free == made(2.0).free != made(3.0).free
-    by_kernel = made(features.to_pixels).free
-    assert by_kernel == made(features.to_pixels).free != made(features.difference).free
+    by_kernel = made(features.points_interaction).free
+    assert by_kernel == made(features.points_interaction).free != made(gain.adaptive).free
     assert "0x" not in by_kernel[0]
 
 

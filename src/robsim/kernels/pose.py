@@ -10,11 +10,12 @@ from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
 from robsim.kernels.moving import screw
 from robsim.kernels.placing import compose
 from robsim.kernels.se3 import along_screw, quaternion_to_rotation
-from robsim.kernels.solve import scratch_of, solve_block
+from robsim.kernels.solve import scratch_of, scratch_rows, solve_block
 
 UPDATES = 30  # at most, halved ones included
 STILL = 4e-15  # an update that moves no image point by more is rounding: the run has arrived
 ROUNDING = 1e-12  # of the sum of squares: an update that adds no more makes nothing worse
+EACH, OTHER = 19, 30  # rows to work in for each mark, and besides
 RCOND = 1e-12  # a motion that the image shows so little is left as it was guessed
 
 
@@ -96,10 +97,7 @@ def _is_worse(w, error, ahead, rows):
 
 def room_of(N: int) -> int:
     """Return how many rows `fit` needs to work in, for N marks."""
-    return 19 * N + 30 + scratch_of(2 * N, 6)
-
-
-_room = part(room_of)
+    return EACH * N + OTHER + scratch_of(2 * N, 6)
 
 
 @kernel
@@ -149,7 +147,7 @@ def fit_pose(marks, x, guess, T):
     N, runs = x.shape[0], x.shape[2]
     points, start, found = 3 * N, 5 * N, 5 * N + 12
     room = found + 12
-    block = np.zeros((room + _room(N)) * WIDTH)
+    block = np.zeros((room + EACH * N + OTHER + scratch_rows(2 * N, 6)) * WIDTH)
     for n in range(N):
         for r in range(3):
             put(block, 3 * n + r, marks[n, r])

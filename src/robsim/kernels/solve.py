@@ -137,7 +137,7 @@ def scratch_of(k: int, n: int) -> int:
     return (p + m) * m + 2 * m * m + (p + m) + (p + m) + 1 + n
 
 
-_scratch = part(scratch_of)
+scratch_rows = part(scratch_of)
 
 
 @kernel
@@ -235,7 +235,7 @@ def least_squares(A, y, damping, rcond, x, rank):
     found = wanted + k
     given = found + n
     scratch = given + 3
-    block = np.zeros((scratch + _scratch(k, n)) * WIDTH)
+    block = np.zeros((scratch + scratch_rows(k, n)) * WIDTH)
     put(block, given, damping)
     put(block, given + 1, rcond)
     for b in range(0, runs, WIDTH):
@@ -258,7 +258,7 @@ def least_squares_of_product(B, C, A, y, rcond, x, rank):
     found = wanted + k
     given = found + n
     scratch = given + 2
-    size = max(_scratch(k, n), max(_scratch(k, 6), _scratch(6, n)) + 6)
+    size = max(scratch_rows(k, n), max(scratch_rows(k, 6), scratch_rows(6, n)) + 6)
     block = np.zeros((scratch + size) * WIDTH)
     put(block, given, rcond)
     for b in range(0, runs, WIDTH):
