@@ -48,6 +48,11 @@ def microseconds(scene, runs, threads=1, task=None):
     return 1e6 * min(times[1:]) / runs / (steps + 1)
 
 
+def short(n):
+    """A number as a label."""
+    return f"{n / 1e6:g}M" if n >= 1e6 else f"{n / 1000:.0f}k" if n >= 1000 else str(n)
+
+
 def main():
     """Measure, print, and draw."""
     warnings.simplefilter("ignore")
@@ -68,6 +73,11 @@ def main():
                 f"{name:24}{what:8}", *(f"{n}: {t:.3f}" for n, t in zip(sizes, found, strict=True))
             )
             axis.loglog(sizes, found, marker="o", markersize=4, label=name)
+        axis.set_xticks(sizes, [short(n) for n in sizes], fontsize=8)
+        low, high = axis.get_ylim()
+        ticks = [t for t in (0.1, 0.2, 0.5, 1, 2, 5, 10) if low <= t <= high]
+        axis.set_yticks(ticks, [f"{t:g}" for t in ticks])
+        axis.minorticks_off()
         axis.set_xlabel(what)
         axis.grid(alpha=0.3)
         axis.legend(frameon=False)

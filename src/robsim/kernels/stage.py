@@ -33,6 +33,8 @@ class Stage:
     def address(self) -> int:
         """The address of the machine code."""
         if not self._address:
+            if not hasattr(self._compiled, "compile"):
+                raise RuntimeError("kernels need Numba's compiler: unset NUMBA_DISABLE_JIT")
             self._compiled.compile(SIGNATURE)
             made = self._compiled.overloads[SIGNATURE]
             wrapper = made.fndesc.llvm_cfunc_wrapper_name
