@@ -1,5 +1,10 @@
 """The controller of an experiment pulled by hand, and its instants one by one."""
 
+import copy
+import pickle
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -103,3 +108,18 @@ def test_steps_are_of_one_start():
     made = experiment("visp_tutorial")
     with pytest.raises(rs.InputError, match="one start"):
         made.with_(start=np.repeat(made.start[None], 2, axis=0)).steps()
+
+
+def test_what_has_run_goes_to_another_process_and_runs_there(tmp_path):
+    """Machine code stays where it is: its addresses mean nothing elsewhere."""
+    made = experiment("visp_tutorial").with_(duration=0.4)
+    expected = made.run().q_end.values
+    made.scene.robots[0].fk(made.scene.robots[0].home)
+    (tmp_path / "made").write_bytes(pickle.dumps(made))
+    code = "import pickle, sys; made = pickle.load(open(sys.argv[1], 'rb'))\n"
+    code += "pickle.dump(made.run().q_end.values, open(sys.argv[2], 'wb'))"
+    files = [str(tmp_path / name) for name in ("made", "end")]
+    subprocess.run([sys.executable, "-c", code, *files], check=True, capture_output=True)
+    end = pickle.loads((tmp_path / "end").read_bytes())
+    np.testing.assert_array_equal(end, expected)
+    np.testing.assert_array_equal(copy.deepcopy(made).run().q_end.values, expected)

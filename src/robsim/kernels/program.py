@@ -155,12 +155,18 @@ class Program:
 
 
 class Function:
-    """A program of compiled stages as a function from some rows to others."""
+    """A program of compiled stages as a function from some rows to others.
+
+    It holds addresses of machine code, so it cannot leave its process.
+    """
 
     def __init__(self, program: Program, first: int, found: int, count: int) -> None:
         self.first, self.found, self.count = first, found, count
         self._prepared = program.prepared()
         self._kept = program.kept
+
+    def __reduce__(self) -> Any:
+        raise TypeError("machine code of this process cannot be copied or pickled")
 
     def __call__(self, x: Array) -> Array:
         """Return rows (count, B) with rows x (n, B) from the first."""

@@ -37,7 +37,7 @@ def _rotate(block, p, q, rows, cosine, sine, needed):
         put(block, q + i, where(needed, sine * x + cosine * y, y))
 
 
-@kernel
+@part
 def _orthogonalise(block, G, rows, n, V):
     """Rotate n columns of so many rows, and those of V (n rows), until they are orthogonal."""
     for _ in range(SWEEPS):

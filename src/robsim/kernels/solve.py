@@ -26,7 +26,7 @@ def product(A, B, out):
                     out[i, j, b] += A[i, k, b] * B[k, j, b]
 
 
-@kernel
+@part
 def _orthonormalise(block, Q, rows, n, R):
     """Replace the columns of Q by orthonormal ones, with R upper triangular and Q_before = Q R.
 
@@ -78,7 +78,7 @@ def _part_along(block, q, v, rows):
     return along
 
 
-@kernel
+@part
 def _invert_triangle(block, R, n, inverse):
     """Compute inverse = R^-1 for upper triangular R, column by column."""
     for j in range(n):
@@ -90,7 +90,7 @@ def _invert_triangle(block, R, n, inverse):
             put(block, inverse + j * n + i, -total * get(block, inverse + i * n + i))
 
 
-@kernel
+@part
 def _condition_bound(block, R, inverse, n, bound):
     """Compute bound = ||R||_F ||R^-1||_F >= the condition number."""
     direct, back = get(block, R) * get(block, R), get(block, inverse) * get(block, inverse)
@@ -101,7 +101,7 @@ def _condition_bound(block, R, inverse, n, bound):
     put(block, bound, sqrt(direct) * sqrt(back))
 
 
-@kernel
+@part
 def _solve_tall(block, Q, rows, n, inverse, y, x):
     """Compute x = R^-1 Q' y, with y projected step by step, which keeps Gram-Schmidt stable.
 
@@ -116,7 +116,7 @@ def _solve_tall(block, Q, rows, n, inverse, y, x):
         put(block, x + i, total)
 
 
-@kernel
+@part
 def _solve_wide(block, Q, rows, n, inverse, y, x, count):
     """Compute the first `count` rows of x = Q R^-T y; y[n] is replaced by R^-T y."""
     for j in range(n - 1, -1, -1):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,11 @@ class Tree:
         """The joints in two arrays, which kernels unpack."""
         arrays: tuple[NDArray[np.int64], Array] = packed.pack(self.joints)
         return arrays
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all but the programs, whose machine code is that of one process."""
+        rest = {name: value for name, value in vars(self).items() if name != "_bodies"}
+        return rest | {"_motions": {}}
 
     def find(self, name: str) -> tuple[int, Array]:
         """Return the body that carries a frame, and the frame's constant pose in it."""
