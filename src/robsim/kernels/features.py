@@ -31,9 +31,15 @@ def points_stage(p, w, step):
         x, y, inverse = get(w, p[1] + 2 * n), get(w, p[1] + 2 * n + 1), 1.0 / get(w, p[2] + n)
         put(w, p[3] + 2 * n, x)
         put(w, p[3] + 2 * n + 1, y)
-        first, second = point_rates(x, y, inverse)
-        _put_row(w, p[4] + 12 * n, first)
-        _put_row(w, p[4] + 12 * n + 6, second)
+        put_point_rates(w, p[4] + 12 * n, x, y, inverse)
+
+
+@part
+def put_point_rates(w, at, x, y, inverse):
+    """Write both rows of L of a normalised point at the depth 1/inverse."""
+    first, second = point_rates(x, y, inverse)
+    _put_row(w, at, first)
+    _put_row(w, at + 6, second)
 
 
 @part

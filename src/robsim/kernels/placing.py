@@ -25,7 +25,7 @@ def _times(a, w, B, c):
 
 @kernel
 def compose(w, A, B, T):
-    """Compute T = A B."""
+    """Compute T = A B, which may stand in the place of A."""
     for r in range(3):
         a = _row(w, A, r)
         for c in range(3):
@@ -130,11 +130,7 @@ def carry(p, w, step):
     for i in range(p[0]):
         A, B, motion, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
         compose(w, A, B, T)
-        for r in range(3):
-            a = _row(w, T, r)
-            for c in range(3):
-                put(w, T + 4 * r + c, _times(a, w, motion, c))
-            put(w, T + 4 * r + 3, _times(a, w, motion, 3) + a[3])
+        compose(w, T, motion, T)
 
 
 @stage

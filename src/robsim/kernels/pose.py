@@ -4,7 +4,7 @@ import numpy as np
 
 from robsim.kernels.block import gather_rows, scatter_rows
 from robsim.kernels.camera import NEAR
-from robsim.kernels.features import point_rates
+from robsim.kernels.features import put_point_rates
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
 from robsim.kernels.moving import screw
@@ -42,20 +42,7 @@ def _interaction(w, N, now, Z, L):
     """Compute L of the marks in the image."""
     for n in range(N):
         x, y = get(w, now + 2 * n), get(w, now + 2 * n + 1)
-        first, second = point_rates(x, y, 1.0 / get(w, Z + n))
-        at = L + 12 * n
-        put(w, at, first[0])
-        put(w, at + 1, first[1])
-        put(w, at + 2, first[2])
-        put(w, at + 3, first[3])
-        put(w, at + 4, first[4])
-        put(w, at + 5, first[5])
-        put(w, at + 6, second[0])
-        put(w, at + 7, second[1])
-        put(w, at + 8, second[2])
-        put(w, at + 9, second[3])
-        put(w, at + 10, second[4])
-        put(w, at + 11, second[5])
+        put_point_rates(w, L + 12 * n, x, y, 1.0 / get(w, Z + n))
 
 
 @part

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -39,10 +39,6 @@ class Measurement:
     def runs(self) -> int:
         """The number of runs B."""
         return int(self.q.shape[1])
-
-    def inside(self, name: str) -> Measurement:
-        """Return the measurement with a memory of its own, for one of several tasks."""
-        return replace(self, memory=self.memory.setdefault(name, {}))
 
 
 def remember(memory: dict[str, Any], name: str, array: Array) -> None:
