@@ -31,7 +31,7 @@ ONE_KERNEL = """
 import numpy as np
 from robsim.kernels import features, notice
 notice.PATIENCE = 0.0
-features.to_pixels(np.ones((1, 2, 1)), np.eye(3), np.empty((2, 1)))
+features.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
 """
 
 
