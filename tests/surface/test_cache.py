@@ -18,13 +18,14 @@ CALL = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels import features, store
-x, K, s = np.array([[[0.25], [0.5]]]), np.diag([800.0, 600.0, 1.0]), np.empty((2, 1))
-features.to_pixels(x, K, s)
-stats = features.to_pixels.stats
+from robsim.kernels import line_features, store
+x, s = np.array([[[0.0], [0.0]], [[3.0], [0.0]]]), np.empty((4, 1))
+line_features.segments(x, s)
+stats = line_features.segments.stats
 hits, misses = (sum(count.values()) for count in (stats.cache_hits, stats.cache_misses))
-print(json.dumps([features.__file__, s.ravel().tolist(), hits, misses, str(store.CACHE)]))
+print(json.dumps([line_features.__file__, s[2:, 0].tolist(), hits, misses, str(store.CACHE)]))
 """
+LENGTH = "math.sqrt(x * x + y * y), math.atan2(y, x)"  # of polar_of
 
 
 @pytest.fixture
@@ -38,7 +39,7 @@ def copy(tmp_path):
 
 
 def start(copy, cache):
-    """Run a kernel of the copy in a fresh Python: pixels, hits, misses, cache folder."""
+    """Run a kernel of the copy in a fresh Python: length and angle, hits, misses, cache folder."""
     environment = {**os.environ, "ROBSIM_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", CALL, str(copy)],
@@ -66,30 +67,30 @@ def compiled(cache):
 @pytest.mark.first_start
 def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles_nothing(copy):
     cache = copy / "cache"
-    pixels, hits, misses, folder = start(copy, cache)
-    assert (pixels, hits) == ([200.0, 300.0], 0) and misses == 1
+    found, hits, misses, folder = start(copy, cache)
+    assert (found, hits) == ([3.0, 0.0], 0) and misses == 1
     before = compiled(cache)
     assert before and Path(folder).parent == cache
 
-    assert start(copy, cache) == [[200.0, 300.0], 1, 0, folder]
+    assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
     assert compiled(cache) == before
 
-    edit(copy / "robsim/kernels/camera.py", "K[0, 0] * x + ", "3.0 * K[0, 0] * x + ")
-    pixels, hits, _, other = start(copy, cache)
-    assert (pixels, hits) == ([600.0, 300.0], 0)
+    edit(copy / "robsim/kernels/point_features.py", LENGTH, "3.0 * " + LENGTH)
+    found, hits, _, other = start(copy, cache)
+    assert (found, hits) == ([9.0, 0.0], 0)
     assert other != folder and Path(other).parent == cache
-    assert start(copy, cache) == [[600.0, 300.0], 1, 0, other]
+    assert start(copy, cache) == [[9.0, 0.0], 1, 0, other]
 
-    edit(copy / "robsim/kernels/camera.py", "3.0 * K[0, 0] * x + ", "K[0, 0] * x + ")
-    assert start(copy, cache) == [[200.0, 300.0], 1, 0, folder]  # the old code is still there
+    edit(copy / "robsim/kernels/point_features.py", "3.0 * " + LENGTH, LENGTH)
+    assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]  # the old code is still there
 
 
 @pytest.mark.first_start
 def test_without_a_place_to_write_kernels_are_compiled_anew(copy):
     (copy / "file").write_text("mine", encoding="utf-8")
     for _ in range(2):
-        pixels, hits, *_ = start(copy, copy / "file" / "below")
-        assert (pixels, hits) == ([200.0, 300.0], 0)
+        found, hits, *_ = start(copy, copy / "file" / "below")
+        assert (found, hits) == ([3.0, 0.0], 0)
     assert (copy / "file").read_text(encoding="utf-8") == "mine"
     assert not list(copy.rglob("*.nbc"))
 
