@@ -175,9 +175,9 @@ def test_the_order_of_the_marks_does_not_matter_to_two_cameras(arrange, around, 
 
 def check_order(scene, task, q0, decide, rows):
     order = np.concatenate([rows * n + np.arange(rows) for n in ORDER])
-    one, other = (decide(s, task, q0).basis.features for s in (scene, shuffled(scene)))
-    for name in ("s", "L", "task_jacobian"):
-        a, b = (getattr(measured, name) for measured in (one, other))
+    one, other = (decide(s, task, q0).basis.state for s in (scene, shuffled(scene)))
+    for name in ("s_last", "interaction_last", "task_jacobian_last"):
+        a, b = (getattr(state, name) for state in (one, other))
         np.testing.assert_allclose(b, a[order], rtol=0, atol=1e-12 * (1 + np.abs(a).max()))
     a, b = (steps(s, task, q0) for s in (scene, shuffled(scene)))
     np.testing.assert_allclose(a.qd, b.qd, rtol=0, atol=1e-10)

@@ -109,11 +109,11 @@ def test_cameras_on_one_hand_are_moved_by_one_twist(arrange, around, decide, fir
     names = [first, "right" if first == "left" else "left"]
     task = rs.IBVS(features=[P("points", camera=name) for name in names])
     q = around(scene, 3)
-    measured = decide(scene, task, q).basis.features
+    state = decide(scene, task, q).basis.state
     apart = [decide(scene, rs.IBVS(camera=name), q).command.task_jacobian for name in names]
-    np.testing.assert_allclose(measured.task_jacobian, np.concatenate(apart), atol=1e-12)
-    product = np.einsum("kcb,cnb->knb", measured.L, measured.J)
-    np.testing.assert_allclose(product, measured.task_jacobian, atol=1e-12)
+    np.testing.assert_allclose(state.task_jacobian_last, np.concatenate(apart), atol=1e-12)
+    product = np.einsum("kcb,cnb->knb", state.interaction_last, state.jacobian_last)
+    np.testing.assert_allclose(product, state.task_jacobian_last, atol=1e-12)
 
 
 @pytest.mark.parametrize("joints", [None, "worker", "watcher"])

@@ -30,14 +30,19 @@ from robsim.kernels.stage import stage
 
 
 @part
+def _larger(most, x):
+    """Return the larger of `most` and |x|; NaN if either is NaN or |x| infinite."""
+    size = absolute(x)
+    return where(size > most, size, most) + size * 0.0
+
+
+@part
 def _most(w, x, n, zero):
-    """Return the largest |x|; NaN or infinite if any of them is."""
-    most, total = zero, zero
+    """Return the largest |x|; NaN if any of them is NaN or infinite."""
+    most = zero
     for i in range(n):
-        size = absolute(get(w, x + i))
-        most = where(size > most, size, most)
-        total = total + size * 0.0
-    return most + total
+        most = _larger(most, get(w, x + i))
+    return most
 
 
 @stage
@@ -47,12 +52,11 @@ def errors(p, w, step):
     (k, error, scale, size, norm)
     """
     most = 0.0 * get(w, p[2])
-    total, square = most, most
+    square = most
     for i in range(p[0]):
-        size = absolute(get(w, p[1] + i) * get(w, p[2] + i))
-        most = where(size > most, size, most)
-        total, square = total + size * 0.0, square + size * size
-    put(w, p[3], most + total)
+        error = get(w, p[1] + i) * get(w, p[2] + i)
+        most, square = _larger(most, error), square + error * error
+    put(w, p[3], most)
     put(w, p[4], sqrt(square))
 
 
@@ -65,16 +69,13 @@ def stillness(p, w, step):
     A, k, n, qd, scale = p[0], p[1], p[2], p[3], p[4]
     least = (STALL * get(w, p[6])) * get(w, p[5])
     most = 0.0 * get(w, scale)
-    total = most
     for i in range(k):
         change = 0.0 * get(w, scale)
         for j in range(n):
             change = change + (get(w, A + n * i + j) * get(w, scale + i)) * get(w, qd + j)
-        size = absolute(change)
-        most = where(size > most, size, most)
-        total = total + size * 0.0
+        most = _larger(most, change)
     still = get(w, p[7]) if step > 0 else 0.0 * least
-    put(w, p[7], where(most + total < least, still + 1.0, 0.0))
+    put(w, p[7], where(most < least, still + 1.0, 0.0))
 
 
 @stage

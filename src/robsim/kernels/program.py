@@ -118,7 +118,7 @@ class Program:
 
     def whole(self, values: Any) -> int:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""
-        return self.each(np.asarray(values).view(np.float64)[None])
+        return self.each(np.asarray(values, dtype=np.int64).view(np.float64)[None])
 
     def _given(self, values: Array) -> int:
         first = self.rows(len(values))

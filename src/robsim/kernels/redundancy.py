@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from robsim.kernels import singular
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, get, put, where
 from robsim.kernels.memory import matrix, vector
@@ -103,8 +104,7 @@ def _columns(w, A, k, n, G):
 
 def scratch_of(k: int, n: int) -> int:
     """Return how many rows `descend` needs to work in."""
-    m, p = min(k, n), max(k, n)
-    return p * m + m * m + m + k + n + k * n
+    return singular.scratch_of(k, n) + k + n + k * n
 
 
 @stage

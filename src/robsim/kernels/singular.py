@@ -86,11 +86,17 @@ def greatest(block, x, n):
     return most
 
 
+def scratch_of(k: int, n: int) -> int:
+    """Return how many rows `truncated` needs to work in."""
+    p, q = max(k, n), min(k, n)
+    return p * q + q * q + q
+
+
 @kernel
 def truncated(block, A, k, n, y, rcond, x, scratch):
     """Compute x = A^+ y without singular values below rcond * largest, and return the rank.
 
-    `scratch` has p q + q^2 + q rows for q = min(k, n) and p = max(k, n).
+    `scratch_of` says how many rows `scratch` has.
     """
     wide, q, p = k < n, min(k, n), max(k, n)
     G, V, sigma = scratch, scratch + p * q, scratch + p * q + q * q

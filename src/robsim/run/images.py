@@ -45,10 +45,6 @@ class Image(NamedTuple):
     hidden: NDArray[np.bool_]  # (N, B) marks whose pixels are those that were seen last
     arrived: NDArray[np.int64]  # (B,) the step at which it came
 
-    def of(self, rows: slice) -> Image:
-        """Return the image of some of the marks."""
-        return Image(self.pixels[rows], self.depth[rows], self.hidden[rows], self.arrived)
-
     def going(self, runs: NDArray[np.bool_]) -> Image:
         """Return the image of some of the runs."""
         return Image(

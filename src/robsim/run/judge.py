@@ -6,6 +6,7 @@ import numpy as np
 
 from robsim.kernels import judging
 from robsim.kernels.program import Program
+from robsim.kernels.singular import scratch_of
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.run.plant import Plant
 from robsim.run.sensor import Sensor
@@ -44,8 +45,8 @@ class Judge:
             self.tolerance, busy, self.program.rows(2), self.still, self.steps,
             self.outcome,
         )  # fmt: skip
-        room = k * n + 2 * k + n + max(k, n) * min(k, n) + min(k, n) ** 2 + min(k, n)
-        rank = self.program.constant(c.rcond), c.full_rank, self.outcome, self.program.rows(room)
+        room = self.program.rows(k * n + k + n + scratch_of(k, n))
+        rank = self.program.constant(c.rcond), c.full_rank, self.outcome, room
         add(judging.stalls, *matrix, self.scale, *rank)
         if not sensor.prompt or plant.drives.moves:
             self._wait(plant, sensor, command, pace, size)

@@ -88,7 +88,7 @@ class Plant:
         """Add the stage of all velocities: in rows from qd as commanded, else prescribed."""
         scene, rows = self.scene, np.full(self.scene.nv, -1)
         rows[self.drives.columns] = qd + np.arange(self.drives.columns.size)
-        if any(callable(motion.rates) for motion in scene.motions):
+        if scene.varies:
             self.program.call(self._prescribe)
         self.program.add(moving.spread, scene.nv, self.qd, self.drift, *rows)
         if self.drives.moves and self._is_compiled:

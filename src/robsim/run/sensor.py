@@ -73,7 +73,7 @@ class Sensor:
         }
         placed = self.plant.placed if self.prompt else None
         plant, hides = self.plant, bool(self.sensing.occlusions)
-        return Given(program, plant.dt, plant.seconds, plant.q, self.q, views, placed, hides)
+        return Given(program, plant.dt, plant.seconds, self.q, views, placed, hides)
 
     def _remember(self, chunk: Chunk, step: int) -> None:
         chunk.images.note(self.plant.period(chunk))

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from robsim.base.arrays import Array
-from robsim.servo.feature_state import FeatureState
 from robsim.servo.laws.law import ControlState
 
 
 class Basis(NamedTuple):
-    """What the command of one servo task is based on: features, error and the state of the law."""
+    """What the command of one servo task is based on: error and the state of the law."""
 
-    features: FeatureState
     error: Array  # (k, B)
     state: ControlState  # which the law is given

@@ -45,16 +45,6 @@ class Deciding:
 
     def measurement(self, blocks: Blocks, step: int) -> Measurement:
         """Return what the sensors give at a step."""
-        given, nq = self.given, self.controller.scene.nq
-        q = blocks.get(given.true, nq)
-        seen, pixels = {}, {}
-        for sight in self.controller.sights:
-            view, N = given.views[sight.key], len(sight.target.marks)
-            pixels[sight.key] = blocks.get(view.pixels, N, 2)
-            seen[sight.key] = sight.project(q)._replace(depth=blocks.get(view.depth, N))
-        prompt = given.placed is not None
-        measured = q if prompt else blocks.get(given.q, nq)
-        memory, hidden = given.memory(blocks), blocks.hidden
-        return Measurement(
-            step, given.seconds, measured, seen, pixels, memory, hidden, prompt=prompt
-        )
+        given = self.given
+        q = blocks.get(given.q, self.controller.scene.nq)
+        return Measurement(step, given.seconds, q, given.memory(blocks))

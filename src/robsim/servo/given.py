@@ -29,8 +29,7 @@ class Given:
     program: Program
     dt: int
     seconds: float  # dt
-    true: int  # coordinates as they are
-    q: int  # and as measured
+    q: int  # coordinates as measured
     views: dict[Key, View]  # of the true scene, with pixels and depths as measured
     placed: Placed | None = None  # the true scene, where it is as measured
     hides: bool = False  # whether marks may be hidden
@@ -73,7 +72,7 @@ def alone(
     for sight in sights:
         N = len(sight.target.marks)
         views[sight.key] = View(-1, -1, program.rows(2 * N), program.rows(N))
-    return Given(program, program.constant(dt), dt, q, q, views, hides=hides)
+    return Given(program, program.constant(dt), dt, q, views, hides=hides)
 
 
 def view(

@@ -60,7 +60,7 @@ class Regulated:
         else:
             each = self.L_goals
             L = _stacked([_to_first(L, A) for L, A in zip(each, self.adjoints, strict=True)])
-        return FeatureState(s, L, first, self._task_jacobian(L, each, J), J, projections, each)
+        return FeatureState(s, L, first, self._task_jacobian(L, each, J))
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[Key, Array]) -> Array:
         """Return L J (k, n, B), camera by camera: sdot = L (J_c - J_o) qdot."""

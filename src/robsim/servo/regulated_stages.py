@@ -73,7 +73,7 @@ class RegulatedRows:
         """Return the rows of prescribed velocities, as the controller believes them."""
         scene, given = self.regulated.sights[0].scene, self.given
         rows = self.program.constant(scene.drift(0.0)[columns])
-        if any(callable(motion.rates) for motion in scene.motions):
+        if scene.varies:
 
             def ask(blocks: Blocks, step: int) -> None:
                 rates = scene.drift(step * given.seconds)[columns, None]

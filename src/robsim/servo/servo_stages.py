@@ -16,7 +16,6 @@ from robsim.kernels.stage import Stage
 from robsim.servo.basis import Basis
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
-from robsim.servo.feature_state import FeatureState
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
@@ -238,21 +237,11 @@ class ServoStages:
 
     def decision(self, blocks: Blocks) -> Decision:
         """Return the decision of a step, with all that it is based on."""
-        c, get, k, n = self.controller, blocks.get, self.k, self.n
-        q, (error, L, A), of = get(self.given.q, c.scene.nq), self.plain, self.of
-        features = FeatureState(
-            get(of.s, k),
-            get(L, k, 6),
-            get(of.first, 6, n),
-            get(A, k, n),
-            {key: get(row, 6, n) for key, row in of.J.items()},
-            {sight.key: sight.project(q) for sight in c.regulated.sights},
-            [get(rows.L, rows.k, 6) for rows in of.each],
-        )
-        state = self.state(blocks, 0, {}, self.towards)
-        basis = Basis(features, get(error, k), state)
-        command = Command(features.s, basis.error, get(self.qd, n), features.task_jacobian)
-        return Decision(command, features.J, basis)
+        get, k, n = blocks.get, self.k, self.n
+        error, _, A = self.plain
+        basis = Basis(get(error, k), self.state(blocks, 0, {}, self.towards))
+        command = Command(get(self.of.s, k), basis.error, get(self.qd, n), get(A, k, n))
+        return Decision(command, get(self.of.first, 6, n), basis)
 
     def _add(self, stage: Stage, *numbers: int) -> None:
         self.program.add(stage, *numbers)

@@ -65,6 +65,11 @@ class Coordinates:
         flags = [np.full(robot.nv, robot.name in movers) for robot in self.robots]
         return frozen(np.concatenate([np.empty(0, dtype=np.bool_), *flags]))
 
+    @property
+    def varies(self) -> bool:
+        """Whether any prescribed motion goes by a function of time."""
+        return any(callable(motion.rates) for motion in self.motions)
+
     def drift(self, seconds: float) -> Array:
         """Return the prescribed velocities (nv,) at a time in seconds; zero for all others."""
         motions = {motion.robot: motion for motion in self.motions}
