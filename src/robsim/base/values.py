@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -34,6 +34,17 @@ class Value:
     def _key(self) -> tuple[Any, ...]:
         compared = (f.name for f in fields(self) if f.compare)  # type: ignore[arg-type]
         return tuple(hashable(getattr(self, name)) for name in compared)
+
+
+T = TypeVar("T")
+
+
+def unchecked(value: T, **changes: Any) -> T:
+    """Return a copy of a frozen dataclass with other fields, which are known to be right."""
+    made = object.__new__(type(value))
+    kept = {each.name: getattr(value, each.name) for each in fields(value)}  # type: ignore[arg-type]
+    made.__dict__.update({**kept, **changes})
+    return made
 
 
 def _freeze(value: Any) -> None:

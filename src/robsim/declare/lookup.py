@@ -46,8 +46,9 @@ def _spec_at(kind: type[Any], tables: Any, keys: list[str]) -> Any:
         return owner.spec.of_key(owner.name, keys[0])
     inside = tables.get(keys[0]) if isinstance(tables, Mapping) else None
     rest = keys[1:]
-    if keys[0] in NAMED and isinstance(inside, list):
-        inside = next((t for t in inside if t.get(NAMED[keys[0]], t.get("model")) == rest[0]), None)
+    if keys[0] in NAMED:  # of a library robot whose links are not said here there is no table
+        some = inside if isinstance(inside, list) else []
+        inside = next((t for t in some if t.get(NAMED[keys[0]], t.get("model")) == rest[0]), None)
         rest = rest[1:]
     found = (_spec_at(part, inside, rest) for part in _parts(owner, inside) if rest)
     return next((spec for spec in found if spec is not None), None)

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.features.feature import Observation
+from robsim.features.feature import Observation, each_run
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.program import Program, evaluated
-from robsim.kernels.viewing import CAMERA
 
 
 class Compiled(ABC):
@@ -52,17 +51,16 @@ class Compiled(ABC):
             shapes.extend([(made.k,), (made.k, 6)])
             return made.s, made.L
 
-        return evaluated(add, _arrays(seen, posed), shapes)
+        return evaluated(add, _arrays(seen, posed), shapes, seen.runs)
 
 
 def _arrays(seen: Observation, posed: bool) -> list[Array]:
     """Return what is seen, with the run last: one array for each field of `Seen`."""
     runs = seen.pixels_last.shape[-1]
-    camera = np.zeros((CAMERA, runs))
-    camera[:9], camera[9:17] = seen.K.reshape(9, 1), seen.lens[:, None]
+    camera = np.repeat(seen.camera.rows, runs // seen.camera.rows.shape[1], axis=1)
     model = np.zeros((len(seen.pixels_last), 3)) if seen.model is None else seen.model
     arrays = [seen.pixels_last, seen.points_last, seen.depth_last, camera]
-    arrays.append(np.repeat(model[..., None], runs, axis=-1))
+    arrays.append(each_run(model, runs))
     if posed:
         arrays.append(seen.pose_last)
     if seen.other is not None and seen.between_last is not None:

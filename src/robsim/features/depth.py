@@ -34,7 +34,7 @@ class LogDepth(Compiled, Declared):
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
-    Z_goal: Array | None = field(default=None, repr=False)  # (N, 1) metres; set by `towards`
+    Z_goal: Array | None = field(default=None, repr=False)  # (N, B) metres, of `towards`
     measures_depth: ClassVar[bool] = True
 
     def towards(self, goal: Observation) -> LogDepth:
@@ -43,7 +43,7 @@ class LogDepth(Compiled, Declared):
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        Z_goal = seen.program.constant(np.ones(seen.N) if self.Z_goal is None else self.Z_goal)
+        Z_goal = seen.program.each(np.ones((seen.N, 1)) if self.Z_goal is None else self.Z_goal)
         rows = seen.room(seen.N)
         seen.program.add(
             kernels.log_depth_stage, seen.N, seen.points, seen.depth, Z_goal, rows.s, rows.L

@@ -14,7 +14,6 @@ from robsim.base.arrays import Array, frozen, runs_first, runs_last, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Number, family
 from robsim.geometry.pose import homogeneous
-from robsim.kernels import camera as kernels
 from robsim.kernels.pose import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.pose_estimation import estimate_pose
@@ -36,12 +35,12 @@ class Observation:
     pixels_last: Array  # (N, 2, B) measured pixels (column, row)
     points_last: Array  # (N, 2, B) the same, normalised: undistorted, at unit depth
     depth_last: Array  # (N, B) metres, as the controller believes it
-    K: Array  # (3, 3) intrinsics as the controller believes them
-    lens: Array  # (8,) distortion likewise
-    model: Array | None = None  # (N, 3) marks in axes of the target, as believed
+    camera: Camera  # as the controller believes it
+    model: Array | None = None  # (N, 3) marks in axes of the target, as believed; or (N, 3, B)
     guess_last: Array | None = None  # (3, 4, B) where the estimate of the pose starts
     other: Observation | None = None  # the same marks, as the second camera of a pair sees them
     between_last: Array | None = None  # (3, 4, B) pose of the second camera in this one
+    runs: NDArray[np.int64] | None = None  # (B,) numbers of the runs, where these are not all
 
     @property
     def pixels(self) -> Array:
@@ -59,6 +58,11 @@ class Observation:
         return shown_view(self.depth_last)
 
     @property
+    def K(self) -> Array:
+        """The intrinsics (3, 3) as the controller believes them."""
+        return np.asarray(self.camera.K)
+
+    @property
     def pose(self) -> Array:
         """The pose T_c_o (B, 4, 4) of the target, estimated from the image and the model."""
         return homogeneous(self.pose_last)
@@ -68,16 +72,15 @@ class Observation:
         """The pose T_c_o (3, 4, B); without the guess where that is behind the camera."""
         if self.model is None or self.guess_last is None:
             raise InputError("a pose needs the model of the target and a guess; here are none")
-        T = np.empty(self.guess_last.shape)
-        fit_pose(self.model, self.points_last, self.guess_last, T)
+        T = np.empty_like(self.guess_last)
+        marks = each_run(self.model, self.points_last.shape[-1])
+        fit_pose(marks, self.points_last, self.guess_last, T)
         return without_guess(T, self.model, self.points_last)
 
     @classmethod
     def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:
         """Return an observation of pixels (N, 2, B) at depths (N, B) in metres by a camera."""
-        points = np.empty_like(pixels)
-        kernels.normalise(pixels, camera.K, camera.lens, camera.valid_radius, points)
-        return cls(pixels, points, depth, camera.K, camera.lens)
+        return cls(pixels, camera.points_of(pixels), depth, camera)
 
     def blind(self, hidden: Sequence[NDArray[np.bool_]]) -> Observation:
         """Return the observation with NaN for marks that are hidden (N, B) from each camera."""
@@ -106,13 +109,28 @@ class Observation:
 def without_guess(T: Array, model: Array, points: Array) -> Array:
     """Return poses (3, 4, B), those that are NaN from normalised points (N, 2, B) alone.
 
-    Where all marks (N, 3) are seen, the guess was behind the camera.
+    Where all marks, (N, 3) or (N, 3, B), are seen, the guess was behind the camera.
     """
     lost = np.isnan(T[0, 0]) & np.isfinite(points).all(axis=(0, 1))
-    if lost.any() and len(model) > 2:
-        found = estimate_pose(model, runs_first(points[..., lost]), Camera(np.eye(3)))
-        T[..., lost] = runs_last(found.T_c_o[:, :3], 2)
+    if not lost.any() or len(model) < 3:
+        return T
+    if model.ndim > 2 and (model != model[..., :1]).any():
+        for b in np.flatnonzero(lost):
+            T[..., b : b + 1] = _estimated(model[..., b], points[..., b : b + 1])
+        return T
+    T[..., lost] = _estimated(model if model.ndim == 2 else model[..., 0], points[..., lost])
     return T
+
+
+def _estimated(model: Array, points: Array) -> Array:
+    """Return poses (3, 4, B) of marks (N, 3) from normalised points (N, 2, B) alone."""
+    found = estimate_pose(model, runs_first(points), Camera(np.eye(3)))
+    return runs_last(found.T_c_o[:, :3], 2)
+
+
+def each_run(model: Array, runs: int) -> Array:
+    """Return marks (N, 3, B) of each run from those of all, or as they are."""
+    return model if model.ndim > 2 else np.repeat(model[..., None], runs, axis=-1)
 
 
 @runtime_checkable

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, frozen
 from robsim.declare import Declared, Word, check_fields, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
@@ -19,6 +19,7 @@ from robsim.kernels.moments import ORDER_3, ORDER_4
 
 KINDS = ("points", "region")
 SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
+ANY_GOAL = frozen(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # where none is known
 F = TypeVar("F")
 
 
@@ -60,7 +61,7 @@ class _Basic(Compiled, Declared):
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
-    alpha_goal: float | None = field(default=None, init=False, repr=False)
+    alpha_goal: Array | None = field(default=None, init=False, repr=False)  # (1, B)
     of_marks: ClassVar[bool]
 
     def stages(self, seen: Seen) -> FeatureRows:
@@ -73,7 +74,7 @@ class _Basic(Compiled, Declared):
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature with alpha within a quarter turn of that at the goal."""
-        return _with(self, alpha_goal=float(self.measure(goal)[0, 3]))
+        return _with(self, alpha_goal=frozen(self.measure(goal)[:, 3][None].copy()))
 
 
 def _with(feature: F, **values: Any) -> F:
@@ -165,10 +166,7 @@ class DecoupledMoments(Compiled, Declared):
     )
     tolerance: Tolerance = 1e-5
     unit: str = "m, 1, rad"
-    size_goal: float = field(default=1.0, init=False, repr=False)
-    Z_goal: float = field(default=1.0, init=False, repr=False)
-    alpha_goal: float | None = field(default=None, init=False, repr=False)
-    head_goal: tuple[float, float] = field(default=(0.0, 0.0), init=False, repr=False)
+    goal: Array | None = field(default=None, init=False, repr=False)  # (5, B): a*, Z*, alpha, head
     singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
     least_marks: ClassVar[int] = 3
 
@@ -183,9 +181,9 @@ class DecoupledMoments(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows, program = seen.room(6), seen.program
-        alpha = 0.0 if self.alpha_goal is None else self.alpha_goal
-        goal = program.constant([self.size_goal, self.Z_goal, alpha, *self.head_goal])
-        turned, upright = self.alpha_goal is not None, any(self.head_goal)
+        goal = program.each(ANY_GOAL if self.goal is None else self.goal)
+        turned = self.goal is not None
+        upright = self.goal is not None and bool(self.goal[3:].any())
         moments = _moments(seen, self.of_marks)
         program.add(
             features.decoupled_stage, self.of_marks, *moments, goal, turned, upright, rows.s, rows.L
@@ -197,20 +195,18 @@ class DecoupledMoments(Compiled, Declared):
         centre, mu = _at_goal(goal, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic(self.of_marks, centre, mu, s)
-        size, x, y, alpha = (float(value) for value in s[:, 0])
+        size, x, y, alpha = s
         if self.of_marks:
-            Z = float(goal.depth_last[:, 0].mean())
+            Z = sum(goal.depth_last) / len(goal.depth_last)  # mark by mark, for any number of runs
         else:
-            A, B, C = _plane(goal)[:, 0]
+            A, B, C = _plane(goal)
             with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
-                Z = float(1.0 / (A * x + B * y + C))
-        values = {"size_goal": size, "Z_goal": Z, "alpha_goal": alpha}
-        return _with(self, **values, head_goal=_head(mu, s[3]))
+                Z = 1.0 / (A * x + B * y + C)
+        return _with(self, goal=frozen(np.stack([size, Z, alpha, *_head(mu, alpha)])))
 
 
-def _head(mu: Array, alpha: Array) -> tuple[float, float]:
-    """Return the head of the first run, or zeros if a tilt could explain it."""
+def _head(mu: Array, alpha: Array) -> Array:
+    """Return the heads (2, B), or zeros where a tilt could explain them."""
     h = np.empty((2, mu.shape[1]))
     features.head(mu, alpha, h)
-    along, across = (float(value) for value in h[:, 0])
-    return (along, across) if np.hypot(along, across) > SKEWED else (0.0, 0.0)
+    return np.where(np.hypot(*h) > SKEWED, h, 0.0)

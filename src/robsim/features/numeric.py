@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array
 from robsim.features.feature import Feature, Observation
-from robsim.kernels import camera, se3
+from robsim.kernels import se3
 from robsim.kernels.motion import carry
+from robsim.vision.camera import Camera
 
 STEP = 1e-5  # metres and radians: rounding and truncation both near 1e-10 of L
-UNIT, PINHOLE = frozen(np.eye(3)), frozen(np.zeros(8))  # the camera of normalised points
+UNIT = Camera(np.eye(3))  # of normalised points
 
 
 def interaction(feature: Feature, seen: Observation) -> Any:
@@ -68,9 +69,8 @@ def _carried(seen: Observation, T: Array) -> Observation:
     x = seen.points_last
     X = np.empty((x.shape[0], 3, x.shape[-1]))
     carry(x, seen.depth_last, T, X)
-    pixels, points, guess = np.empty_like(x), np.empty_like(x), seen.guess_last
-    camera.project(X, seen.K, seen.lens, pixels)
-    camera.project(X, UNIT, PINHOLE, points)
+    guess = seen.guess_last
+    (pixels, _), (points, _) = seen.camera.image_of(X), UNIT.image_of(X)
     if guess is not None:
         guess = np.empty_like(T)
         se3.compose(T, seen.guess_last, guess)

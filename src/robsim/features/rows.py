@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.base.arrays import Array, frozen, runs_last
 from robsim.features.feature import Observation, without_guess
 from robsim.kernels import commanding
 from robsim.kernels.pose import room_of
@@ -60,11 +61,15 @@ class Seen:
         pose = blocks.get(T, 3, 4)
         if np.isnan(pose[0, 0]).any():
             model, points = blocks.get(self.model, self.N, 3), blocks.get(self.points, self.N, 2)
-            blocks.put(T, without_guess(pose, model[..., 0], points))
+            blocks.put(T, without_guess(pose, model, points))
 
-    def goal(self, values: Any) -> int:
-        """Return the rows of what is known of the goal, or -1."""
-        return -1 if values is None else self.program.constant(values)
+    def goal(self, values: Array | None) -> int:
+        """Return the rows of numbers (n, B) at the goal, or -1 where none are known."""
+        return -1 if values is None else self.program.each(values)
+
+    def pose_goal(self, T: Array) -> int:
+        """Return the rows of a pose (4, 4) at the goal, or of one (B, 4, 4) for each run."""
+        return self.program.each(runs_last(T[..., :3, :], 2).reshape(12, -1))
 
     def room(self, k: int) -> FeatureRows:
         """Return new rows for a feature of k numbers."""
@@ -74,9 +79,11 @@ class Seen:
         """Return what is seen in blocks, by a camera or a pair of them."""
         camera, *others = cameras
         get, N = blocks.get, self.N
+        model = get(self.model, N, 3)
+        model = model if (model != model[..., :1]).any() else frozen(model[..., 0].copy())
         seen = Observation(
-            get(self.pixels, N, 2), get(self.points, N, 2), get(self.depth, N), camera.K,
-            camera.lens, get(self.model, N, 3)[..., 0], get(self.guess, 3, 4),
+            get(self.pixels, N, 2), get(self.points, N, 2), get(self.depth, N),
+            camera.of_runs(blocks.rows), model, get(self.guess, 3, 4), runs=blocks.rows,
         )  # fmt: skip
         if self.other is None:
             return seen

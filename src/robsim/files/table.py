@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 ROWS = {"steps": ("run", "time"), "runs": ("run",)}
-SAME = ("s_goal", "pixels_goal")  # in all runs
+GOALS = ("s_goal", "pixels_goal")  # the same in all runs, unless these have goals of their own
 
 
 class Run(Deferred):  # type: ignore[no-untyped-call]  # of xarray's __init_subclass__
@@ -89,7 +89,7 @@ def _variables(run: xr.Dataset, rows: tuple[str, ...]) -> list[xr.DataArray]:
     names = [name for name in run.data_vars if ("time" in run[name].dims) == timed]
     also = [name for name in run.coords if run[name].dims and set(run[name].dims) <= set(rows)]
     first = [name for name in ("run", *rows[1:], "outcome") if name in run.variables]
-    shown = dict.fromkeys([*first, *also, *(name for name in names if name not in SAME)])
+    shown = dict.fromkeys([*first, *also, *(name for name in names if not _same(run, name))])
     return [run[name] for name in shown]
 
 
@@ -133,3 +133,7 @@ def _unit(run: xr.Dataset, variable: xr.DataArray, place: dict[str, int], labels
     if unit == "m/s, rad/s" and "twist" in place:
         return unit.split(", ")[place["twist"] // 3]
     return unit
+
+
+def _same(run: xr.Dataset, name: Hashable) -> bool:
+    return name in GOALS and "run" not in run[name].dims

@@ -44,9 +44,9 @@ class Pose:
     @classmethod
     def at(
         cls,
-        x: float = 0.0,
-        y: float = 0.0,
-        z: float = 0.0,
+        x: ArrayLike = 0.0,
+        y: ArrayLike = 0.0,
+        z: ArrayLike = 0.0,
         *,
         rpy: ArrayLike = (0.0, 0.0, 0.0),
         rotvec: ArrayLike | None = None,
@@ -55,7 +55,8 @@ class Pose:
         """Return a pose by position (metres) and roll, pitch, yaw (radians) as in URDF.
 
         The rotation is R = Rz(yaw) Ry(pitch) Rx(roll), or that of a rotation vector theta u
-        (radians) where `rotvec` is given. UnitWarning for what looks like degrees.
+        (radians) where `rotvec` is given. UnitWarning for what looks like degrees. Positions
+        (...) and rotations (..., 3) with leading dimensions give a batch of poses.
 
         >>> Pose.at(0, 0, 1, rotvec=(0, 0, np.pi)).matrix[:3, 3]
         array([0., 0., 1.])
@@ -63,15 +64,18 @@ class Pose:
         if rotvec is not None:
             if np.any(rpy):
                 raise InputError("rpy and rotvec: give one rotation only")
-            turn = _three(rotvec, "rotvec")
+            turn = numbers(rotvec, "rotvec", (3,))
             warn_of_degrees(turn, "rotvec")
-            rotation = cls.exp([0.0, 0.0, 0.0, *turn]).matrix[:3, :3]
+            rotation = cls.exp(np.concatenate([np.zeros(turn.shape), turn], -1)).rotation
         else:
-            r, p, y_ = turn = _three(rpy, "rpy")
+            turn = numbers(rpy, "rpy", (3,))
             warn_of_degrees(turn, "rpy")
+            r, p, y_ = np.moveaxis(turn, -1, 0)
             rotation = axis_rotation("z", y_) @ axis_rotation("y", p) @ axis_rotation("x", r)
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = rotation, _three((x, y, z), "position")
+        position = _position(x, y, z)
+        lead = common_lead(rotation.shape[:-2], position.shape[:-1], "rotations and positions")
+        T = np.zeros((*lead, 4, 4))
+        T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, position, 1.0
         return _make(T, frames)
 
     @classmethod
@@ -216,11 +220,19 @@ class Pose:
         return f"<Pose{name} position {p.tolist()} rotvec {w.tolist()}>"
 
 
-def _three(value: Any, what: str) -> Array:
-    array = numbers(value, what, (3,))
-    if array.ndim != 1:
-        raise InputError(f"{what}: expected three numbers, got shape {array.shape}")
-    return array
+def _position(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Array:
+    """Return positions (..., 3) from numbers or batches of numbers."""
+    given: Any = (x, y, z)
+    if not any(map(np.ndim, given)):
+        return numbers(given, "position", (3,))
+    each = [
+        numbers(value, f"position {name}", ()) for name, value in zip("xyz", given, strict=True)
+    ]
+    try:
+        return np.stack(np.broadcast_arrays(*each), axis=-1)
+    except ValueError:
+        shapes = ", ".join(str(value.shape) for value in each)
+        raise InputError(f"position: batches of unequal shapes {shapes}") from None
 
 
 def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:

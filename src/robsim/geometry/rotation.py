@@ -13,12 +13,13 @@ from robsim.base.errors import InputError
 ROTATION_TOLERANCE = 1e-6
 
 
-def axis_rotation(axis: str, angle: float) -> Array:
-    """Return the 3 x 3 rotation matrix about the x, y or z axis."""
+def axis_rotation(axis: str, angle: Any) -> Array:
+    """Return the rotation matrices (..., 3, 3) by angles (...) about the x, y or z axis."""
     c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
     u, w = (i + 1) % 3, (i + 2) % 3
-    R = np.eye(3)
-    R[u, u], R[w, w], R[u, w], R[w, u] = c, c, 0.0 - s, s
+    R = np.zeros((*np.shape(angle), 3, 3))
+    R[..., i, i], R[..., u, u], R[..., w, w] = 1.0, c, c
+    R[..., u, w], R[..., w, u] = 0.0 - s, s
     return R
 
 

@@ -130,16 +130,14 @@ def fit(w, marks, N, x, guess, T, room):
 
 @kernel
 def fit_pose(marks, x, guess, T):
-    """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks (N, 3), from guesses, as `fit`."""
+    """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit`."""
     N, runs = x.shape[0], x.shape[2]
     points, start, found = 3 * N, 5 * N, 5 * N + 12
     room = found + 12
     block = np.zeros((room + EACH * N + OTHER + scratch_rows(2 * N, 6)) * WIDTH)
-    for n in range(N):
-        for r in range(3):
-            put(block, 3 * n + r, marks[n, r])
     for b in range(0, runs, WIDTH):
         for n in range(N):
+            gather_rows(marks[n], b, 3 * n, block)
             gather_rows(x[n], b, points + 2 * n, block)
         for r in range(3):
             gather_rows(guess[r], b, start + 4 * r, block)

@@ -24,7 +24,7 @@ class Blocks:
     """
 
     def __init__(self, program: Program, runs: NDArray[np.int64]) -> None:
-        self.runs = len(runs)
+        self.runs, self.rows = len(runs), runs
         self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
         self.hidden: dict[Any, NDArray[np.bool_]] = {}  # marks (N, runs) that a camera cannot see
         self.made: dict[Any, Any] = {}  # what stages in Python made at this step
@@ -63,6 +63,7 @@ class Blocks:
         """Go on with some of the runs (runs,)."""
         rows = self.numbers.shape[1]
         left, self.runs = self.get(0, rows) if going.any() else None, int(going.sum())
+        self.rows = self.rows[going]
         self.numbers = _aligned(-(-self.runs // WIDTH), rows)
         if left is not None:
             self.put(0, left[:, going])
@@ -112,9 +113,27 @@ class Program:
         """Return the first of the rows of numbers that are the same in all runs."""
         return self._given(np.array(values, dtype=np.float64).reshape(-1, 1))
 
+    def numbers(self, values: Any, axes: int) -> int:
+        """Return the first of the rows of numbers with so many axes, and one of runs if they vary.
+
+        That is the last one.
+        """
+        array = np.asarray(values, dtype=np.float64)
+        if array.ndim == axes:
+            return self.constant(array)
+        return self.each(array.reshape(-1, array.shape[-1]))
+
     def each(self, values: Any) -> int:
-        """Return the first of the rows of numbers (n, runs), of each run its own."""
+        """Return the first of the rows of numbers (n, runs), of each run its own.
+
+        One column stands for all runs.
+        """
         return self._given(np.asarray(values, dtype=np.float64))
+
+    @property
+    def runs(self) -> int:
+        """The number of runs of which each has numbers of its own, or 1."""
+        return max((values.shape[1] for _, values in self.given), default=1)
 
     def whole(self, values: Any) -> int:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""
@@ -165,32 +184,51 @@ class Function:
     """
 
     def __init__(self, program: Program, first: int, found: int, count: int) -> None:
-        self.first, self.found, self.count = first, found, count
+        self.program, self.first, self.found, self.count = program, first, found, count
         self._prepared = program.prepared()
-        self._kept = program.kept
 
     def __reduce__(self) -> Any:
         raise TypeError("machine code of this process cannot be copied or pickled")
 
-    def __call__(self, x: Array) -> Array:
-        """Return rows (count, B) with rows x (n, B) from the first."""
+    def __call__(self, x: Array, runs: NDArray[np.int64] | None = None) -> Array:
+        """Return rows (count, B) with rows x (n, B) from the first.
+
+        Where each run has numbers of its own, `runs` (B,) says whose each column is; by default
+        the columns are those of the runs, or one column serves them all.
+        """
+        if self.program.runs > 1:
+            return self._of_each(x, np.arange(self.program.runs) if runs is None else runs)
         out, (*stages, block) = np.empty((self.count, x.shape[1])), self._prepared
         kernels.evaluate(*stages, block.copy(), self.first, x, self.found, out)
         return out
 
+    def _of_each(self, x: Array, runs: NDArray[np.int64]) -> Array:
+        blocks = Blocks(self.program, runs)
+        blocks.put(self.first, np.broadcast_to(x, (len(x), len(runs))))
+        for part in self.program.segments():
+            part(blocks, 0)
+        return blocks.get(self.found, self.count)
+
 
 def evaluated(
-    add: Callable[..., Sequence[int]], arrays: Sequence[Array], shapes: Sequence[tuple[int, ...]]
+    add: Callable[..., Sequence[int]],
+    arrays: Sequence[Array],
+    shapes: Sequence[tuple[int, ...]],
+    runs: NDArray[np.int64] | None = None,
 ) -> list[Array]:
     """Return arrays (*shape, B) that stages compute from others, all with the run last.
 
     `add(program, *rows)` adds the stages, given the first rows of the arrays, and returns the
-    first rows of the results.
+    first rows of the results. Where each run has numbers of its own, `runs` (B,) says whose the
+    arrays are; by default all come in order.
     """
     program = Program()
     rows = [program.rows(math.prod(array.shape[:-1])) for array in arrays]
     found = add(program, *rows)
-    blocks = Blocks(program, np.zeros(arrays[0].shape[-1], dtype=np.int64))
+    count = arrays[0].shape[-1]
+    if runs is None:
+        runs = np.arange(count) if program.runs > 1 else np.zeros(count, dtype=np.int64)
+    blocks = Blocks(program, runs)
     for row, array in zip(rows, arrays, strict=True):
         blocks.put(row, array)
     for part in program.segments():

@@ -68,7 +68,7 @@ class Assembly:
         """Return the constants of all joints for the kernels."""
         return kernels.Joints(
             _table(self.bodies, 7),
-            frozen(np.ascontiguousarray(np.stack(self.places)[:, :3])),
+            _places(self.places),
             ties.Ties(
                 _table([row for row, _ in self.tied], 5), _numbers([n for _, n in self.tied])
             ),
@@ -160,7 +160,7 @@ class Assembly:
     def _stand(self, frame: Frame) -> Stand:
         """Return the wheelbase of the car of a steered wheel, and the wheel's x and y on it."""
         body = self.where[frame.name][0]
-        above, start = self.bodies[body][0], self.places[body]
+        above, start = self.bodies[body][0], _one(frame.name, self.places[body])
         carrier = self.carriers[above]
         if carrier is None or carrier.joint.steering is None or abs(start[2, 2] - 1) > UPRIGHT:
             raise InputError(f"'{frame.name}' must stand upright on a car, to steer as its wheel")
@@ -168,11 +168,11 @@ class Assembly:
 
     def _roll(self, frame: Frame, body: int, row: int, radius: float) -> None:
         """Add a rolling wheel: the place of its hub on its vehicle, and its steering coordinate."""
-        above, hub, steering = self.bodies[body][0], self.places[body], -1
+        above, hub, steering = self.bodies[body][0], _one(frame.name, self.places[body]), -1
         carrier = self.carriers[above]
         if carrier is not None and carrier.joint.tied:
             steering = self.rows[carrier.label]
-            _check_upright(frame.name, carrier.joint, self.places[above])
+            _check_upright(frame.name, carrier.joint, _one(frame.name, self.places[above]))
             aside = float(np.hypot(*hub[:2, 3]))
             if aside > UPRIGHT:
                 raise InputError(f"'{frame.name}': its hub is {aside:g} m beside what steers it")
@@ -196,6 +196,13 @@ class Assembly:
         return self.curves.index(curve)
 
 
+def _one(name: str, place: Array) -> Array:
+    """Return the pose of a wheel on its vehicle, which is the same in all runs."""
+    if place.ndim > 2:
+        raise InputError(f"'{name}': the place of a wheel on its vehicle cannot differ by run")
+    return place
+
+
 def _check_upright(name: str, carrier: Joint, place: Array) -> None:
     """Raise InputError unless the steering joint of a wheel is vertical on its vehicle."""
     if not carrier.model.turns or abs(place[2, 2] - 1) > UPRIGHT:
@@ -205,6 +212,14 @@ def _check_upright(name: str, carrier: Joint, place: Array) -> None:
 def integers(values: ArrayLike) -> NDArray[np.int64]:
     """Return a read-only int64 copy, for which the kernels are compiled."""
     return frozen(np.array(values, dtype=np.int64))
+
+
+def _places(places: Sequence[Array]) -> Array:
+    """Return poses (bodies, 3, 4), or (bodies, 3, 4, B) where those of some differ by run."""
+    shape = max((place.shape for place in places), key=len)
+    every = np.stack([np.broadcast_to(place, shape) for place in places])[..., :3, :]
+    last = every if every.ndim == 3 else np.moveaxis(every, 1, -1)
+    return frozen(np.ascontiguousarray(last))
 
 
 def _table(rows: Sequence[Sequence[int]], width: int) -> NDArray[np.int64]:

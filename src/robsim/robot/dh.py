@@ -51,8 +51,8 @@ def dh_links(
 
 
 def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
-    """Return (place, tail) of a DH row, so that the joint is place . motion(q) . tail."""
-    theta, d, a, alpha = row
+    """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
+    theta, d, a, alpha = np.moveaxis(row, -1, 0)
     turns = KINDS[kind].turns
     turn, rise = _rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
     reach = Pose.at(a, 0, 0) @ _rigid(axis_rotation("x", alpha))
@@ -64,8 +64,8 @@ def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
 
 
 def _rigid(R: Array) -> Pose:
-    T = np.eye(4)
-    T[:3, :3] = R
+    T = np.zeros((*R.shape[:-2], 4, 4))
+    T[..., :3, :3], T[..., 3, 3] = R, 1.0
     return Pose(T)
 
 

@@ -7,7 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, runs_last
 from robsim.kernels import joints as kinds
 from robsim.kernels import placing
 from robsim.kernels.commanding import copied, jacobian
@@ -42,7 +42,7 @@ class Placed:
         self.poses = program.constant(np.tile(np.eye(4)[:3].ravel(), bodies))
         self.ratio = program.constant(np.ones(joints.ratios))
         self.motions = program.rows(12 * int(own.sum()))
-        self.place = program.constant(joints.place)
+        self.place = program.numbers(joints.place, 3)
         self._motion = {
             i: self.motions + 12 * n for n, i in enumerate(np.flatnonzero(own).tolist())
         }
@@ -84,7 +84,8 @@ class Placed:
         found, numbers = [], [len(some)]
         for body, offset in some:
             found.append(self.program.rows(12))
-            numbers += [self.body(body), self.program.constant(offset[:3]), found[-1]]
+            at = self.program.each(runs_last(offset[..., :3, :], 2).reshape(12, -1))
+            numbers += [self.body(body), at, found[-1]]
         self.program.add(placing.frames, *numbers)
         return found
 

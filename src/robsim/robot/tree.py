@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, frozen, runs_last
 from robsim.base.errors import FrameError, suggest
 from robsim.kernels import jacobian as jacobians
 from robsim.kernels import joints as motions
@@ -23,6 +23,8 @@ from robsim.robot.joint import FIXED, Steering
 from robsim.robot.joints.kind import JointKind
 from robsim.robot.member import Member, OwnMotion
 from robsim.robot.placed import Placed, add_jacobian, frame_jacobian
+
+Runs = NDArray[np.int64] | None
 
 
 class Tree:
@@ -73,11 +75,14 @@ class Tree:
         poses = np.empty((len(self.parent), 3, 4, runs))
         return kernels.Bodies(poses, np.empty((self.joints.ratios, runs)))
 
-    def bodies(self, q: Array) -> kernels.Bodies:
-        """Return the poses of all bodies at coordinates q[n, b]."""
-        found = self._bodies(self._with_own(q))
+    def bodies(self, q: Array, runs: Runs = None) -> kernels.Bodies:
+        """Return the poses of all bodies at coordinates q[n, b], which are those of `runs` (b,).
+
+        These matter where constants differ from run to run; by default all runs come in order.
+        """
+        found = self._bodies(self._with_own(q), runs)
         count = 12 * len(self.parent)
-        poses = found[:count].reshape(len(self.parent), 3, 4, q.shape[1])
+        poses = found[:count].reshape(len(self.parent), 3, 4, -1)
         return kernels.Bodies(poses, found[count:])
 
     @cached_property
@@ -87,11 +92,11 @@ class Tree:
         count = 12 * len(self.parent) + self.joints.ratios
         return Function(placed.program, placed.q, placed.poses, count)
 
-    def motion(self, name: str, q: Array, v: Array) -> tuple[Array, Array]:
+    def motion(self, name: str, q: Array, v: Array, runs: Runs = None) -> tuple[Array, Array]:
         """Return the pose (3, 4, B) of a frame, and its twist (6, B) in its own axes."""
         if name not in self._motions:
             self._motions[name] = self._motion(name)
-        found = self._motions[name](np.concatenate([self._with_own(q), v]))
+        found = self._motions[name](np.concatenate([self._with_own(q), v]), runs)
         return found[:12].reshape(3, 4, -1), found[12:]
 
     def _motion(self, name: str) -> Function:
@@ -122,6 +127,13 @@ class Tree:
         """Return coordinates q, and below them what joints of own kinds say of them."""
         return np.concatenate([q, *(part for each in self.own for part in each.rows(q))])
 
+    @cached_property
+    def runs(self) -> int:
+        """The number of runs of which each has constants of its own, or 1."""
+        offsets = (len(offset) for _, offset in self.where.values() if offset.ndim > 2)
+        places = self.joints.place.shape[3:]
+        return max((*offsets, *places), default=1)
+
     @property
     def compiled(self) -> bool:
         """Whether the whole tree is compiled: no joint is of a user's own kind."""
@@ -132,13 +144,14 @@ class Tree:
         for each in self.own:
             each.put(q, out)
 
-    def frame(self, bodies: kernels.Bodies, name: str) -> Array:
-        """Return the pose T[3, 4, b] of a frame."""
+    def frame(self, bodies: kernels.Bodies, name: str, runs: Runs = None) -> Array:
+        """Return the pose T[3, 4, b] of a frame, of `runs` as in `bodies`."""
         body, offset = self.find(name)
-        A, B = bodies.poses[body], offset
+        A, B = bodies.poses[body], runs_last(offset, 2)
+        B = B if runs is None or offset.ndim == 2 else B[..., runs]
         with np.errstate(all="ignore"):  # a run that went wrong is data
-            T: Array = A[:, 0, None] * B[0, :, None]
-            T = (T + A[:, 1, None] * B[1, :, None]) + A[:, 2, None] * B[2, :, None]
+            T: Array = A[:, 0, None] * B[0]
+            T = (T + A[:, 1, None] * B[1]) + A[:, 2, None] * B[2]
             T[:, 3] += A[:, 3]
         return T
 

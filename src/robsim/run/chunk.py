@@ -17,14 +17,12 @@ class Chunk(Blocks):
 
     def __init__(self, program: Program, rows: NDArray[np.int64], images: ImageStream) -> None:
         super().__init__(program, rows)
-        self.rows = rows
         self.images = images
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs."""
         self.memory = _remembered(self.memory, going)
         self.images = self.images.without(~going)
-        self.rows = self.rows[going]
         super().keep(going)
 
 

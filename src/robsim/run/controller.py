@@ -40,6 +40,8 @@ class Controller:
             raise InputError(f"expected an Experiment, got {experiment!r:.80}")
         if isinstance(experiment.task, Staged):
             raise InputError("a mission has a controller for each phase: take one of its tasks")
+        if experiment.varied:
+            raise InputError("numbers differ from run to run: take one experiment, of_run(i)")
         self.dt, self.scene = experiment.dt, experiment.scene
         self._alone = Standalone(experiment.task.bind(self.scene), self.dt, hides=True)
         self.reset()

@@ -35,10 +35,10 @@ DESCRIPTIONS = {
 }
 
 
-def variables(loop: Loop, goal_pixels: Array) -> dict[str, Any]:
+def variables(loop: Loop) -> dict[str, Any]:
     """Return the variables of a run that have one value for each run, as (dims, data)."""
-    recorder = loop.recorder
-    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape)
+    recorder, goal_pixels = loop.recorder, loop.controller.goal_pixels
+    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape[-2:])
     return {
         "outcome": (["run"], recorder.outcome),
         "end_time": (["run"], recorder.end_step * loop.dt),
@@ -163,14 +163,15 @@ def _of_servo(controller: Servo, q: Array, q0: Array) -> Array | None:
     if T_c_o is None:
         return None
     seen = controller.sights[0].project(q)
+    T_c_o = np.broadcast_to(T_c_o, seen.T_w_c.shape)
     if controller.moving != controller.frame:
         return _composed(seen.T_w_c, T_c_o)
-    here = np.ascontiguousarray(np.eye(3, 4)[..., None])
+    here = np.repeat(np.eye(3, 4)[..., None], T_c_o.shape[2], axis=2)
     return _composed(seen.T_w_o, relative(T_c_o, here))
 
 
 def _composed(A: Array, B: Array) -> Array:
-    """Return A B of poses (3, 4, runs) and (3, 4, 1), in plain NumPy without compiling."""
+    """Return A B of poses (3, 4, runs), in plain NumPy without compiling."""
     out: Array = A[:, :1] * B[0] + A[:, 1:2] * B[1] + A[:, 2:3] * B[2]
     out[:, 3] += A[:, 3]
     return out
@@ -193,7 +194,7 @@ def _of_joints(controller: JointFollower, q: Array, q0: Array) -> Array | None:
 
 
 def at_goal(controller: Controller) -> Array | None:
-    """Return T_c_o (3, 4, 1) of the first camera and its target at the goal, as it was meant.
+    """Return T_c_o (3, 4, B) of the first camera and its target at the goal, as it was meant.
 
     A goal that is shown is where the true camera stood, a pose is as it was given; None of
     features that are given as numbers.

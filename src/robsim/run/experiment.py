@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from robsim.base.arrays import whole
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
 from robsim.base.interrupt import undisturbed
 from robsim.base.values import unchanging
@@ -29,6 +30,7 @@ from robsim.run.setup import Setup
 from robsim.run.staged import Staged
 from robsim.run.start_view import check_view
 from robsim.run.text import read_experiment, text_of, write_experiment
+from robsim.run.varied import checked
 from robsim.run.workers import Progress, advance
 
 if TYPE_CHECKING:
@@ -102,12 +104,20 @@ class Experiment(Setup):
         >>> Experiment.of(experiment.run()) == experiment
         True
         """
-        text = attributes_of(run).get("scenario", "")
+        attributes = attributes_of(run)
+        text = attributes.get("scenario", "")
         if not text:
             reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
             raise InputError(f"this run cannot be repeated from its own text: {reason}")
         made = cls.from_text(text, "scenario of the run")
-        return made if isinstance(made.task, Staged) else made._as(made_with(cast(Any, run)))
+        if isinstance(made.task, Staged):
+            return made
+        whole_run = cast(Any, run)
+        same = made._as(made_with(whole_run))
+        varied = {name: whole_run[name].values for name in attributes.get("varied", "").split()}
+        if not varied:
+            return same
+        return same.vary(varied) if "run" in whole_run.dims else same.at(varied)
 
     @classmethod
     def _of_tables(cls, tables: Tables, source: str, text: str | None) -> Experiment:
@@ -132,6 +142,8 @@ class Experiment(Setup):
 
         InputError: the experiment is made of Python code, or has several starts.
         """
+        if self.varied or np.ndim(self.start) > 1:
+            return self.to_toml()
         own = self.__dict__.get("tables")
         return self.to_toml() if own is None or has_objects(own) else write(own)
 
@@ -140,8 +152,11 @@ class Experiment(Setup):
 
         Reading it gives the same experiment.
 
-        InputError: the experiment is made of Python code, or has several starts.
+        InputError: the experiment is made of Python code, or has several starts or other numbers
+        in each run.
         """
+        if self.varied:
+            raise InputError("a text is of one run, and numbers differ from run to run: of_run(i)")
         return text_of(self.scene, self.task, self.start, self.settings)
 
     @cached_property
@@ -163,8 +178,52 @@ class Experiment(Setup):
         FileError: there is no such name, with the nearest; or the value is not valid there.
         """
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
-        tables = changed(self.tables, changes, self.source, python=True)
-        return self._of_tables(tables, self.source, None)
+        several = np.ndim(self.start) > 1  # which no table says
+        own = {key: x for key, x in self.tables.items() if not (several and key == "start")}
+        made = self._of_tables(changed(own, changes, self.source, python=True), self.source, None)
+        varied = {each: x for each, x in self.varied.items() if each not in changes}
+        made = made._beside(start=self.start) if several else made
+        return made._beside(varied=varied) if varied else made
+
+    def vary(self, numbers: Mapping[str, Any]) -> Experiment:
+        """Return a copy of many runs, in which these names have another value in each run.
+
+        numbers  {name: (runs, ...)} in SI, with the dotted names of `at`: intrinsics, distortion
+                 and pose of cameras, marks and pose of objects, pose of robots, constants of links
+                 ("belief.robots.arm.links.elbow.dh.a"), each true or believed; "task.gain",
+                 "task.depth_scale", "sensing.noise", "actuation.lag"
+
+        They are bound at once, so that 10,000 runs with 10,000 calibrations take little longer than
+        with one. There is one start for all runs, or one for each. `of_run(i)` is the experiment of
+        one run, with the same bits. The run has a variable for each name.
+
+        InputError, FileError: a name that cannot differ from run to run, or a value that is not
+        valid there.
+
+        >>> from robsim import examples
+        >>> experiment = load_scenario(examples.path("calibration_errors"))
+        >>> wrong = experiment.vary({"belief.cameras.camera.focal": [490, 500, 510]})
+        >>> wrong.run(record="summary").distance_to_goal.values.round(3)
+        array([0.174, 0.174, 0.175])
+        """
+        return self._beside(varied={**self.varied, **checked(self, numbers)})
+
+    def of_run(self, number: int) -> Experiment:
+        """Return the experiment of a single run, by its place among the runs, from 0 on.
+
+        InputError: there are not so many.
+        """
+        i = whole(number, "run", 0, self.runs)
+        numbers = {name: values[i] for name, values in self.varied.items()}
+        one = self.at(numbers) if numbers else self
+        start = self.start[i] if np.ndim(self.start) > 1 else self.start
+        return one.with_(start=start, first_run=self.first_run + i)
+
+    def _beside(self, **fields: Any) -> Experiment:
+        """Return a copy with other fields that no table says; its tables are the same."""
+        made = self.with_(**fields)
+        made.__dict__["tables"] = self.tables
+        return made
 
     def check(self, *, view: bool = True) -> None:
         """Check task, start and settings as a run would, without running.
@@ -224,8 +283,8 @@ class Experiment(Setup):
         """
         if isinstance(self.task, Staged):
             raise InputError("steps: a mission has several runs; take the experiment of a phase")
-        if np.ndim(self.start) > 1:
-            raise InputError("steps: one start is needed, and there are several")
+        if np.ndim(self.start) > 1 or self.varied:
+            raise InputError("steps: these are several runs; take the experiment of one, of_run(i)")
         with self._named():
             loop = self.with_(record="summary").loop()
             loop.controller.check_start(loop.q0)
@@ -238,12 +297,12 @@ class Experiment(Setup):
         parts = self.task, self.sensing, self.actuation
         if not (self.scene.tree.compiled and all(map(unchanging, parts))):
             _ = self.origin  # written now: later a user's object may be another
-        return dataset(loop, self.scene, self.task, lambda: self.origin)
+        return dataset(loop, self, lambda: self.origin)
 
     @cached_property
     def origin(self) -> dict[str, str]:
         """What a run says of its experiment: the text, or why there is none."""
-        one = self.with_(start=None) if np.ndim(self.start) > 1 else self  # a text has one start
+        one = self.with_(start=None, varied={}) if self.runs > 1 else self  # a text is of one run
         try:
             exact = names_files(one.__dict__.get("tables"))  # the files may change
             return {"scenario": one.to_toml() if exact else one.text}

@@ -30,7 +30,7 @@ class Judge:
         add, c = self.program.add, self.controller
         k, n = c.k, c.columns.size
         size, norm = self.program.rows(), self.program.rows()
-        pace = self.program.constant(c.pace)
+        pace = self.program.each(np.reshape(c.pace, (1, -1)))
         add(judging.errors, k, command.error, self.scale, size, norm)
         matrix = command.task_jacobian, k, n
         add(judging.stillness, *matrix, command.qd, self.scale, pace, self.tolerance, self.still)
@@ -46,8 +46,9 @@ class Judge:
             self.outcome,
         )  # fmt: skip
         room = self.program.rows(k * n + k + n + scratch_of(k, n))
-        rank = self.program.constant(c.rcond), c.full_rank, self.outcome, room
-        add(judging.stalls, *matrix, self.scale, *rank)
+        rank = self.program.each(np.reshape(c.full_rank, (1, -1)))
+        numbers = self.program.constant(c.rcond), rank, self.outcome, room
+        add(judging.stalls, *matrix, self.scale, *numbers)
         if not sensor.prompt or plant.drives.moves:
             self._wait(plant, sensor, command, pace, size)
 
@@ -65,5 +66,5 @@ class Judge:
         """Return the rows of the pose whose way is measured."""
         if not sensor.views:
             return plant.placed.frames([plant.scene.tree.find(self.controller.moving)])[0]
-        seen, moves = sensor.views[0], sensor.sights[0].constants.moves
+        seen, moves = sensor.views[0], sensor.sights[0].camera_moves
         return seen.T_w_c if moves else seen.T_w_o

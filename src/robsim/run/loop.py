@@ -54,7 +54,7 @@ class Loop:
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
         self.drives = Drives(self.actuation, scene, controller.columns)
         rates = scene.nv if self.drives.moves else 0
-        widths = (scene.nq, scene.nv, rates, controller.k, controller.goal_pixels.size)
+        widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks)
         self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
 
     @property
@@ -150,7 +150,7 @@ class Sequence:
             q,
             chunk.get(self.plant.qd, scene.nv),
             chunk.get(self.plant.rates, rates),
-            {sight.key: sight.project(q) for sight in self.sensor.sights},
+            {sight.key: sight.project(q, chunk.rows) for sight in self.sensor.sights},
             chunk.get(self.sensor.pixels, self.sensor.marks[-1], 2),
             self.decision(chunk).command,
             chunk.get(self.judge.outcome, 1)[0].astype(np.int8),

@@ -73,7 +73,7 @@ class Plant:
             else:
                 program.add(copied, 1, self.qd + i, self.speed + i)
                 program.add(copied, 1, self.qd + i, mean + i)
-        lag = program.constant(self.drives.actuation.lag)
+        lag = program.each(np.reshape(self.drives.actuation.lag, (1, -1)))
         limits = [program.constant(limit) for limit in self.drives.limits]
         program.add(follow_stage, len(rows) // 3, self.dt, lag, *limits, *rows)
         return mean

@@ -18,16 +18,18 @@ from robsim.kernels.store import KERNEL_HASH
 from robsim.run import ends
 from robsim.run.outcome import Outcome
 from robsim.run.record import Recorder, Track
-from robsim.servo import GoalFeatures, GoalPose, ServoTask, Task
+from robsim.servo import GoalFeatures, GoalPose, ServoTask
 from robsim.servo.controller import Controller
 from robsim.servo.sight import Sight
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     from robsim.run.loop import Loop
+    from robsim.run.setup import Setup
 
 VERSION = version("robsim")  # of the package that was installed
 BLOCK = 65536  # instants that are turned into poses and velocities at a time
+VARIED = {"long_name": "what differs from run to run, see Experiment.vary"}
 UNITS = {
     "camera_pose": "m",
     "camera_velocity": "m/s, rad/s",
@@ -68,32 +70,33 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, scene: Scene, task: Task, origin: Callable[[], Mapping[str, str]]) -> Run:
+def dataset(loop: Loop, of: Setup, origin: Callable[[], Mapping[str, str]]) -> Run:
     """Return the record of a finished or stopped simulation, made into a Dataset when it is read.
 
-    `origin` says of what experiment it is a run. What a user's objects say of themselves is asked
-    now, because they may change.
+    `of` is its experiment, and `origin` what it says of that. What a user's objects say of
+    themselves is asked now, because they may change.
     """
-    said = _provenance(loop, scene, task)
-    return Run.of(lambda: _record(loop, scene), lambda: {**said, **origin()})
+    said, scene, varied = _provenance(loop, of), of.scene, of.varied
+    return Run.of(lambda: _record(loop, scene, varied), lambda: {**said, **origin()})
 
 
-def _record(loop: Loop, scene: Scene) -> xr.Dataset:
+def _record(loop: Loop, scene: Scene, varied: Mapping[str, Array]) -> xr.Dataset:
     """Return the variables of a simulation."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
     tall = ["run", "time"]
-    goal, s_goal = controller.goal_pixels, controller.s_goal[:, 0]
+    s_goal = controller.s_goal.T  # (1, k), or (runs, k)
     with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
         variables = {
             **_motion(controller, series, tall),
-            **_features(series, s_goal, tall),
+            **_features(series, s_goal[:, None], tall),
             "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
-            "pixels_goal": (["mark", "axis"], goal),
-            "s_goal": (["feature"], s_goal),
-            **ends.variables(loop, goal),
+            "pixels_goal": _of_all(["mark", "axis"], controller.goal_pixels),
+            "s_goal": _of_all(["feature"], s_goal if len(s_goal) > 1 else s_goal[0]),
+            **ends.variables(loop),
+            **{name: _varied(name, values) for name, values in varied.items()},
         }
-    attributes = _attributes(controller, scene)
+    attributes = {**_attributes(controller, scene), **dict.fromkeys(varied, VARIED)}
     absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
@@ -102,6 +105,16 @@ def _record(loop: Loop, scene: Scene) -> xr.Dataset:
         {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
         {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
     )
+
+
+def _varied(name: str, values: Array) -> tuple[list[str], Array]:
+    """Return the variable of numbers of which each run has its own."""
+    return ["run", *(f"{name}.{i}" for i in range(1, values.ndim))], values
+
+
+def _of_all(dims: list[str], data: Array) -> tuple[list[str], Array]:
+    """Return a variable that all runs have in common, or that has a leading axis of runs."""
+    return ["run", *dims][-data.ndim :], data
 
 
 def _without(absent: set[str], dims: list[str], data: Any) -> tuple[list[str], Any]:
@@ -166,8 +179,8 @@ def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array,
     live = np.flatnonzero(still | ~np.isnan(rows).any(axis=1))
     for part in _blocks(len(live)):
         some = live[part]
-        given = (np.ascontiguousarray(part[some].T) for part in (rows, rates))
-        T, V = joints.motion(frame, *given)
+        q_some, rates_some = (np.ascontiguousarray(part[some].T) for part in (rows, rates))
+        T, V = joints.motion(frame, q_some, rates_some, some // shape[1])
         poses[some], twists[some] = homogeneous(T), V.T
     return poses.reshape(*shape, 4, 4), twists.reshape(*shape, 6)
 
@@ -194,8 +207,9 @@ def _coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
     }
 
 
-def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
+def _provenance(loop: Loop, of: Setup) -> dict[str, Any]:
     """Return the attributes that say which version computed the run, and how."""
+    task = of.task
     return {
         "title": "RobSim run",
         "robsim": VERSION,
@@ -209,29 +223,33 @@ def _provenance(loop: Loop, scene: Scene, task: Task) -> dict[str, Any]:
         "hold": int(loop.hold),
         "record": loop.record,
         "task": type(task).__name__,
-        **(_scheme(task, scene) if isinstance(task, ServoTask) else {}),
+        **(_scheme(task, of) if isinstance(task, ServoTask) else {}),
         "tolerance": loop.controller.tolerance,
         **_images(loop.controller.sights),
-        "sensing": repr(loop.sensing),
-        "actuation": repr(loop.actuation),
+        "sensing": repr(of.sensing),
+        "actuation": repr(of.actuation),
         "single": int(loop.single),
+        **({"varied": " ".join(of.varied)} if of.varied else {}),
     }
 
 
-def _scheme(task: ServoTask, scene: Scene) -> dict[str, Any]:
+def _scheme(task: ServoTask, of: Setup) -> dict[str, Any]:
     kinds = {GoalPose: "computed", GoalFeatures: "given"}
     by_name = isinstance(task.interaction, str)
     return {
         "goal": kinds.get(type(task.goal), "shown"),
-        "belief": _belief(task.belief, scene),
+        "belief": _belief(task.belief, of),
         "law": repr(task.law),
         "inverse": repr(task.inverse),
         "interaction": task.interaction if by_name else type(task.interaction).__name__,
     }
 
 
-def _belief(belief: Scene | None, truth: Scene) -> str:
+def _belief(belief: Scene | None, of: Setup) -> str:
     """Return which parts of a scene are believed wrongly, by name."""
+    truth = of.scene
+    if any(name.startswith("belief.") for name in of.varied):
+        return "differs from the truth, and from run to run"
     if belief is None or belief == truth:
         return "the truth"
     kinds = ("robots", "objects", "cameras", "motions")
@@ -248,7 +266,8 @@ def _images(sights: Sequence[Sight]) -> dict[str, Any]:
         suffix = f"_{name}" if i else ""
         if camera.size:
             found[f"image_size{suffix}"] = np.array(camera.size)
-        found[f"image_centre{suffix}"] = np.array([camera.K[0, 2], camera.K[1, 2]])
+        K = np.atleast_3d(camera.K)[..., 0]  # of the first run, where each has its own
+        found[f"image_centre{suffix}"] = K[:2, 2].copy()
     return found
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.kernels import sensing as kernels
+from robsim.kernels import viewing
 from robsim.kernels.program import Program
 from robsim.run.chunk import Chunk
 from robsim.run.images import Image, ImageStream, Marks, Noise
@@ -50,8 +51,9 @@ class Sensor:
         """Add the stages that project the marks into the images."""
         for i, sight in enumerate(self.sights):
             first = self.marks[i]
-            rows = self.pixels + 2 * first, self.depth + first, self.status, i > 0
-            self.views.append(view(self.program, self.plant.placed, sight, *rows))
+            image = self.pixels + 2 * first, self.depth + first, self.status
+            of = viewing.MORE if i else viewing.FIRST
+            self.views.append(view(self.program, self.plant.placed, sight, *image, of=of))
 
     def measure(self) -> Given:
         """Add the stages that measure, and return what the controller gets."""
@@ -60,8 +62,9 @@ class Sensor:
             self.measured, self.measured_depth = program.rows(2 * N), program.rows(N)
             self.q = program.rows(self.plant.scene.nq)
             program.call(self._deliver)
-        elif self.sensing.noise:
-            self.measured, sigma = program.rows(2 * N), program.constant(self.sensing.noise)
+        elif np.any(self.sensing.noise):
+            sigma = program.each(np.reshape(self.sensing.noise, (1, -1)))
+            self.measured = program.rows(2 * N)
             signed = int(self.seed.astype(np.int64))
             rows = self.pixels, sigma, signed, self.run, self.measured
             program.add(kernels.blur, N, *rows)

@@ -14,6 +14,7 @@ from robsim.run.checks import a_task, of_kind, starts, whole_periods
 from robsim.run.loop import Loop
 from robsim.run.record import Record, every
 from robsim.run.staged import Staged
+from robsim.run.varied import simulated
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -39,6 +40,7 @@ class Setup(Value):
     record: Record = "all"
     first_run: int = 0
     title: str | None = None
+    varied: Any = field(default_factory=dict, repr=False)  # of `Experiment.vary`
     source: str = field(default="", repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -56,6 +58,7 @@ class Setup(Value):
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        self._check_runs()
         every(self.record)
         whole_periods(self.dt, self.duration)
         if self.title is not None and not isinstance(self.title, str):
@@ -64,7 +67,7 @@ class Setup(Value):
     @property
     def settings(self) -> dict[str, Any]:
         """The fields by name, without scene, task and start."""
-        apart = ("scene", "task", "start", "source")
+        apart = ("scene", "task", "start", "varied", "source")
         return {
             each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
         }
@@ -82,18 +85,35 @@ class Setup(Value):
 
     def loop(self) -> Loop:
         """Return the loop that simulates this experiment."""
-        controller = self.task.bind(self.scene)
+        made = simulated(self) if self.varied else self
+        controller = made.task.bind(made.scene)
         start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
+        q0 = np.broadcast_to(start, (self.runs, self.scene.nq))
         return Loop(
             controller,
-            np.ascontiguousarray(start.reshape(-1, self.scene.nq)),
+            np.ascontiguousarray(q0),
             self.dt,
             whole_periods(self.dt, self.duration),
             self.seed,
-            self.sensing,
-            self.actuation,
+            made.sensing,
+            made.actuation,
             self.hold,
             self.first_run,
             self.record,
-            start.ndim == 1,
+            start.ndim == 1 and not self.varied,
         )
+
+    @property
+    def runs(self) -> int:
+        """The number of runs: of starts, or of numbers that differ from run to run."""
+        if np.ndim(self.start) > 1:
+            return len(self.start)
+        return max((len(values) for values in self.varied.values()), default=1)
+
+    def _check_runs(self) -> None:
+        """Raise InputError unless there is a start for each run, or one for all."""
+        for name, values in self.varied.items():
+            if len(values) != self.runs:
+                raise InputError(
+                    f"{self.runs} starts, and {len(values)} numbers of {name}: each run needs both"
+                )

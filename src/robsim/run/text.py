@@ -20,6 +20,7 @@ from robsim.files.library import expanded
 from robsim.files.toml import write
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import PoseTable
+from robsim.robot.link_table import DHRow
 from robsim.run import mission as _mission  # noqa: F401  a kind of task that files may name
 from robsim.run.record import LONGEST
 from robsim.servo.goals.goal import start_of
@@ -221,11 +222,31 @@ def _belief(truth: Mapping[str, Raw], raw: Raw, c: Context, folder: Path) -> Sce
     if not isinstance(complete, bool):
         c.at("complete").report(str(expected("a valid boolean", complete)))
     if complete is not True:
-        true = {key: truth[key] for key in SCENE if key in truth}
-        rest = merge_table(Scene, true, rest, False)
+        rest = _over(truth, rest)
     robots = expanded(rest.get("robots", []), c.problems, folder, *c.path, "robots")
     scene: Scene = read_table(Scene, {**rest, "robots": robots}, c)
     return scene
+
+
+def _over(truth: Mapping[str, Raw], rest: Mapping[str, Raw]) -> dict[str, Raw]:
+    """Return the tables of the true scene with those of a belief over them."""
+    true = {key: truth[key] for key in SCENE if key in truth}
+    merged: dict[str, Raw] = merge_table(Scene, true, rest, False)
+    return merged
+
+
+def dh_row(
+    tables: Mapping[str, Raw], source: str, believed: bool, robot: str, link: str
+) -> tuple[list[float], str]:
+    """Return a link's row (theta, d, a, alpha) in tables that are valid, and the convention."""
+    belief = tables.get("belief", {}) if believed else {}
+    scene = belief if belief.get("complete") else _over(tables, belief)
+    c = Context(Problems(source))
+    robots = expanded(scene["robots"], c.problems, Path(source).parent)
+    arm = next(each for each in robots if each["name"] == robot)
+    row = next(each for each in arm["links"] if each["name"] == link)["dh"]
+    read: DHRow = read_table(DHRow, row, c)
+    return [read.theta, read.d, read.a, read.alpha], arm.get("convention", "standard")
 
 
 def _tried(believed: Any, raw: Raw, c: Context) -> Any:

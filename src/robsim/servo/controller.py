@@ -33,12 +33,12 @@ class Controller(ABC):
     frame: str  # whose motion is recorded: its first camera, or what it moves where it has none
     sights: tuple[Sight, ...]  # cameras and targets as they are
     columns: NDArray[np.int64]  # the velocities that are commanded
-    s_goal: Array  # (k, 1)
+    s_goal: Array  # (k, 1), or (k, runs) where each run has its own
     units: tuple[str, ...]  # (k,)
     tolerances: Array  # (k,)
-    goal_pixels: Array  # (N, 2) of all sights, NaN where no image is known
-    pace: float  # the slowest rate at which the error is to decay, per second
-    full_rank: int  # of L J where nothing is singular
+    goal_pixels: Array  # (N, 2) of all sights or (runs, N, 2), NaN where no image is known
+    pace: Any  # the slowest rate at which the error is to decay, per second, () or (runs,)
+    full_rank: Any  # of L J where nothing is singular, () or (runs,)
     rcond: float
 
     @abstractmethod
@@ -62,10 +62,15 @@ class Controller(ABC):
         """The number of features."""
         return len(self.s_goal)
 
+    @property
+    def marks(self) -> int:
+        """The number of marks of all sights."""
+        return int(self.goal_pixels.shape[-2])
+
     @cached_property
     def moving(self) -> str:
         """The frame whose path is measured: `frame`, or the target of a standing camera."""
-        stands = self.sights and not self.sights[0].constants.moves
+        stands = self.sights and not self.sights[0].camera_moves
         return self.sights[0].target.name if stands else self.frame
 
     @property

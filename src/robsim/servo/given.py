@@ -76,22 +76,9 @@ def alone(
 
 
 def view(
-    program: Program, placed: Placed, sight: Sight, pixels: int, depth: int, status: int, more: bool
+    program: Program, placed: Placed, sight: Sight, *image: int, of: int = viewing.FIRST
 ) -> View:
-    """Return the rows of what a camera sees, with the stages that compute them."""
-    eye = sight.constants
-    T_w_c, T_w_o = frames(placed, sight)
-    marks, camera = program.constant(eye.marks), program.constant(sight.numbers)
-    program.add(
-        viewing.project,
-        marks, len(eye.marks), T_w_c, T_w_o, camera, bool(eye.lens.any()), pixels, depth,
-        status, more,
-    )  # fmt: skip
-    return View(T_w_c, T_w_o, pixels, depth)
-
-
-def frames(placed: Placed, sight: Sight) -> tuple[int, int]:
-    """Return the rows of the poses of a camera and its target in the world."""
-    eye = sight.constants
-    T_w_c, T_w_o = placed.frames([(eye.body, eye.hand_eye), (eye.target, eye.offset)])
-    return T_w_c, T_w_o
+    """Return the rows of what a camera sees, with the stages that compute them (`Sight.look`)."""
+    T_w_c, T_w_o = placed.frames(sight.frames)
+    sight.look(program, T_w_c, T_w_o, *image, of=of)
+    return View(T_w_c, T_w_o, *image[:2])

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, positive, runs_last
+from robsim.base.arrays import Array, frozen, positive, runs_first
 from robsim.base.errors import GoalError
 from robsim.features import Observation
 from robsim.kernels.jacobian import Moves
@@ -32,9 +32,10 @@ class Regulated:
     columns: NDArray[np.int64]
     depths: Depths
     which: Interaction | Array  # or one constant L (k, 6)
-    goals: dict[Key, Observation]  # of each sight at the goal, one run; its depth is the true one
-    q_goal: Array | None  # (nq, 1) where it was shown
+    goals: dict[Key, Observation]  # of each sight at the goal, whose depth is the true one
+    q_goal: Array | None  # (nq, runs) where it was shown
     given: Array | None  # (k,) features at the goal, where they are given as numbers
+    runs: int = 1  # of which each has numbers of its own, and so a goal of its own
 
     def at_its_goal(self) -> Regulated:
         """Return a copy whose features are measured relative to the goal, where they can be."""
@@ -76,7 +77,7 @@ class Regulated:
 
     @cached_property
     def s_goal(self) -> Array:
-        """The features s (k, 1) at the goal."""
+        """The features s (k, runs) at the goal; (k, 1) where they are given."""
         s = self.at_goal.s
         if self.given is not None:
             if self.given.shape != (len(s),):
@@ -113,10 +114,9 @@ class Regulated:
 
     @property
     def goal_pixels(self) -> Array:
-        """The pixels (N, 2) of the marks of all sights at the goal."""
-        pixels = np.concatenate([self.goals[sight.key].pixels_last for sight in self.sights])[
-            ..., 0
-        ]
+        """The pixels of the marks of all sights at the goal: (N, 2), or (runs, N, 2)."""
+        last = np.concatenate([self.goals[sight.key].pixels_last for sight in self.sights])
+        pixels = runs_first(last) if self.runs > 1 else last[..., 0]
         return pixels if self.given is None else np.full(pixels.shape, np.nan)
 
     @property
@@ -130,7 +130,7 @@ class Regulated:
 
     @cached_property
     def at_goal(self) -> FeatureState:
-        """The features at the goal, for one run; J is where the goal was shown."""
+        """The features at the goal; J is where the goal was shown."""
         return self._features(self._seen_at_goal, self._goal_projections)
 
     @cached_property
@@ -151,7 +151,7 @@ class Regulated:
 
     @cached_property
     def _goal_observations(self) -> list[Observation]:
-        """The observation of each block at the goal, for one run."""
+        """The observation of each block at the goal."""
         return [part.at_goal(self._seen_at_goal, self._goal_projections) for part in self.parts]
 
     @cached_property
@@ -167,7 +167,7 @@ class Regulated:
         """The believed projections where the goal was shown, or at home where it was computed."""
         q = self.q_goal
         return {
-            sight.key: sight.project(runs_last(sight.scene.home, 1) if q is None else q)
+            sight.key: sight.project(sight.home(self.runs) if q is None else q)
             for sight in self.sights
         }
 
@@ -179,7 +179,7 @@ class Regulated:
 
     @cached_property
     def adjoints(self) -> list[Array | None]:
-        """The map (6, 6) of the first camera's twist to that of each block; None for itself."""
+        """The map (6, 6, B) of the first camera's twist to each block's; None for itself."""
         first = self.sights[0].key
         projections = self._goal_projections
         return [
@@ -193,7 +193,7 @@ class Regulated:
 def _to_first(L: Array, A: Array | None) -> Array:
     if A is None:
         return L
-    return product(L, np.ascontiguousarray(np.broadcast_to(A[..., None], (6, 6, L.shape[2]))))
+    return product(L, np.ascontiguousarray(np.broadcast_to(A, (6, 6, L.shape[2]))))
 
 
 def _stacked(arrays: Sequence[Array]) -> Array:

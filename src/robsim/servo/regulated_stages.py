@@ -14,7 +14,7 @@ from robsim.kernels import commanding, viewing
 from robsim.kernels.jacobian import Moves
 from robsim.kernels.program import Blocks, Program
 from robsim.robot.placed import Placed, add_jacobian
-from robsim.servo.given import Given, alone, frames
+from robsim.servo.given import Given, alone
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight
@@ -93,17 +93,19 @@ class RegulatedRows:
         if tree.own:
             self.program.call(lambda blocks, step: placed.prepare(tree.own, blocks))
         placed.add()
-        return placed, {sight.key: frames(placed, sight) for sight in sights}
+        poses = {sight.key: placed.frames(sight.frames) for sight in sights}
+        return placed, {key: (T_w_c, T_w_o) for key, (T_w_c, T_w_o) in poses.items()}
 
     def _seen(self, sight: Sight) -> Seen:
         """Return the rows of what the controller knows of the marks of a target."""
         program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
-        camera, points = program.constant(sight.numbers), program.rows(2 * N)
+        eye, points = sight.eye.camera, program.rows(2 * N)
+        camera = program.each(eye.rows)
         T_c_o = program.rows(12)
         program.add(viewing.relative, *self.frames[sight.key], T_c_o)
-        bends = bool(sight.eye.camera.lens.any())
-        program.add(viewing.normalise, camera, N, view.pixels, points, bends)
-        model, depth = program.constant(sight.target.marks), self._depth(sight, view.depth, points)
+        program.add(viewing.normalise, camera, N, view.pixels, points, eye.bends)
+        model = program.numbers(sight.target.marks, 2)
+        depth = self._depth(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
         return Seen(program, N, *rows, sure=self.regulated.exact)
 
@@ -111,12 +113,12 @@ class RegulatedRows:
         """Return the rows of the depths that go into L."""
         depths, program, N = self.regulated.depths, self.program, len(sight.target.marks)
         if not depths.measured:
-            return program.constant(depths.at_goal(self.regulated.goals[sight.key].depth_last))
+            return program.each(depths.at_goal(self.regulated.goals[sight.key].depth_last))
         if isinstance(depths.which, DepthFilter):
             twist = self.seen_twist[sight.key]
             true = depths.which.stages(self.given, N, points, twist, sight.eye.camera.K)
         found = program.rows(N)
-        scale = program.constant(depths.factors(N))
+        scale = program.each(depths.factors(N))
         program.add(commanding.weigh, true, N, 1, scale, found)
         return found
 
@@ -145,7 +147,7 @@ class RegulatedRows:
         which, program = self.regulated.which, self.program
         if which == "current":
             return rows
-        goal = program.constant(self.regulated.L_goals[i])
+        goal = program.numbers(self.regulated.L_goals[i], 2)
         if which == "desired":
             return rows._replace(L=goal)
         program.add(commanding.mean, 6 * rows.k, rows.L, goal)
@@ -157,7 +159,7 @@ class RegulatedRows:
         if A is None:
             return rows.L
         L = self.program.rows(6 * rows.k)
-        self.program.add(commanding.to_first, rows.L, rows.k, self.program.constant(A), L)
+        self.program.add(commanding.to_first, rows.L, rows.k, self.program.numbers(A, 2), L)
         return L
 
     def hidden(self) -> int:

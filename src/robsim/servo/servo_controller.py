@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, last_view
+from robsim.base.arrays import Array, last_view, runs_first
 from robsim.base.errors import InputError
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
@@ -28,7 +29,7 @@ class Servo(Controller):
 
     regulated: Regulated
     law: Law
-    gain: float | AdaptiveGain
+    gain: Any  # float, AdaptiveGain, or (runs,) where each run has its own
     inverse: Inverse
     feed_forward: FeedForward
     broyden: Broyden | None
@@ -54,30 +55,35 @@ class Servo(Controller):
         return self.broyden is None and self.regulated.as_one
 
 
-def pace(regulated: Regulated, gain: float | AdaptiveGain, inverse: Inverse) -> float:
-    """Return the slowest rate at which the error decays: the smallest gain, per second.
+def pace(regulated: Regulated, gain: Any, inverse: Inverse) -> Any:
+    """Return the slowest rate at which the error decays, () or (runs,): the gain, per second.
 
     With the transpose that is times the smallest sigma^2 of L J at the goal.
     """
-    least = gain if isinstance(gain, float) else gain.least
+    least = gain.least if isinstance(gain, AdaptiveGain) else gain
     if not isinstance(inverse, JacobianTranspose):
         return least
-    task_jacobian = regulated.at_goal.task_jacobian[..., 0]
+    task_jacobian = runs_first(regulated.at_goal.task_jacobian)
     if not task_jacobian.any() or not np.isfinite(task_jacobian).all():
         raise InputError(
             "the transpose needs L J at the goal, and there it is zero or not finite (of a goal "
             "given as numbers, at home): use another inverse"
         )
     sigma = np.linalg.svd(task_jacobian, compute_uv=False)
-    return least * float(sigma[sigma > RCOND * sigma[0]].min() ** 2)
+    smallest = np.where(sigma > RCOND * sigma[:, :1], sigma, np.inf).min(axis=1) ** 2
+    return least * (smallest if len(smallest) > 1 else float(smallest[0]))
 
 
-def rank_at_goal(regulated: Regulated) -> int:
-    """Return the rank of L J at the goal where it was shown; else the most that is possible."""
+def rank_at_goal(regulated: Regulated) -> Any:
+    """Return the rank of L J at the goal where it was shown; else the most that is possible.
+
+    Of several runs with goals of their own it is (runs,).
+    """
     goal = regulated.at_goal
     if regulated.q_goal is None:
         return int(min(*goal.task_jacobian.shape[:2], 6 * regulated.motions))
-    return int(rank(goal.task_jacobian)[0])
+    found = rank(goal.task_jacobian)
+    return found if len(found) > 1 else int(found[0])
 
 
 def rcond_of(inverse: Inverse) -> float:

@@ -45,7 +45,7 @@ class ServoStages:
         c, k, n = self.controller, self.k, self.n
         of = self.of = RegulatedRows(c.regulated, self.given)
         self.error, self.L, self.A = self.rows(k), of.L, of.A
-        self._add(commanding.difference, k, of.s, self.constant(c.s_goal), self.error)
+        self._add(commanding.difference, k, of.s, self.program.each(c.s_goal), self.error)
         if c.broyden is not None:
             self._learn()
         self.hidden = of.hidden() if self.given.hides else -1
@@ -126,7 +126,7 @@ class ServoStages:
         gain = self.controller.gain
         self._asked_already = False
         if not isinstance(gain, AdaptiveGain):
-            return self.constant(gain)
+            return self.program.each(np.reshape(gain, (1, -1)))
         numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows(1)
         if gain.of == "error":
             self._add(commanding.adapt, self.k, self.plain[0], numbers, False, row)

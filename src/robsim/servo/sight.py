@@ -13,12 +13,12 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.features import Observation
 from robsim.kernels import jacobian as jacobians
-from robsim.kernels import sight as kernels
 from robsim.kernels import viewing
 from robsim.kernels.program import Function, Program
 from robsim.kernels.sight import Projection
 from robsim.kernels.tree import Bodies
 from robsim.robot.placed import frame_jacobian
+from robsim.robot.tree import Runs
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
@@ -52,51 +52,73 @@ class Sight:
         moved = np.unique(self.scene.tree.velocity[self.sign != 0])
         return frozen(moved[~self.scene.prescribed[moved]])
 
-    def project(self, q: Array) -> Projection:
-        """Return camera, target and marks in the image at coordinates q (nq, B)."""
-        bodies, tree = self.scene.tree.bodies(q), self.scene.tree
-        T_w_c, T_w_o = tree.frame(bodies, self.eye.name), tree.frame(bodies, self.target.name)
-        runs, N = q.shape[1], len(self.target.marks)
-        seen = self._image(np.concatenate([T_w_c.reshape(12, runs), T_w_o.reshape(12, runs)]))
+    @property
+    def runs(self) -> int:
+        """The number of runs of which each has numbers of its own, or 1."""
+        marks, camera = np.shape(self.target.marks), self.eye.camera.rows.shape
+        return int(max(*marks[2:], camera[1], self.scene.tree.runs))
+
+    def home(self, runs: int) -> Array:
+        """Return the coordinates (nq, runs) of the scene with all robots at home."""
+        return np.repeat(self.scene.home[:, None], runs, axis=1)
+
+    def project(self, q: Array, runs: Runs = None) -> Projection:
+        """Return camera, target and marks in the image at coordinates q (nq, B), of `runs` (B,).
+
+        These matter where numbers of the scene differ from run to run; by default all runs come in
+        order.
+        """
+        tree = self.scene.tree
+        bodies = tree.bodies(q, runs)
+        T_w_c, T_w_o = (tree.frame(bodies, part.name, runs) for part in (self.eye, self.target))
+        return Projection(bodies, T_w_c, T_w_o, *self.image(T_w_c, T_w_o, runs))
+
+    def image(
+        self, T_w_c: Array, T_w_o: Array, runs: Runs = None
+    ) -> tuple[Array, Array, NDArray[np.int8]]:
+        """Return depths (N, B), pixels (N, 2, B) and visibility (N, B) of the marks.
+
+        The poses (3, 4, B) are those of camera and target in a common frame.
+        """
+        N, both = len(self.target.marks), np.broadcast_arrays(T_w_c, T_w_o)
+        seen = self._image(np.concatenate([T.reshape(12, -1) for T in both]), runs)
         pixels, depth, status = seen[: 2 * N], seen[2 * N : 3 * N], seen[3 * N :]
-        pixels = pixels.reshape(N, 2, runs)
-        return Projection(bodies, T_w_c, T_w_o, depth, pixels, status.astype(np.int8))
+        return depth, pixels.reshape(N, 2, -1), status.astype(np.int8)
 
     @cached_property
     def _image(self) -> Function:
         """The pixels, depths and status of the marks, from the poses of camera and target."""
         program, N = Program(), len(self.target.marks)
         poses, found = program.rows(24), program.rows(4 * N)
-        rows = program.constant(self.target.marks), N, poses, poses + 12
-        camera, bends = program.constant(self.numbers), bool(self.eye.camera.lens.any())
         out = found, found + 2 * N, found + 3 * N
-        program.add(viewing.project, *rows, camera, bends, *out, viewing.EACH)
+        self.look(program, poses, poses + 12, *out, of=viewing.EACH)
         return Function(program, poses, found, 4 * N)
 
-    @cached_property
-    def numbers(self) -> Array:
-        """The numbers of the camera, in the order of `robsim.kernels.viewing`."""
-        eye = self.constants
-        return np.concatenate([eye.K.ravel(), eye.lens, eye.border.ravel(), [eye.valid_radius]])
+    def look(
+        self, program: Program, T_w_c: int, T_w_o: int, *image: int, of: int = viewing.FIRST
+    ) -> None:
+        """Add the stage that projects the marks, from the rows of poses to those of an `image`.
+
+        These are pixels, depths and status, `of` the first object, of MORE, or of EACH mark.
+        """
+        camera, marks = self.eye.camera, self.target.marks
+        given = program.numbers(marks, 2), len(marks), T_w_c, T_w_o, program.each(camera.rows)
+        program.add(viewing.project, *given, camera.bends, *image, of)
 
     def jacobian(self, projection: Projection, moves: jacobians.Moves) -> Array:
         """Return J (6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
         return frame_jacobian(projection.bodies, projection.T_w_c, moves)
 
-    @cached_property
-    def constants(self) -> kernels.Eye:
-        """The constants of camera and target for the kernels."""
-        find, camera = self.scene.tree.find, self.eye.camera
-        return kernels.Eye(
-            *find(self.eye.name),
-            *find(self.target.name),
-            self.target.marks,
-            camera.K,
-            camera.lens,
-            camera.border,
-            camera.valid_radius,
-            bool((self.sign > 0).any()),
-        )
+    @property
+    def frames(self) -> list[tuple[int, Array]]:
+        """The bodies that carry camera and target, each with its constant pose on that body."""
+        find = self.scene.tree.find
+        return [find(self.eye.name), find(self.target.name)]
+
+    @property
+    def camera_moves(self) -> bool:
+        """Whether a joint carries the camera."""
+        return bool((self.sign > 0).any())
 
     def observation(self, pixels: Array, depth: Array, T_c_o: Array | None) -> Observation:
         """Return the observation of pixels (N, 2, B) at depths (N, B), near the pose T_c_o."""
@@ -157,10 +179,14 @@ def _blind(runs: int) -> Projection:
 
 
 def adjoint(T_a_b: Array) -> Array:
-    """Return the adjoint (6, 6) with V_a = A V_b for one body's twist, from T_a_b (3, 4, 1).
+    """Return the adjoints (6, 6, B) with V_a = A V_b for one body's twist, from T_a_b (3, 4, B).
 
     v_a = R v_b + p x (R omega_b), omega_a = R omega_b.
     """
-    R, (x, y, z) = T_a_b[:, :3, 0], T_a_b[:, 3, 0]
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.block([[R, cross @ R], [np.zeros((3, 3)), R]])
+    R, p = T_a_b[:, :3], T_a_b[:, 3]
+    A = np.zeros((6, 6, T_a_b.shape[2]))
+    A[:3, :3] = A[3:, 3:] = R
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        A[i, 3:] = p[j] * R[k] - p[k] * R[j]
+    return A

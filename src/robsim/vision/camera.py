@@ -17,15 +17,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.base.values import Value, unchecked
 from robsim.declare import ListOf, Whole
 from robsim.declare.spec import Spec
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
+from robsim.kernels import viewing
+from robsim.kernels.program import Function, Program
 
 COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
 UNMODELLED = 12, 14  # of those that OpenCV writes for a thin prism, and for a tilted sensor too
+_AXES = {"K": 2, "distortion": 1}  # of one camera; one more where they differ from run to run
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
 
 PIXELS = Whole(1, 1_000_000)
@@ -128,7 +131,7 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).project([[0.1, 0, 2]], Pose.at())
         array([[360., 240.]])
         """
-        _, pixels, lead = self._look(points, T_w_c)
+        pixels, _, lead = self._look(points, T_w_c)
         return runs_first(pixels, lead)
 
     def visibility(self, points: ArrayLike, T_w_c: Any) -> NDArray[np.int8]:
@@ -138,9 +141,7 @@ class Camera(Value):
         >>> camera.visibility([[0, 0, 1], [9, 0, 1], [0, 0, -1]], Pose.at()).tolist()
         [0, 1, 2]
         """
-        X, pixels, lead = self._look(points, T_w_c)
-        status = np.empty((X.shape[0], X.shape[2]), dtype=np.int8)
-        kernels.visibility(X, pixels, self.border, self.valid_radius, status)
+        _, status, lead = self._look(points, T_w_c)
         return runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
@@ -152,15 +153,72 @@ class Camera(Value):
         array([[0.1, 0. ]])
         """
         first = numbers(pixels, "pixels", ("N", 2))
-        last = runs_last(first, 2)
-        x = np.empty_like(last)
-        kernels.normalise(last, self.K, self.lens, self.valid_radius, x)
-        return runs_first(x, first.shape[:-2])
+        return runs_first(self.points_of(runs_last(first, 2)), first.shape[:-2])
 
     @cached_property
     def lens(self) -> Array:
         """The eight distortion coefficients (k1, k2, p1, p2, k3, k4, k5, k6)."""
-        return frozen(np.pad(np.array(self.distortion), (0, 8 - len(self.distortion))))
+        given = np.array(self.distortion)
+        return frozen(np.concatenate([given, np.zeros((8 - len(given), *given.shape[1:]))]))
+
+    @property
+    def bends(self) -> bool:
+        """Whether the lens distorts."""
+        return bool(self.lens.any())
+
+    @cached_property
+    def rows(self) -> Array:
+        """The numbers (22, 1) in the order of `kernels.viewing`, or (22, runs) where they differ.
+
+        As the experiments of a sweep have it: then K is (3, 3, runs), or `distortion` (n, runs).
+        """
+        given = (self.K, 9), (self.lens, 8), (self.border, 4), (self.valid_radius, 1)
+        parts = [np.reshape(values, (count, -1)) for values, count in given]
+        runs = max(part.shape[1] for part in parts)
+        return np.concatenate([np.broadcast_to(part, (len(part), runs)) for part in parts])
+
+    def of_runs(self, runs: NDArray[np.int64]) -> Camera:
+        """Return the camera of some of the runs, by number."""
+        if self.rows.shape[1] == 1:
+            return self
+        chosen = {"K": self.K, "distortion": np.array(self.distortion)}
+        return unchecked(self, **{k: v[..., runs] for k, v in chosen.items() if v.ndim != _AXES[k]})
+
+    def image_of(self, X: Array) -> tuple[Array, NDArray[np.int8]]:
+        """Return pixels (N, 2, B) and visibility (N, B) of points X (N, 3, B) in camera axes."""
+        seen = self._each(self._image, X)
+        return np.ascontiguousarray(seen[:, :2]), seen[:, 2].astype(np.int8)
+
+    def points_of(self, pixels: Array) -> Array:
+        """Return the undistorted points (N, 2, B) at unit depth of pixels (N, 2, B), or NaN."""
+        return self._each(self._straight, pixels)
+
+    def _each(self, function: Function, x: Array) -> Array:
+        """Return a function (N, m, B) of N columns x (N, n, B)."""
+        N, n = x.shape[:2]
+        runs = max(x.shape[2], self.rows.shape[1])
+        wide = np.broadcast_to(x, (N, n, runs))
+        columns = np.ascontiguousarray(wide.transpose(1, 0, 2)).reshape(n, N * runs)
+        found = function(columns, np.tile(np.arange(runs), N))
+        return np.ascontiguousarray(found.reshape(-1, N, runs).transpose(1, 0, 2))
+
+    @cached_property
+    def _image(self) -> Function:
+        """The pixel and the visibility of a point in camera axes."""
+        program = Program()
+        X, found, depth = program.rows(3), program.rows(3), program.rows()
+        here, eye = program.constant(np.eye(3, 4)), program.each(self.rows)
+        given = X, 1, here, here, eye, self.bends, found, depth, found + 2
+        program.add(viewing.project, *given, viewing.EACH)
+        return Function(program, X, found, 3)
+
+    @cached_property
+    def _straight(self) -> Function:
+        """The undistorted point of a pixel."""
+        program = Program()
+        pixel, point = program.rows(2), program.rows(2)
+        program.add(viewing.normalise, program.each(self.rows), 1, pixel, point, self.bends)
+        return Function(program, pixel, point, 2)
 
     @cached_property
     def border(self) -> Array:
@@ -169,11 +227,14 @@ class Camera(Value):
         return frozen(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
-    def valid_radius(self) -> float:
+    def valid_radius(self) -> Any:
         """The normalised radius up to which distortion is monotonic; beyond it, the image folds.
 
         The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
         """
+        if self.lens.ndim > 1:
+            each = (Camera(np.eye(3), distortion=tuple(lens)) for lens in self.lens.T)
+            return np.array([camera.valid_radius for camera in each])
         k1, k2, _, _, k3, k4, k5, k6 = self.lens
         over, under = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])  # fmt: skip  # noqa: E501
         t = np.polynomial.Polynomial([0, 1])  # r squared
@@ -186,15 +247,15 @@ class Camera(Value):
         """Return the camera body at its pose; it has the chapter's axes (x up, y to the right)."""
         return self.body and self.body.at(as_pose(T_w_c) @ T_CHAPTER_CAMERA.inv())
 
-    def _look(self, points: ArrayLike, T_w_c: Any) -> tuple[Array, Array, tuple[int, ...]]:
-        """Return run-last points in camera axes, their pixels, and the leading shape."""
+    def _look(
+        self, points: ArrayLike, T_w_c: Any
+    ) -> tuple[Array, NDArray[np.int8], tuple[int, ...]]:
+        """Return run-last pixels and visibility of points, and their leading shape."""
         p, T = numbers(points, "points", ("N", 3)), as_pose(T_w_c).matrix
         lead = common_lead(p.shape[:-2], T.shape[:-2], "points and camera poses")
         inv = Pose(T).inv()
         X = runs_last(np.broadcast_to(inv @ p, (*lead, p.shape[-2], 3)), 2)
-        pixels = np.empty((X.shape[0], 2, X.shape[2]))
-        kernels.project(X, self.K, self.lens, pixels)
-        return X, pixels, lead
+        return *self.image_of(X), lead
 
 
 def _checked_intrinsics(given: Any) -> Array:

@@ -32,10 +32,7 @@ def deviation(noise: Any) -> float:
 
 def normalised(pixels: Array, camera: Camera) -> Array:
     """Return normalised points (..., N, 2) of pixels (..., N, 2); NaN where there is none."""
-    last = runs_last(pixels, 2)
-    x = np.empty_like(last)
-    kernels.normalise(last, camera.K, camera.lens, camera.valid_radius, x)
-    return runs_first(x, pixels.shape[:-2])
+    return runs_first(camera.points_of(runs_last(pixels, 2)), pixels.shape[:-2])
 
 
 def pixel_rates(x: Array, camera: Camera) -> Array:

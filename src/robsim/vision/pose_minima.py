@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, runs_first, runs_last
-from robsim.kernels import camera as camera_kernels
 from robsim.kernels.pose import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.image import normalised
@@ -110,9 +109,7 @@ def _normalised_squares(p: Array, T: Array, x: Array) -> Array:
 
 def in_image(p: Array, T: Array, camera: Camera) -> Array:
     """Return pixels (B, k, N, 2) of marks from poses (B, k, 3, 4); NaN where behind."""
-    X = runs_last(in_camera(p, T), 2)
-    pixels = np.empty((X.shape[0], 2, X.shape[2]))
-    camera_kernels.project(X, camera.K, camera.lens, pixels)
+    pixels, _ = camera.image_of(runs_last(in_camera(p, T), 2))
     return runs_first(pixels, T.shape[:2])
 
 

@@ -53,7 +53,7 @@ class Actuation(Declared):
     @property
     def moves(self) -> bool:
         """Whether joints respond otherwise than commanded."""
-        return self.lag > 0.0 or self.velocity is not None or self.acceleration is not None
+        return bool(np.any(self.lag)) or self.velocity is not None or self.acceleration is not None
 
     @property
     def counts(self) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from robsim.base.errors import FrameError, suggest
+from robsim.base.values import unchecked
 from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose
 from robsim.robot.frame import Frame
@@ -51,7 +51,7 @@ def check_hanging(frames: Sequence[Frame], thing: Object, to: Any) -> None:
 
 
 def _fixed(pose: Pose) -> Joint:
-    return replace(FIXED, place=pose)
+    return unchecked(FIXED, place=pose)
 
 
 def check_frames(raw: Mapping[str, Any], parts: Mapping[str, Any], c: Context) -> None:

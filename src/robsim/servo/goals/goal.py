@@ -19,7 +19,6 @@ from robsim.declare.tables import merge_table, read_table, write_table
 from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import KEYS, PoseTable
-from robsim.kernels import camera as kernels
 from robsim.robot.joint import KINDS
 from robsim.servo.sight import Sight, relative
 from robsim.vision.camera import Visibility
@@ -197,8 +196,8 @@ def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
     return scene.coordinates(pose.q, what)
 
 
-def configuration(goal: Goal, scene: Scene) -> Array | None:
-    """Return the coordinates (nq, 1) at which a goal is shown; None if it is not shown at any."""
+def configuration(goal: Goal, scene: Scene, runs: int) -> Array | None:
+    """Return coordinates (nq, runs) at which a goal is shown; None if it is not shown at any."""
     if not isinstance(goal, TaughtGoal):
         return None
     try:
@@ -207,62 +206,58 @@ def configuration(goal: Goal, scene: Scene) -> Array | None:
         raise GoalError(str(error)) from None
     if q.ndim != 1:
         raise GoalError(f"a goal is shown at one q of shape ({scene.nq},), got {q.shape}")
-    return runs_last(q, 1)
+    return np.repeat(q[:, None], runs, axis=1)
 
 
 def goal_observation(
-    goal: Goal, q: Array | None, truth: Sight, belief: Sight, first: Sight
+    goal: Goal, q: Array | None, truth: Sight, belief: Sight, first: Sight, runs: int
 ) -> Observation:
     """Return what a camera sees at the goal, with true depths; GoalError if a mark is out of view.
 
-    q (nq, 1) is the `configuration` at which it is shown.
+    q (nq, runs) is the `configuration` at which it is shown; there is more than one run where
+    numbers differ from run to run.
 
     A computed goal is the pose of the believed target of `first` in its camera; other sights
     follow from it where they move with that one. Of numbers that are given there is no image.
     """
     if isinstance(goal, GoalPose):
-        return _computed(goal, belief, first)
-    shown = q is not None
-    if q is None:  # anything of the right shape
-        q = runs_last(truth.scene.home, 1)
-    true = truth.project(q)
-    believed = true if belief is truth else belief.project(q)
-    if shown:
-        _check_visible(truth, true.visibility[:, 0], "shown")
+        return _computed(goal, belief, first, runs)
+    there = truth.home(runs) if q is None else q  # of numbers, anything of the right shape
+    true = truth.project(there)
+    believed = true if belief is truth else belief.project(there)
+    if q is not None:
+        _check_visible(truth, true.visibility, "shown")
     T_c_o = relative(believed.T_w_c, believed.T_w_o)
     return belief.observation(true.pixels, true.depth, T_c_o)
 
 
-def _computed(goal: GoalPose, belief: Sight, first: Sight) -> Observation:
+def _computed(goal: GoalPose, belief: Sight, first: Sight, runs: int) -> Observation:
     if not belief.moves_with(first):
         raise GoalError(
             f"camera '{belief.eye.name}' and '{belief.target.name}' do not move as "
             f"'{first.eye.name}' and '{first.target.name}' do, for which the goal is computed: "
             "show the goal at a q instead"
         )
-    T_c_o = goal.T_c_o
+    T_c_o = np.repeat(goal.T_c_o.matrix[:3, :, None], runs, axis=2)
     if belief is not first:
-        here, there = (s.project(runs_last(s.scene.home, 1)) for s in (belief, first))
+        here, there = (s.project(s.home(runs)) for s in (belief, first))
         T_c_f, T_f_o = relative(here.T_w_c, there.T_w_c), relative(there.T_w_o, here.T_w_o)
-        T_c_o = _pose(T_c_f) @ T_c_o @ _pose(T_f_o)
-    camera = belief.eye.camera
-    X = runs_last(np.asarray(T_c_o @ belief.target.marks)[None], 2)
-    pixels = np.empty((X.shape[0], 2, 1))
-    kernels.project(X, camera.K, camera.lens, pixels)
-    status = camera.visibility(X[..., 0], np.eye(4))
+        T_c_o = runs_last((_pose(T_c_f) @ goal.T_c_o @ _pose(T_f_o)).matrix[:, :3], 2)
+    depth, pixels, status = belief.image(np.eye(3, 4)[..., None], T_c_o)
     _check_visible(belief, status, "computed")
-    depth = np.ascontiguousarray(X[:, 2])
-    return belief.observation(pixels, depth, runs_last(T_c_o.matrix[None, :3], 2))
+    return belief.observation(pixels, depth, T_c_o)
 
 
 def _pose(T: Array) -> Pose:
-    return Pose(homogeneous(T)[0])
+    return Pose(homogeneous(T))
 
 
 def _check_visible(sight: Sight, status: Any, how: str) -> None:
-    for n in np.flatnonzero(status != Visibility.IN_IMAGE)[:1]:
-        where = "behind" if status[n] == Visibility.BEHIND_CAMERA else "out of the image of"
+    """Raise GoalError for the first mark that is not in the image, (N, B), of any run."""
+    for run, n in np.argwhere(status.T != Visibility.IN_IMAGE)[:1]:
+        where = "behind" if status[n, run] == Visibility.BEHIND_CAMERA else "out of the image of"
+        whose = f" of run {run}" if status.shape[1] > 1 else ""
         raise GoalError(
-            f"the {how} goal puts mark {n} of '{sight.target.name}' {where} "
+            f"the {how} goal{whose} puts mark {n} of '{sight.target.name}' {where} "
             f"camera '{sight.eye.name}'"
         )

@@ -53,14 +53,13 @@ class DepthFilter(Declared):
     def stages(self, given: Given, N: int, points: int, twist: int, K: Array) -> int:
         """Add the stage that filters the depths of N marks, and return its rows."""
         program = given.program
-        numbers = program.constant(
-            [1.0 / self.start, self.start_sigma / self.start, *self._sigma(K)]
-        )
+        numbers = program.constant([1.0 / self.start, self.start_sigma / self.start])
+        program.numbers(self._sigma(K), 1)  # right below
         rooms = program.rows(3 * N), program.rows(9 * N), program.rows(12 * N)
         depth = program.rows(N)
         program.add(kernels.filter_stage, N, points, given.dt, twist, numbers, *rooms, depth)
         return depth
 
     def _sigma(self, K: Array) -> Array:
-        """Return the standard deviations (2,) of a normalised point."""
-        return self.noise / np.abs(np.diagonal(K)[:2])
+        """Return the standard deviations of a normalised point, (2,) or (2, runs)."""
+        return self.noise / np.abs(K[[0, 1], [0, 1]])

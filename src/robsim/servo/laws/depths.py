@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Depths:
     """The depth that a task takes for its marks, and a factor that makes it wrong on purpose."""
 
     which: Depth
-    scale: Scale
+    scale: Any  # `Scale`, or (1, B) or (N, B) where each run has its own
 
     @property
     def filtered(self) -> bool:
@@ -47,10 +47,16 @@ class Depths:
             )
 
     def factors(self, marks: int) -> Array:
-        """Return the factor (N, 1) of each mark."""
-        return np.full((marks, 1), np.reshape(self.scale, (-1, 1)))
+        """Return the factor (N, 1) of each mark, or (N, B) of each in each run."""
+        scale = self.scale if self.runs > 1 else np.reshape(self.scale, (-1, 1))
+        return np.broadcast_to(scale, (marks, self.runs)).astype(np.float64)
+
+    @property
+    def runs(self) -> int:
+        """The number of runs of which each has factors of its own, or 1."""
+        return int(self.scale.shape[1]) if isinstance(self.scale, np.ndarray) else 1
 
     def at_goal(self, Z_goal: Array) -> Array:
-        """Return the depths (N, 1) of the marks at the goal, as they go into L."""
+        """Return the depths (N, B) of the marks at the goal, as they go into L."""
         Z = np.full(Z_goal.shape, self.which) if isinstance(self.which, float) else Z_goal
         return self.factors(len(Z)) * Z

@@ -57,14 +57,15 @@ def regulated_by(
     believed = truth if exact else _believed(belief, scene, truth)
     truths, sights = each_once(truth), each_once(believed)
     both = zip(truths, sights, strict=True)
-    q_goal = configuration(goal, scene)
-    goals = {t.key: goal_observation(goal, q_goal, t, b, sights[0]) for t, b in both}
+    runs = max(depths.runs, *(each.runs for each in (*truths, *sights)))
+    q_goal = configuration(goal, scene, runs)
+    goals = {t.key: goal_observation(goal, q_goal, t, b, sights[0], runs) for t, b in both}
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
     bound = tuple(_bound(*pair, depths) for pair in zip(parts, believed, strict=True))
     which: Any = "current" if isinstance(interaction, Broyden) else interaction
     given = goal.s if isinstance(goal, GoalFeatures) else None
-    draft = Regulated(bound, sights, exact, columns, depths, which, goals, q_goal, given)
+    draft = Regulated(bound, sights, exact, columns, depths, which, goals, q_goal, given, runs)
     return draft.at_its_goal()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any, Self, cast
 
 import numpy as np
@@ -93,21 +94,32 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
         for sight in part.sights:
             marks = len(sight.target.marks)
             sights.setdefault(sight.key, sight)
-            pixels.setdefault(sight.key, part.goal_pixels[start : start + marks])
+            pixels.setdefault(sight.key, part.goal_pixels[..., start : start + marks, :])
             start += marks
     seeing = next((part for part in parts if part.sights), parts[0])
     return {
         "scene": seeing.scene,
         "frame": seeing.frame,
         "sights": tuple(sights.values()),
-        "s_goal": np.concatenate([part.s_goal for part in parts]),
+        "s_goal": beside([part.s_goal for part in parts], 0),
         "units": tuple(unit for part in parts for unit in part.units),
         "tolerances": np.concatenate([part.tolerances for part in parts]),
-        "goal_pixels": np.concatenate([np.empty((0, 2)), *pixels.values()]),
-        "pace": min(part.pace for part in parts),
-        "full_rank": max(part.full_rank for part in parts),
+        "goal_pixels": beside([np.empty((0, 2)), *pixels.values()], -2),
+        "pace": reduce(np.minimum, [part.pace for part in parts]),
+        "full_rank": reduce(np.maximum, [part.full_rank for part in parts]),
         "rcond": min(part.rcond for part in parts),
     }
+
+
+def beside(arrays: Sequence[Array], axis: int) -> Array:
+    """Return arrays beside each other along an axis, some of which may have an axis of runs."""
+    others = [list(array.shape) for array in arrays]
+    sizes = [shape.pop(axis) for shape in others]
+    common = np.broadcast_shapes(*map(tuple, others))
+    at = axis if axis >= 0 else len(common) + 1 + axis
+    shapes = ((*common[:at], size, *common[at:]) for size in sizes)
+    pairs = zip(arrays, shapes, strict=True)
+    return np.concatenate([np.broadcast_to(*pair) for pair in pairs], axis=axis)
 
 
 def union(columns: Iterable[Columns]) -> Columns:

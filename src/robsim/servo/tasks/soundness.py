@@ -106,7 +106,7 @@ def fixed_motions(controller: Servo) -> tuple[int, int]:
     """Return how many motions the features fix at the goal, and how many the joints can make."""
     regulated = controller.regulated
     full = min(6 * regulated.motions, controller.columns.size)
-    found = controller.full_rank
+    found = int(np.min(controller.full_rank))
     if regulated.q_goal is None and regulated.given is None and regulated.as_one:
         found = min(found, int(rank(regulated.at_goal.L)[0]))  # there is no Jacobian at the goal
     return found, full
@@ -116,7 +116,7 @@ def warn_of_rank(controller: Servo) -> None:
     """Warn with RankWarning if the features leave motions free that the joints can make."""
     first, (found, full) = controller.sights[0], fixed_motions(controller)
     if found < full:
-        marks = np.unique(first.target.marks, axis=0)
+        marks = np.unique(np.atleast_3d(first.target.marks)[..., 0], axis=0)
         cause = "its marks lie on one line; " if collinear(marks) else ""
         few = cause or len(marks) < 3
         advice = "at least three marks that are not on one line"
@@ -147,5 +147,6 @@ def warn_of_wheels(controller: Servo) -> None:
 
 
 def collinear(marks: Any) -> bool:
-    """Return whether marks (N, 3) lie on one line."""
-    return int(np.linalg.matrix_rank(marks - marks[:1], tol=1e-9)) < 2
+    """Return whether marks (N, 3) lie on one line, or those (N, 3, B) of any run."""
+    each = np.moveaxis(marks, (0, 1), (-2, -1))
+    return bool((np.linalg.matrix_rank(each - each[..., :1, :], tol=1e-9) < 2).any())
