@@ -24,7 +24,9 @@ def as_raw(kind: type[Any], tables: Any, path: str, value: Any) -> Raw:
     """
     if isinstance(value, str):
         return value
-    value = value.item() if isinstance(value, np.generic) else value
+    value = (
+        value.item() if isinstance(value, np.generic | np.ndarray) and not np.ndim(value) else value
+    )
     plain = isinstance(value, bool | int | float | list | dict)
     spec = _spec_at(kind, tables, path.split(".")) if plain else None
     bare = spec is not None and spec.united and _is_numeric(value)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 
@@ -29,12 +29,16 @@ from robsim.run.origin import attributes_of, made_with
 from robsim.run.setup import Setup
 from robsim.run.staged import Staged
 from robsim.run.start_view import check_view
-from robsim.run.text import read_experiment, text_of, write_experiment
+from robsim.run.text import SCENE, read_experiment, text_of, write_experiment
 from robsim.run.varied import checked
 from robsim.run.workers import Progress, advance
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+# the field of which a table of the text is a part, where it is not a setting
+GROUPS = {**dict.fromkeys(SCENE, "scene"), "task": "task", "start": "start", "belief": "belief"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,7 +138,22 @@ class Experiment(Setup):
     @cached_property
     def tables(self) -> Tables:
         """The tables of the text, in which an object that no text can say stands as it is."""
-        return write_experiment(self.scene, self.task, self.start, self.settings, live=True)
+        own = write_experiment(self.scene, self.task, self.start, self.settings, live=True)
+        kept = self.__dict__.get("_kept", {})
+        groups = {GROUPS.get(key) for key in kept}
+        return {**{key: x for key, x in own.items() if GROUPS.get(key) not in groups}, **kept}
+
+    def with_(self, **changes: Any) -> Self:
+        """Return a copy with other fields: `experiment.with_(task=PBVS(), dt=0.02)`.
+
+        InputError: there is no such field.
+        """
+        made = super().with_(**changes)
+        gone = {*changes, *(["belief"] if changes.keys() & {"scene", "task"} else [])}
+        said = self.__dict__.get("tables", self.__dict__.get("_kept", {}))
+        kept = {key: x for key, x in said.items() if key in GROUPS and GROUPS[key] not in gone}
+        made.__dict__["_kept"] = kept
+        return made
 
     @cached_property
     def text(self) -> str:
@@ -182,8 +201,8 @@ class Experiment(Setup):
         own = {key: x for key, x in self.tables.items() if not (several and key == "start")}
         made = self._of_tables(changed(own, changes, self.source, python=True), self.source, None)
         varied = {each: x for each, x in self.varied.items() if each not in changes}
-        made = made._beside(start=self.start) if several else made
-        return made._beside(varied=varied) if varied else made
+        made = made.with_(start=self.start) if several else made
+        return made.with_(varied=varied) if varied else made
 
     def vary(self, numbers: Mapping[str, Any]) -> Experiment:
         """Return a copy of many runs, in which these names have another value in each run.
@@ -206,7 +225,7 @@ class Experiment(Setup):
         >>> wrong.run(record="summary").distance_to_goal.values.round(3)
         array([0.174, 0.174, 0.175])
         """
-        return self._beside(varied={**self.varied, **checked(self, numbers)})
+        return self.with_(varied={**self.varied, **checked(self, numbers)})
 
     def of_run(self, number: int) -> Experiment:
         """Return the experiment of a single run, by its place among the runs, from 0 on.
@@ -218,12 +237,6 @@ class Experiment(Setup):
         one = self.at(numbers) if numbers else self
         start = self.start[i] if np.ndim(self.start) > 1 else self.start
         return one.with_(start=start, first_run=self.first_run + i)
-
-    def _beside(self, **fields: Any) -> Experiment:
-        """Return a copy with other fields that no table says; its tables are the same."""
-        made = self.with_(**fields)
-        made.__dict__["tables"] = self.tables
-        return made
 
     def check(self, *, view: bool = True) -> None:
         """Check task, start and settings as a run would, without running.

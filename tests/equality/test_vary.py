@@ -1,0 +1,216 @@
+"""Numbers that differ from run to run: the bits of each run are those of its own experiment."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim import examples
+from robsim.servo.tasks.task import ServoTask
+
+RUNS = 3
+OWN_LAW = ("unicycle_docking", "chapter_6_2")
+SERVOED = [
+    name
+    for name in examples.names()
+    if isinstance(rs.load_scenario(examples.path(name)).task, ServoTask) and name not in OWN_LAW
+]
+COMPARED = [
+    "q",
+    "s",
+    "qd",
+    "error",
+    "pixels",
+    "camera_pose",
+    "camera_velocity",
+    "s_goal",
+    "pixels_goal",
+    "goal_pose",
+    "outcome",
+    "distance_to_goal",
+    "angle_to_goal",
+    "path_length",
+    "end_time",
+]
+
+
+def spread(rng, value, size=1e-3):
+    value = np.asarray(value, dtype=float)
+    room = np.maximum(np.abs(value), 0.1)
+    return value + size * room * rng.uniform(-1, 1, (RUNS, *value.shape))
+
+
+def numbers_of(scene, prefix, rng, links):
+    """Return numbers for cameras, objects and robots of a scene, by name."""
+    made = {}
+    for eye in scene.cameras:
+        (fx, skew, cx), (_, fy, cy), _ = eye.camera.K
+        lens = {"focal": [fx, fy], "center": [cx, cy], "skew": skew, "distortion": [0.01, 0, 0, 0]}
+        pose = {"position": eye.pose.position, "rotvec": eye.pose.rotvec}
+        made |= {f"{prefix}cameras.{eye.name}.{k}": x for k, x in {**lens, **pose}.items()}
+    for thing in scene.objects:
+        if len(thing.marks):
+            made[f"{prefix}objects.{thing.name}.marks"] = thing.marks
+            made[f"{prefix}objects.{thing.name}.position"] = thing.pose.position
+            made[f"{prefix}objects.{thing.name}.rotvec"] = thing.pose.rotvec
+    robot = scene.robots[0]
+    made[f"{prefix}robots.{robot.name}.position"] = robot.base.position
+    made |= {f"{prefix}robots.{robot.name}.links.{name}": x for name, x in links.items()}
+    return {name: spread(rng, x) for name, x in made.items()}
+
+
+def everything(experiment, rng, links):
+    belief = experiment.task.belief or experiment.scene
+    other = {"task.gain": 1.0, "task.depth_scale": 1.0, "sensing.noise": 0.2, "actuation.lag": 0.02}
+    if isinstance(experiment.task.gain, float):
+        other["task.gain"] = experiment.task.gain
+    return {
+        **numbers_of(experiment.scene, "", rng, links),
+        **numbers_of(belief, "belief.", rng, links),
+        **{name: spread(rng, x) for name, x in other.items()},
+    }
+
+
+def check_same(experiment):
+    """Check that the runs of a varied experiment are those of its single runs, bit for bit."""
+    runs = experiment.run()
+    for i in range(RUNS):
+        own = experiment.of_run(i).run()
+        assert own.sizes.get("run", 1) == 1
+        for name in COMPARED:
+            if name not in own:
+                continue
+            mine = runs[name].isel(run=i) if "run" in runs[name].dims else runs[name]
+            if "time" in mine.dims:
+                mine = mine.isel(time=slice(own.sizes["time"]))
+            np.testing.assert_array_equal(mine.values, own[name].values, err_msg=name)
+    return runs
+
+
+@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.parametrize("name", SERVOED)
+def test_each_run_has_the_bits_of_its_own_experiment(name):
+    experiment = rs.load_scenario(examples.path(name))
+    experiment = experiment.with_(duration=min(experiment.duration, 40 * experiment.dt))
+    numbers = everything(experiment, np.random.default_rng(5), {})
+    late = experiment.sensing.latency or experiment.sensing.period
+    if not experiment.sensing.only_noise or late:
+        del numbers["sensing.noise"]
+    runs = check_same(experiment.vary(numbers))
+    assert len(np.unique(runs.q_end.values, axis=0)) == RUNS
+
+
+@pytest.mark.parametrize(
+    ("name", "link"), [("eye_in_hand", "link3"), ("wrong_dh", "forearm"), ("stereo_in_hand", "?")]
+)
+def test_the_constants_of_a_link_differ_from_run_to_run(name, link):
+    """Modified rows of a Panda, standard ones of a Puma, and of the arm of a stereo pair."""
+    experiment = rs.load_scenario(examples.path(name)).with_(duration=1.0)
+    robot = experiment.scene.robots[0]
+    link = robot.links[3].name if link == "?" else link
+    links = {f"{link}.dh.{key}": 0.1 for key in ("theta", "d", "a", "alpha")}
+    numbers = everything(experiment, np.random.default_rng(2), links)
+    for key in ("theta", "d", "a", "alpha"):
+        first = numbers[f"robots.{robot.name}.links.{link}.dh.{key}"]
+        assert len(np.unique(first)) == RUNS
+    numbers = {n: x for n, x in numbers.items() if ".links." in n}
+    quiet = {n: x for n, x in numbers.items() if n.startswith("belief.")}
+    check_same(experiment.vary(quiet))
+
+
+FOCAL = "belief.cameras.camera.focal"
+
+
+@pytest.fixture
+def wrong():
+    """A computed goal seen with three focal lengths."""
+    experiment = rs.load_scenario(examples.path("calibration_errors")).with_(duration=2.0)
+    return experiment.vary({FOCAL: [540.0, 550.0, 560.0]})
+
+
+@pytest.mark.parametrize(("threads", "chunk"), [(1, 1), (2, 2), (2, 256)])
+def test_chunks_and_threads_change_no_bit(wrong, threads, chunk):
+    whole, cut = wrong.run(threads=1), wrong.run(threads=threads, chunk=chunk)
+    assert whole.equals(cut)
+
+
+def test_each_run_may_have_a_start_of_its_own(wrong):
+    starts = np.stack([wrong.start, wrong.start, wrong.start])
+    starts[:, 0] += [0.0, 0.01, 0.02]
+    runs = wrong.with_(start=starts).run()
+    own = wrong.with_(start=starts).of_run(2)
+    np.testing.assert_array_equal(own.start, starts[2])
+    np.testing.assert_array_equal(runs.q_end.values[2], own.run().q_end.values)
+
+
+def test_the_run_says_what_differed_and_can_be_repeated(wrong, tmp_path):
+    rs.save_run(wrong.run(), tmp_path / "runs.nc")
+    runs = rs.open_run(tmp_path / "runs.nc")
+    np.testing.assert_array_equal(runs[FOCAL].values, [540.0, 550.0, 560.0])
+    again = rs.Experiment.of(runs)
+    np.testing.assert_array_equal(again.varied[FOCAL], wrong.varied[FOCAL])
+    np.testing.assert_array_equal(again.run().q.values, runs.q.values)
+    one = rs.Experiment.of(runs.isel(run=2))
+    assert not one.varied and one.task.belief.camera().camera.K[0, 0] == 560.0
+    np.testing.assert_array_equal(one.run().q_end.values, runs.q_end.values[2])
+    assert rs.explain(runs.isel(run=2), trials=False).outcome == rs.Outcome(int(runs.outcome[2]))
+
+
+def test_a_change_by_name_takes_the_place_of_what_differs(wrong):
+    assert not wrong.at(FOCAL, 500.0).varied
+    assert wrong.at("task.gain", 2.0).varied.keys() == {FOCAL}
+    assert wrong.vary({"task.gain": [1, 2, 3]}).varied.keys() == {FOCAL, "task.gain"}
+    assert wrong != wrong.vary({FOCAL: [540.0, 550.0, 561.0]})
+    assert wrong == wrong.vary({FOCAL: [540.0, 550.0, 560.0]})
+
+
+def test_what_is_believed_follows_what_is_true_unless_it_says_otherwise():
+    """As in `at`: this belief has a focal length of its own, and the position of the truth."""
+    experiment = rs.load_scenario(examples.path("calibration_errors"))
+    names = {"cameras.camera.position": np.zeros((2, 3)), "cameras.camera.focal": [500.0, 510.0]}
+    names["cameras.camera.position"][1] = 0.01
+    controller = experiment.vary(names).loop().controller
+    (believed,), (true,) = controller.regulated.sights, controller.sights
+    np.testing.assert_array_equal(true.eye.camera.K[0, 0], [500.0, 510.0])
+    assert believed.eye.camera.K[0, 0] == 550.0
+    np.testing.assert_array_equal(believed.eye.pose.position, names["cameras.camera.position"])
+
+
+BAD = {
+    "no mapping": ([1.0, 2.0], "expected {name: numbers}"),
+    "nothing": ({}, "expected {name: numbers}"),
+    "a name that cannot differ": ({"run.dt": [0.01, 0.02]}, "cannot differ from run to run"),
+    "a feature": ({"task.features": [1, 2]}, "cannot differ from run to run"),
+    "no such camera": ({"cameras.eye.focal": [500.0]}, "eye"),
+    "one number": ({FOCAL: 500.0}, r"\(runs,\) or \(runs, 2\), got \(\)"),
+    "three focal lengths": ({FOCAL: np.ones((2, 3))}, r"\(runs,\) or \(runs, 2\)"),
+    "no run": ({FOCAL: []}, r"expected shape \(runs,\)"),
+    "not finite": ({FOCAL: [500.0, np.nan]}, "finite"),
+    "below zero": ({FOCAL: [500.0, -1.0]}, "greater than 0"),
+    "text": ({FOCAL: ["500", "510"]}, "expected a number"),
+    "unequal numbers": ({FOCAL: [5e2] * 3, "task.gain": [1, 2]}, "3 of .*focal, 2 of task.gain"),
+    "no rotation": ({"cameras.camera.rotation": np.ones((2, 3, 3))}, "rotation"),
+    "a mark less": ({"belief.objects.square.marks": np.zeros((2, 3, 3))}, "marks"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_cannot_differ_is_refused_before_anything_runs(case):
+    numbers, message = BAD[case]
+    with pytest.raises(rs.RobSimError, match=message):
+        rs.load_scenario(examples.path("calibration_errors")).vary(numbers).loop()
+
+
+def test_several_runs_have_no_text_no_steps_and_no_controller(wrong):
+    for ask in (wrong.to_toml, lambda: wrong.text, wrong.steps, lambda: rs.Controller(wrong)):
+        with pytest.raises(rs.InputError, match="of_run"):
+            ask()
+    with pytest.raises(rs.InputError, match="2 starts, and 3 numbers"):
+        wrong.with_(start=np.stack([wrong.start] * 2))
+    with pytest.raises(rs.InputError, match="run must be below 3"):
+        wrong.of_run(3)
+
+
+def test_tasks_of_several_tasks_and_bound_laws_are_refused():
+    for name in (*OWN_LAW, "mobile_arm"):
+        with pytest.raises(rs.InputError, match="of one servo task"):
+            rs.load_scenario(examples.path(name)).vary({"sensing.noise": [0.1, 0.2]})
