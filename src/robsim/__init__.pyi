@@ -74,6 +74,10 @@ from robsim.robot.joint import Steering as Steering
 from robsim.robot.link import Link as Link
 from robsim.robot.robot import Robot as Robot
 from robsim.run.controller import Controller as Controller
+from robsim.run.endings import Ending as Ending
+from robsim.run.endings import Moment as Moment
+from robsim.run.endings import Region as Region
+from robsim.run.endings import TooClose as TooClose
 from robsim.run.experiment import Experiment as Experiment
 from robsim.run.experiment import load_scenario as load_scenario
 from robsim.run.mission import Mission as Mission

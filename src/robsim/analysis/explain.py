@@ -24,7 +24,7 @@ from robsim.run.outcome import Outcome
 if TYPE_CHECKING:
     import xarray as xr
 
-_WELL = (Outcome.CONVERGED, Outcome.RUNNING)
+_WELL = (Outcome.CONVERGED, Outcome.RUNNING, Outcome.ENDED)
 
 
 @dataclass(frozen=True)

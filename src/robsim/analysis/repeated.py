@@ -59,7 +59,10 @@ def case_of(run: xr.Dataset, experiment: Experiment | None = None) -> Experiment
         made = _own_experiment(one)
     else:
         given = of_kind(experiment, Experiment, "experiment")
-        made = given.with_(**made_with(one))
+        own = made_with(one)
+        if given.varied:
+            given = given.of_run(own["first_run"] - given.first_run)
+        made = given.with_(**own)
     _check_same(one, sensing=made.sensing, actuation=made.actuation)
     start = made.scene.home if made.start is None else made.start
     return made.with_(start=start, record="all", duration=_duration(made, one))

@@ -59,7 +59,7 @@ class Choice(Spec):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
             if value in self._known(value) or value in self.family.kinds:
-                return self.family.find(value)()
+                return _plain(self.family.find(value), value, what)
         elif not isinstance(value, type):
             if self.family.holds(value):
                 return value
@@ -292,3 +292,11 @@ class Choice(Spec):
 
 def _named(kind: type[Any]) -> list[tuple[str, Spec]]:
     return [(each.name, each.spec) for each in fields_of(form_of(kind))]
+
+
+def _plain(kind: type[Any], name: str, what: str) -> Any:
+    """Return a kind without parameters; InputError if it needs some."""
+    needed = [each.name for each in fields_of(kind) if each.required]
+    if needed:
+        raise InputError(f"{what}: {name!r} needs {', '.join(needed)}: give a {kind.__name__}(...)")
+    return kind()

@@ -48,6 +48,7 @@ def variables(loop: Loop) -> dict[str, Any]:
         "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
         "pixels_end": (["run", "mark", "axis"], pixels_end),
         **goal_variables(loop.controller, recorder.last.q[:, 0], loop.q0),
+        **({"ending": (["run"], recorder.ending)} if loop.endings else {}),
     }
 
 

@@ -49,6 +49,7 @@ class Experiment(Setup):
     start        (nq,), a batch of starts (B, nq), or {robot: q}; None: home
     sensing      what is wrong with the images
     actuation    what is wrong with the joints
+    endings      conditions on which a run ends (`Region`, `TooClose`, or of a kind of your own)
     dt           control period in seconds: a command is held for it
     duration     seconds, rounded up to whole periods
     seed         of all that is random
@@ -307,7 +308,7 @@ class Experiment(Setup):
         """Return what a loop of this experiment has recorded."""
         from robsim.run.result import dataset
 
-        parts = self.task, self.sensing, self.actuation
+        parts = self.task, self.sensing, self.actuation, self.endings
         if not (self.scene.tree.compiled and all(map(unchanging, parts))):
             _ = self.origin  # written now: later a user's object may be another
         return dataset(loop, self, lambda: self.origin)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from robsim.base.arrays import shown_view
+from robsim.kernels import endings as kernels
 from robsim.kernels import judging
-from robsim.kernels.program import Program
+from robsim.kernels.program import Blocks, Program
 from robsim.kernels.singular import scratch_of
 from robsim.robot.joint import LIMIT_SLACK
+from robsim.run.endings import Ending, Moment, which
 from robsim.run.plant import Plant
+from robsim.run.record import Judged
 from robsim.run.sensor import Sensor
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded
@@ -17,9 +23,13 @@ from robsim.servo.given import Commanded
 class Judge:
     """The rows of a program with the outcome of each run, and the stages that decide it."""
 
-    def __init__(self, program: Program, controller: Controller, steps: int) -> None:
+    def __init__(
+        self, program: Program, controller: Controller, steps: int, endings: Sequence[Ending]
+    ) -> None:
         self.program, self.controller, self.steps = program, controller, steps
+        self.endings = endings
         self.outcome, self.length, self.still = program.rows(), program.rows(), program.rows()
+        self.ending = program.constant(-1.0)
         self.tolerance = program.constant(controller.tolerance)
         self.scale = program.constant(controller.tolerance / controller.tolerances)
 
@@ -51,6 +61,33 @@ class Judge:
         add(judging.stalls, *matrix, self.scale, *numbers)
         if not sensor.prompt or plant.drives.moves:
             self._wait(plant, sensor, command, pace, size)
+        if self.endings:
+            self.program.call(lambda blocks, step: self._ask(blocks, step, plant, sensor, command))
+
+    @property
+    def judged(self) -> Judged:
+        """The rows that are kept at the end of a run."""
+        return Judged(self.outcome, self.ending, self.length)
+
+    def _ask(
+        self, blocks: Blocks, step: int, plant: Plant, sensor: Sensor, command: Commanded
+    ) -> None:
+        """End runs that nothing else ends, and of which an ending holds."""
+        get, scene = blocks.get, plant.scene
+        arrays = (
+            get(plant.q, scene.nq),
+            get(plant.qd, scene.nv),
+            get(command.error, self.controller.k),
+            get(sensor.pixels, sensor.marks[-1], 2),
+        )
+        q, qd, error, pixels = (shown_view(array) for array in arrays)
+        now = Moment(step * plant.seconds, scene, q, qd, error, pixels, blocks.rows)
+        found = which(self.endings, now)
+        outcome = get(self.outcome, 1)[0]
+        open_ = (outcome == kernels.RUNNING) | (outcome == kernels.TIME_LIMIT)
+        ends = open_ & (found >= 0)
+        blocks.put(self.outcome, np.where(ends, kernels.ENDED, outcome)[None])
+        blocks.put(self.ending, np.where(ends, found, -1.0)[None])
 
     def _wait(self, plant: Plant, sensor: Sensor, command: Commanded, pace: int, size: int) -> None:
         """Add the stage that lets runs go on that only pass their goal."""

@@ -15,6 +15,7 @@ from robsim.kernels.program import Compiled, Program
 from robsim.kernels.stage import advance
 from robsim.run.chunk import Chunk
 from robsim.run.drives import Drives
+from robsim.run.endings import Ending
 from robsim.run.images import check_sensing
 from robsim.run.judge import Judge
 from robsim.run.plant import Plant
@@ -45,6 +46,7 @@ class Loop:
     record: Record = "summary"
     single: bool = False  # whether one start was given, not a batch of one
     limited: bool = True  # whether joint limits end a run
+    endings: tuple[Ending, ...] = ()
     stopped: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
 
@@ -105,7 +107,7 @@ class Sequence:
         sensor = self.sensor = Sensor(
             program, plant, controller.sights, loop.sensing, loop.seed, runs
         )
-        judge = self.judge = Judge(program, controller, loop.steps)
+        judge = self.judge = Judge(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
 
         sensor.remember()
@@ -119,8 +121,7 @@ class Sequence:
         judge.judge(plant, sensor, self.command, loop.hold, loop.limited)
         self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.pixels]
         loop.recorder.keep(program, row, self.alive, self.kept)
-        ends = self.kept, judge.outcome, judge.length
-        loop.recorder.end(program, row, self.alive, *ends)
+        loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
         self.compiled = program.compiled
         self._parts = program.segments(), program.segments(self.motion)
 
@@ -140,7 +141,7 @@ class Sequence:
         if not alive.all():
             chunk.keep(alive)
         if chunk.runs:
-            recorder.stop(chunk, chunk.rows, step, self.kept, self.judge.length)
+            recorder.stop(chunk, step, self.kept, self.judge.judged)
 
     def snapshot(self, chunk: Chunk) -> Snapshot:
         """Return the state of a chunk at this step, with what its cameras see."""

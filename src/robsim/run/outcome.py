@@ -13,7 +13,7 @@ class Outcome(IntEnum):
     A mark that any camera of the task loses ends the run, also one that no feature uses. Where
     several hold at one instant, the order is: NOT_FINITE of the state, JOINT_LIMIT,
     BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the
-    command, SINGULAR, LOCAL_MINIMUM, TIME_LIMIT. RUNNING is the state of a run that was
+    command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT. RUNNING is the state of a run that was
     interrupted.
 
     >>> Outcome.CONVERGED.message
@@ -32,6 +32,7 @@ class Outcome(IntEnum):
     DIVERGED = endings.DIVERGED
     NOT_FINITE = endings.NOT_FINITE
     TIME_LIMIT = endings.TIME_LIMIT
+    ENDED = endings.ENDED
 
     @property
     def words(self) -> str:
@@ -67,4 +68,5 @@ _MESSAGES = {
         "the time was over before the error was small; try a longer duration, or a larger "
         "tolerance where there is noise"
     ),
+    Outcome.ENDED: "an ending of the experiment holds; `ending` of the run says which",
 }

@@ -16,6 +16,14 @@ from robsim.kernels.program import Blocks, Program
 Record = Literal["all", "summary"] | int
 
 
+class Judged(NamedTuple):
+    """The rows of the outcome, of the ending of the experiment, and of the way of a run."""
+
+    outcome: int
+    ending: int
+    length: int
+
+
 class Track(NamedTuple):
     """Recorded instants, each (runs, instants, width)."""
 
@@ -53,7 +61,7 @@ class Recorder:
         self.bounds = np.cumsum([0, *widths]).tolist()
         width = self.bounds[-1]
         self.table = np.full((runs, instants, width), np.nan)
-        self.ends = np.full((runs, width + 3), np.nan)  # and length of the path, step, outcome
+        self.ends = np.full((runs, width + 4), np.nan)  # and path length, ending, step, outcome
 
     @property
     def series(self) -> Track:
@@ -77,9 +85,15 @@ class Recorder:
         return self.ends[:, -2]
 
     @property
+    def ending(self) -> NDArray[np.int8]:
+        """The number (runs,) of the ending of the experiment that ended a run, or -1."""
+        found: NDArray[np.int8] = np.nan_to_num(self.ends[:, -3], nan=-1.0).astype(np.int8)
+        return found
+
+    @property
     def path_length(self) -> Array:
         """The length (runs,) of the path in metres."""
-        return self.ends[:, -3]
+        return self.ends[:, -4]
 
     def keep(self, program: Program, run: int, alive: int, first_rows: list[int]) -> None:
         """Add the stage that keeps instants, with the first rows of what is kept."""
@@ -89,19 +103,18 @@ class Recorder:
         program.add(keeping.keep, self.every, *table, run, alive, *self._groups(first_rows))
 
     def end(
-        self, program: Program, run: int, alive: int, first_rows: list[int], outcome: int, way: int
+        self, program: Program, run: int, alive: int, first_rows: list[int], judged: Judged
     ) -> None:
         """Add the stage that keeps the ends of runs."""
-        table = program.address(self.ends), self.ends.shape[1]
-        groups = *self._groups(first_rows), way, 1
+        table, outcome = (program.address(self.ends), self.ends.shape[1]), judged.outcome
+        groups = *self._groups(first_rows), judged.length, 1, judged.ending, 1
         program.add(keeping.end, *table, run, alive, outcome, *groups)
 
-    def stop(
-        self, blocks: Blocks, runs: NDArray[np.int64], step: int, first_rows: list[int], way: int
-    ) -> None:
+    def stop(self, blocks: Blocks, step: int, first_rows: list[int], judged: Judged) -> None:
         """Keep the last instant of runs that are stopped before their end."""
+        runs = blocks.rows
         pairs = zip(*[iter(self._groups(first_rows))] * 2, strict=True)
-        parts = [blocks.get(*pair) for pair in (*pairs, (way, 1))]
+        parts = [blocks.get(*pair) for pair in (*pairs, (judged.length, 1), (judged.ending, 1))]
         self.ends[runs, :-2] = np.concatenate(parts).T
         self.ends[runs, -2], self.ends[runs, -1] = step, 0.0
 

@@ -97,6 +97,7 @@ def _record(loop: Loop, scene: Scene, varied: Mapping[str, Array]) -> xr.Dataset
             **{name: _varied(name, values) for name, values in varied.items()},
         }
     attributes = {**_attributes(controller, scene), **dict.fromkeys(varied, VARIED)}
+    attributes["ending"] = _flags(["none", *(type(each).__name__ for each in loop.endings)], -1)
     absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
     coordinates = _coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
@@ -292,8 +293,11 @@ def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any
     named["goal_pose"] |= ends.goal_attributes(controller)
     if not controller.sights:
         named["path_length"] |= {"long_name": "way of the frame that is moved"}
-    named["outcome"] |= {
-        "flag_values": np.array([int(o) for o in Outcome], dtype=np.int8),
-        "flag_meanings": " ".join(o.name for o in Outcome),
-    }
+    named["outcome"] |= _flags([each.name for each in Outcome], 0)
     return named
+
+
+def _flags(names: Sequence[str], first: int) -> dict[str, Any]:
+    """Return the attributes that name the values of a variable, from the first on."""
+    values = np.arange(first, first + len(names), dtype=np.int8)
+    return {"flag_values": values, "flag_meanings": " ".join(names)}

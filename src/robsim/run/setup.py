@@ -11,6 +11,7 @@ from robsim.base.arrays import flag, positive, whole
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
+from robsim.run.endings import ENDING_LIST, check_endings
 from robsim.run.loop import Loop
 from robsim.run.record import Record, every
 from robsim.run.staged import Staged
@@ -33,6 +34,7 @@ class Setup(Value):
     _: KW_ONLY
     sensing: Sensing = PERFECT
     actuation: Actuation = EXACT
+    endings: Any = ()
     dt: float = 0.04
     duration: float = 10.0
     seed: int = 0
@@ -50,6 +52,7 @@ class Setup(Value):
             "start": None if self.start is None else starts(self.scene, self.start, "start"),
             "sensing": of_kind(self.sensing, Sensing, "sensing"),
             "actuation": of_kind(self.actuation, Actuation, "actuation"),
+            "endings": ENDING_LIST.check(self.endings, "endings"),
             "dt": positive(self.dt, "dt (seconds)"),
             "duration": positive(self.duration, "duration (seconds)"),
             "seed": whole(self.seed, "seed", 0, 2**64),
@@ -59,6 +62,7 @@ class Setup(Value):
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         self._check_runs()
+        check_endings(self.endings, self.scene)
         every(self.record)
         whole_periods(self.dt, self.duration)
         if self.title is not None and not isinstance(self.title, str):
@@ -101,6 +105,7 @@ class Setup(Value):
             self.first_run,
             self.record,
             start.ndim == 1 and not self.varied,
+            endings=self.endings,
         )
 
     @property

@@ -28,6 +28,7 @@ def simulate(
     seed: int = 0,
     sensing: Sensing | None = None,
     actuation: Actuation | None = None,
+    endings: Any = (),
     hold: bool = False,
     record: Record = "all",
     first_run: int = 0,
@@ -43,6 +44,7 @@ def simulate(
     seed        of all that is random, with the number of the run and the step
     sensing     what is wrong with the images (`Sensing`: noise, latency, ...); None for nothing
     actuation   what is wrong with the joints (`Actuation`: lag, limits, ...); None for nothing
+    endings     conditions on which a run ends (`Region`, `TooClose`, or an `Ending` of your own)
     hold        go on to the end of the duration, also after convergence: to follow what moves
     record      "all", every n-th step, or "summary": the end of each run
     first_run   number of the first run, to repeat one row of a batch alone with its noise
@@ -66,6 +68,7 @@ def simulate(
         None if q0 is None else starts(scene, q0, "q0"),
         sensing=PERFECT if sensing is None else sensing,
         actuation=EXACT if actuation is None else actuation,
+        endings=endings,
         dt=dt,
         duration=duration,
         seed=seed,

@@ -22,6 +22,7 @@ from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.robot.link_table import DHRow
 from robsim.run import mission as _mission  # noqa: F401  a kind of task that files may name
+from robsim.run.endings import ENDING_LIST
 from robsim.run.record import LONGEST
 from robsim.servo.goals.goal import start_of
 from robsim.servo.tasks.family import TASKS, TaskChoice
@@ -133,6 +134,7 @@ class TaskTable:
     start: Annotated[Any, Table(StartTable), "Start of the run."] = None
     sensing: Annotated[Any, Table(Sensing), "Imperfections of the images."] = None
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
+    endings: Annotated[Any, ENDING_LIST, "Conditions on which a run ends."] = ()
     run: Annotated[Any, Table(RunTable), "Periods, duration and record of the run."] = None
 
 
@@ -190,6 +192,7 @@ def write_experiment(
         start=None if start is None else StartTable(start),
         sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
         actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
+        endings=settings["endings"],
         run=RunTable(**{**own, "first_run": own["first_run"] or None}),
     )
     tables = {**write_table(scene, c), **write_table(said, c.knowing(apart=belief is None))}
@@ -206,8 +209,8 @@ def _fields(scene: Scene, found: TaskTable, c: Context) -> dict[str, Any] | None
     made = {"scene": scene, "task": found.task, "title": found.title, "start": None}
     with c.problems.at("start"):
         made["start"] = start_of(start.q, start.pose, scene, "q")
-    for name in ("sensing", "actuation"):
-        if getattr(found, name) is not None:
+    for name in ("sensing", "actuation", "endings"):
+        if getattr(found, name):
             made[name] = getattr(found, name)
     given = vars(found.run or RunTable())
     return {**made, **{name: value for name, value in given.items() if value is not None}}

@@ -161,6 +161,16 @@ def _running(inquiry: Inquiry) -> str:
     )
 
 
+def _ended(inquiry: Inquiry) -> str:
+    loop = inquiry.again.loop
+    ending = loop.endings[int(loop.recorder.ending[0])]
+    return (
+        f"{when(inquiry.end)} the run ended since {ending!r} held; the largest error was "
+        f"{inquiry.size(inquiry.errors[-1])} then, and the tolerance is "
+        f"{inquiry.size(inquiry.tolerance)}."
+    )
+
+
 _SENTENCES: dict[Outcome, Callable[[Inquiry], str]] = {
     Outcome.RUNNING: _running,
     Outcome.CONVERGED: _converged,
@@ -172,4 +182,5 @@ _SENTENCES: dict[Outcome, Callable[[Inquiry], str]] = {
     Outcome.DIVERGED: _diverged,
     Outcome.NOT_FINITE: _not_finite,
     Outcome.TIME_LIMIT: _time_limit,
+    Outcome.ENDED: _ended,
 }

@@ -55,6 +55,7 @@ _LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
 _WILD = (loop_gain, pose_features, ascending, retreat, roll, misled, own_motion, unseen_goal)
 _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.RUNNING: (),
+    Outcome.ENDED: (),
     Outcome.CONVERGED: (retreat, near_border),
     Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal),
     Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing),

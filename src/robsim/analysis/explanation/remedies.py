@@ -166,6 +166,7 @@ def tolerance(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
 
 _REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
     Outcome.RUNNING: (),
+    Outcome.ENDED: (),
     Outcome.CONVERGED: (),
     Outcome.LOCAL_MINIMUM: (interaction, law, other_scheme),
     Outcome.OUT_OF_IMAGE: (interaction, gain_lower, inverse, law, other_scheme, image),
