@@ -20,7 +20,8 @@ HERE = Path(__file__).parent
 # the public names, by what a user looks for
 GROUPS = {
     "Experiments and runs": "Experiment Controller load_scenario simulate replay save_run open_run "
-    "table Outcome Interrupted Mission Phase MissionRun examples",
+    "table Outcome Interrupted Region TooClose Ending Moment Mission "
+    "Phase MissionRun examples",
     "Robots": "Robot robots Link Joint JointKind Mimic Chord Ackermann Rolling Steering IKResult "
     "IKReason ClosedIK manipulability condition_number singularity_distance workspace Workspace",
     "Shapes, poses, curves": "Pose Block Wheel Ball CameraBody Mesh Inertia curves units clearance",

@@ -175,7 +175,7 @@ def test_a_run_that_was_read_keeps_nothing_of_the_loop():
 
     loop = TUTORIAL.loop()
     loop.advance(np.arange(1), lambda share: None)
-    run, gone = dataset(loop, TUTORIAL.scene, TUTORIAL.task, dict), weakref.ref(loop)
+    run, gone = dataset(loop, TUTORIAL, dict), weakref.ref(loop)
     del loop
     assert gone() is not None and run.sizes["time"] == 11
     assert gone() is None

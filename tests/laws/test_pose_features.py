@@ -46,7 +46,7 @@ def image(T, marks=CLOUD):
 
 def fitted(x, guess, marks=CLOUD):
     T = np.empty(guess.shape)
-    fit_pose(marks, x, guess, T)
+    fit_pose(np.repeat(marks[..., None], x.shape[2], axis=2), x, guess, T)
     return T
 
 

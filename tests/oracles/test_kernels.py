@@ -104,9 +104,9 @@ def test_the_pose_of_a_target_is_that_of_opencv_without_and_with_noise(target):
         if case["target"] == target:
             x, guess = np.array(case["points"])[..., None], np.array(case["T_c_o"])[..., None]
             T, fitted = np.empty((3, 4, 1)), np.array(case["fitted"])
-            pose.fit_pose(marks, x, guess, T)
+            pose.fit_pose(marks[..., None].copy(), x, guess, T)
             close(T[..., 0], fitted, 1e-10 if case["noise"] else 1e-12)
-            pose.fit_pose(marks, x, guess + [[[0]] * 3 + [[0.01]]] * 3, T)
+            pose.fit_pose(marks[..., None].copy(), x, guess + [[[0]] * 3 + [[0.01]]] * 3, T)
             close(T[..., 0], fitted, 1e-10 if case["noise"] else 1e-12)
 
 

@@ -349,7 +349,7 @@ def random_poses(seed, runs=RUNS):
 def test_the_adjoint_writes_a_twist_in_other_axes(seed):
     """T exp(V) T^-1 = exp(A V) for twists of any size, and so for their 4x4 matrices."""
     (T,), V = random_poses(seed, 1), np.random.default_rng(seed + 1).normal(size=6)
-    A = adjoint(T[:3, :, None])
+    A = adjoint(T[:3, :, None])[..., 0]
     close((T @ rs.Pose.exp(V).matrix) @ np.linalg.inv(T), rs.Pose.exp(A @ V).matrix, 1e-13 * 5)
     matrix = np.vstack([np.hstack([hat(V[3:]), V[:3, None]]), np.zeros(4)])
     moved = T @ matrix @ np.linalg.inv(T)

@@ -32,6 +32,7 @@ from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import PseudoInverse, product
 from robsim.servo.laws.law import ControlState, JointLaw
 from robsim.servo.shaping.redundancy import large_projection, null_space
+from robsim.vision.camera import Camera
 
 STORED = json.loads((Path(__file__).parent / "visp.json").read_text())
 
@@ -49,7 +50,7 @@ def seen(marks):
     """An observation of marks (B, N, 3) or (N, 3) given in camera axes."""
     X = runs_last(np.asarray(marks, float).reshape(-1, *np.shape(marks)[-2:]), 2)
     points, depth = np.ascontiguousarray(X[:, :2] / X[:, 2:]), np.ascontiguousarray(X[:, 2])
-    return Observation(points, points, depth, np.eye(3), np.zeros(8))
+    return Observation(points, points, depth, Camera(np.eye(3)))
 
 
 def posed(T):
@@ -233,7 +234,7 @@ def tilts(mu):
 def test_decoupled_moments(case, kind):
     """xn, yn, an and alpha as ViSP has them; Px and Py by the chain rule from its L of mu_ij."""
     feature = DecoupledMoments(kind).towards(seen(case["goal_marks"]))
-    view, scale = seen(case["marks"]), feature.Z_goal / case["goal_depth"]
+    view, scale = seen(case["marks"]), feature.goal[1, 0] / case["goal_depth"]
     s, L = feature.measure(view)[0], feature.interaction(view)[0]
     an, L_an = np.array(case["area_normalised"]), np.array(case["L_area_normalised"])
     xn, L_xn = np.array(case["centroid_normalised"]), np.array(case["L_centroid_normalised"])
@@ -305,5 +306,5 @@ def test_estimated_poses():
         x = runs_last(np.array([case["image"]]), 2)
         guess = runs_last(np.array([case["guess"]])[:, :3], 2)
         T = np.empty((3, 4, 1))
-        fit_pose(np.array(case["model"]), x, guess, T)
+        fit_pose(np.array(case["model"])[..., None].copy(), x, guess, T)
         np.testing.assert_allclose(T[..., 0], np.array(case["T_c_o"])[:3], rtol=0, atol=1e-12)

@@ -97,7 +97,7 @@ def _experiments(
     return made
 
 
-_OURS = ("scene", "task", "start", "source", "title")  # fields that are not settings
+_OURS = ("scene", "task", "start", "varied", "source", "title")  # fields that are not settings
 
 
 def _by_name(value: Any, wanted: str) -> Mapping[str, Any]:
@@ -117,6 +117,11 @@ def _check(schemes: Sequence[Scheme]) -> None:
             raise InputError(
                 f"scheme '{scheme.name}': a mission has no single error and is not compared; "
                 "compare tasks of its phases"
+            )
+        if one.varied:
+            raise InputError(
+                f"scheme '{scheme.name}': its numbers differ from run to run, and its scene with "
+                "them; compare what its run has for each"
             )
         scheme.check()
     batches = {scheme.start.shape[:-1] for scheme in schemes}

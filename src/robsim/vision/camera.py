@@ -195,12 +195,12 @@ class Camera(Value):
 
     def _each(self, function: Function, x: Array) -> Array:
         """Return a function (N, m, B) of N columns x (N, n, B)."""
-        N, n = x.shape[:2]
-        runs = max(x.shape[2], self.rows.shape[1])
+        N, n, runs = x.shape
+        runs = runs if self.rows.shape[1] == 1 else max(runs, self.rows.shape[1])
         wide = np.broadcast_to(x, (N, n, runs))
         columns = np.ascontiguousarray(wide.transpose(1, 0, 2)).reshape(n, N * runs)
         found = function(columns, np.tile(np.arange(runs), N))
-        return np.ascontiguousarray(found.reshape(-1, N, runs).transpose(1, 0, 2))
+        return np.ascontiguousarray(found.reshape(len(found), N, runs).transpose(1, 0, 2))
 
     @cached_property
     def _image(self) -> Function:

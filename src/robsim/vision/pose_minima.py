@@ -88,8 +88,8 @@ def _fitted(p: Array, images: Array, guess: Array) -> Array:
     for first in range(0, len(images), CHUNK):
         some = slice(first, first + CHUNK)
         start = runs_last(guess[some], 2)
-        T = np.empty_like(start)
-        fit_pose(p, runs_last(images[some], 2), start, T)
+        T, marks = np.empty_like(start), np.repeat(p[..., None], start.shape[2], axis=2)
+        fit_pose(marks, runs_last(images[some], 2), start, T)
         out[some] = runs_first(T)
     return out
 
