@@ -8,8 +8,10 @@ from numba.core import event
 
 from robsim.kernels.cache import KernelCache
 from robsim.kernels.notice import NOTICE
+from robsim.kernels.uncollected import Uncollected
 
-event.register("numba:compile", NOTICE)
+for _listener in (NOTICE, Uncollected()):
+    event.register("numba:compile", _listener)
 
 
 def kernel(function: Callable[..., Any], inline: str = "never") -> Callable[..., Any]:
