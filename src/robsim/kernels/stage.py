@@ -27,7 +27,7 @@ class Stage:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = function.__qualname__
         self.symbol = f"robsim.{function.__module__}.{self.name}"
-        self._compiled: Any = kernel(function)
+        self._compiled: Any = kernel(function, address=True)
         self._address = 0
 
     @property
