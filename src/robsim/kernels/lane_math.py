@@ -49,6 +49,8 @@ def _by_library(x):
 @kernel
 def cos_sin(x):
     """Return cos(x) and sin(x) of lanes, in radians."""
+    if some(absolute(x) > LARGE):
+        return _by_library(x)
     k = floor(x * (2.0 / math.pi) + 0.5)
     y = ((x - k * PI_2[0]) - k * PI_2[1]) - k * PI_2[2]
     z = y * y
@@ -57,8 +59,4 @@ def cos_sin(x):
     odd = (quadrant == 1.0) | (quadrant == 3.0)
     sine, cosine = where(odd, c, s), where(odd, s, c)
     below, left = quadrant > 1.5, (quadrant == 1.0) | (quadrant == 2.0)
-    c, s, far = where(left, -cosine, cosine), where(below, -sine, sine), absolute(x) > LARGE
-    if some(far):
-        cosine, sine = _by_library(x)
-        c, s = where(far, cosine, c), where(far, sine, s)
-    return c, s
+    return where(left, -cosine, cosine), where(below, -sine, sine)
