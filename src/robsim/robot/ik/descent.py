@@ -37,7 +37,7 @@ class Descent:
         self._limits = {
             int(i): self.program.constant([arm.bounds.low[i], arm.bounds.high[i]])
             for i in arm.bounds.row
-            if i >= 0 and np.isfinite([arm.bounds.low[i], arm.bounds.high[i]]).any()
+            if i >= 0 and np.isfinite(arm.bounds.low[i])
         }
         self._move()
         self._propose(self._measure())
@@ -69,8 +69,7 @@ class Descent:
             program.call(self._advance)
         numbers: list[int] = []
         for i, limits in self._limits.items():
-            both = np.isfinite([self.arm.bounds.low[i], self.arm.bounds.high[i]]).all()
-            numbers += [self.q + i, limits, int(self.arm.bounds.turns[i] and both)]
+            numbers += [self.q + i, limits, int(self.arm.bounds.turns[i])]
         program.add(ik_step.confine, len(self._limits), *numbers)
         if not self.tree.compiled:
             program.call(self._prepare)
