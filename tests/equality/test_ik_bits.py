@@ -79,3 +79,12 @@ def test_another_seed_begins_elsewhere_but_not_where_no_restart_was_needed(whole
     assert (other.q[at_once] == found.q[at_once]).all()
     assert (other.q[~at_once] != found.q[~at_once]).any()
     same(robot.ik(T, seed=1), other)
+
+
+def test_a_start_beyond_half_a_turn_is_the_same_alone_and_late_in_a_batch():
+    arm = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 0.7, 0]], home=[0.1, 0.1])
+    T = arm.fk([[0.5, 0.6]] * 100)
+    found = arm.ik(T, [5.0, -4.0], mask="position", threads=1)
+    for i in (0, 7, 8, 99):
+        same(arm.ik(T[i], [5.0, -4.0], mask="position"), rows(found, i))
+    np.testing.assert_allclose(found.q[99], [0.5, 0.6], atol=1e-7)

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.base.warned import TWO_TURNS
-from robsim.kernels import kinematics, packed
+from robsim.kernels import kinematics
 
 BATCH = 32 * kinematics.WIDTH + 3  # whole blocks and a part of one
 
@@ -72,19 +72,6 @@ def test_it_does_not_matter_how_coordinates_are_given():
     for way in ways:
         same(robot.fk(way), robot.fk(q))
         same(robot.jacobian(way), robot.jacobian(q))
-
-
-@pytest.mark.parametrize("name", [*rs.robots.names(), "screw", "bare"])
-def test_a_tree_in_two_arrays_is_the_same_tree(name):
-    joints = (ROBOTS.get(name) or rs.robots.load(name)).tree.joints
-
-    def arrays(value):
-        return [a for part in value for a in arrays(part)] if isinstance(value, tuple) else [value]
-
-    pairs = zip(arrays(packed.unpack(*packed.pack(joints))), arrays(joints), strict=True)
-    for found, expected in pairs:
-        np.testing.assert_array_equal(found, expected)
-        assert np.asarray(found).dtype == np.asarray(expected).dtype
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])

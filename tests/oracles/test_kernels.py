@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim.kernels import camera, pose, random, se3, solve, tree
+from robsim.kernels import camera, pose, random, se3, solve
 from robsim.robot.frame import Frame
 from robsim.robot.joint import Joint
 from robsim.robot.tree import Tree
@@ -57,10 +57,10 @@ def test_the_coefficient_of_log_agrees_with_60_digits_at_every_angle():
 
 
 def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
-    joints = Tree([Frame("free", "world", Joint("floating"))]).joints
+    tree = Tree([Frame("free", "world", Joint("floating"))])
     for case in stored("pinocchio_freeflyer.json")["cases"]:
         q, V = np.array(case["q"])[:, None].copy(), np.array(case["V"])[:, None]
-        tree.integrate(joints, V, case["dt"], q)
+        tree.flow(q, V, case["dt"])
         expected = np.array(case["q_next"])
         close(q[:3, 0], expected[:3], 2e-13)  # Pinocchio itself is off by 5e-14 near 1e-4 rad
         close(q[3:, 0] * np.sign(q[3:, 0] @ expected[3:]), expected[3:], 1e-14)
@@ -69,14 +69,14 @@ def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
 def test_a_held_velocity_in_the_plane_is_an_arc_to_the_last_digits():
     """Turns of 0, and of 1e-300 to 20 rad; a unicycle where nothing moves sideways."""
     planar, unicycle = (
-        Tree([Frame("cart", "world", Joint(kind))]).joints for kind in ("planar", "unicycle")
+        Tree([Frame("cart", "world", Joint(kind))]) for kind in ("planar", "unicycle")
     )
     for case in stored("arcs_mpmath.json")["cases"]:
         v = np.array(case["v"])[:, None]
         kinds = [(planar, v)] + ([(unicycle, v[::2].copy())] if v[1] == 0 else [])
-        for joints, held in kinds:
+        for tree, held in kinds:
             q = np.array(case["q"])[:, None]
-            tree.integrate(joints, held, case["dt"], q)
+            tree.flow(q, held, case["dt"])
             close(q[:, 0], case["q_next"], 2e-15 + 1e-16 * abs(case["q_next"][2]))
 
 

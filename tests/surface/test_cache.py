@@ -25,6 +25,16 @@ stats = line_features.segments.stats
 hits, misses = (sum(count.values()) for count in (stats.cache_hits, stats.cache_misses))
 print(json.dumps([line_features.__file__, s[2:, 0].tolist(), hits, misses, str(store.CACHE)]))
 """
+SOLVE = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+from robsim.kernels import solve
+x, rank = np.empty((2, 1)), np.empty(1, np.int64)
+solve.least_squares(np.ones((2, 2, 1)), np.ones((2, 1)), 0.0, 1e-9, x, rank)
+hits = sum(solve.least_squares.stats.cache_hits.values())
+print(json.dumps([solve.__file__, x[:, 0].round(14).tolist(), int(rank[0]), hits]))
+"""
 LENGTH = "math.sqrt(x * x + y * y), math.atan2(y, x)"  # of polar_of
 
 
@@ -38,11 +48,11 @@ def copy(tmp_path):
     return tmp_path
 
 
-def start(copy, cache):
+def start(copy, cache, code=CALL):
     """Run a kernel of the copy in a fresh Python: length and angle, hits, misses, cache folder."""
     environment = {**os.environ, "ROBSIM_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", CALL, str(copy)],
+        [sys.executable, "-W", "error", "-c", code, str(copy)],
         capture_output=True,
         text=True,
         check=False,
@@ -83,6 +93,20 @@ def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles
 
     edit(copy / "robsim/kernels/point_features.py", "3.0 * " + LENGTH, LENGTH)
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]  # the old code is still there
+
+
+@pytest.mark.first_start
+def test_a_kept_kernel_finds_the_stages_that_it_calls_by_symbol_kept_or_not(copy):
+    cache = copy / "cache"
+    assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 0]
+    before = compiled(cache)
+    assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 1]
+    assert compiled(cache) == before
+    for stage in ("solve.by_triangle", "singular.truncate", "singular.rotate"):
+        (file,) = cache.rglob(f"{stage}-*.nbc")
+        file.unlink()
+    assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 1]
+    assert compiled(cache).keys() == before.keys()
 
 
 @pytest.mark.first_start

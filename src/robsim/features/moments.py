@@ -49,9 +49,12 @@ class MomentRows(NamedTuple):
 def _moments(seen: Seen, of_marks: bool) -> MomentRows:
     """Add the stage of the moments of a region or of marks, and return their rows."""
     room = seen.program.rows
-    rows, plane = MomentRows(room(2), room(ORDER_4), room(6 * ORDER_3)), room(3)
-    given = seen.N, seen.points, seen.depth, of_marks
-    seen.program.add(features.moments_stage, *given, rows.centre, rows.mu, plane, rows.R)
+    rows = MomentRows(room(2), room(ORDER_4), room(6 * ORDER_3))
+    numbers = seen.N, seen.points, seen.depth, rows.centre, rows.mu, rows.R
+    if of_marks:
+        seen.program.add(features.marks_stage, *numbers)
+    else:
+        seen.program.add(features.region_stage, *numbers, room(3))
     return rows
 
 

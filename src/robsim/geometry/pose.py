@@ -13,7 +13,7 @@ from robsim.base.errors import InputError
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.frame_names import checked_names, joined_names
 from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid
-from robsim.kernels import joints, se3
+from robsim.kernels import se3
 
 
 class Pose:
@@ -105,9 +105,8 @@ class Pose:
         c = c / np.linalg.norm(c, axis=-1, keepdims=True)
         q = np.concatenate([np.broadcast_to(p, (*lead, 3)), np.broadcast_to(c, (*lead, 4))], -1)
         columns = runs_last(q, 1)
-        T = np.zeros((3, 4, columns.shape[-1]))
-        T[[0, 1, 2], [0, 1, 2]] = 1.0
-        joints.fly(columns, T)
+        T = np.empty((3, 4, columns.shape[-1]))
+        se3.from_quaternion(columns, T)
         return _make(homogeneous(T, lead), None)
 
     @property

@@ -13,6 +13,8 @@ from numba.core.compiler import CompileResult
 
 from robsim.kernels import prebuilt, store
 
+LINKED: dict[str, Any] = {}  # the stages that kernels may call, by their symbols
+
 
 class KernelCache:
     """The machine code of one kernel, a file for each list of argument types."""
@@ -32,14 +34,19 @@ class KernelCache:
         for folder, processor in (*places, (store.CACHE, host)):
             found = store.load(folder, self.name, (sig, processor, self.free))
             if found is not None:
-                return CompileResult._rebuild(target_context, *found)
+                symbols, made = found
+                for symbol in symbols:
+                    LINKED[symbol].link()  # else LLVM would end the process
+                return CompileResult._rebuild(target_context, *made)
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel; without a place to write it serves this process alone."""
         key = (sig, data.library.codegen.magic_tuple(), self.free)
+        code = data.library._final_module
+        symbols = [f.name for f in code.functions if f.is_declaration and f.name in LINKED]
         with suppress(OSError):
-            store.save(store.CACHE, self.name, key, data._reduce())
+            store.save(store.CACHE, self.name, key, (symbols, data._reduce()))
 
     def flush(self) -> None:
         """Keep what there is, which Numba asks to forget when it compiles a function again."""

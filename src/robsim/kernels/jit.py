@@ -8,13 +8,21 @@ from numba.core import event
 
 from robsim.kernels.cache import KernelCache
 from robsim.kernels.notice import NOTICE
+from robsim.kernels.uncollected import Uncollected
 
-event.register("numba:compile", NOTICE)
+for _listener in (NOTICE, Uncollected()):
+    event.register("numba:compile", _listener)
 
 
-def kernel(function: Callable[..., Any], inline: str = "never") -> Callable[..., Any]:
-    """Compile for run-last float64 arrays: no GIL, IEEE division, no fast-math, cached on disk."""
+def kernel(
+    function: Callable[..., Any], inline: str = "never", address: bool = False
+) -> Callable[..., Any]:
+    """Compile for run-last float64 arrays: no GIL, IEEE division, no fast-math, cached on disk.
+
+    It is called by Python and by kernels, or else by its `address`.
+    """
     options: Any = {"nogil": True, "error_model": "numpy", "inline": inline}
+    options |= {"no_cpython_wrapper": address, "no_cfunc_wrapper": not address}
     compiled: Any = numba.njit(**options)(function)
     if compiled is not function:  # as it is where Numba is told not to compile
         compiled._cache = KernelCache(function)

@@ -18,8 +18,14 @@ NEAR = 0.8  # what a small turn is worth against third moments that contradict i
 
 @part
 def _size(of_marks, m, b):
-    """Return the size: mu00 of a region, mu20 + mu02 of a set of marks; or its rate."""
+    """Return the size: mu00 of a region, mu20 + mu02 of a set of marks."""
     return m[3, b] + m[5, b] if of_marks else m[0, b]
+
+
+@part
+def _size_rate(of_marks, R, c, b):
+    """Return the rate of the size by component c of the twist."""
+    return R[3, c, b] + R[5, c, b] if of_marks else R[0, c, b]
 
 
 @part
@@ -28,9 +34,9 @@ def _orientation(mu, b):
 
 
 @part
-def _orientation_rate(mu, rate, b):
+def _orientation_rate(mu, R, c, b):
     across, twice = mu[3, b] - mu[5, b], 2.0 * mu[4, b]
-    turn = across * 2.0 * rate[4, b] - twice * (rate[3, b] - rate[5, b])
+    turn = across * 2.0 * R[4, c, b] - twice * (R[3, c, b] - R[5, c, b])
     return 0.5 * turn / (across * across + twice * twice)
 
 
@@ -87,10 +93,9 @@ def basic(of_marks, centre, mu, s):
 def basic_rates(of_marks, mu, R, L):
     """Compute L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
     for c in range(6):
-        rate = R[:, c]
         for b in range(mu.shape[1]):
-            L[0, c, b], L[1, c, b], L[2, c, b] = _size(of_marks, rate, b), rate[1, b], rate[2, b]
-            L[3, c, b] = _orientation_rate(mu, rate, b)
+            L[0, c, b], L[1, c, b] = _size_rate(of_marks, R, c, b), R[1, c, b]
+            L[2, c, b], L[3, c, b] = R[2, c, b], _orientation_rate(mu, R, c, b)
 
 
 @part
@@ -121,18 +126,17 @@ def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
 def decoupled_rates(of_marks, centre, mu, R, s, L):
     """Compute L[6, 6, b] of the decoupled s[6, b], from the rates R[k, 6, b] of the moments."""
     for c in range(6):
-        rate = R[:, c]
         for b in range(mu.shape[1]):
             an = s[2, b]
-            an_rate = -0.5 * an * _size(of_marks, rate, b) / _size(of_marks, mu, b)
+            an_rate = -0.5 * an * _size_rate(of_marks, R, c, b) / _size(of_marks, mu, b)
             _rho, px, py, spread = _skewness(mu, b)
-            dx, dy, square = rate[6, b] + rate[8, b], rate[7, b] + rate[9, b], px * px + py * py
-            alpha_rate = _orientation_rate(mu, rate, b)
-            growth = (px * dx + py * dy) / square + 0.5 * rate[0, b] / mu[0, b]
-            growth -= 1.5 * (rate[3, b] + rate[5, b]) / spread
+            dx, dy, square = R[6, c, b] + R[8, c, b], R[7, c, b] + R[9, c, b], px * px + py * py
+            alpha_rate = _orientation_rate(mu, R, c, b)
+            growth = (px * dx + py * dy) / square + 0.5 * R[0, c, b] / mu[0, b]
+            growth -= 1.5 * (R[3, c, b] + R[5, c, b]) / spread
             turn = 2.0 * ((px * dy - py * dx) / square - alpha_rate)
-            L[0, c, b] = an_rate * centre[0, b] + an * rate[1, b]
-            L[1, c, b] = an_rate * centre[1, b] + an * rate[2, b]
+            L[0, c, b] = an_rate * centre[0, b] + an * R[1, c, b]
+            L[1, c, b] = an_rate * centre[1, b] + an * R[2, c, b]
             L[2, c, b] = an_rate
             L[3, c, b] = growth * s[3, b] - turn * s[4, b]
             L[4, c, b] = growth * s[4, b] + turn * s[3, b]
@@ -140,19 +144,21 @@ def decoupled_rates(of_marks, centre, mu, R, s, L):
 
 
 @stage
-def moments_stage(p, w, step):
-    """Compute moments and their rates: (N, points, depth, of marks, centre, mu, plane, R)."""
-    N, of_marks = p[0], p[3] != 0
-    x, Z, centre = matrix(w, p[1], N, 2), vector(w, p[2], N), vector(w, p[4], 2)
-    R = matrix(w, p[7], ORDER_3, 6)
-    if of_marks:
-        marks(x, centre, vector(w, p[5], ORDER_3))
-        marks_rates(x, Z, centre, R)
-    else:
-        mu, ABC = vector(w, p[5], ORDER_4), vector(w, p[6], 3)
-        region(x, centre, mu)
-        plane(x, Z, ABC)
-        region_rates(ABC, centre, mu, R)
+def marks_stage(p, w, step):
+    """Compute the moments of marks and their rates: (N, points, depth, centre, mu, R)."""
+    x, Z, centre = matrix(w, p[1], p[0], 2), vector(w, p[2], p[0]), vector(w, p[3], 2)
+    marks(x, centre, vector(w, p[4], ORDER_3))
+    marks_rates(x, Z, centre, matrix(w, p[5], ORDER_3, 6))
+
+
+@stage
+def region_stage(p, w, step):
+    """Compute the moments of a region and their rates: (N, points, depth, centre, mu, R, plane)."""
+    x, Z, centre = matrix(w, p[1], p[0], 2), vector(w, p[2], p[0]), vector(w, p[3], 2)
+    mu, ABC = vector(w, p[4], ORDER_4), vector(w, p[6], 3)
+    region(x, centre, mu)
+    plane(x, Z, ABC)
+    region_rates(ABC, centre, mu, matrix(w, p[5], ORDER_3, 6))
 
 
 @stage

@@ -1,91 +1,79 @@
-"""Damped least squares by normal equations and Cholesky factors, for many small systems.
+"""Damped least squares by normal equations and Cholesky factors, on blocks of runs.
 
 Faster than `robsim.kernels.solve`, and good for steps that are damped: the condition number is
 squared, so an undamped system that is nearly singular is not for these.
 """
 
-import math
-
-import numpy as np
-
-from robsim.kernels.jit import kernel, part
+from robsim.kernels.jit import part
+from robsim.kernels.lanes import get, put, sqrt
+from robsim.kernels.stage import stage
 
 
 @part
-def _gram(A, damping, H):
-    """Compute the lower half of H[k, k, b] = A'A, or A A' if smaller, plus damping[b] identity."""
-    wide = A.shape[0] < A.shape[1]
-    for i in range(H.shape[0]):
+def _gram(w, A, k, n, damping, H):
+    """Compute the lower half of H[m, m] = A'A, or A A' if that is smaller, plus damping."""
+    m, apart, along = (k, n, 1) if k < n else (n, 1, n)
+    for i in range(m):
         for j in range(i + 1):
-            for b in range(H.shape[2]):
-                H[i, j, b] = damping[b] if i == j else 0.0
-            for k in range(max(A.shape[0], A.shape[1])):
-                for b in range(H.shape[2]):
-                    H[i, j, b] += A[i, k, b] * A[j, k, b] if wide else A[k, i, b] * A[k, j, b]
+            a, b = A + i * apart, A + j * apart
+            total = (1.0 if i == j else 0.0) * damping
+            for r in range(max(k, n)):
+                total = total + get(w, a + r * along) * get(w, b + r * along)
+            put(w, H + m * i + j, total)
 
 
 @part
-def _factorise(H):
+def _factorise(w, H, m):
     """Replace the lower half of H by L with H = L L' and an inverted diagonal, in place."""
-    for j in range(H.shape[0]):
-        for k in range(j):
-            for i in range(j, H.shape[0]):
-                for b in range(H.shape[2]):
-                    H[i, j, b] -= H[i, k, b] * H[j, k, b]
-        for b in range(H.shape[2]):
-            H[j, j, b] = 1.0 / math.sqrt(H[j, j, b])
-        for i in range(j + 1, H.shape[0]):
-            for b in range(H.shape[2]):
-                H[i, j, b] *= H[j, j, b]
+    for j in range(m):
+        for i in range(j, m):
+            total = get(w, H + m * i + j)
+            for k in range(j):
+                total = total - get(w, H + m * i + k) * get(w, H + m * j + k)
+            if i == j:
+                put(w, H + m * i + j, 1.0 / sqrt(total))
+            else:
+                put(w, H + m * i + j, total * get(w, H + m * j + j))
 
 
 @part
-def _substitute(H, x):
+def _substitute(w, H, m, x):
     """Replace x by (L L')^-1 x, by forward and back substitution, in place."""
-    n = H.shape[0]
-    for i in range(n):
+    for i in range(m):
+        total = get(w, x + i)
         for k in range(i):
-            for b in range(x.shape[1]):
-                x[i, b] -= H[i, k, b] * x[k, b]
-        for b in range(x.shape[1]):
-            x[i, b] *= H[i, i, b]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            for b in range(x.shape[1]):
-                x[i, b] -= H[k, i, b] * x[k, b]
-        for b in range(x.shape[1]):
-            x[i, b] *= H[i, i, b]
+            total = total - get(w, H + m * i + k) * get(w, x + k)
+        put(w, x + i, total * get(w, H + m * i + i))
+    for i in range(m - 1, -1, -1):
+        total = get(w, x + i)
+        for k in range(i + 1, m):
+            total = total - get(w, H + m * k + i) * get(w, x + k)
+        put(w, x + i, total * get(w, H + m * i + i))
 
 
-@kernel
-def transposed_product(A, y, x):
-    """Compute x[n, b] = A' y for A[m, n, b] and y[m, b]."""
-    for j in range(A.shape[1]):
-        for b in range(x.shape[1]):
-            x[j, b] = 0.0
-        for i in range(A.shape[0]):
-            for b in range(x.shape[1]):
-                x[j, b] += A[i, j, b] * y[i, b]
+def room_of(k: int, n: int) -> int:
+    """Return how many rows `damped_step` needs to work in."""
+    m = min(k, n)
+    return m * m + m
 
 
-@kernel
-def damped_step(A, y, downhill, damping, x):
-    """Compute x[n, b] = argmin ||A x - y||^2 + damping[b] ||x||^2, for downhill[n, b] = A' y.
+@stage
+def damped_step(p, w, step):
+    """Compute x = argmin ||A x - y||^2 + damping ||x||^2: (A, k, n, y, A' y, damping, x, room).
 
     (A'A + damping I)^-1 A' y = A' (A A' + damping I)^-1 y: the smaller system is solved.
     """
-    wide = A.shape[0] < A.shape[1]
-    n = min(A.shape[0], A.shape[1])
-    H, z = np.empty((n, n, A.shape[2])), np.empty((n, A.shape[2]))
-    _gram(A, damping, H)
-    _factorise(H)
+    A, k, n, y, x, m = p[0], p[1], p[2], p[3], p[6], min(p[1], p[2])
+    H, z = p[7], p[7] + m * m
+    _gram(w, A, k, n, get(w, p[5]), H)
+    _factorise(w, H, m)
+    for i in range(m):
+        put(w, z + i, get(w, (y if k < n else p[4]) + i))
+    _substitute(w, H, m, z)
     for i in range(n):
-        for b in range(A.shape[2]):
-            z[i, b] = y[i, b] if wide else downhill[i, b]
-    _substitute(H, z)
-    if wide:
-        transposed_product(A, z, x)
-    else:
-        for i in range(n):
-            for b in range(A.shape[2]):
-                x[i, b] = z[i, b]
+        total = get(w, z + (0 if k < n else i))
+        if k < n:
+            total = total * get(w, A + i)
+            for r in range(1, k):
+                total = total + get(w, A + n * r + i) * get(w, z + r)
+        put(w, x + i, total)

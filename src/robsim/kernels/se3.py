@@ -100,6 +100,16 @@ def quaternion_to_rotation(x, y, z, w):
 
 
 @kernel
+def from_quaternion(q, T):
+    """Compute T[3, 4, b] of a position and a unit quaternion x y z w, q[7, b]."""
+    for b in range(q.shape[1]):
+        rows = quaternion_to_rotation(q[3, b], q[4, b], q[5, b], q[6, b])
+        for r in range(3):
+            T[r, 0, b], T[r, 1, b], T[r, 2, b] = rows[r]
+            T[r, 3, b] = q[r, b]
+
+
+@kernel
 def exp_quaternion(wx, wy, wz):
     """Return the unit quaternion of the rotation vector w."""
     theta = math.sqrt(wx * wx + wy * wy + wz * wz)

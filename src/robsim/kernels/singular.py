@@ -9,6 +9,8 @@ import numpy as np
 from robsim.kernels.block import gather_row, scatter_row, scatter_rows
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
+from robsim.kernels.linked import linked
+from robsim.kernels.stage import stage
 
 SWEEPS = 60  # at most; six or seven are usual
 STRAIGHT = 1e-15  # cosine of the angle between two columns that counts as zero
@@ -54,19 +56,6 @@ def _orthogonalise(block, G, rows, n, V):
 
 
 @part
-def decompose(block, G, rows, n, V, sigma):
-    """Rotate n columns of so many rows until they are orthogonal, of lengths sigma; V' turns back.
-
-    Of a matrix A = G V' the columns G are replaced in place, and V (n, n) is orthogonal.
-    """
-    for j in range(n):
-        for i in range(n):
-            put(block, V + j * n + i, 1.0 if i == j else 0.0)
-    _orthogonalise(block, G, rows, n, V)
-    _lengths(block, G, rows, n, sigma)
-
-
-@part
 def _lengths(block, G, rows, n, out):
     """Compute the length of each of n columns."""
     for j in range(n):
@@ -75,6 +64,29 @@ def _lengths(block, G, rows, n, out):
         for i in range(1, rows):
             square = square + get(block, at + i) * get(block, at + i)
         put(block, out + j, sqrt(square))
+
+
+@stage
+def rotate(p, block, step):
+    """Rotate columns until they are orthogonal, of lengths sigma: (G, rows, n, V, sigma)."""
+    G, rows, n, V, sigma = p[0], p[1], p[2], p[3], p[4]
+    for j in range(n):
+        for i in range(n):
+            put(block, V + j * n + i, 1.0 if i == j else 0.0)
+    _orthogonalise(block, G, rows, n, V)
+    _lengths(block, G, rows, n, sigma)
+
+
+_rotated = linked(rotate)
+
+
+@part
+def decompose(block, G, rows, n, V, sigma):
+    """Rotate n columns of so many rows until they are orthogonal, of lengths sigma; V' turns back.
+
+    Of a matrix A = G V' the columns G are replaced in place, and V (n, n) is orthogonal.
+    """
+    _rotated(block, (G, rows, n, V, sigma))
 
 
 @part
@@ -89,23 +101,29 @@ def greatest(block, x, n):
 def scratch_of(k: int, n: int) -> int:
     """Return how many rows `truncated` needs to work in."""
     p, q = max(k, n), min(k, n)
-    return p * q + q * q + q
+    return 1 + p * q + q * q + q
 
 
-@kernel
-def truncated(block, A, k, n, y, rcond, x, scratch):
-    """Compute x = A^+ y without singular values below rcond * largest, and return the rank.
+scratch_rows = part(scratch_of)
 
-    `scratch_of` says how many rows `scratch` has.
+
+@stage
+def truncate(p, block, step):
+    """Compute x = A^+ y without small singular values: (A, k, n, y, x, scratch).
+
+    The first row of `scratch` holds the share of the largest singular value below which they count
+    as zero, and then the rank.
     """
-    wide, q, p = k < n, min(k, n), max(k, n)
-    G, V, sigma = scratch, scratch + p * q, scratch + p * q + q * q
+    A, k, n, y, x, scratch = p[0], p[1], p[2], p[3], p[4], p[5]
+    wide, q, tall = k < n, min(k, n), max(k, n)
+    rcond, G = get(block, scratch), scratch + 1
+    V, sigma = G + tall * q, G + tall * q + q * q
     for j in range(q):
-        for i in range(p):
-            put(block, G + j * p + i, get(block, A + (j * n + i if wide else i * n + j)))
-    decompose(block, G, p, q, V, sigma)
+        for i in range(tall):
+            put(block, G + j * tall + i, get(block, A + (j * n + i if wide else i * n + j)))
+    decompose(block, G, tall, q, V, sigma)
     least = rcond * greatest(block, sigma, q)
-    left, height, right, width = (V, q, G, p) if wide else (G, p, V, q)
+    left, height, right, width = (V, q, G, tall) if wide else (G, tall, V, q)
     rank = 0.0 * least
     for i in range(n):
         put(block, x + i, rank)
@@ -119,7 +137,21 @@ def truncated(block, A, k, n, y, rcond, x, scratch):
         along = where(counts, along / (size * size), 0.0)
         for i in range(n):
             put(block, x + i, get(block, x + i) + get(block, right + j * width + i) * along)
-    return rank
+    put(block, scratch, rank)
+
+
+_truncate = linked(truncate)
+
+
+@part
+def truncated(block, A, k, n, y, rcond, x, scratch):
+    """Compute x = A^+ y without singular values below rcond * largest, and return the rank.
+
+    `scratch_of` says how many rows `scratch` has.
+    """
+    put(block, scratch, rcond)
+    _truncate(block, (A, k, n, y, x, scratch))
+    return get(block, scratch)
 
 
 @kernel

@@ -12,7 +12,10 @@ import numpy as np
 from robsim.kernels.block import gather_rows, scatter_rows
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, get, put, some, sqrt, where
+from robsim.kernels.linked import linked
+from robsim.kernels.singular import scratch_rows as truncated_rows
 from robsim.kernels.singular import truncated
+from robsim.kernels.stage import stage
 
 
 @kernel
@@ -140,18 +143,19 @@ def scratch_of(k: int, n: int) -> int:
 scratch_rows = part(scratch_of)
 
 
-@kernel
-def _by_triangle(block, A, k, n, y, damping, x, scratch):
-    """Compute x = A^+ y by a QR factorisation; return a bound of the condition number of A.
+@stage
+def by_triangle(numbers, block, step):
+    """Compute x = A^+ y by a QR factorisation: (A, k, n, y, damping or -1, x, scratch).
 
-    `damping` is a row, or -1 where there is none.
+    The first row of `scratch` becomes a bound of the condition number of A.
     """
+    A, k, n, y, damping, x = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
     wide, m, p = k < n, min(k, n), max(k, n)
     rows = p + m if damping >= 0 else p
-    Q, R = scratch, scratch + rows * m
+    bound = numbers[6]
+    Q, R = bound + 1, bound + 1 + rows * m
     inverse = R + m * m
     wanted, found = inverse + m * m, inverse + m * m + rows
-    bound = found + p + m
     for j in range(m):
         for i in range(p):
             put(block, Q + j * rows + i, get(block, A + (j * n + i if wide else i * n + j)))
@@ -172,7 +176,19 @@ def _by_triangle(block, A, k, n, y, damping, x, scratch):
         _solve_tall(block, Q, rows, m, inverse, wanted, found)
     for i in range(n):
         put(block, x + i, get(block, found + i))
-    return get(block, bound)
+
+
+_triangle = linked(by_triangle)
+
+
+@part
+def _by_triangle(block, A, k, n, y, damping, x, scratch):
+    """Compute x = A^+ y by a QR factorisation; return a bound of the condition number of A.
+
+    `damping` is a row, or -1 where there is none.
+    """
+    _triangle(block, (A, k, n, y, damping, x, scratch))
+    return get(block, scratch)
 
 
 @part
@@ -181,8 +197,7 @@ def _truncate(block, A, k, n, y, rcond, doubtful, x, full, scratch):
 
     A run whose A is not finite is NaN.
     """
-    m, p = min(k, n), max(k, n)
-    other = scratch + p * m + m * m + m
+    other = scratch + truncated_rows(k, n)
     rank = truncated(block, A, k, n, y, rcond, other, scratch)
     total = 0.0 * get(block, A)
     for i in range(1, k * n):

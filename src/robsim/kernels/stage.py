@@ -8,7 +8,7 @@ alone, for any scene, and a program of them is a list of addresses.
 from collections.abc import Callable
 from typing import Any
 
-from llvmlite import ir
+from llvmlite import binding, ir
 from numba import types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
@@ -26,7 +26,8 @@ class Stage:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = function.__qualname__
-        self._compiled: Any = kernel(function)
+        self.symbol = f"robsim.{function.__module__}.{self.name}"
+        self._compiled: Any = kernel(function, address=True)
         self._address = 0
 
     @property
@@ -40,6 +41,10 @@ class Stage:
             wrapper = made.fndesc.llvm_cfunc_wrapper_name
             self._address = made.library.get_pointer_to_function(wrapper)
         return self._address
+
+    def link(self) -> None:
+        """Let machine code find it by its symbol."""
+        binding.add_symbol(self.symbol, self.address)
 
 
 def stage(function: Callable[..., Any]) -> Stage:

@@ -3,7 +3,6 @@
 import math
 from typing import Any, NamedTuple
 
-from robsim.kernels import curve
 from robsim.kernels.jit import kernel
 
 MIMIC, CHORD, ACKERMANN = 0, 1, 2
@@ -38,37 +37,3 @@ def steered(angle, wheelbase, x, y):
     c, s = math.cos(angle), math.sin(angle)
     near, far = wheelbase * c - y * s, x * s
     return math.atan2(far, near), x * wheelbase / (near * near + far * far)
-
-
-@kernel
-def depend(ties, curves, x, ratio):
-    """Fill the rows of x[:, b] that depend on others, and their derivatives."""
-    first = x.shape[0] - ties.rows.shape[0]
-    for i in range(ties.rows.shape[0]):
-        kind, source, row, which, gives = ties.rows[i]
-        above = 0 if source < first else ties.rows[source - first, 2]
-        for b in range(x.shape[1]):
-            u, v, w = ties.numbers[i]
-            if kind == CHORD:
-                x[first + i, b], slope = curve.chord(curves, which, x[source, b], u, v, w, gives)
-            elif kind == ACKERMANN:
-                x[first + i, b], slope = steered(x[source, b], u, v, w)
-            else:
-                x[first + i, b], slope = u * x[source, b] + v, u
-            ratio[row, b] = slope * ratio[above, b]
-
-
-@kernel
-def spin(wheels, x, ratio):
-    """Compute the factors of v and omega of a vehicle in the speeds of its wheels, in rad/s.
-
-    The hub at (x, y) moves at (v - omega y, omega x); a wheel of radius R, turned by the angle h,
-    rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
-    """
-    for i in range(wheels.rows.shape[0]):
-        _, _, steering, row = wheels.rows[i]
-        R, X, Y = wheels.numbers[i]
-        for b in range(x.shape[1]):
-            angle = x[steering, b] if steering >= 0 else 0.0
-            c, s = math.cos(angle), math.sin(angle)
-            ratio[row, b], ratio[row + 1, b] = c / R, (s * X - c * Y) / R

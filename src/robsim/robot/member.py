@@ -8,7 +8,6 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.kernels.tree import Bodies
 from robsim.robot.joints.kind import JointKind
 
 
@@ -23,7 +22,7 @@ class Member(NamedTuple):
 
 
 class OwnMotion(NamedTuple):
-    """A joint of a user's kind, which writes its motion into the arrays that the kernels read.
+    """A joint of a user's kind, whose motion Python writes where the stages read it.
 
     The twist of each of its velocities is six moves along and about the axes of its body, whose
     ratios are the components of the twist.
@@ -58,11 +57,6 @@ class OwnMotion(NamedTuple):
         """Return the motion (12, B) and the twists (6 nv, B) at q[n, b]."""
         motion, twists = self.at(q)
         return motion.reshape(12, -1), twists
-
-    def put(self, q: Array, out: Bodies) -> None:
-        """Write the poses and twists of the joint at coordinates q[n, b] to `out`."""
-        out.poses[self.member.body], twists = self.at(q)
-        out.ratio[self.first : self.first + len(twists)] = twists
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move its rows of q[n, b] by velocities v[m, b] held for dt seconds, in place."""

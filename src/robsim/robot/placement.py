@@ -11,9 +11,8 @@ import numpy as np
 from robsim.base.arrays import Array, runs_first, runs_last
 from robsim.geometry.pose import homogeneous
 from robsim.kernels import kinematics as kernels
-from robsim.kernels.commanding import copied
 from robsim.kernels.program import Program
-from robsim.robot.placed import Placed, add_jacobian
+from robsim.robot.placed import Placed, add_base_jacobian
 from robsim.robot.tree import Tree
 
 
@@ -61,10 +60,7 @@ class Placement:
         """The arguments of the kernel of the Jacobian, at the frame in axes of the world."""
         placed, (T, *_) = self._placed()
         program, moves = placed.program, self.tree.moves(self.tree.carried(self.names[0]))
-        here = program.constant(np.eye(3, 4))
-        for r in (3, 7, 11):
-            program.add(copied, 1, T + r, here + r)
-        J = add_jacobian(program, placed.poses, placed.ratio, here, moves)
+        J = add_base_jacobian(program, placed.poses, placed.ratio, T, moves)
         return *program.prepared(), placed.q, J
 
 

@@ -13,7 +13,6 @@ from robsim.base.arrays import Array, frozen, runs_last
 from robsim.base.errors import FrameError, suggest
 from robsim.kernels import jacobian as jacobians
 from robsim.kernels import joints as motions
-from robsim.kernels import packed
 from robsim.kernels import tree as kernels
 from robsim.kernels.commanding import along, copied
 from robsim.kernels.program import Function, Program
@@ -22,6 +21,7 @@ from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Steering
 from robsim.robot.joints.kind import JointKind
 from robsim.robot.member import Member, OwnMotion
+from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed, add_jacobian, frame_jacobian
 
 Runs = NDArray[np.int64] | None
@@ -53,15 +53,10 @@ class Tree:
         self._motions: dict[str, Function] = {}  # by frame, made once
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(built.cars)
 
-    @cached_property
-    def packed(self) -> tuple[NDArray[np.int64], Array]:
-        """The joints in two arrays, which kernels unpack."""
-        arrays: tuple[NDArray[np.int64], Array] = packed.pack(self.joints)
-        return arrays
-
     def __getstate__(self) -> dict[str, Any]:
         """Return all but the programs, whose machine code is that of one process."""
-        rest = {name: value for name, value in vars(self).items() if name != "_bodies"}
+        made = "_bodies", "_flow"
+        rest = {name: value for name, value in vars(self).items() if name not in made}
         return rest | {"_motions": {}}
 
     def find(self, name: str) -> tuple[int, Array]:
@@ -69,11 +64,6 @@ class Tree:
         if name not in self.where:
             raise FrameError(f"no frame {name!r}; {suggest(name, self.where, 'frames')}")
         return self.where[name]
-
-    def room(self, runs: int) -> kernels.Bodies:
-        """Return arrays for bodies that are not placed yet."""
-        poses = np.empty((len(self.parent), 3, 4, runs))
-        return kernels.Bodies(poses, np.empty((self.joints.ratios, runs)))
 
     def bodies(self, q: Array, runs: Runs = None) -> kernels.Bodies:
         """Return the poses of all bodies at coordinates q[n, b], which are those of `runs` (b,).
@@ -139,11 +129,6 @@ class Tree:
         """Whether the whole tree is compiled: no joint is of a user's own kind."""
         return not self.own
 
-    def prepare(self, q: Array, out: kernels.Bodies) -> None:
-        """Write the motions of joints of the user's kinds, before a kernel places bodies."""
-        for each in self.own:
-            each.put(q, out)
-
     def frame(self, bodies: kernels.Bodies, name: str, runs: Runs = None) -> Array:
         """Return the pose T[3, 4, b] of a frame, of `runs` as in `bodies`."""
         body, offset = self.find(name)
@@ -179,9 +164,22 @@ class Tree:
 
     def flow(self, q: Array, v: Array, seconds: float) -> None:
         """Move q[n, b] along the motions of velocities v[m, b], without the limits of steering."""
-        kernels.integrate(self.joints, v, seconds, q)
+        if q.size:
+            q[:] = self._flow(np.concatenate([q, v, np.full((1, q.shape[1]), seconds)]))
         for each in self.own:
             each.advance(q, v, seconds)
+
+    @cached_property
+    def _flow(self) -> Function:
+        """The coordinates after velocities were held, from both and the seconds."""
+        program = Program()
+        q, v, dt = program.rows(self.nq), program.rows(self.nv), program.rows()
+        if len(self.joints.wheels.rows):
+            placed = Placed(program, self.joints, q, self.nq)
+            placed.follow()
+            add_rolling(program, self.joints, q, v, placed.ratio, dt)
+        add_motion(program, self.joints, q, v + np.arange(self.nv), dt)
+        return Function(program, q, q, self.nq)
 
     def driven(self, q: Array, v: Array) -> Array:
         """Return the velocities v[m, b] that the steering angles of cars allow."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.kernels import joints as kinds
 from robsim.kernels import moving
 from robsim.kernels.actuation import follow_stage
 from robsim.kernels.commanding import copied
 from robsim.kernels.program import Program
-from robsim.kernels.tree import IQ, IV, KIND
+from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed
 from robsim.run.chunk import Chunk
 from robsim.run.drives import Drives, Period
@@ -40,23 +39,8 @@ class Plant:
             return
         v = self._follow() if self.drives.actuation.moves else self.qd
         joints = self.scene.tree.joints
-        steady: list[int] = []
-        for row in joints.rows[1:]:
-            kind, q, rate = row[KIND], self.q + row[IQ], v + row[IV]
-            if row[IV] < 0:
-                continue  # what depends on others moves with them
-            if kind == kinds.FLOATING:
-                self.program.add(moving.fly, self.dt, q, rate)
-            elif kind in (kinds.PLANAR, kinds.UNICYCLE, kinds.CAR):
-                count = 3 if kind == kinds.PLANAR else 2
-                self.program.add(moving.glide, self.dt, q, rate, count)
-            else:
-                steady += [q, rate]
-        if steady:
-            self.program.add(moving.run, self.dt, len(steady) // 2, *steady)
-        for n, m, _, k in joints.wheels.rows:
-            ratio = self.placed.ratio + k
-            self.program.add(moving.roll, self.dt, self.q + n, v + m, ratio)
+        add_motion(self.program, joints, self.q, v + np.arange(self.scene.nv), self.dt)
+        add_rolling(self.program, joints, self.q, v, self.placed.ratio, self.dt)
 
     @property
     def _is_compiled(self) -> bool:

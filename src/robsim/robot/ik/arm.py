@@ -6,18 +6,28 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.kernels import ik_step, random
+from robsim.kernels import random
 from robsim.robot.assembly import integers
+from robsim.robot.placement import Placement
 from robsim.robot.tree import Tree
 
 FARTHEST = 1e9  # metres or radians: larger numbers could overflow; files use them for no limit
 FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins, without limits
+
+
+class Bounds(NamedTuple):
+    """The limits of coordinates."""
+
+    row: NDArray[np.int64]  # of each velocity that carries the link, its only coordinate, or -1
+    low: Array  # (nq,), infinite where there is none
+    high: Array
+    turns: NDArray[np.bool_]  # (nq,) whether a whole turn changes nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +67,7 @@ class Arm:
         return Arm(self.tree, self.link, nowhere, self.home, self.units, self.velocities)
 
     @cached_property
-    def bounds(self) -> ik_step.Bounds:
+    def bounds(self) -> Bounds:
         """The limits; a joint without limits is kept within half a turn of zero."""
         row = self.tree.alone(self.columns)
         turns = np.zeros(len(self.limits), dtype=np.bool_)
@@ -67,10 +77,10 @@ class Arm:
         endless = turns & np.isinf(self.limits).all(axis=1)
         low, high = self.limits.T.copy()
         low[endless], high[endless] = -math.pi, math.pi
-        return ik_step.Bounds(row, frozen(low), frozen(high), frozen(turns))
+        return Bounds(row, frozen(low), frozen(high), frozen(turns))
 
     def starts(self, count: int, seed: int) -> tuple[Array, Array]:
-        """Return starts of further searches, q (nq, k), and the link's poses (3, 4, k) there.
+        """Return starts of further searches, q (nq, k), and the link's poses (k, 12) there.
 
         Uniform within the limits, by the seed and the number of the start alone, the same for every
         run: so a run has the same bits in every batch.
@@ -98,8 +108,9 @@ class Arm:
         q = np.repeat(self.home[:, None], count, axis=1)
         rows = bounds.row[bounds.row >= 0]
         q[rows] = (low[:, None] + share * (high - low)[:, None])[rows]
-        poses = self.tree.frame(self.tree.bodies(q), self.link)
-        return frozen(q), frozen(poses)
+        poses = np.empty((count, 4, 4))
+        Placement(self.tree, [self.link]).poses(np.ascontiguousarray(q.T), poses)
+        return frozen(q), frozen(poses.reshape(count, 16)[:, :12].copy())
 
     @cached_property
     def kept(self) -> dict[Any, Any]:

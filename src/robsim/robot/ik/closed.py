@@ -22,8 +22,10 @@ from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, homogeneous
 from robsim.kernels import closed_ik as kernels
 from robsim.kernels.closed_ik import TRUE
+from robsim.kernels.program import Program
 from robsim.robot.ik.arm import Arm
 from robsim.robot.joint import LIMIT_SLACK
+from robsim.robot.placed import Placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +64,10 @@ class _Axes:
 
 @dataclass(frozen=True)
 class _Form:
-    """The closed form of an arm: how many solutions there are, and what the kernel is given."""
+    """The closed form of an arm: how many solutions there are, and the stages that find them."""
 
     solutions: int
-    axes: tuple[Any, ...]  # the fields of `kernels.Axes`
-    rows: NDArray[np.int64]
-    bounds: Array  # (nq, 2), with room for rounding
+    prepared: tuple[Any, ...]
 
 
 def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
@@ -85,13 +85,7 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     valid, within = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
     rows = len(goals), form.solutions
     found = q.reshape(*rows, len(arm.home)), valid.reshape(rows), within.reshape(rows)
-    kernels.solve(
-        *(*arm.tree.packed, *arm.place),
-        *form.axes,
-        *(form.rows, form.bounds, arm.home, off),
-        goals,
-        *found,
-    )
+    kernels.solve(*form.prepared, off, goals, *found)
     return ClosedIK(frozen(q), frozen(valid), frozen(within))
 
 
@@ -104,11 +98,30 @@ def _form(arm: Arm) -> _Form:
     tool = np.stack([turned @ (centre - found.T[:3, 3]), turned @ h[-1], turned @ h[-2]])
     corners = np.stack([p[0], p[1], p[2], *p[3:][: len(h) == 5], centre]) - p[0]
     z, x = base[2] @ corners.T, base[0] @ corners.T
-    constants = base, p[0], tool, h[3:] @ base.T, np.diff(z + 1j * x), h[2:4] @ h[1]
-    arrays = (frozen(np.ascontiguousarray(array)) for array in constants)
-    axes = *arrays, float(base[1] @ corners[-1])
-    bounds = arm.limits + LIMIT_SLACK * np.array([-1.0, 1.0])
-    return _Form(8 if len(h) == 6 else 4, axes, found.rows, frozen(bounds))
+    axes = np.zeros(41)
+    axes[: kernels.WRIST] = np.concatenate([base.ravel(), p[0], tool.ravel()])
+    axes[kernels.WRIST :][: h[3:].size] = (h[3:] @ base.T).ravel()
+    axes[kernels.BARS :][: 2 * len(corners) - 2] = np.column_stack([np.diff(z), np.diff(x)]).ravel()
+    axes[kernels.SIGNS :] = *(h[2:4] @ h[1]), base[1] @ corners[-1]
+    return _Form(8 if len(h) == 6 else 4, _stages(arm, axes, found.rows))
+
+
+def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
+    """Return what the kernel needs of the stages that find solutions and judge them."""
+    program, nq = Program(), arm.tree.nq
+    tolerance, valid, within = program.rows(), program.rows(), program.rows()
+    goal, q = program.rows(12), program.constant(arm.home)
+    limits = program.constant(arm.limits + LIMIT_SLACK * np.array([-1.0, 1.0]))
+    angles = (q + rows).tolist()
+    form = kernels.six if len(rows) == 6 else kernels.five
+    program.add(form, program.constant(axes), goal, *angles)
+    bounded = [part for i in rows for part in (q + i, limits + 2 * i)]
+    program.add(kernels.fold, len(rows), *bounded)
+    placed = Placed(program, arm.tree.joints, q, nq)
+    placed.add()
+    (T,) = placed.frames([arm.place])
+    program.add(kernels.reach, T, goal, tolerance, q, nq, limits, valid, within)
+    return program.prepared()
 
 
 def _axes(arm: Arm) -> _Axes:

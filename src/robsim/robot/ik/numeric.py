@@ -12,8 +12,8 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, suggest
 from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels import ik as kernels
-from robsim.kernels import ik_step
 from robsim.robot.ik.arm import FARTHEST, Arm
+from robsim.robot.ik.descent import Descent
 from robsim.robot.ik.effort import Effort
 from robsim.robot.ik.result import IKReason, IKResult
 from robsim.robot.ik.search import search
@@ -29,11 +29,10 @@ def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
         raise InputError(f"T: no position may be farther than {FARTHEST:g} m")
     lead = common_lead(goal.shape[:-2], q0.shape[:-1], "T and q0")
     goals, first = _runs(goal, lead, 2), _runs(q0, lead, 1)
-    target = _target(arm, mask)
-    found = search(arm, target, goals, first, effort)
-    solved = found.reason == kernels.SOLVED
+    found = search(_descent(arm, mask), goals, first, effort)
+    solved = found.counts[kernels.REASON] == kernels.SOLVED
     if arm.is_limited and np.count_nonzero(solved) < solved.size:
-        _explain_by_limits(arm, target, goals, found, effort)
+        _explain_by_limits(arm, mask, goals, found, effort)
     return _result(found, solved, lead)
 
 
@@ -45,31 +44,29 @@ def _runs(array: Array, lead: tuple[int, ...], axes: int) -> Array:
 
 
 def _explain_by_limits(
-    arm: Arm, target: ik_step.Target, goals: Array, found: kernels.Found, effort: Effort
+    arm: Arm, mask: Any, goals: Array, found: kernels.Found, effort: Effort
 ) -> None:
     """Set whether failures are due to the limits, by a search without limits."""
-    lost = np.flatnonzero(np.isin(found.reason, (kernels.UNREACHABLE, kernels.LIMITS)))
+    reasons = found.counts[kernels.REASON]
+    lost = np.flatnonzero(np.isin(reasons, (kernels.UNREACHABLE, kernels.LIMITS)))
     if lost.size:
-        starts = frozen(found.q[lost])
-        reason = search(arm.free, target, frozen(goals[lost]), starts, effort).reason
-        found.reason[lost[reason == kernels.SOLVED]] = kernels.LIMITS
-        found.reason[lost[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
+        free, starts = _descent(arm.free, mask), frozen(found.q[lost])
+        reason = search(free, frozen(goals[lost]), starts, effort).counts[kernels.REASON]
+        reasons[lost[reason == kernels.SOLVED]] = kernels.LIMITS
+        reasons[lost[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
 
 
-def _target(arm: Arm, mask: Any) -> ik_step.Target:
-    """Return the link and the rows of its pose that count; InputError if no joint moves it."""
+def _descent(arm: Arm, mask: Any) -> Descent:
+    """Return the search of an arm for what of a pose counts; InputError if no joint moves it."""
     named = mask is None or isinstance(mask, str)
     if named and mask in arm.kept:
-        known: ik_step.Target = arm.kept[mask]
+        known: Descent = arm.kept[mask]
         return known
     _check_movable(arm)
-    body, place = arm.place
-    moves = arm.tree.moves(arm.tree.carried(arm.link), arm.columns)
-    weight, rest = _weights(mask), frozen(np.zeros(arm.tree.nv))
-    target = ik_step.Target(body, place, moves, rest, weight, named and mask == "pointing")
+    descent = Descent(arm, _weights(mask), named and mask == "pointing")
     if named:
-        arm.kept[mask] = target
-    return target
+        arm.kept[mask] = descent
+    return descent
 
 
 def _check_movable(arm: Arm) -> None:
@@ -106,7 +103,8 @@ def _weights(mask: Any) -> Array:
 
 def _result(found: kernels.Found, solved: NDArray[np.bool_], lead: tuple[int, ...]) -> IKResult:
     """Return what was found for each run as arrays (...,), or for a single pose as numbers."""
-    rows = solved, found.error, found.iterations, found.restarts, found.reason
+    reason, iterations, restarts = found.counts
+    rows = solved, found.error, iterations, restarts, reason
     q = frozen(found.q.reshape(*lead, found.q.shape[1]))
     if lead:
         return IKResult(q, *(frozen(array.reshape(lead)) for array in rows))
