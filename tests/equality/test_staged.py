@@ -65,6 +65,12 @@ def test_every_stage_is_compiled(scene, name):
     assert loop.sequence.compiled
 
 
+@pytest.mark.parametrize("name", ["unicycle_docking", "chapter_6_2"])
+def test_laws_of_their_own_tasks_are_compiled(name):
+    loop = rs.load_scenario(rs.examples.path(name)).loop()
+    assert not isinstance(loop.controller.law, rs.JointLaw) and loop.sequence.compiled
+
+
 class Asked:
     """A law of a user's, which asks one that is built in."""
 

@@ -176,15 +176,11 @@ def _by_singular_values(w, p):
     G = rest + k
     V, sigma = G + tall * m, G + tall * m + m * m
     room = sigma + m
-    _columns(w, A, k, n, G)
-    decompose(w, G, tall, m, V, sigma)
-    most = _greatest(w, sigma, m)
+    most = _singular_values(w, A, k, n, G, V, sigma)
     total = most
     if free < n:
         _projected(w, A, k, n, P, room + n)
-        _columns(w, room + n, k, n, G)
-        decompose(w, G, tall, m, V, sigma)
-        total = most + _greatest(w, sigma, m)
+        total = most + _singular_values(w, room + n, k, n, G, V, sigma)
     _rest(w, p, rest)
     left, height, right, width = (V, m, G, tall) if k < n else (G, tall, V, m)
     for s in range(m):  # A P = left right', one of them orthonormal
@@ -195,10 +191,14 @@ def _by_singular_values(w, p):
         taken = size > rcond * most
         _take(w, right + width * s, along / (size * size), taken, n, room, qd, P)
     broken = ~(total * 0.0 == 0.0)
+    _spoil(w, qd, n, broken)
+    _spoil(w, P, n * n, broken)
+
+
+@part
+def _spoil(w, x, n, broken):
     for i in range(n):
-        put(w, qd + i, where(broken, np.nan, get(w, qd + i)))
-        for j in range(n):
-            put(w, P + n * i + j, where(broken, np.nan, get(w, P + n * i + j)))
+        put(w, x + i, where(broken, np.nan, get(w, x + i)))
 
 
 @part
@@ -236,12 +236,14 @@ def _take(w, direction, along, taken, n, free, qd, P):
 
 
 @kernel
-def _columns(w, A, k, n, G):
-    """Copy A or A', whichever is tall, column by column."""
-    p = max(k, n)
-    for j in range(min(k, n)):
+def _singular_values(w, A, k, n, G, V, sigma):
+    """Decompose A = G V' or its transpose, whichever is tall; return the largest singular value."""
+    p, m = max(k, n), min(k, n)
+    for j in range(m):
         for i in range(p):
             put(w, G + j * p + i, get(w, A + (j * n + i if k < n else i * n + j)))
+    decompose(w, G, p, m, V, sigma)
+    return _greatest(w, sigma, m)
 
 
 @part

@@ -14,7 +14,7 @@ from robsim.servo.given import Given
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 OURS = (Blends, Path, Quintic, Straight, Trapezoid)  # which are looked up in a table
-LONGEST = 1_000_000  # periods of a table
+LONGEST = 100_000  # periods of a table
 
 
 class Followed(NamedTuple):
