@@ -50,8 +50,8 @@ class StagedLaw(ABC):
         """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         runs = state.error_last.shape[-1]
         L, J, A = state.interaction_last, state.jacobian_last, state.task_jacobian_last
-        gain = np.broadcast_to(np.ravel(state.gain), (1, runs))
-        none = np.empty((0, runs))
+        gain, none = np.empty((1, runs)), np.empty((0, runs))
+        gain[:] = np.ravel(state.gain)
         more = (none if x is None else x for x in (state.s_last, state.q_last))
         rows = [x.reshape(-1, runs) for x in (gain, state.error_last, L, J, A, *more)]
         what = A.shape[1], tuple(map(len, rows)), state.inverse, state.one_motion
