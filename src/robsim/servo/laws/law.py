@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
-import numpy as np
-
 from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, Declared, Length, family, register
 from robsim.kernels import commanding
@@ -79,10 +77,6 @@ class ControlState:
         """The coordinates q (B, nq) of all robots of the scene."""
         assert self.q_last is not None
         return shown_view(self.q_last)
-
-    def times_gain(self, unit: Array) -> Array:
-        """Return the velocities (n, B) that those of gain 1 become with the gain of the task."""
-        return unit * (self.gain if isinstance(self.gain, float) else np.ravel(self.gain))
 
 
 @runtime_checkable

@@ -40,12 +40,7 @@ class JointFollower(Follower):
         program, n = given.program, self.k
         q, start = given.q + self.coordinates, program.rows(n)
         program.add(following.remembered, start, n, *q)
-        way = self._way(given, start)
-        s, error, qd = program.rows(n), program.rows(n), program.rows(n)
-        since = start if self.relative else program.constant(np.zeros(n))
-        for i, axis in enumerate(self.order):
-            program.add(commanding.difference, 1, q[axis], since + axis, s + i)
-        program.add(commanding.difference, n, s, program.constant(self.s_goal), error)
+        way, (s, error), qd = self._way(given, start), self._missed(given, start), program.rows(n)
         pairs = np.column_stack([self.order, q[self.order]]).ravel()
         program.add(following.towards, n, way.here, self.gain_row(given), given.dt, qd, *pairs)
         task_jacobian = program.constant(np.eye(n))
@@ -57,6 +52,16 @@ class JointFollower(Follower):
 
         rows = s, error, qd, task_jacobian, self.busy(given, way)
         return Commanded(*rows, decide, lambda qd: None)
+
+    def _missed(self, given: Given, start: int) -> tuple[int, int]:
+        """Add the stages of s and of the error, and return their rows."""
+        program, n, q = given.program, self.k, given.q + self.coordinates
+        s, error = program.rows(n), program.rows(n)
+        since = start if self.relative else program.constant(np.zeros(n))
+        for i, axis in enumerate(self.order):
+            program.add(commanding.difference, 1, q[axis], since + axis, s + i)
+        program.add(commanding.difference, n, s, program.constant(self.s_goal), error)
+        return s, error
 
     def _way(self, given: Given, start: int) -> Followed:
         """Add the stages of the trajectory of each run, from where its joints started."""
