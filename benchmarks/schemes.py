@@ -15,6 +15,7 @@ BEFORE = Path(__file__).with_name("before.json")  # the same rows at an earlier 
 SIZES = {"single": (1, 1000), "256": (256, 100), "4096": (4096, 25)}  # runs, steps
 EXPERIMENT = rs.load_scenario(rs.examples.path("eye_to_hand"))  # six joints, four marks
 ARM = EXPERIMENT.scene
+TIP = rs.Pose(ARM.robots[0].fk(ARM.home))
 FEATURES = [
     *("points", "pixels", "polar", "spherical", "log_depth", "points_3d", "segments", "lines"),
     *("vanishing_point", "sphere", "point_moments", "region_moments", "decoupled_moments"),
@@ -40,6 +41,8 @@ SCHEMES = {
         [rs.IBVS(features=rs.FeatureBlock("points", marks=[0])), rs.PBVS()]
     ),
     "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.ErrorBelow(1e-3)),
+    "follow joints": rs.FollowJoints(ARM.home + 0.05, duration=20.0),
+    "follow path": rs.FollowPath(TIP @ rs.Pose.at(0.02, 0.02, 0.02), duration=20.0),
 }
 LATE = rs.Sensing(0.5, 0.25, 0.02, 5.0, [rs.Occlusion([1], 1.0, 2.0)], 0.1, 0.06, 0.08)
 LAZY = rs.Actuation(lag=0.05, velocity=2.0, acceleration=20.0, encoder=1e-4)

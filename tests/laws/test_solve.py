@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.kernels import singular, solve
+from robsim.kernels import commanding, singular, solve
+from robsim.kernels.program import evaluated
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 seeds, sizes = st.integers(0, 2**32), st.integers(1, 9)
@@ -173,9 +174,20 @@ def test_singular_values_of_a_run_do_not_depend_on_those_beside_it():
 
 def of_product(B, C, y, rcond=1e-9):
     A = np.einsum("irb,rjb->ijb", B, C)
-    x, rank = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
-    solve.least_squares_of_product(B, C, A, y, rcond, x, rank)
-    return A, x, rank
+    k, n, _ = A.shape
+
+    def add(program, B, C, A, y):
+        x, rank, room = (
+            program.rows(n),
+            program.rows(),
+            program.rows(solve.product_scratch_of(k, n)),
+        )
+        given = B, k, C, n, A, y, program.constant(rcond)
+        program.add(commanding.solve_product, *given, x, rank, room)
+        return x, rank
+
+    x, rank = evaluated(add, [B, C, A, y], [(n,), (1,)])
+    return A, x, rank[0]
 
 
 @steady

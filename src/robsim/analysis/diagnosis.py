@@ -193,6 +193,8 @@ def law_map(law: Law, state: ControlState) -> Array:
         jacobian_last=wide(state.jacobian_last),
         task_jacobian_last=wide(state.task_jacobian_last),
         gain=1.0,
+        s_last=None,  # nothing else counts for a law that is linear in the error
+        q_last=None,
     )
     return np.array(last_view(law.command(unit)))
 

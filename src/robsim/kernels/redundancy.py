@@ -1,19 +1,12 @@
-"""Redundancy: projectors onto the motions that a task leaves free.
-
-Rank is decided once for each direction, by singular values relative to the largest of the task's
-own matrix A. What a task of higher priority left of it, A P, may be nothing but rounding, and a
-threshold relative to A P would invert that.
-"""
+"""Redundancy: the large projector, secondary motions, and the smooth start of a command."""
 
 import math
 
 import numpy as np
 
-from robsim.kernels import singular
-from robsim.kernels.jit import kernel, part
+from robsim.kernels.jit import kernel
 from robsim.kernels.lanes import WIDTH, get, put, where
 from robsim.kernels.memory import matrix, vector
-from robsim.kernels.singular import decompose, greatest
 from robsim.kernels.stage import stage
 
 
@@ -58,110 +51,6 @@ def large_projection(A, e, low, high, P):
             for j in range(n):
                 free = (1.0 if i == j else 0.0) - u[i, b] * u[j, b] / square[b]
                 P[i, j, b] = w * free + (1.0 - w) * P[i, j, b]
-
-
-@part
-def _rest(w, A, k, n, rate, qd, out):
-    """Compute out = rate - A qd."""
-    for i in range(k):
-        total = get(w, rate + i)
-        for j in range(n):
-            total = total - get(w, A + n * i + j) * get(w, qd + j)
-        put(w, out + i, total)
-
-
-@part
-def _take(w, direction, along, taken, n, free, qd, P):
-    """Add `along` times the free part P direction to qd, and remove that direction from P.
-
-    Only in the runs that are `taken`. The direction lies in the range of P but for rounding;
-    projecting it once more keeps what was taken before undisturbed even where the motion is large,
-    near a conflict.
-    """
-    square = 0.0 * along
-    for i in range(n):
-        total = 0.0 * along
-        for j in range(n):
-            total = total + get(w, P + n * i + j) * get(w, direction + j)
-        put(w, free + i, total)
-        square = square + total * total
-    for i in range(n):
-        here = get(w, free + i)
-        put(w, qd + i, get(w, qd + i) + where(taken, here * along, 0.0))
-        for j in range(n):
-            less = where(taken, here * get(w, free + j) / square, 0.0)
-            put(w, P + n * i + j, get(w, P + n * i + j) - less)
-
-
-@kernel
-def _columns(w, A, k, n, G):
-    """Copy A or A', whichever is tall, column by column."""
-    p = max(k, n)
-    for j in range(min(k, n)):
-        for i in range(p):
-            put(w, G + j * p + i, get(w, A + (j * n + i if k < n else i * n + j)))
-
-
-def scratch_of(k: int, n: int) -> int:
-    """Return how many rows `descend` needs to work in."""
-    return singular.scratch_of(k, n) + k + n + k * n
-
-
-@stage
-def descend(p, w, step):
-    """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from P (n, n).
-
-    (A, k, n, rate, rcond, whether first, qd, P, scratch). Singular values of A P below rcond times
-    the largest of A count as zero. `first` says that P is to be the identity, and qd zero.
-    """
-    A, k, n, rate, rcond, qd, P = p[0], p[1], p[2], p[3], get(w, p[4]), p[6], p[7]
-    m, tall = min(k, n), max(k, n)
-    G = p[8]
-    V, sigma = G + tall * m, G + tall * m + m * m
-    rest, free = sigma + m, sigma + m + k
-    _columns(w, A, k, n, G)
-    decompose(w, G, tall, m, V, sigma)
-    most = _greatest(w, sigma, m)
-    total = most
-    if p[5]:
-        for i in range(n):
-            put(w, qd + i, 0.0)
-            for j in range(n):
-                put(w, P + n * i + j, 1.0 if i == j else 0.0)
-    else:
-        AP = free + n
-        for i in range(k):
-            for j in range(n):
-                total = 0.0 * most
-                for c in range(n):
-                    total = total + get(w, A + n * i + c) * get(w, P + n * c + j)
-                put(w, AP + n * i + j, total)
-        _columns(w, AP, k, n, G)
-        decompose(w, G, tall, m, V, sigma)
-        total = most + _greatest(w, sigma, m)
-    _rest(w, A, k, n, rate, qd, rest)
-    left, height, right, width = (V, m, G, tall) if k < n else (G, tall, V, m)
-    for s in range(m):  # A P = left right', one of them orthonormal
-        along = 0.0 * most
-        for i in range(k):
-            along = along + get(w, left + height * s + i) * get(w, rest + i)
-        size = get(w, sigma + s)
-        taken = size > rcond * most
-        _take(w, right + width * s, along / (size * size), taken, n, free, qd, P)
-    broken = ~(total * 0.0 == 0.0)
-    for i in range(n):
-        put(w, qd + i, where(broken, np.nan, get(w, qd + i)))
-        for j in range(n):
-            put(w, P + n * i + j, where(broken, np.nan, get(w, P + n * i + j)))
-
-
-@part
-def _greatest(w, x, n):
-    """Return the largest of n numbers; NaN or infinite if any of them is."""
-    total = 0.0 * get(w, x)
-    for i in range(1, n):
-        total = total + 0.0 * get(w, x + i)
-    return greatest(w, x, n) + total
 
 
 @stage

@@ -82,7 +82,7 @@ def _part_along(block, q, v, rows):
 
 
 @part
-def _invert_triangle(block, R, n, inverse):
+def invert_triangle(block, R, n, inverse):
     """Compute inverse = R^-1 for upper triangular R, column by column."""
     for j in range(n):
         put(block, inverse + j * n + j, 1.0 / get(block, R + j * n + j))
@@ -168,7 +168,7 @@ def by_triangle(numbers, block, step):
     for i in range(k):
         put(block, wanted + i, get(block, y + i))
     _orthonormalise(block, Q, rows, m, R)
-    _invert_triangle(block, R, m, inverse)
+    invert_triangle(block, R, m, inverse)
     _condition_bound(block, R, inverse, m, bound)
     if wide:
         _solve_wide(block, Q, rows, m, inverse, wanted, found, p)
@@ -222,6 +222,11 @@ def solve_block(block, A, k, n, y, damping, rcond, x, scratch):
     return rank
 
 
+def product_scratch_of(k: int, n: int) -> int:
+    """Return how many rows `solve_product_block` needs to work in."""
+    return max(scratch_of(k, n), max(scratch_of(k, 6), scratch_of(6, n)) + 6)
+
+
 @part
 def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
     """Compute x = A^+ y of A = B C, with B[k, 6] and C[6, n], 6 <= k, n.
@@ -265,46 +270,7 @@ def least_squares(A, y, damping, rcond, x, rank):
 
 
 @kernel
-def least_squares_of_product(B, C, A, y, rcond, x, rank):
-    """Compute x[n, b] = A^+ y and rank[b] of A = B C, with B[m, 6, b], C[6, n, b] and 6 <= m, n."""
-    k, n, runs = A.shape
-    C_, A_ = 6 * k, 6 * k + 6 * n
-    wanted = A_ + k * n
-    found = wanted + k
-    given = found + n
-    scratch = given + 2
-    size = max(scratch_rows(k, n), max(scratch_rows(k, 6), scratch_rows(6, n)) + 6)
-    block = np.zeros((scratch + size) * WIDTH)
-    put(block, given, rcond)
-    for b in range(0, runs, WIDTH):
-        _gather_matrix(B, b, 0, block)
-        _gather_matrix(C, b, C_, block)
-        _gather_matrix(A, b, A_, block)
-        gather_rows(y, b, wanted, block)
-        share = get(block, given)
-        made = solve_product_block(block, 0, k, C_, n, A_, wanted, share, found, scratch)
-        put(block, given + 1, made)
-        scatter_rows(block, found, b, x)
-        for lane in range(min(WIDTH, runs - b)):
-            rank[b + lane] = int(block[(given + 1) * WIDTH + lane])
-
-
-@kernel
 def _gather_matrix(A, b, row, block):
     """Copy A[:, :, b...] to rows of a block, row by row."""
     for i in range(A.shape[0]):
         gather_rows(A[i], b, row + i * A.shape[1], block)
-
-
-@part
-def invert(A, y, transposed, damping, rcond, x):
-    """Compute x[n, b] = A^+ y, or A' y where `transposed`, for A[m, n, b] and y[m, b]."""
-    if transposed:
-        x[:] = 0.0
-        for i in range(A.shape[0]):
-            for j in range(A.shape[1]):
-                for b in range(A.shape[2]):
-                    x[j, b] += A[i, j, b] * y[i, b]
-    else:
-        rank = np.empty(A.shape[2], np.int64)
-        least_squares(A, y, damping, rcond, x, rank)

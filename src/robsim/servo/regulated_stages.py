@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.features.rows import FeatureRows, Seen
@@ -16,6 +15,7 @@ from robsim.kernels.program import Blocks, Program
 from robsim.robot.placed import Placed, add_jacobian
 from robsim.servo.given import Given, alone
 from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.placed_frame import placed_at, prescribed_rates
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight
 
@@ -63,24 +63,11 @@ class RegulatedRows:
     def drift(self) -> int:
         """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
         columns, own = self.regulated.own_moves
-        rates = self._rates(columns)
+        rates = prescribed_rates(self.given, self.regulated.sights[0].scene, columns)
         for sight in self.regulated.sights:
             J = self.jacobian(sight, own[sight.key])
             self.program.add(commanding.along, J, 6, columns.size, rates, self.twist[sight.key])
         return self.moved(self.twist, 1)
-
-    def _rates(self, columns: NDArray[np.int64]) -> int:
-        """Return the rows of prescribed velocities, as the controller believes them."""
-        scene, given = self.regulated.sights[0].scene, self.given
-        rows = self.program.constant(scene.drift(0.0)[columns])
-        if scene.varies:
-
-            def ask(blocks: Blocks, step: int) -> None:
-                rates = scene.drift(step * given.seconds)[columns, None]
-                blocks.put(rows, np.repeat(rates, blocks.runs, axis=1))
-
-            self.program.call(ask)
-        return rows
 
     def _world(self) -> tuple[Placed, dict[Key, tuple[int, int]]]:
         """Return the bodies, and the poses of cameras and targets, where they are believed."""
@@ -89,10 +76,7 @@ class RegulatedRows:
             views = {key: (view.T_w_c, view.T_w_o) for key, view in given.views.items()}
             return given.placed, views
         tree = sights[0].scene.tree
-        placed = Placed(self.program, tree.joints, given.q, tree.nq)
-        if tree.own:
-            self.program.call(lambda blocks, step: placed.prepare(tree.own, blocks))
-        placed.add()
+        placed = placed_at(self.program, tree, given.q)
         poses = {sight.key: placed.frames(sight.frames) for sight in sights}
         return placed, {key: (T_w_c, T_w_o) for key, (T_w_c, T_w_o) in poses.items()}
 

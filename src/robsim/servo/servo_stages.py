@@ -11,7 +11,6 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.kernels import broyden, commanding
 from robsim.kernels.program import Blocks
-from robsim.kernels.solve import scratch_of
 from robsim.kernels.stage import Stage
 from robsim.servo.basis import Basis
 from robsim.servo.command import Command
@@ -19,7 +18,8 @@ from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw
+from robsim.servo.laws.law import ControlState
+from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
 from robsim.servo.shaping.shaping import Shapeable
 
@@ -36,13 +36,14 @@ class ServoStages:
     def __init__(self, controller: Servo, given: Given) -> None:
         self.controller, self.given, self.program = controller, given, given.program
         self.k, self.n = controller.k, controller.columns.size
-        self.compiled = type(controller.law) in (JointLaw, CameraLaw)
+        self.law = staged(controller.law)
         self.rows, self.constant = self.program.rows, self.program.constant
+        self._at_gain: AtGain | None = None  # of the law, where the gain depends on it
         self.learnt, self.last = self.rows(self.k * self.n), self.rows(self.k + self.n)
 
     def assess(self) -> None:
         """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
-        c, k, n = self.controller, self.k, self.n
+        c, k = self.controller, self.k
         of = self.of = RegulatedRows(c.regulated, self.given)
         self.error, self.L, self.A = self.rows(k), of.L, of.A
         self._add(commanding.difference, k, of.s, self.program.each(c.s_goal), self.error)
@@ -55,18 +56,17 @@ class ServoStages:
         if (c.regulated.weights != 1.0).any():
             self._change(commanding.weigh, self.constant(c.regulated.weights))
         self.weighted, self.error = self.error, self.plain[0]
-        self.unit = self.rows(n)
         self.gain = self._gain()
         self.towards = self.weighted if c.feed_forward is None else self._with_drift()
 
     def command(self) -> None:
         """Add the stages of the law and of what is done to its command."""
         c, n = self.controller, self.n
-        if self.compiled:
-            if self.towards != self.weighted or not self._asked_already:
-                self._law(self.towards)
-            qd = self.rows(n)
-            self._add(commanding.commanded, n, self.gain, self.unit, qd)
+        if self.law is not None:
+            at_gain = self._at_gain
+            if at_gain is None or self.towards != self.weighted:
+                at_gain = self._wish(self.law, self.towards)
+            qd = at_gain(self.gain)
         else:
             qd = self.rows(n)
             self.program.call(lambda blocks, step: blocks.put(qd, self._asked(blocks, step)))
@@ -124,26 +124,28 @@ class ServoStages:
     def _gain(self) -> int:
         """Return the row of the gain, which may depend on the error or on the law itself."""
         gain = self.controller.gain
-        self._asked_already = False
         if not isinstance(gain, AdaptiveGain):
             return self.program.each(np.reshape(gain, (1, -1)))
         numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows(1)
-        if gain.of == "error":
-            self._add(commanding.adapt, self.k, self.plain[0], numbers, False, row)
-            return row
-        if self.compiled:
-            self._law(self.weighted)
-            self._asked_already = True
-        else:
-            self.program.call(self._ask_at_unit_gain)
-        self._add(commanding.adapt, self.n, self.unit, numbers, True, row)
+        largest = gain.of == "command"
+        size = (self.n, self._at_unit_gain()) if largest else (self.k, self.plain[0])
+        self._add(commanding.adapt, *size, numbers, largest, row)
         return row
 
-    def _ask_at_unit_gain(self, blocks: Blocks, step: int) -> None:
-        """Write what a law of any kind commands at a gain of one; it will be asked again."""
+    def _at_unit_gain(self) -> int:
+        """Return the rows of what the law commands at a gain of one."""
+        if self.law is not None:
+            self._at_gain = self._wish(self.law, self.weighted)
+            return self._at_gain(self.constant(1.0))
+        unit = self.rows(self.n)
+        self.program.call(lambda blocks, step: blocks.put(unit, self._tried(blocks, step)))
+        return unit
+
+    def _tried(self, blocks: Blocks, step: int) -> Array:
+        """Return what a law in Python commands at a gain of one; it will be asked again."""
         memory = deepcopy(self.given.memory(blocks).get("law", {}))
         state = replace(self.state(blocks, step, memory, self.weighted), gain=1.0)
-        blocks.put(self.unit, self.controller.commanded(state))
+        return self.controller.commanded(state)
 
     def _with_drift(self) -> int:
         """Return the rows of the error with the motion of the target in it."""
@@ -166,50 +168,11 @@ class ServoStages:
         self._add(commanding.ahead, k, self.weighted, self.gain, drift, True, found)
         return found
 
-    def _law(self, error: int) -> None:
-        """Add the stages of the velocities that the law gives at a gain of minus one."""
-        law = self.controller.law
-        if isinstance(law, CameraLaw):
-            self._camera_law(error, law.length)
-        else:
-            self._joint_law(error)
-
-    def _joint_law(self, error: int) -> None:
-        """Add the stages of (L J)^+ e."""
-        k, n = self.k, self.n
-        transposed, damping, rcond = self.controller.inverse.numbers
-        if self.controller.one_motion and min(k, n) > 6 and not (transposed or damping):
-            room = max(scratch_of(k, n), max(scratch_of(k, 6), scratch_of(6, n)) + 6)
-            rows = self.constant(rcond), self.unit, self.rows(1), self.rows(room)
-            factors = self.L, k, self.of.first, n
-            self._add(commanding.solve_product, *factors, self.A, error, *rows)
-        else:
-            self._invert(self.A, k, n, error, self.unit)
-
-    def _camera_law(self, error: int, length: float) -> None:
-        """Add the stages of the twist L^+ e, and of the velocities J^+ V."""
-        k, n, unit = self.k, self.n, self.constant(length)
-        _, damping, rcond = self.controller.inverse.numbers
-        L, V, J = self.rows(6 * k), self.rows(6), self.rows(6 * n)
-        self._add(commanding.in_units, self.L, k, 6, unit, 1, L)
-        self._invert(L, k, 6, error, V)
-        self._add(commanding.in_units, V, 6, 1, unit, 2, V)
-        self._add(commanding.in_units, V, 6, 1, unit, 0, V)
-        self._add(commanding.in_units, self.of.first, 6, n, unit, 0, J)
-        self._solve(J, 6, n, V, self.unit, damping, rcond)
-
-    def _invert(self, A: int, k: int, n: int, y: int, x: int) -> None:
-        """Add the stage of x = A^+ y, or A' y."""
-        transposed, damping, rcond = self.controller.inverse.numbers
-        if transposed:
-            self._add(commanding.transpose, A, k, n, y, x)
-        else:
-            self._solve(A, k, n, y, x, damping, rcond)
-
-    def _solve(self, A: int, k: int, n: int, y: int, x: int, damping: float, rcond: float) -> None:
-        damped = self.constant(damping) if damping > 0.0 else -1
-        rows = damped, self.constant(rcond), x, self.rows(1), self.rows(scratch_of(k, n))
-        self._add(commanding.solve, A, k, n, y, *rows)
+    def _wish(self, law: StagedLaw, error: int) -> AtGain:
+        """Add the stages of a law that do not depend on the gain; return what adds the others."""
+        of, given = self.of, (self.controller.inverse, self.controller.one_motion)
+        rows = error, self.L, of.first, self.A, of.s, self.given.q
+        return law.stages(LawRows(self.program, self.k, self.n, *rows, *given))
 
     def _asked(self, blocks: Blocks, step: int) -> Array:
         """Return the velocities (n, B) from a law of any other kind, which may be a user's."""

@@ -59,6 +59,12 @@ class Pace:
             if len({*pair} & {*given}) == 1:
                 raise InputError(f"{pair[0]} and {pair[1]}: give both of them, or none")
 
+    @property
+    def limits(self) -> Array:
+        """The limits (2, 2) of speed and turn, then of their accelerations; infinite for none."""
+        limits = (self.speed, self.turn), (self.acceleration, self.turn_acceleration)
+        return np.array([[math.inf if x is None else x for x in each] for each in limits])
+
     def timing(self, way: Array, angle: Array) -> Timing:
         """Return the timing of distances (...) in metres and angles (...) in radians.
 
@@ -67,17 +73,10 @@ class Pace:
         if self.duration is not None:
             return Timing(np.asarray(self.duration))
         ways = np.stack([way, angle], axis=-1)
-        limits = (self.speed, self.turn), (self.acceleration, self.turn_acceleration)
-        made = Timing.shortest(
-            ways, *(np.array([_or_infinite(x) for x in each]) for each in limits)
-        )
+        made = Timing.shortest(ways, *self.limits)
         if ((made.seconds == 0) & (ways > 0).any(axis=-1)).any():
             missing = (
                 "speed and acceleration" if self.speed is None else "turn and turn_acceleration"
             )
             raise InputError(f"this motion would take no time: give {missing} as well")
         return made
-
-
-def _or_infinite(limit: float | None) -> float:
-    return math.inf if limit is None else limit

@@ -14,7 +14,7 @@ from robsim.base.values import Value
 from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose, as_pose, common_lead, homogeneous
 from robsim.geometry.pose_table import PoseTable
-from robsim.kernels import se3
+from robsim.kernels import straight as kernels
 from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
 from robsim.trajectory.timing import Shares, Timing, checked_times
 
@@ -97,13 +97,10 @@ class Straight(Value):
         """Return poses (..., 4, 4) in the base frame at times t (...), in seconds."""
         s = self._shares(t).s
         T, way, turn, end = self._wide(s, self._start, self._way, self._turn, self._end)
-        twist, step, out = np.zeros((6, T.shape[-1])), np.empty(T.shape), np.empty(T.shape)
-        share = runs_last(s, 1)
-        twist[3:] = share[1] * turn
-        se3.exp(twist, step)
-        se3.compose(T, step, out)
-        out[:, 3] = T[:, 3] + share[0] * way
-        return homogeneous(np.where((share == 1.0).all(axis=0), end, out), s.shape[:-1])
+        runs = T.shape[-1]
+        twist, step, out = np.empty((6, runs)), np.empty(T.shape), np.empty(T.shape)
+        kernels.part_way(T, way, turn, runs_last(s, 1), end, twist, step, out)
+        return homogeneous(out, s.shape[:-1])
 
     def twist(self, t: Any) -> Array:
         """Return twists (..., 6) = (v, omega) of the frame in base axes, in m/s and rad/s."""
@@ -152,12 +149,10 @@ class Straight(Value):
     def _turn(self) -> Array:
         """The rotation vector (*lead, 3) from start to end, in axes of the start."""
         T0, T1 = (runs_last(T, 2) for T in (self._start, self._end))
-        back, between = np.empty(T0.shape), np.empty(T0.shape)
-        se3.inverse(T0, back)
-        se3.compose(back, T1, between)
-        quaternion, turn = np.empty((4, T0.shape[-1])), np.empty((3, T0.shape[-1]))
-        se3.rotation_to_quaternion(between, quaternion)
-        se3.rotation_vector(quaternion, turn)
+        runs = T0.shape[-1]
+        back, between, quaternion = np.empty(T0.shape), np.empty(T0.shape), np.empty((4, runs))
+        turn = np.empty((3, runs))
+        kernels.turn_from(T0, T1, back, between, quaternion, turn)
         return runs_first(turn, self._lead)
 
     @cached_property

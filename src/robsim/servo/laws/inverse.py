@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.declare import Choice, Declared, Number, family, register
-from robsim.kernels.commanding import solve
+from robsim.kernels import commanding
 from robsim.kernels.program import Program, evaluated
 from robsim.kernels.solve import scratch_of
 
@@ -88,20 +88,39 @@ INVERSE = Choice(
 )
 
 
+Matrix = tuple[int, int, int]  # the first row of A (m, n), m and n
+
+
+def solved(program: Program, A: Matrix, y: int, damping: float, rcond: float) -> int:
+    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows, then its rank's."""
+    m, n = A[1:]
+    x, damped = program.rows(n + 1), program.constant(damping) if damping > 0.0 else -1
+    room = program.rows(scratch_of(m, n))
+    program.add(commanding.solve, *A, y, damped, program.constant(rcond), x, x + n, room)
+    return x
+
+
+def inverted(program: Program, A: Matrix, y: int, inverse: Inverse) -> int:
+    """Add the stage of x = A^+ y by a choice of inverse, or of A' y; return its rows."""
+    transposed, damping, rcond = inverse.numbers
+    if not transposed:
+        return solved(program, A, y, damping, rcond)
+    x = program.rows(A[2])
+    program.add(commanding.transpose, *A, y, x)
+    return x
+
+
 def rank(A: Array, rcond: float = RCOND) -> Any:
     """Return the rank (B,) of A (m, n, B).
 
     It is the number of singular values above rcond times the largest.
     """
-    k, n, runs = A.shape
+    m, n, runs = A.shape
 
     def add(program: Program, A: int, y: int) -> tuple[int]:
-        x, found = program.rows(n), program.rows()
-        room = program.rows(scratch_of(k, n))
-        program.add(solve, A, k, n, y, -1, program.constant(rcond), x, found, room)
-        return (found,)
+        return (solved(program, (A, m, n), y, 0.0, rcond) + n,)
 
-    (found,) = evaluated(add, [A, np.zeros((k, runs))], [(1,)])
+    (found,) = evaluated(add, [A, np.zeros((m, runs))], [(1,)])
     return found[0].astype(np.int64)
 
 

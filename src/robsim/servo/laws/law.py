@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view, shown_view
+from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, Declared, Length, family, register
-from robsim.kernels import laws as kernels
-from robsim.servo.laws.inverse import Inverse
+from robsim.kernels import commanding
+from robsim.kernels.solve import product_scratch_of
+from robsim.servo.laws.inverse import Inverse, inverted
+from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised, times_gain
 
 LAWS = family("law")
 UnitOfLength = Annotated[
@@ -78,10 +78,6 @@ class ControlState:
         assert self.q_last is not None
         return shown_view(self.q_last)
 
-    def times_gain(self, unit: Array) -> Array:
-        """Return the velocities (n, B) that those of gain 1 become with the gain of the task."""
-        return unit * (self.gain if isinstance(self.gain, float) else np.ravel(self.gain))
-
 
 @runtime_checkable
 class Law(Protocol):
@@ -97,7 +93,7 @@ class Law(Protocol):
 
 @register("law", "joint")
 @dataclass(frozen=True)
-class JointLaw:
+class JointLaw(StagedLaw):
     """The law qdot = -gain (L J)^+ e, the least-squares descent of the error in the joints.
 
     >>> from robsim import IBVS
@@ -107,20 +103,21 @@ class JointLaw:
 
     in_camera: ClassVar[bool] = False
 
-    def command(self, state: ControlState) -> Array:
-        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
-        qd = np.empty(state.task_jacobian_last.shape[1:])
-        given = (state.task_jacobian_last, state.error_last, 1.0, *state.inverse.numbers, qd)
-        if state.one_motion:
-            kernels.joint_of_product(state.interaction_last, state.jacobian_last, *given)
-        else:
-            kernels.joint(*given)
-        return first_view(state.times_gain(qd))
+    def stages(self, of: LawRows) -> AtGain:
+        """Add the stages of (L J)^+ e; return what adds those of the command at a gain."""
+        transposed, damping, rcond = of.inverse.numbers
+        program, k, n = of.program, of.k, of.n
+        if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
+            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse))
+        unit, rank, room = program.rows(n), program.rows(), program.rows(product_scratch_of(k, n))
+        given = of.L, k, of.J, n, of.A, of.error, program.constant(rcond)
+        program.add(commanding.solve_product, *given, unit, rank, room)
+        return times_gain(of, unit)
 
 
 @register("law", "camera")
 @dataclass(frozen=True)
-class CameraLaw(Declared):
+class CameraLaw(StagedLaw, Declared):
     """The law V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
 
     Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
@@ -133,19 +130,13 @@ class CameraLaw(Declared):
     length: UnitOfLength = 1.0
     in_camera: ClassVar[bool] = True
 
-    def command(self, state: ControlState) -> Array:
-        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
-        qd = np.empty(state.task_jacobian_last.shape[1:])
-        kernels.camera(
-            state.interaction_last,
-            state.jacobian_last,
-            state.error_last,
-            self.length,
-            1.0,
-            *state.inverse.numbers,
-            qd,
-        )
-        return first_view(state.times_gain(qd))
+    def stages(self, of: LawRows) -> AtGain:
+        """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
+        program, unit, L = of.program, of.program.constant(self.length), of.program.rows(6 * of.k)
+        program.add(commanding.in_units, of.L, of.k, 6, unit, 1, L)
+        V = inverted(program, (L, of.k, 6), of.error, of.inverse)
+        program.add(commanding.in_units, V, 6, 1, unit, 2, V)
+        return times_gain(of, realised(of, V, unit))
 
 
 LAW = Choice(LAWS, default="joint", beside_of={"length": ("camera", "length")}, protocol=Law)

@@ -5,17 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view
 from robsim.declare import Declared, Quantity, described
-from robsim.kernels.laws import realise
-from robsim.kernels.solve import invert
+from robsim.kernels import commanding
+from robsim.kernels import partitioned as kernels
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.laws.law import ControlState, UnitOfLength
+from robsim.servo.laws.inverse import inverted
+from robsim.servo.laws.law import UnitOfLength
+from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised
 
 SPEED = Quantity(above=0, dimension="speed")
-ALONG, ACROSS = [2, 5], [0, 1, 3, 4]  # components of the camera's twist
 
 
 Roll = Annotated[float, PER_SECOND, "Gain of the rotation about the optical axis."]
@@ -24,7 +22,7 @@ Advance = Annotated[float, SPEED, "Speed along the optical axis per unit of ln(s
 
 @described
 @dataclass(frozen=True)
-class PartitionedLaw(Declared):
+class PartitionedLaw(StagedLaw, Declared):
     """The partitioned law: area and angle drive the optical axis, the points drive the rest.
 
     With s = (x1, y1, ..., angle, area): omega_z = roll (angle - angle*), since a roll turns the
@@ -42,19 +40,19 @@ class PartitionedLaw(Declared):
     length: UnitOfLength = 1.0
     in_camera: ClassVar[bool] = True
 
-    def command(self, state: ControlState) -> Array:
-        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
-        assert state.s_last is not None
-        V = np.empty((6, state.error_last.shape[1]))
-        area = state.s_last[-1]
-        V[2] = 0.5 * self.advance * np.log((area - state.error_last[-1]) / area)
-        V[5] = self.roll * state.error_last[-2]
-        L = state.interaction_last[:-2]
-        wanted = state.times_gain(-state.error_last[:-2])
-        for axis in ALONG:
-            wanted = wanted - L[:, axis] * V[axis]
-        across = np.empty((4, V.shape[1]))
-        invert(np.ascontiguousarray(L[:, ACROSS]), wanted, *state.inverse.numbers, across)
-        V[ACROSS], qd = across, np.empty(state.jacobian_last.shape[1:])
-        realise(state.jacobian_last, V, self.length, *state.inverse.numbers[1:], qd)
-        return first_view(qd)
+    def stages(self, of: LawRows) -> AtGain:
+        """Add the stage of the optical axis; return what adds those of the command at a gain."""
+        assert of.s >= 0
+        program, k, numbers = of.program, of.k, of.program.constant([self.roll, self.advance])
+        V, axis = program.rows(6), program.rows(6)
+        program.add(kernels.along_axis, k, of.s, of.error, numbers, axis)
+
+        def at(gain: int) -> int:
+            rate, L = program.rows(k - 2), program.rows(4 * (k - 2))
+            program.add(kernels.across_axis, k - 2, gain, of.error, of.L, axis, rate, L)
+            across = inverted(program, (L, k - 2, 4), rate, of.inverse)
+            for n, start, to in ((6, axis, 0), (2, across, 0), (2, across + 2, 3)):
+                program.add(commanding.copied, n, start, V + to)
+            return realised(of, V, program.constant(self.length))
+
+        return at

@@ -13,6 +13,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, family, register
 from robsim.declare.joints import PerJoint, commanded, per
 from robsim.kernels import redundancy as kernels
+from robsim.kernels.descent import descend, scratch_of
 from robsim.kernels.program import Program, evaluated
 from robsim.servo.laws.gain import PER_SECOND
 
@@ -47,10 +48,12 @@ def descent(
     program: Program, levels: Sequence[tuple[int, int, int]], n: int, rcond: float
 ) -> tuple[int, int]:
     """Add the stages of `priorities` for rows (A_i, k_i, rate_i); return the rows of qd and P."""
-    qd, P, share = program.rows(n), program.rows(n * n), program.constant(rcond)
-    for i, (A, k, rate) in enumerate(levels):
-        room = program.rows(kernels.scratch_of(k, n))
-        program.add(kernels.descend, A, k, n, rate, share, i == 0, qd, P, room)
+    qd, P, N, usual = (program.rows(count) for count in (n, n * n, n * n, 1))
+    share, free = program.constant(rcond), n
+    for A, k, rate in levels:
+        found = qd, P, N, usual, program.rows(scratch_of(k, n))
+        program.add(descend, A, k, n, rate, share, free, *found)
+        free = max(free - k, 0)
     return qd, P
 
 

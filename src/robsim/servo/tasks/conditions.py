@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Protocol, runtime_checkable
+from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, Declared, Number, Word, family, register
+from robsim.kernels import switching as kernels
+from robsim.kernels.program import Program, evaluated
 from robsim.vision.camera import SIZE
 
 
@@ -51,13 +55,48 @@ class Comparison:
         return shown_view(self.pixels_last)
 
 
+class Compared(NamedTuple):
+    """The rows of what a condition sees of one of two schemes."""
+
+    k: int
+    error: int  # (k,)
+    images: Sequence[tuple[int, int]]  # pixels (N, 2), and N
+
+
+class StagedCondition(ABC):
+    """The base of conditions that are stages of a program, and can be asked in Python as well."""
+
+    @abstractmethod
+    def stages(self, program: Program, first: Compared, second: Compared) -> int:
+        """Add the stage of the condition, and return the row in which it is 1 where it holds."""
+
+    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
+        """Return truth values (B,): in which runs the condition holds."""
+        sizes = [(len(one.error_last), len(one.pixels_last)) for one in (first, second)]
+
+        def add(program: Program, *rows: int) -> tuple[int]:
+            pairs = zip(sizes, rows[::2], rows[1::2], strict=True)
+            seen = [Compared(k, error, [(pixels, N)]) for (k, N), error, pixels in pairs]
+            return (self.stages(program, *seen),)
+
+        given = [x for one in (first, second) for x in (one.error_last, one.pixels_last)]
+        (found,) = evaluated(add, given, [(1,)])
+        return np.asarray(found[0] > 0.0)
+
+
+def staged(condition: Any) -> StagedCondition | None:
+    """Return a condition that is made of stages; None if a user's class is asked in Python."""
+    ours = isinstance(condition, StagedCondition)
+    return condition if ours and type(condition).holds is StagedCondition.holds else None
+
+
 CONDITIONS = family("condition")
 CONDITION = Choice(CONDITIONS, short=False, protocol=Condition)
 
 
 @register("condition", "error_below")
 @dataclass(frozen=True)
-class ErrorBelow(Declared):
+class ErrorBelow(StagedCondition, Declared):
     """The condition that the largest |e| of the first scheme (or the second) is below a value.
 
     >>> ErrorBelow(0.05).of
@@ -71,16 +110,16 @@ class ErrorBelow(Declared):
         "first"
     )
 
-    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
-        """Return truth values (B,): in which runs the error is below the value."""
-        chosen = first if self.of == "first" else second
-        below: NDArray[np.bool_] = np.abs(chosen.error_last).max(axis=0) < self.value
-        return below
+    def stages(self, program: Program, first: Compared, second: Compared) -> int:
+        """Add the stage of the condition, and return its row."""
+        of, found = first if self.of == "first" else second, program.rows()
+        program.add(kernels.error_below, of.k, of.error, program.constant(self.value), found)
+        return found
 
 
 @register("condition", "near_border")
 @dataclass(frozen=True)
-class NearBorder(Declared):
+class NearBorder(StagedCondition, Declared):
     """The condition that a mark is within `margin` pixels of the border of the image.
 
     >>> NearBorder(20, (640, 480)).margin
@@ -94,9 +133,9 @@ class NearBorder(Declared):
     ]
     size: Annotated[tuple[int, int], SIZE, "Width and height of the image in pixels."]
 
-    def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
-        """Return truth values (B,): in which runs a mark is near the border."""
-        room = np.array(self.size)[:, None] - 1 - first.pixels_last
-        least = np.minimum(first.pixels_last, room).min(axis=(0, 1), initial=np.inf)
-        near: NDArray[np.bool_] = least < self.margin
-        return near
+    def stages(self, program: Program, first: Compared, second: Compared) -> int:
+        """Add the stage of the condition, and return its row."""
+        numbers, found = program.constant([self.margin, *np.subtract(self.size, 1)]), program.rows()
+        images = [number for image in first.images for number in image]
+        program.add(kernels.near_border, numbers, found, len(first.images), *images)
+        return found

@@ -5,21 +5,18 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Number, register
 from robsim.features import Translation
 from robsim.geometry.pose import Pose
-from robsim.kernels import se3
+from robsim.kernels import docking as kernels
+from robsim.kernels.program import Program, evaluated
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.laws.law import ControlState
+from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
 from robsim.servo.tasks.task import ServoTask
-
-HERE = 1e-9  # metres; nearer, the bearing of the goal is rounding: the unicycle turns on the spot
 
 
 @register("task", "docking")
@@ -67,40 +64,37 @@ class Docking(ServoTask):
 
 
 @dataclass(frozen=True, eq=False)
-class DockingLaw:
+class DockingLaw(StagedLaw):
     """The law of `Docking`, for a camera at T_b_c on the unicycle."""
 
     T_b_c: Pose
     turn: float
     h: float
 
-    def command(self, state: ControlState) -> Array:
-        """Return the velocities (v, omega) (B, 2) of the unicycle."""
-        x, y, heading = self.planar(state.error_last)
-        rho = np.sqrt(x * x + y * y)
-        theta = np.where(rho > HERE, np.arctan2(-y, -x), 0.0)
-        alpha = _wrapped(theta - heading)
-        gain = state.times_gain(np.ones_like(rho))
-        v = gain * np.cos(alpha) * rho
-        curl = np.cos(alpha) * np.sinc(alpha / np.pi)
-        omega = self.turn * alpha + gain * curl * (alpha + self.h * theta)
-        return first_view(np.stack([v, omega]))
+    def stages(self, of: LawRows) -> AtGain:
+        """Add the stage of where the unicycle is; return what adds that of the command."""
+        program, place = of.program, self._planar(of.program, of.error)
+        numbers = program.constant([self.turn, self.h])
 
-    def planar(self, error: Array) -> tuple[Array, Array, Array]:
-        """Return position and heading of the unicycle in goal axes, from (c*t_c, theta u)."""
-        runs = error.shape[1]
-        T_goal_c, T_c, T_goal_b = (np.empty((3, 4, runs)) for _ in range(3))
-        twist = np.zeros((6, runs))
-        twist[3:] = error[3:]
-        se3.exp(twist, T_goal_c)
-        T_goal_c[:, 3] = error[:3]
-        se3.compose_constant(T_goal_c, self.T_b_c.inv().matrix[:3], T_c)
-        hand_eye = np.ascontiguousarray(np.broadcast_to(self.T_b_c.matrix[:3, :, None], T_c.shape))
-        se3.compose(hand_eye, T_c, T_goal_b)
-        heading = np.arctan2(T_goal_b[1, 0], T_goal_b[0, 0])
-        return T_goal_b[0, 3], T_goal_b[1, 3], heading
+        def at(gain: int) -> int:
+            qd = program.rows(2)
+            program.add(kernels.dock, place, gain, numbers, qd)
+            return qd
 
+        return at
 
-def _wrapped(angle: Array) -> Array:
-    """Return an angle wrapped to [-pi, pi]."""
-    return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+    def _planar(self, program: Program, error: int) -> int:
+        """Add the stage of `planar`, and return its rows (3,)."""
+        T_b_c, back = (program.constant(T.matrix[:3]) for T in (self.T_b_c, self.T_b_c.inv()))
+        place = program.rows(3)
+        program.add(kernels.planar, error, T_b_c, back, program.rows(30), place)
+        return place
+
+    def planar(self, error: Array) -> Array:
+        """Return x, y and heading (3, B) of the unicycle in goal axes, from (c*t_c, theta u)."""
+
+        def add(program: Program, *rows: int) -> tuple[int]:
+            return (self._planar(program, *rows),)
+
+        (place,) = evaluated(add, [error], [(3,)])
+        return place

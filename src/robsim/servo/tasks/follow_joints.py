@@ -21,8 +21,7 @@ from robsim.servo.shaping.shaped import JOINTS, Columns
 from robsim.servo.tasks.follower import check_trajectory
 from robsim.servo.tasks.joint_follower import JointFollower, check_limits
 from robsim.servo.tasks.named import Axis, axes_called, axes_named
-from robsim.trajectory import Quintic, Trapezoid
-from robsim.trajectory.limits import Acceleration, Speed
+from robsim.trajectory.limits import Acceleration, Limits, Speed
 from robsim.trajectory.timing import TRAJECTORIES
 from robsim.world.scene import Scene
 
@@ -197,20 +196,19 @@ class FollowJoints(Declared):
             n,
             RCOND,
             self.gain,
-            self.planned,
+            self.trajectory,
+            self.duration,
+            self._limits,
             self.by is not None,
             goal,
             coordinates,
             order,
         )
 
-    def planned(self, start: Array, goal: Array) -> Any:
-        """Return the trajectory of runs that start at (B, n)."""
-        if self.trajectory is not None:
-            return self.trajectory
-        if self.duration is not None:
-            return Quintic(start, goal, self.duration)
-        return Trapezoid(start, goal, speed=self.speed, acceleration=self.acceleration)
+    @property
+    def _limits(self) -> Limits | None:
+        """The limits of the axes; None where a duration or a trajectory is given."""
+        return None if self.speed is None else Limits(self.speed, self.acceleration)
 
     def axes(self, scene: Scene) -> list[Axis]:
         """Return the joints in the order of the trajectory; InputError for unknown names."""
@@ -238,7 +236,10 @@ class FollowJoints(Declared):
                 f"{what}: expected {len(names)} axes, for {', '.join(names)}; got shape "
                 f"{goal.shape}: name its joints in that order with joints=[...]"
             )
-        _ = numbers(self.planned(goal, goal).at(0.0), f"{what} at 0 s", goal.shape)
+        if self.trajectory is not None:
+            _ = numbers(self.trajectory.at(0.0), f"{what} at 0 s", goal.shape)
+        if self._limits is not None:
+            _ = self._limits.of(len(goal))
         return goal
 
     def _checked_goal(self, what: str) -> Any:

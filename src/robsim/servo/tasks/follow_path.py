@@ -7,12 +7,12 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers, runs_last
+from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number, Table, Word, fields_of, register
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
-from robsim.geometry.pose import Pose, homogeneous, is_pose_like, one_pose
+from robsim.geometry.pose import Pose, is_pose_like, one_pose
 from robsim.geometry.pose_table import KEYS, PoseTable
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import INVERSE, JacobianTranspose
@@ -189,22 +189,12 @@ class FollowPath(Shaped):
             usual_rank(scene, frame, columns, k),
             rcond_of(self.inverse),
             self.gain,
-            self.planned,
+            self.path,
+            None if self.path is not None else Pace(**self._limits_given()),
             end,
             self.inverse,
             self.shaping(scene, columns),
         )
-
-    def planned(self, start: Array) -> Any:
-        """Return the path of runs whose frame starts at (B, 3, 4)."""
-        if self.path is not None:
-            return self.path
-        first = homogeneous(runs_last(start, 2))
-        if isinstance(self.to, Pose):
-            return Straight(first, self.to, **self._limits_given())
-        last = first.copy()
-        last[:, :3, 3] = self.to
-        return Straight(first, last, **self._limits_given())
 
     def _limits_given(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in PACE}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +10,16 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
+from robsim.kernels import commanding, following
+from robsim.kernels.program import Blocks
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
-from robsim.servo.measurement import Measurement, recall
+from robsim.servo.given import Commanded, Given
+from robsim.servo.tasks.followed import Followed, followed
 from robsim.servo.tasks.follower import Follower
+from robsim.trajectory.limits import Limits
+from robsim.trajectory.timing import ALIKE
 from robsim.world.scene import Scene
 
 
@@ -23,30 +27,69 @@ from robsim.world.scene import Scene
 class JointFollower(Follower):
     """The controller of `FollowJoints`."""
 
-    plan: Callable[[Array, Array], Any]  # the trajectory from starts to goals (B, n)
+    trajectory: Any  # the same for all runs; None: from where each of them starts to the goal
+    duration: float | None  # of a way to the goal; None: as the limits allow
+    limits: Limits | None
     relative: bool  # whether the goal is counted from the start
     goal: Array  # (n,) in the order of the axes of the trajectory; with `by` from the start
     coordinates: NDArray[np.int64]  # of these axes
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
 
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the command that stays on the trajectory, or goes back to it."""
-        q = np.ascontiguousarray(measurement.q[self.coordinates])
-        r = self.trajectory(measurement, q)
-        here, ahead = (
-            self._at(r, t, measurement)
-            for t in (measurement.time, (measurement.step + 1) * measurement.dt)
-        )
-        qd = (ahead - here) / measurement.dt + self.rate(measurement.dt) * (here - q)
-        s = (q - recall(measurement.memory, "start") if self.relative else q)[self.order]
-        qd = np.ascontiguousarray(qd[self.order])
-        task_jacobian = np.zeros((self.k, self.k, measurement.runs))
-        task_jacobian[range(self.k), range(self.k)] = 1.0
-        return Decision(Command(s, s - self.s_goal, qd, task_jacobian), self._jacobian(measurement))
+    def stages(self, given: Given) -> Commanded:
+        """Add the stages of an instant to a program, and return the rows that they write."""
+        program, n = given.program, self.k
+        q, start = given.q + self.coordinates, program.rows(n)
+        program.add(following.remembered, start, n, *q)
+        way, (s, error), qd = self._way(given, start), self._missed(given, start), program.rows(n)
+        pairs = np.column_stack([self.order, q[self.order]]).ravel()
+        program.add(following.towards, n, way.here, self.gain_row(given), given.dt, qd, *pairs)
+        task_jacobian = program.constant(np.eye(n))
 
-    def planned(self, start: Array) -> Any:
-        """Return the trajectory of runs from where they started (B, n)."""
-        return self.plan(start, self.goal_from(start))
+        def decide(blocks: Blocks) -> Decision:
+            shapes = (s, n), (error, n), (qd, n), (task_jacobian, n, n)
+            command = Command(*(blocks.get(*shape) for shape in shapes))
+            return Decision(command, self._jacobian(blocks.get(given.q, self.scene.nq)))
+
+        rows = s, error, qd, task_jacobian, self.busy(given, way)
+        return Commanded(*rows, decide, lambda qd: None)
+
+    def _missed(self, given: Given, start: int) -> tuple[int, int]:
+        """Add the stages of s and of the error, and return their rows."""
+        program, n, q = given.program, self.k, given.q + self.coordinates
+        s, error = program.rows(n), program.rows(n)
+        since = start if self.relative else program.constant(np.zeros(n))
+        for i, axis in enumerate(self.order):
+            program.add(commanding.difference, 1, q[axis], since + axis, s + i)
+        program.add(commanding.difference, n, s, program.constant(self.s_goal), error)
+        return s, error
+
+    def _way(self, given: Given, start: int) -> Followed:
+        """Add the stages of the trajectory of each run, from where its joints started."""
+        n, program = self.k, given.program
+        if self.trajectory is not None:
+            at = self.trajectory.at
+            return followed(
+                given, self.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
+            )
+        goal, way = program.constant(self.goal), program.rows(n)
+        if self.relative:
+            change, goal = goal, program.rows(n)
+            program.add(commanding.summed, n, start, change, goal)
+        program.add(commanding.difference, n, goal, start, way)
+        seconds, ramps = self._timing(given, way)
+        here = program.rows(2 * n)
+        program.add(following.axes, n, given.dt, seconds, ramps, start, way, goal, here)
+        return Followed(here, seconds)
+
+    def _timing(self, given: Given, way: int) -> tuple[int, int]:
+        """Return the rows of the duration of a way, and of its ramps."""
+        n, program = self.k, given.program
+        if self.limits is None:
+            return program.constant(self.duration), program.constant(np.full(n, ALIKE))
+        seconds, ramps = program.rows(), program.rows(n)
+        limits = program.constant(np.concatenate(self.limits.of(n)))
+        program.add(following.paced, n, way, limits, ramps, seconds)
+        return seconds, ramps
 
     def goal_from(self, start: Array) -> Array:
         """Return where runs go (B, n) or (n,) whose joints started at (B, n)."""
@@ -58,18 +101,11 @@ class JointFollower(Follower):
             goals = self.goal_from(q0[:, self.coordinates])
             check_limits(self.scene, self.coordinates, goals)
 
-    def _at(self, trajectory: Any, seconds: float, measurement: Measurement) -> Array:
-        """Return the goal (n, B) in the order of the axes."""
-        n = self.k
-        there = numbers(trajectory.at(seconds), "trajectory.at", (n,))
-        return np.ascontiguousarray(np.broadcast_to(there, (measurement.runs, n)).T)
-
-    def _jacobian(self, measurement: Measurement) -> Array:
+    def _jacobian(self, q: Array) -> Array:
         """Return the Jacobian (6, n, B) of the tip."""
         tree = self.scene.tree
-        return np.ascontiguousarray(
-            tree.jacobian(tree.bodies(measurement.q), self.frame)[:, self.columns]
-        )
+        J = tree.jacobian(tree.bodies(q), self.frame)
+        return np.ascontiguousarray(J[:, self.columns])
 
 
 def check_limits(scene: Scene, coordinates: NDArray[np.int64], goals: Array) -> None:

@@ -2,128 +2,143 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers, runs_last
-from robsim.kernels import laws, se3
-from robsim.kernels.pose_features import theta_u_interaction
+from robsim.base.arrays import Array, numbers
+from robsim.kernels import commanding, following
+from robsim.kernels import path_following as kernels
 from robsim.kernels.program import Blocks
+from robsim.robot.placed import Placed
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
-from robsim.servo.deciding import Deciding
 from robsim.servo.given import Commanded, Given
-from robsim.servo.laws.inverse import Inverse, product, rank
-from robsim.servo.measurement import Measurement
+from robsim.servo.laws.inverse import Inverse, inverted, rank
+from robsim.servo.placed_frame import jacobian_in_world, placed_at, prescribed_rates
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.shaping.shaping import Shapeable, Shaping
+from robsim.servo.tasks.followed import Followed, followed
 from robsim.servo.tasks.follower import Follower
+from robsim.trajectory.pace import Pace
+from robsim.trajectory.timing import ALIKE
 from robsim.world.scene import Scene
+
+
+class FrameRows(NamedTuple):
+    """The rows of the frame that is moved, of the end of its path, and room for its stages."""
+
+    placed: Placed
+    T: int  # (3, 4) in the world
+    J: int  # (6, n) in world axes, by the commanded velocities
+    end: int  # (3, 4) of the path
+    room: int
 
 
 @dataclass(frozen=True, eq=False)
 class PathFollower(Follower):
     """The controller of `FollowPath`."""
 
-    plan: Callable[[Array], Any]  # the path of runs whose frame starts at (B, 3, 4)
+    path: Any  # the same for all runs; None: straight from where each of them starts to the end
+    way_pace: Pace | None  # of a straight way
     end: Array  # (3, 4) of the path
     inverse: Inverse
     shaping: Shaping
 
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
-        deciding = Deciding(self, given)
-        given.program.call(deciding)
-        rows, n = deciding.rows, self.columns.size
-        matrices = deciding.J, rows.task_jacobian
-        qd = self.shaping.stages(given, Shapeable(self.k, n, rows.error, *matrices, rows.qd))
+        program, k, n = given.program, self.k, self.columns.size
+        of = self._frame(given)
+        s, L, error = program.rows(6), program.rows(18), program.rows(k)
+        program.add(kernels.missed, of.T, of.end, of.room, s, L)
+        program.add(commanding.difference, k, s, program.constant(self.s_goal), error)
+        A = self._task_jacobian(given, of.J, L)
+        way = self._straight(given, of) if self.path is None else self._along(given)
+        V = self._twist(given, of, way)
+        qd = inverted(program, (of.J, k, n), V, self.inverse)
+        qd = self.shaping.stages(given, Shapeable(k, n, error, of.J, A, qd))
 
         def decide(blocks: Blocks) -> Decision:
-            decision = deciding.last(blocks)
-            command = decision.command._replace(qd=blocks.get(qd, n))
-            return decision._replace(command=command)
+            shapes = (s, k), (error, k), (qd, n), (A, k, n)
+            command = Command(*(blocks.get(*shape) for shape in shapes))
+            return Decision(command, blocks.get(of.J, 6, n))
 
-        return replace(rows, qd=qd, decide=decide)
+        return Commanded(s, error, qd, A, self.busy(given, way), decide, lambda qd: None)
 
-    def decide(self, measurement: Measurement) -> Decision:
-        """Return the command that takes the frame to where it should be one period later."""
-        tree = self.scene.tree
-        M = tree.bodies(measurement.q)
-        T = tree.frame(M, self.frame)
-        every = tree.jacobian(M, self.frame)
-        J = np.ascontiguousarray(every[:, self.columns])
-        away = turn_between(np.broadcast_to(self.end[..., None], T.shape), T)
-        s = np.concatenate([T[:, 3], away])[: self.k]
-        error, task_jacobian = s - self.s_goal, self._task_jacobian(J, away)
-        V = self._twist(measurement, T) - self._drift(measurement, every)
-        qd = self._solved(np.ascontiguousarray(J[: self.k]), V[: self.k])
-        return Decision(Command(s, error, qd, task_jacobian), J)
+    def _frame(self, given: Given) -> FrameRows:
+        """Add the stages of the frame and of its Jacobians."""
+        tree, program = self.scene.tree, given.program
+        placed = given.placed or placed_at(program, tree, given.q)
+        (T,) = placed.frames([tree.find(self.frame)])
+        J = jacobian_in_world(placed, tree, self.frame, T, self.columns)
+        return FrameRows(placed, T, J, program.constant(self.end), program.rows(kernels.ROOM))
 
-    def planned(self, start: Array) -> Any:
-        """Return the path from where the frame of each run started (B, 3, 4)."""
-        return self.plan(start)
-
-    def _twist(self, measurement: Measurement, T: Array) -> Array:
-        """Return the twist (v, omega) (6, B) in world axes that takes the frame on."""
-        path = self.trajectory(measurement, T)
-        here, ahead = (
-            self._at(path, t, measurement)
-            for t in (measurement.time, (measurement.step + 1) * measurement.dt)
-        )
-        left = 1.0 - self.rate(measurement.dt) * measurement.dt  # of what is missed, a period later
-        wanted = ahead.copy()
-        if left > 0.0:
-            twist, back = np.zeros((6, measurement.runs)), np.empty(T.shape)
-            twist[3:] = left * turn_between(here, T)
-            se3.exp(twist, back)
-            se3.compose(back, ahead, wanted)
-            wanted[:, 3] = ahead[:, 3] + left * (T[:, 3] - here[:, 3])
-        V = np.concatenate([wanted[:, 3] - T[:, 3], turn_between(T, wanted)])
-        return V / measurement.dt
-
-    def _drift(self, measurement: Measurement, J: Array) -> Any:
-        """Return the twist (v, omega) (6, B) of the frame that prescribed motions cause."""
-        if not self.scene.motions:
-            return 0.0
-        rates = self.scene.drift(measurement.time)[:, None, None]
-        return product(J, np.repeat(rates, measurement.runs, axis=2))[:, 0]
-
-    def _at(self, path: Any, seconds: float, measurement: Measurement) -> Array:
-        """Return the pose (3, 4, B) of a path at a time."""
-        T = numbers(path.at(seconds), "path.at", (4, 4))
-        return runs_last(np.broadcast_to(T[..., :3, :], (measurement.runs, 3, 4)), 2)
-
-    def _task_jacobian(self, J: Array, away: Array) -> Array:
-        """Return how the joints move s (k, n, B).
-
-        d(theta u)/dt = L_w(-theta u) omega in fixed axes.
-        """
+    def _task_jacobian(self, given: Given, J: int, L: int) -> int:
+        """Return the rows of how the joints move s (k, n), with L of the turn."""
         if self.k == 3:
-            return np.ascontiguousarray(J[:3])
-        L = np.empty((3, 6, away.shape[1]))
-        theta_u_interaction(-away, L)
-        turns = product(np.ascontiguousarray(L[:, 3:]), np.ascontiguousarray(J[3:]))
-        return np.concatenate([J[:3], turns])
+            return J
+        n, program = self.columns.size, given.program
+        A = program.rows(6 * n)
+        program.add(commanding.copied, 3 * n, J, A)
+        program.add(commanding.product, L, 3, J, n, A + 3 * n)
+        return A
 
-    def _solved(self, J: Array, V: Array) -> Array:
-        """Return the velocities J^+ V (n, B)."""
-        qd = np.empty(J.shape[1:])
-        laws.joint(J, np.ascontiguousarray(V), -1.0, *self.inverse.numbers, qd)
-        return qd
+    def _twist(self, given: Given, of: FrameRows, way: Followed) -> int:
+        """Return the rows of the twist that the joints are to give the frame, in world axes.
 
+        It is the one that takes the frame on, without what prescribed motions give it anyway.
+        """
+        program, scene = given.program, self.scene
+        V, wanted = program.rows(6), program.rows(12)
+        rows = of.T, way.here, self.gain_row(given), given.dt, of.room, wanted
+        program.add(kernels.twist, *rows, V)
+        if not scene.motions:
+            return V
+        prescribed = np.flatnonzero(scene.prescribed)
+        J = jacobian_in_world(of.placed, scene.tree, self.frame, of.T, prescribed)
+        rates, drift = prescribed_rates(given, scene, prescribed), program.rows(6)
+        rest = program.rows(6)
+        program.add(commanding.along, J, 6, prescribed.size, rates, drift)
+        program.add(commanding.difference, 6, V, drift, rest)
+        return rest
 
-def turn_between(A: Array, B: Array) -> Array:
-    """Return the rotation vector (3, runs) of R_b R_a', in the base axes of both (3, 4, runs)."""
-    A, back, turned = np.ascontiguousarray(A), np.empty(A.shape), np.empty(A.shape)
-    se3.inverse(A, back)
-    se3.compose(B, back, turned)
-    quaternion, turn = np.empty((4, A.shape[-1])), np.empty((3, A.shape[-1]))
-    se3.rotation_to_quaternion(turned, quaternion)
-    se3.rotation_vector(quaternion, turn)
-    return turn
+    def _along(self, given: Given) -> Followed:
+        """Add the stages of a path that is the same for all runs."""
+
+        def at(t: Any) -> Array:
+            T = numbers(self.path.at(t), "path.at", (4, 4))
+            return T[..., :3, :].reshape(*T.shape[:-2], 12)
+
+        return followed(given, self.path, 12, at)
+
+    def _straight(self, given: Given, of: FrameRows) -> Followed:
+        """Add the stages of the path of each run, from where its frame started."""
+        program, dt = given.program, given.dt
+        start, goal, way = program.rows(12), of.end, program.rows(8)
+        program.add(following.remembered, start, 12, *range(of.T, of.T + 12))
+        if self.k == 3:  # as it is turned at the start
+            goal = program.rows(12)
+            turned = [(of.end if i % 4 == 3 else start) + i for i in range(12)]
+            program.add(following.remembered, goal, 12, *turned)
+        program.add(kernels.apart, start, goal, of.room, way)
+        seconds, ramps = self._timing(given, way + 6)
+        here = program.rows(24)
+        rows = dt, seconds, ramps, start, way, goal, of.room, here
+        program.add(kernels.straight, *rows)
+        return Followed(here, seconds)
+
+    def _timing(self, given: Given, ways: int) -> tuple[int, int]:
+        """Return the rows of the duration of a distance and an angle, and of their ramps."""
+        assert self.way_pace is not None
+        program = given.program
+        if self.way_pace.duration is not None:
+            return program.constant(self.way_pace.duration), program.constant([ALIKE, ALIKE])
+        seconds, ramps = program.rows(), program.rows(2)
+        program.add(
+            following.paced, 2, ways, program.constant(self.way_pace.limits), ramps, seconds
+        )
+        return seconds, ramps
 
 
 def usual_rank(scene: Scene, frame: str, columns: Columns, k: int) -> int:

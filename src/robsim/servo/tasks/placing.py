@@ -5,16 +5,17 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
-import numpy as np
-
-from robsim.base.arrays import Array, first_view
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Word, register
-from robsim.kernels.laws import realise
+from robsim.kernels import triangles as kernels
+from robsim.kernels.program import Program, evaluated
 from robsim.servo.feature_block import FeatureBlock, Indices
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.laws.inverse import RCOND
-from robsim.servo.laws.law import ControlState, UnitOfLength
+from robsim.servo.laws.inverse import PseudoInverse
+from robsim.servo.laws.law import UnitOfLength
+from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised
+from robsim.servo.placed_frame import jacobian_in_world, placed_at
 from robsim.servo.regulated import Regulated
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Sight
@@ -86,7 +87,7 @@ class Placing(ServoTask):
 
 
 @dataclass(frozen=True, eq=False)
-class PlacingLaw:
+class PlacingLaw(StagedLaw):
     """The law of `Placing`, for one camera and the joints that move its target."""
 
     sight: Sight
@@ -94,55 +95,38 @@ class PlacingLaw:
     s_goal: Array  # (9, 1) a, b, c in camera axes
     task: Placing
 
-    def command(self, state: ControlState) -> Array:
-        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
-        assert state.s_last is not None and state.q_last is not None
-        scene, eye, target = self.sight.scene, self.sight.eye, self.sight.target
-        bodies = scene.tree.bodies(state.q_last)
-        T_w_c = scene.tree.frame(bodies, eye.name)
-        now, goal = (_world(T_w_c, s) for s in (state.s_last, self.s_goal))
-        T, omega = self.twist(now, goal)
-        at = scene.tree.frame(bodies, target.on)[:, 3]
-        V = np.concatenate([T + np.cross(omega, at, axis=0), omega])
-        J = np.ascontiguousarray(scene.tree.jacobian(bodies, target.on)[:, self.columns])
-        qd = np.empty(J.shape[1:])
-        realise(J, V, self.task.length, 0.0, RCOND, qd)
-        return first_view(qd)
+    def stages(self, of: LawRows) -> AtGain:
+        """Add the stages of the command, which does not depend on the gain of the task."""
+        assert of.s >= 0 and of.q >= 0
+        program, tree, held_by = of.program, self.sight.scene.tree, self.sight.target.on
+        placed = placed_at(program, tree, of.q)
+        T_w_c, T = placed.frames([tree.find(self.sight.eye.name), tree.find(held_by)])
+        now, goal = program.rows(9), program.rows(9)
+        program.add(kernels.in_world, T_w_c, of.s, now)
+        program.add(kernels.in_world, T_w_c, program.constant(self.s_goal), goal)
+        V = self._twist(program, now, goal)
+        program.add(kernels.carried, T, V)
+        J = jacobian_in_world(placed, tree, held_by, T, self.columns)
+        given = of._replace(J=J, inverse=PseudoInverse())
+        qd = realised(given, V, program.constant(self.task.length))
+        return lambda gain: qd
+
+    def _twist(self, program: Program, now: int, goal: int) -> int:
+        """Add the stages of `twist`, and return its rows (6,)."""
+        rotation, translation = (
+            program.constant(gain) for gain in (self.task.rotation, self.task.translation)
+        )
+        V, variant = program.rows(6), self.task.variant
+        program.add(kernels.turning, now, goal, rotation, variant == "completed", V)
+        sign = 1 if variant == "printed" else -1
+        program.add(kernels.moving, now, goal, translation, sign, V)
+        return V
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:
         """Return T and Omega (3, B) at the world's origin, from a, b, c (3, 3, B) in its axes."""
-        if self.task.variant == "completed":
-            pairs = zip(_edges(now), _edges(goal), strict=True)
-            turns = [np.cross(a, b, axis=0) for a, b in pairs]
-            omega = 0.5 * self.task.rotation * (turns[0] + turns[1] + turns[2])
-        else:
-            omega = self.task.rotation * np.cross(_normal(now), _normal(goal), axis=0)
-        lever = np.cross(omega, now[0], axis=0)
-        sign = 1.0 if self.task.variant == "printed" else -1.0
-        return self.task.translation * (goal[0] - now[0]) + sign * lever, omega
 
+        def add(program: Program, *rows: int) -> tuple[int]:
+            return (self._twist(program, *rows),)
 
-def _world(T_w_c: Array, s: Array) -> Array:
-    """Return points (3, 3, B) in the world, the point first, from camera axes s (9, B)."""
-    X = s.reshape(3, 3, 1, -1)
-    turned = T_w_c[:, 0] * X[:, 0] + T_w_c[:, 1] * X[:, 1] + T_w_c[:, 2] * X[:, 2]
-    points: Array = turned + T_w_c[:, 3]
-    return points
-
-
-def _normal(points: Array) -> Array:
-    """Return P_ab x P_ac (3, B), normal to the plane of a, b, c, as long as the sine at a."""
-    a, b, c = points
-    normal: Array = np.cross(_unit(b - a), _unit(c - a), axis=0)
-    return normal
-
-
-def _edges(points: Array) -> tuple[Array, Array, Array]:
-    """Return unit vectors (3, B) along ab, across ab in the plane of a, b, c, and normal to it."""
-    ab, normal = _unit(points[1] - points[0]), _unit(_normal(points))
-    return ab, np.cross(normal, ab, axis=0), normal
-
-
-def _unit(v: Array) -> Array:
-    unit: Array = v / np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    return unit
+        (V,) = evaluated(add, [now, goal], [(6,)])
+        return V[:3], V[3:]

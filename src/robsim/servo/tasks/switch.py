@@ -12,11 +12,18 @@ from numpy.typing import NDArray
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Flag, register
 from robsim.kernels import commanding
+from robsim.kernels import switching as kernels
 from robsim.kernels.program import Blocks
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.conditions import CONDITION, Comparison, Condition
+from robsim.servo.tasks.conditions import (
+    CONDITION,
+    Compared,
+    Comparison,
+    Condition,
+    staged,
+)
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.several import Several, common, union
 from robsim.servo.tasks.task import Task
@@ -85,32 +92,44 @@ class Switched(Several):
         """Add the stages of both schemes; the joints of the one that waits stand still."""
         each, program = self._parts(given), given.program
         qd, second = program.rows(self.columns.size), program.rows()
-        program.call(lambda blocks, step: self._throw(blocks, step, given, each, second))
+        program.add(kernels.thrown, self.latch, self._condition(given, each), second)
         program.add(commanding.cleared, self.columns.size, qd)
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
             n, own = part.columns.size, self._own(part)
             program.add(commanding.taken, n, one.qd, second, i, *(qd + own))
         return self._together(given, each, qd)
 
-    def _throw(
-        self, blocks: Blocks, step: int, given: Given, each: list[Commanded], second: int
-    ) -> None:
-        """Write in which runs the second scheme commands."""
-        seen = [
-            self._comparison(blocks, given, *pair) for pair in zip(self.parts, each, strict=True)
-        ]
-        thrown = _truths(self.when, seen, blocks.runs)
-        if self.latch and step > 0:
-            thrown = thrown | (blocks.get(second, 1)[0] > 0.0)
-        blocks.put(second, thrown[None].astype(float))
+    def _condition(self, given: Given, each: list[Commanded]) -> int:
+        """Return the row of the condition, which may be a user's."""
+        program, images = given.program, [_images(given, part) for part in self.parts]
+        parts = list(zip(self.parts, each, images, strict=True))
+        when = staged(self.when)
+        if when is not None:
+            seen = [Compared(part.k, one.error, some) for part, one, some in parts]
+            return when.stages(program, *seen)
+        holds = program.rows()
 
-    def _comparison(
-        self, blocks: Blocks, given: Given, part: Controller, one: Commanded
-    ) -> Comparison:
-        get, k = blocks.get, part.k
-        views = [(given.views[s.key].pixels, len(s.target.marks), 2) for s in part.sights]
-        pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *(get(*view) for view in views)])
-        return Comparison(get(one.s, k), get(one.error, k), get(one.qd, part.columns.size), pixels)
+        def ask(blocks: Blocks, step: int) -> None:
+            seen = [_comparison(blocks, *each) for each in parts]
+            blocks.put(holds, _truths(self.when, seen, blocks.runs)[None].astype(float))
+
+        program.call(ask)
+        return holds
+
+
+def _images(given: Given, part: Controller) -> list[tuple[int, int]]:
+    """Return the rows of the pixels of each of its images, and how many marks there are."""
+    return [(given.views[sight.key].pixels, len(sight.target.marks)) for sight in part.sights]
+
+
+def _comparison(
+    blocks: Blocks, part: Controller, one: Commanded, images: Sequence[tuple[int, int]]
+) -> Comparison:
+    """Return what a condition of a user's is shown of one scheme."""
+    get, k = blocks.get, part.k
+    views = (get(pixels, N, 2) for pixels, N in images)
+    pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *views])
+    return Comparison(get(one.s, k), get(one.error, k), get(one.qd, part.columns.size), pixels)
 
 
 def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[np.bool_]:

@@ -1,0 +1,108 @@
+"""Built-in laws, which are stages of a program and can be asked in Python as well."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from robsim.base.arrays import Array, first_view
+from robsim.kernels import commanding
+from robsim.kernels.program import Function, Program
+from robsim.servo.laws.inverse import Inverse, solved
+
+if TYPE_CHECKING:
+    from robsim.servo.laws.law import ControlState
+
+AtGain = Callable[[int], int]  # adds stages for the row of a gain, and returns velocities (n,)
+
+
+class LawRows(NamedTuple):
+    """The rows of a program that a law reads, and what else it is given; see `ControlState`.
+
+    Rows that are not given are -1.
+    """
+
+    program: Program
+    k: int
+    n: int
+    error: int  # (k,)
+    L: int  # (k, 6)
+    J: int  # (6, n)
+    A: int  # (k, n) L J
+    s: int  # (k,)
+    q: int  # (nq,)
+    inverse: Inverse
+    one_motion: bool  # whether A is the product of L and J
+
+
+class StagedLaw(ABC):
+    """The base of laws whose velocities are computed by stages of a program."""
+
+    @abstractmethod
+    def stages(self, of: LawRows) -> AtGain:
+        """Add the stages that do not depend on the gain; return what adds the others for one."""
+
+    def command(self, state: ControlState) -> Array:
+        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
+        runs = state.error_last.shape[-1]
+        L, J, A = state.interaction_last, state.jacobian_last, state.task_jacobian_last
+        gain, none = np.empty((1, runs)), np.empty((0, runs))
+        gain[:] = np.ravel(state.gain)
+        more = (none if x is None else x for x in (state.s_last, state.q_last))
+        rows = [x.reshape(-1, runs) for x in (gain, state.error_last, L, J, A, *more)]
+        what = A.shape[1], tuple(map(len, rows)), state.inverse, state.one_motion
+        try:
+            function = _kept_function(self, *what)
+        except TypeError:  # from a user's subclass with a field that has no hash
+            function = _function(self, *what)
+        return first_view(function(np.concatenate(rows)))
+
+
+def _function(
+    law: StagedLaw, n: int, sizes: tuple[int, ...], inverse: Inverse, one_motion: bool
+) -> Function:
+    """Return the velocities of a law (n,) as a function of so many rows: gain, e, L, J, L J, s, q.
+
+    What has no rows is -1.
+    """
+    program = Program()
+    first = program.rows(sum(sizes))
+    starts = (first + sum(sizes[:i]) if size else -1 for i, size in enumerate(sizes))
+    gain, error, L, J, A, s, q = starts
+    of = LawRows(program, sizes[1], n, error, L, J, A, s, q, inverse, one_motion)
+    qd = law.stages(of)(gain)
+    assert program.compiled
+    return Function(program, first, qd, n)
+
+
+_kept_function = lru_cache(maxsize=64)(_function)
+
+
+def staged(law: Any) -> StagedLaw | None:
+    """Return a law that is made of stages; None if a user's class commands in Python."""
+    own = not isinstance(law, StagedLaw) or type(law).command is not StagedLaw.command
+    return None if own else law
+
+
+def times_gain(of: LawRows, unit: int) -> AtGain:
+    """Return what adds the stage of -gain times some velocities."""
+
+    def at(gain: int) -> int:
+        qd = of.program.rows(of.n)
+        of.program.add(commanding.commanded, of.n, gain, unit, qd)
+        return qd
+
+    return at
+
+
+def realised(of: LawRows, V: int, length: int) -> int:
+    """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
+    program, J = of.program, of.program.rows(6 * of.n)
+    program.add(commanding.in_units, V, 6, 1, length, 0, V)
+    program.add(commanding.in_units, of.J, 6, of.n, length, 0, J)
+    _, damping, rcond = of.inverse.numbers
+    return solved(program, (J, 6, of.n), V, damping, rcond)

@@ -1,0 +1,50 @@
+"""The rows of the bodies of a scene at the coordinates that a controller measures."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.kernels import commanding
+from robsim.kernels.program import Blocks, Program
+from robsim.robot.placed import Placed, add_jacobian
+from robsim.robot.tree import Tree
+from robsim.servo.given import Given
+from robsim.world.scene import Scene
+
+
+def placed_at(program: Program, tree: Tree, q: int) -> Placed:
+    """Add the stages that place the bodies of a tree at coordinates in rows from q."""
+    placed = Placed(program, tree.joints, q, tree.nq)
+    if tree.own:
+        program.call(lambda blocks, step: placed.prepare(tree.own, blocks))
+    placed.add()
+    return placed
+
+
+def jacobian_in_world(
+    placed: Placed, tree: Tree, frame: str, T: int, columns: NDArray[np.int64]
+) -> int:
+    """Add the stages of J (6, n) of a frame at T, rows (v, omega) in world axes; return its rows.
+
+    n are the velocities that are chosen.
+    """
+    program, here = placed.program, placed.program.constant(np.eye(4)[:3])
+    for i in range(3, 12, 4):
+        program.add(commanding.copied, 1, T + i, here + i)
+    moves = tree.moves(tree.carried(frame), columns)
+    return add_jacobian(program, placed.poses, placed.ratio, here, moves)
+
+
+def prescribed_rates(given: Given, scene: Scene, columns: NDArray[np.int64]) -> int:
+    """Return the rows of prescribed velocities of a scene, as they are at each step."""
+    rows = given.program.constant(scene.drift(0.0)[columns])
+    if scene.varies:
+
+        def ask(blocks: Blocks, step: int) -> None:
+            rates: Array = scene.drift(step * given.seconds)[columns, None]
+            blocks.put(rows, np.repeat(rates, blocks.runs, axis=1))
+
+        given.program.call(ask)
+    return rows
