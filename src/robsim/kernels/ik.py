@@ -53,22 +53,24 @@ class Search(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The results of searches, with the run first."""
+    """The results of searches, with the run first: the best until now, at first `nothing`."""
 
     q: Any  # (run, nq)
     error: Any  # the larger of the metres and the radians that count
     counts: Any  # (3, run) the reason, iterations, restarts
 
 
+def nothing(q0: Any) -> Found:
+    """Return what is found before the searches begin at q0[run, nq]."""
+    counts = np.zeros((3, len(q0)), dtype=np.int64)
+    counts[REASON] = ITERATIONS
+    return Found(q0.copy(), np.full(len(q0), np.inf), counts)
+
+
 @part
-def begin(block, search, found):
+def begin(block, search):
     """Make all lanes ready for their first runs, at the first start."""
-    for run in range(found.error.size):
-        found.error[run], found.counts[REASON, run] = np.inf, ITERATIONS
-        found.counts[ITERATED, run], found.counts[RESTARTED, run] = 0, 0
-        for i in range(found.q.shape[1]):
-            found.q[run, i] = search.q0[run, i]  # where the error is not a number
-    for i in range(found.q.shape[1] if found.error.size > 0 else 0):
+    for i in range(search.q0.shape[1] if search.q0.shape[0] > 0 else 0):
         put(block, Q + i, search.q0[0, i])
     put(block, TURN, DONE)
     put(block, RUN, -1.0)
@@ -190,7 +192,7 @@ def solve(
     """
     search = Search(goals, q0, starts, poses, share, rows, tolerance, iterations)
     found, block = Found(q, error, counts), template.copy()
-    begin(block, search, found)
+    begin(block, search)
     after, going = 0, 1
     while going > 0:
         after, going = serve(block, after, search, found)

@@ -22,8 +22,7 @@ FEW = 64  # runs that are not worth another thread
 def search(descent: Descent, goals: Array, q0: Array, effort: Effort) -> kernels.Found:
     """Return the results of a search for goals[run, 4, 4] from q0[run, nq]."""
     starts, runs = descent.arm.starts(effort.restarts, effort.seed), len(goals)
-    counts = np.empty((3, runs), dtype=np.int64)
-    found = kernels.Found(np.empty(q0.shape), np.empty(runs), counts)
+    found = kernels.nothing(q0)
     rest = *starts, descent.share, descent.rows, effort.tolerance, effort.iterations
     solve = _compiled if descent.tree.compiled else _in_python
 
@@ -32,7 +31,7 @@ def search(descent: Descent, goals: Array, q0: Array, effort: Effort) -> kernels
             solve(descent, kernels.Search(goals, q0, *rest), found)
             return
         q, error, counted = found
-        part = kernels.Found(q[start:end], error[start:end], np.empty((3, end - start), np.int64))
+        part = kernels.Found(q[start:end], error[start:end], counted[:, start:end].copy())
         solve(descent, kernels.Search(goals[start:end], q0[start:end], *rest), part)
         counted[:, start:end] = part.counts
 
@@ -49,7 +48,7 @@ def _in_python(descent: Descent, search: kernels.Search, found: kernels.Found) -
     """Fill `found` as the kernel does, for trees with joints of the user's own kinds."""
     blocks = Blocks(descent.program, np.zeros(WIDTH, dtype=np.int64))
     block, parts = blocks.flat[0], descent.program.segments()
-    kernels.begin(block, search, found)
+    kernels.begin(block, search)
     after, going = kernels.serve(block, 0, search, found)
     while going > 0:
         for part in parts:
