@@ -164,7 +164,7 @@ def any_scenario_comes_back(rng):
     assert bits(again.scene) == bits(scene)
     assert bits(again.task) == bits(scenario.task)
     assert bits(again.start) == bits(q0)
-    own = {**told, "hold": False, "first_run": 0, "title": scenario.title}
+    own = {**told, "endings": (), "hold": False, "first_run": 0, "title": scenario.title}
     assert again.settings == scenario.settings == own
     assert again.to_toml() == text == again.text
 

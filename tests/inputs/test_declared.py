@@ -53,6 +53,7 @@ WAY = {"start": {}, "end": {"position": "1, 0, 0 m"}, "duration": "2 s"}
 
 # where a kind of a family stands, and what stands around it
 PLACES = {
+    "ending": (("endings", 0), {}),
     "trajectory": (("task", "trajectory"), {"kind": "follow_joints", "joints": ["upper", "fore"]}),
     "shape": (("objects", 0, "shapes", 0), {}),
     "feature": (("task", "features"), {"kind": "ibvs"}),
@@ -97,6 +98,8 @@ NEEDED = {
     "error_below": {"value": 0.1},
     "near_border": {"margin": 20, "size": [640, 480]},
     "posture": {"q": ["0 deg", "0 deg"]},
+    "region": {"frame": "eye", "low": "0, 0, 0 m", "high": "1, 1, 1 m"},
+    "too_close": {"one": "eye", "other": "world", "distance": "1 m"},
     "filter": {"start": "1 m"},
     "follow_joints": {"to": {"upper": "10 deg"}, "duration": "1 s"},
     "follow_path": {"to": {"position": "1, 0, 0 m"}, "duration": "1 s"},

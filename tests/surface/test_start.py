@@ -24,6 +24,8 @@ MACHINERY = {  # of the files that know how Numba compiles
     "notice": {"os", "sys", "threading", "time", "typing", "numba.core"},
     "stage": {"collections.abc", "typing", "llvmlite", "numba.extending", "numba.np.arrayobj"},
     "memory": {"typing", "numba.extending"},
+    "linked": {"typing", "llvmlite", "numba.core", "numba.extending", "numba.np.arrayobj"},
+    "uncollected": {"gc", "typing", "numba.core"},
     "program": {"__future__", "collections.abc", "itertools", "typing", "numpy.typing"},
     "lanes": {
         *("operator", "typing", "llvmlite", "numba.core", "numba.core.typing.templates"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, ClassVar, Literal, Self, get_args
 
@@ -10,11 +10,12 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import GoalError
+from robsim.base.values import unchecked
 from robsim.declare import Word, check_fields, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
 from robsim.features.rows import FeatureRows, Seen
-from robsim.geometry.pose import IDENTITY, Pose, as_pose
+from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import pose_features as kernels
 
 Form = Literal["goal", "camera"]
@@ -30,14 +31,14 @@ class _PoseFeature(Compiled):
     T_goal_o: Pose = field(default=IDENTITY, kw_only=True)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "T_goal_o", as_pose(self.T_goal_o))
+        object.__setattr__(self, "T_goal_o", one_pose(self.T_goal_o, "T_goal_o"))
         check_fields(self)
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature relative to the camera with this view of the target."""
         if not np.isfinite(goal.pose).all():
             raise GoalError("no pose of the target fits what is seen at the goal")
-        return replace(self, T_goal_o=Pose(goal.pose[0] if len(goal.pose) == 1 else goal.pose))
+        return unchecked(self, T_goal_o=Pose(goal.pose[0] if len(goal.pose) == 1 else goal.pose))
 
     def _from_goal(self, seen: Seen) -> int:
         """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""

@@ -49,7 +49,7 @@ OUTCOMES = {  # colour and hatch: blue for success, else warm; lightness differs
     Outcome.SINGULAR: ("#882255", "xxx"),
     Outcome.DIVERGED: ("#5c1a00", ""),
     Outcome.NOT_FINITE: (BLACK, ""),
-    Outcome.ENDED: (SKY_BLUE, "+++"),
+    Outcome.ENDED: ("#b3a36b", "+++"),
     Outcome.RUNNING: (LIGHT_GREY, "|||"),
 }
 ASTERISK = (6, 2, 0)  # a marker of six strokes
