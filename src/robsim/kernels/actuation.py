@@ -3,7 +3,7 @@
 import math
 
 from robsim.kernels.jit import kernel
-from robsim.kernels.lanes import WIDTH
+from robsim.kernels.lanes import WIDTH, get, put
 from robsim.kernels.stage import stage
 from robsim.kernels.steps import in_steps
 
@@ -53,9 +53,8 @@ def follow_stage(p, w, step):
             )
 
 
-@kernel
-def count(step, q, out):
-    """Compute out[i, b] = q rounded to whole steps, or q itself where the step is zero."""
-    for i in range(q.shape[0]):
-        for b in range(q.shape[1]):
-            out[i, b] = in_steps(q[i, b], step[i])
+@stage
+def count(p, w, step):
+    """Compute coordinates as encoders read them: (n, steps, q, out), steps of zero for none."""
+    for i in range(p[0]):
+        put(w, p[3] + i, in_steps(get(w, p[2] + i), get(w, p[1] + i)))

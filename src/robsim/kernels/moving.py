@@ -53,7 +53,9 @@ def fly(p, w, step):
 @stage
 def glide(p, w, step):
     """Move a body in its plane: (dt, q, v, velocities)."""
-    joints.integrate_in_plane(vector(w, p[2], p[3]), w[p[0] * WIDTH], vector(w, p[1], 3))
+    v, q = vector(w, p[2], p[3]), vector(w, p[1], 3)
+    for b in range(WIDTH):
+        joints.integrate_in_plane(v[:, b : b + 1], w[p[0] * WIDTH + b], q[:, b : b + 1])
 
 
 @stage

@@ -26,7 +26,6 @@ class Blocks:
     def __init__(self, program: Program, runs: NDArray[np.int64]) -> None:
         self.runs = len(runs)
         self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
-        self.hidden: dict[Any, NDArray[np.bool_]] = {}  # marks (N, runs) that a camera cannot see
         self.made: dict[Any, Any] = {}  # what stages in Python made at this step
         each = np.append(runs, np.repeat(runs[-1:], -len(runs) % WIDTH))
         self.numbers = _aligned(each.size // WIDTH, program.size)

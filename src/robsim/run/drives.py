@@ -1,4 +1,4 @@
-"""The drives: how the joints of a chunk of runs follow a command, and what encoders read."""
+"""The drives: how the joints of a chunk of runs follow a command, and steps of encoders."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, some_runs
+from robsim.base.arrays import Array, frozen
 from robsim.kernels import actuation as kernels
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -21,10 +21,6 @@ class Period(NamedTuple):
     q: Array  # (nq, B)
     rates: Array  # (nv, B) velocities when it began
     qd: Array  # (nv, B)
-
-    def without(self, over: NDArray[np.bool_]) -> Period:
-        """Return the period of the runs that go on."""
-        return Period(*(some_runs(part, ~over) for part in self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +38,6 @@ class Drives:
     def moved(self, held: Period, seconds: float, dt: float) -> Array:
         """Return coordinates (nq, B) some time after a period began that lasts dt."""
         return held.q if seconds == 0.0 else self._after(held, seconds, dt)[0]
-
-    def counted(self, q: Array) -> Array:
-        """Return coordinates (nq, B) as the encoders read them."""
-        if not self.actuation.counts:
-            return q
-        out = np.empty_like(q)
-        kernels.count(self._steps, q, out)
-        return out
 
     def _after(self, held: Period, seconds: float, dt: float) -> tuple[Array, Array]:
         """Return coordinates and velocities some time after a period began.
@@ -91,7 +79,7 @@ class Drives:
         return velocity, acceleration
 
     @cached_property
-    def _steps(self) -> Array:
+    def steps(self) -> Array:
         """The encoder step of each coordinate (nq,); zero where a joint has no encoder."""
         steps = np.zeros(self.scene.nq)
         given = np.full(self.scene.nq, self.actuation.encoder, dtype=float)

@@ -39,7 +39,8 @@ class Judge:
         free = np.full(plant.scene.limits.shape, [-np.inf, np.inf])
         limits = self.program.constant((plant.scene.limits + slack if limited else free).T)
         busy = self.program.constant(1.0) if hold else command.busy
-        seen = sensor.status, sensor.depth, sensor.marks[-1]
+        images = sensor.images
+        seen = sensor.status, images.true + 2 * images.N, images.N
         add(
             judging.judge, plant.q, plant.scene.nq, limits, *seen, command.qd, n, size, norm,
             self.tolerance, busy, self.program.rows(2), self.still, self.steps,
@@ -48,16 +49,16 @@ class Judge:
         room = self.program.rows(k * n + k + n + scratch_of(k, n))
         rank = self.program.constant(c.rcond), c.full_rank, self.outcome, room
         add(judging.stalls, *matrix, self.scale, *rank)
-        if not sensor.prompt or plant.drives.moves:
+        if not images.fresh or plant.drives.moves:
             self._wait(plant, sensor, command, pace, size)
 
     def _wait(self, plant: Plant, sensor: Sensor, command: Commanded, pace: int, size: int) -> None:
         """Add the stage that lets runs go on that only pass their goal."""
         c = self.controller
-        rates = plant.rates if plant.drives.moves else -1
+        rates, age = plant.rates if plant.drives.moves else -1, sensor.images.age
         self.program.add(
             judging.wait, command.task_jacobian, c.k, c.columns.size, command.qd, self.scale,
-            pace, self.tolerance, size, sensor.age, self.program.rows(), self.outcome, self.steps,
+            pace, self.tolerance, size, age, self.program.rows(), self.outcome, self.steps,
             rates, *c.columns,
         )  # fmt: skip
 

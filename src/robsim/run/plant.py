@@ -35,47 +35,70 @@ class Plant:
 
     def move(self) -> None:
         """Add the stages of a period: joints move as they were commanded at the step before."""
-        if not self._is_compiled:
+        if self._is_compiled:
+            self._integrate(self.dt, self.q, self.speed)
+        else:
             self.program.call(self._advance)
-            return
-        v = self._follow() if self.drives.actuation.moves else self.qd
+
+    def within(self, seconds: int) -> Placed:
+        """Add the stages that place all bodies where they were in the period that ends now.
+
+        That is some time, in a row, after it began; call it before `move`.
+        """
+        nq, nv, tree = self.scene.nq, self.scene.nv, self.scene.tree
+        q, speed = self.program.rows(nq), self.program.rows(nv)
+        if self._is_compiled:
+            self.program.add(copied, nq, self.q, q)
+            self.program.add(copied, nv, self.speed, speed)
+            self._integrate(seconds, q, speed)
+        else:
+            self.program.call(lambda chunk, step: chunk.put(q, self._moved(chunk, seconds)))
+        placed = Placed(self.program, tree.joints, q, nq)
+        if not tree.compiled:
+            self.program.call(lambda chunk, step: placed.prepare(tree.own, chunk))
+        placed.add()
+        return placed
+
+    def _integrate(self, dt: int, x: int, speed: int) -> None:
+        """Add the stages that move coordinates from x for a time, from velocities `speed`."""
+        v = self._follow(dt, speed) if self.drives.actuation.moves else self.qd
         joints = self.scene.tree.joints
         steady: list[int] = []
         for row in joints.rows[1:]:
-            kind, q, rate = row[KIND], self.q + row[IQ], v + row[IV]
+            kind, q, rate = row[KIND], x + row[IQ], v + row[IV]
             if row[IV] < 0:
                 continue  # what depends on others moves with them
             if kind == kinds.FLOATING:
-                self.program.add(moving.fly, self.dt, q, rate)
+                self.program.add(moving.fly, dt, q, rate)
             elif kind in (kinds.PLANAR, kinds.UNICYCLE, kinds.CAR):
                 count = 3 if kind == kinds.PLANAR else 2
-                self.program.add(moving.glide, self.dt, q, rate, count)
+                self.program.add(moving.glide, dt, q, rate, count)
             else:
                 steady += [q, rate]
         if steady:
-            self.program.add(moving.run, self.dt, len(steady) // 2, *steady)
+            self.program.add(moving.run, dt, len(steady) // 2, *steady)
         for n, m, _, k in joints.wheels.rows:
             ratio = self.placed.ratio + k
-            self.program.add(moving.roll, self.dt, self.q + n, v + m, ratio)
+            self.program.add(moving.roll, dt, x + n, v + m, ratio)
 
     @property
     def _is_compiled(self) -> bool:
         """Whether there are stages for all that moves: no joint of a user's kind, and no car."""
         return self.scene.tree.compiled and not self.scene.tree.cars
 
-    def _follow(self) -> int:
-        """Add the stages of joints that lag, and return the rows of their mean velocities."""
+    def _follow(self, dt: int, speed: int) -> int:
+        """Add the stages of joints that lag for a time; return the rows of mean velocities."""
         program, nv, mean = self.program, self.scene.nv, self.program.rows(self.scene.nv)
         rows = []
         for i in range(nv):
             if i in self.drives.columns:
-                rows += [self.qd + i, self.speed + i, mean + i]
+                rows += [self.qd + i, speed + i, mean + i]
             else:
-                program.add(copied, 1, self.qd + i, self.speed + i)
+                program.add(copied, 1, self.qd + i, speed + i)
                 program.add(copied, 1, self.qd + i, mean + i)
         lag = program.constant(self.drives.actuation.lag)
         limits = [program.constant(limit) for limit in self.drives.limits]
-        program.add(follow_stage, len(rows) // 3, self.dt, lag, *limits, *rows)
+        program.add(follow_stage, len(rows) // 3, dt, lag, *limits, *rows)
         return mean
 
     def place(self) -> None:
@@ -114,12 +137,22 @@ class Plant:
         wanted = np.where(self.scene.prescribed[:, None], drift, speed)
         chunk.put(self.rates, self.scene.tree.driven(q, wanted))
 
-    def period(self, chunk: Chunk) -> Period:
+    def _period(self, chunk: Chunk) -> Period:
         """Return where the period of the step before began, and what was commanded in it."""
         nq, nv = self.scene.nq, self.scene.nv
         return Period(chunk.get(self.q, nq), chunk.get(self.speed, nv), chunk.get(self.qd, nv))
 
+    def _moved(self, chunk: Chunk, seconds: int) -> Array:
+        """Return coordinates (nq, B) some time, in a row, after the period began."""
+        period, each = self._period(chunk), chunk.get(seconds, 1)[0]
+        q = period.q.copy()
+        for time in np.unique(each):
+            some = each == time
+            held = Period(*(np.ascontiguousarray(part[:, some]) for part in period))
+            q[:, some] = self.drives.moved(held, float(time), self.seconds)
+        return q
+
     def _advance(self, chunk: Chunk, step: int) -> None:
-        q, speed = self.drives.advance(self.period(chunk), self.seconds)
+        q, speed = self.drives.advance(self._period(chunk), self.seconds)
         chunk.put(self.q, q)
         chunk.put(self.speed, speed)
