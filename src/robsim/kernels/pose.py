@@ -6,43 +6,43 @@ from robsim.kernels.block import gather_rows, scatter_rows
 from robsim.kernels.camera import NEAR
 from robsim.kernels.features import put_point_rates
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
-from robsim.kernels.moving import screw
+from robsim.kernels.lanes import WIDTH, absolute, get, put, some, where
 from robsim.kernels.placing import compose
-from robsim.kernels.se3 import along_screw, quaternion_to_rotation
+from robsim.kernels.pose_newton import update
 from robsim.kernels.solve import scratch_of, scratch_rows, solve_block
 
 UPDATES = 30  # at most, halved ones included
 STILL = 4e-15  # an update that moves no image point by more is rounding: the run has arrived
 ROUNDING = 1e-12  # of the sum of squares: an update that adds no more makes nothing worse
-EACH, OTHER = 19, 30  # rows to work in for each mark, and besides
+EACH, OTHER = 34, 78  # rows to work in for each mark, and besides
 RCOND = 1e-12  # a motion that the image shows so little is left as it was guessed
 
 
 @part
-def _reproject(w, marks, N, T, x, now, Z, error):
-    """Compute the image `now` of marks at T, their depths Z, and the error now - x.
+def _reproject(w, marks, N, T, x, image):
+    """Compute the image of marks at T: 2 N points, N inverse depths, 2 N errors against x.
 
     They are NaN for marks behind the camera.
     """
+    now, inverse, error = image, image + 2 * N, image + 3 * N
     for n in range(N):
         px, py, pz = get(w, marks + 3 * n), get(w, marks + 3 * n + 1), get(w, marks + 3 * n + 2)
         depth = get(w, T + 8) * px + get(w, T + 9) * py + get(w, T + 10) * pz + get(w, T + 11)
-        depth = where(depth > NEAR, depth, np.nan)
-        put(w, Z + n, depth)
+        near = 1.0 / where(depth > NEAR, depth, np.nan)
+        put(w, inverse + n, near)
         for r in range(2):
             t = T + 4 * r
             X = get(w, t) * px + get(w, t + 1) * py + get(w, t + 2) * pz + get(w, t + 3)
-            put(w, now + 2 * n + r, X / depth)
-            put(w, error + 2 * n + r, X / depth - get(w, x + 2 * n + r))
+            put(w, now + 2 * n + r, X * near)
+            put(w, error + 2 * n + r, X * near - get(w, x + 2 * n + r))
 
 
 @part
-def _interaction(w, N, now, Z, L):
+def _interaction(w, N, now, inverse, L):
     """Compute L of the marks in the image."""
     for n in range(N):
         x, y = get(w, now + 2 * n), get(w, now + 2 * n + 1)
-        put_point_rates(w, L + 12 * n, x, y, 1.0 / get(w, Z + n))
+        put_point_rates(w, L + 12 * n, x, y, get(w, inverse + n))
 
 
 @part
@@ -59,17 +59,31 @@ def _image_motion(w, L, V, rows):
 
 
 @part
-def _exponential(w, V, share, T):
-    """Compute T = exp(share V)."""
-    vx, vy, vz = share * get(w, V), share * get(w, V + 1), share * get(w, V + 2)
-    wx, wy, wz = share * get(w, V + 3), share * get(w, V + 4), share * get(w, V + 5)
-    b, c, sinc, cosine = screw(sqrt(wx * wx + wy * wy + wz * wz))
-    way, s = along_screw(vx, vy, vz, wx, wy, wz, b, c), 0.5 * sinc
-    R = quaternion_to_rotation(s * wx, s * wy, s * wz, cosine)
+def _motion(w, u, share, T):
+    """Compute a screw T that is exp(share u) up to the second order, by Cayley's formula.
+
+    About the same axis it turns by 2 atan(theta / 2). With a = share omega / 2 and
+    s = 2 / (1 + |a|^2): R = I + s ([a]x + [a]x^2), t = share s/2 (v + a x v + (a.v) a).
+    """
+    vx, vy, vz = share * get(w, u), share * get(w, u + 1), share * get(w, u + 2)
+    half = 0.5 * share
+    x, y, z = half * get(w, u + 3), half * get(w, u + 4), half * get(w, u + 5)
+    s = 2.0 / (1.0 + (x * x + y * y + z * z))
+    R = (
+        (1.0 - s * (y * y + z * z), s * (x * y - z), s * (x * z + y)),
+        (s * (x * y + z), 1.0 - s * (x * x + z * z), s * (y * z - x)),
+        (s * (x * z - y), s * (y * z + x), 1.0 - s * (x * x + y * y)),
+    )
+    way, half = x * vx + y * vy + z * vz, 0.5 * s
+    t = (
+        half * (vx + (y * vz - z * vy) + way * x),
+        half * (vy + (z * vx - x * vz) + way * y),
+        half * (vz + (x * vy - y * vx) + way * z),
+    )
     for r in range(3):
         for j in range(3):
             put(w, T + 4 * r + j, R[r][j])
-        put(w, T + 4 * r + 3, way[r])
+        put(w, T + 4 * r + 3, t[r])
 
 
 @part
@@ -82,6 +96,20 @@ def _is_worse(w, error, ahead, rows):
     return ~(gain >= -ROUNDING * square)
 
 
+@part
+def _leave(w, L, N, error, rcond, lost, back, other, scratch):
+    """Let an update be L^+ e, without the motions that the image hardly shows, in lost runs."""
+    solve_block(w, L, 2 * N, 6, error, -1, rcond, other, scratch)
+    _take(w, lost, other, back, 6)
+
+
+@part
+def _take(w, mask, new, rows, count):
+    """Let rows be new ones where a mask is true."""
+    for i in range(count):
+        put(w, rows + i, where(mask, get(w, new + i), get(w, rows + i)))
+
+
 def room_of(N: int) -> int:
     """Return how many rows `fit` needs to work in, for N marks."""
     return EACH * N + OTHER + scratch_of(2 * N, 6)
@@ -91,36 +119,39 @@ def room_of(N: int) -> int:
 def fit(w, marks, N, x, guess, T, room):
     """Fit the pose T_c_o = T to the image x of N marks, from a guess.
 
-    Gauss-Newton on the sum of squared distances between measured and reprojected points, all
-    normalised: a virtual camera is servoed on its image (Comport, Marchand, Pressigout and
-    Chaumette 2006). With V = -L^+ (x(T) - x) the camera moves by exp(V), so T <- exp(-V) T; an
-    update that would make the image worse is halved. Each run stops on its own, and an exact guess
-    is returned as it is. It is the minimum to which the guess leads: three marks, or marks in a
-    plane, often have a second one. Where noise hides the tilt of a small target it is found slowly,
-    and what 30 updates reach is returned, which is never worse than the guess. Needs three marks
-    that are not on one line. NaN where a mark is not seen, or was guessed behind the camera.
+    Newton's method on the sum of squared distances between measured and reprojected points, all
+    normalised (see `robsim.kernels.pose_newton`). Where that does not bend upwards, a virtual
+    camera is servoed on its image (Comport, Marchand, Pressigout and Chaumette 2006), as
+    Gauss-Newton: with V = -L^+ (x(T) - x) the camera moves by exp(V), so T <- exp(-V) T. An update
+    that would make the image worse is halved. Each run stops on its own, and an exact guess is
+    returned as it is. It is the minimum to which the guess leads: three marks, or marks in a
+    plane, often have a second one. What 30 updates reach is returned, which is never worse than the
+    guess. Needs three marks that are not on one line. NaN where a mark is not seen, or was guessed
+    behind the camera.
     """
-    now, Z, error, ahead = room, room + 2 * N, room + 3 * N, room + 5 * N
-    L, back = room + 7 * N, room + 19 * N
-    step, updated, scratch = back + 6, back + 18, back + 30
+    here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
+    back = bend + 12 * N + 42
+    step, updated, scratch = back + 6, back + 18, back + 36
     for i in range(12):
         put(w, T + i, get(w, guess + i))
     share = where(get(w, guess) > 0.0, 1.0, 1.0)
     moving, rcond = share > 0.0, RCOND * share
+    _reproject(w, marks, N, T, x, here)
     for _ in range(UPDATES):
-        _reproject(w, marks, N, T, x, now, Z, error)
-        _interaction(w, N, now, Z, L)
-        solve_block(w, L, 2 * N, 6, error, -1, rcond, back, scratch)  # -V
+        _interaction(w, N, here, here + 2 * N, L)
+        lost = update(w, N, here, here + 2 * N, here + 3 * N, L, moving, back, bend)
+        if some(lost):
+            _leave(w, L, N, here + 3 * N, rcond, lost, back, updated + 12, scratch)
         motion = _image_motion(w, L, back, 2 * N)
-        _exponential(w, back, share, step)
+        _motion(w, back, share, step)
         compose(w, step, T, updated)
-        _reproject(w, marks, N, updated, x, now, Z, ahead)
-        worse = _is_worse(w, error, ahead, 2 * N)
+        _reproject(w, marks, N, updated, x, there)
+        worse = _is_worse(w, here + 3 * N, there + 3 * N, 2 * N)
         goes = moving & (motion > STILL)  # an update that is only rounding is not taken
         halved = goes & worse
         taken = moving & ~halved & (goes | ~(motion >= 0.0))  # also where it is NaN
-        for i in range(12):
-            put(w, T + i, where(taken, get(w, updated + i), get(w, T + i)))
+        _take(w, taken, updated, T, 12)
+        _take(w, taken, there, here, 5 * N)
         twice = where(share < 0.5, 2.0 * share, 1.0)
         share = where(halved, 0.5 * share, where(taken, twice, share))
         moving = goes
