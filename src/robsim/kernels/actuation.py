@@ -32,16 +32,8 @@ def followed(u, lag, limit, rate, dt, v):
     return goal - gap, way / dt
 
 
-@kernel
-def follow(u, lag, limit, rate, dt, v, mean):
-    """Compute the mean velocity mean[i, b] over dt under the command u[i, b], and update v."""
-    for i in range(u.shape[0]):
-        for b in range(u.shape[1]):
-            v[i, b], mean[i, b] = followed(u[i, b], lag, limit[i], rate[i], dt, v[i, b])
-
-
 @stage
-def follow_stage(p, w, step):
+def follow(p, w, step):
     """Let velocities follow: (n, dt, lag, limits, rates), and (command, v, mean) of each."""
     dt, lag = p[1] * WIDTH, p[2] * WIDTH
     for i in range(p[0]):

@@ -59,6 +59,23 @@ def glide(p, w, step):
 
 
 @stage
+def steer(p, w, step):
+    """Steer a car for a velocity: (dt, angle, v and omega, wheelbase, limit and rate)."""
+    angle, v, car = vector(w, p[1], 1), vector(w, p[2], 2), p[3] * WIDTH
+    for b in range(WIDTH):
+        numbers = w[car + b], w[car + WIDTH + b], w[car + 2 * WIDTH + b], w[p[0] * WIDTH + b]
+        joints.steer(0, 0, *numbers, angle[:, b : b + 1], v[:, b : b + 1])
+
+
+@stage
+def obey(p, w, step):
+    """Replace omega by that of a car's steering angle: (angle, v and omega, wheelbase)."""
+    angle, v = vector(w, p[0], 1), vector(w, p[1], 2)
+    for b in range(WIDTH):
+        joints.obey(0, 0, w[p[2] * WIDTH + b], angle[:, b : b + 1], v[:, b : b + 1])
+
+
+@stage
 def roll(p, w, step):
     """Add the rolling of a wheel to its angle: (dt, angle, v of the vehicle, ratio)."""
     speed = get(w, p[3]) * get(w, p[2]) + get(w, p[3] + 1) * get(w, p[2] + 1)

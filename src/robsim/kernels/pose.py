@@ -14,7 +14,8 @@ from robsim.kernels.solve import scratch_of, scratch_rows, solve_block
 UPDATES = 30  # at most, halved ones included
 STILL = 4e-15  # an update that moves no image point by more is rounding: the run has arrived
 ROUNDING = 1e-12  # of the sum of squares: an update that adds no more makes nothing worse
-EACH, OTHER = 34, 78  # rows to work in for each mark, and besides
+EACH, OTHER = 36, 78  # rows to work in for each mark, and besides
+SLOW = 0.5  # of the sum of squares: less is gained where what is left bends it, too
 RCOND = 1e-12  # a motion that the image shows so little is left as it was guessed
 
 
@@ -60,25 +61,29 @@ def _image_motion(w, L, V, rows):
 
 @part
 def _motion(w, u, share, T):
-    """Compute a screw T that is exp(share u) up to the second order, by Cayley's formula.
+    """Compute T = exp(share u), to 1e-5 of the angle at 1 rad and far better below.
 
-    About the same axis it turns by 2 atan(theta / 2). With a = share omega / 2 and
-    s = 2 / (1 + |a|^2): R = I + s ([a]x + [a]x^2), t = share s/2 (v + a x v + (a.v) a).
+    By Cayley's formula, with a = tan(theta/2) omega/theta: R = I + s ([a]x + [a]x^2) and
+    t = s/2 k (v + a x v) + g (omega.v) omega, for s = 2 / (1 + |a|^2), and series of
+    k = tan(theta/2) / (theta/2) and g = (1 - sin(theta)/theta) / theta^2.
     """
     vx, vy, vz = share * get(w, u), share * get(w, u + 1), share * get(w, u + 2)
-    half = 0.5 * share
-    x, y, z = half * get(w, u + 3), half * get(w, u + 4), half * get(w, u + 5)
+    ox, oy, oz = share * get(w, u + 3), share * get(w, u + 4), share * get(w, u + 5)
+    q = 0.25 * (ox * ox + oy * oy + oz * oz)
+    k = 1.0 + q * (1.0 / 3.0 + q * (2.0 / 15.0 + q * (17.0 / 315.0 + q * (62.0 / 2835.0))))
+    x, y, z = 0.5 * k * ox, 0.5 * k * oy, 0.5 * k * oz
     s = 2.0 / (1.0 + (x * x + y * y + z * z))
+    along = (ox * vx + oy * vy + oz * vz) * (1.0 / 6.0 - q * (1.0 / 30.0 - q * (1.0 / 315.0)))
     R = (
         (1.0 - s * (y * y + z * z), s * (x * y - z), s * (x * z + y)),
         (s * (x * y + z), 1.0 - s * (x * x + z * z), s * (y * z - x)),
         (s * (x * z - y), s * (y * z + x), 1.0 - s * (x * x + y * y)),
     )
-    way, half = x * vx + y * vy + z * vz, 0.5 * s
+    f = 0.5 * s * k
     t = (
-        half * (vx + (y * vz - z * vy) + way * x),
-        half * (vy + (z * vx - x * vz) + way * y),
-        half * (vz + (x * vy - y * vx) + way * z),
+        f * (vx + (y * vz - z * vy)) + along * ox,
+        f * (vy + (z * vx - x * vz)) + along * oy,
+        f * (vz + (x * vy - y * vx)) + along * oz,
     )
     for r in range(3):
         for j in range(3):
@@ -87,13 +92,13 @@ def _motion(w, u, share, T):
 
 
 @part
-def _is_worse(w, error, ahead, rows):
-    """Return whether the squares of `ahead` exceed those of the error, or are NaN."""
+def _squares(w, error, ahead, rows):
+    """Return the sum of the squares of the error, and by how much that of `ahead` is less."""
     square, gain = 0.0 * get(w, error), 0.0 * get(w, error)
     for i in range(rows):
         e, a = get(w, error + i), get(w, ahead + i)
         square, gain = square + e * e, gain + (e - a) * (e + a)
-    return ~(gain >= -ROUNDING * square)
+    return square, gain
 
 
 @part
@@ -119,37 +124,39 @@ def room_of(N: int) -> int:
 def fit(w, marks, N, x, guess, T, room):
     """Fit the pose T_c_o = T to the image x of N marks, from a guess.
 
-    Newton's method on the sum of squared distances between measured and reprojected points, all
-    normalised (see `robsim.kernels.pose_newton`). Where that does not bend upwards, a virtual
-    camera is servoed on its image (Comport, Marchand, Pressigout and Chaumette 2006), as
-    Gauss-Newton: with V = -L^+ (x(T) - x) the camera moves by exp(V), so T <- exp(-V) T. An update
-    that would make the image worse is halved. Each run stops on its own, and an exact guess is
-    returned as it is. It is the minimum to which the guess leads: three marks, or marks in a
-    plane, often have a second one. What 30 updates reach is returned, which is never worse than the
-    guess. Needs three marks that are not on one line. NaN where a mark is not seen, or was guessed
-    behind the camera.
+    The sum of squared distances between measured and reprojected points, all normalised, is made
+    least: a virtual camera is servoed on its image (Comport, Marchand, Pressigout and Chaumette
+    2006), by the method of Gauss and Newton. With V = -L^+ (x(T) - x) the camera moves by exp(V),
+    so T <- exp(-V) T. Where an update no longer halves the sum, Newton's method goes on (see
+    `robsim.kernels.pose_newton`). An update that would make the image worse is halved. Each run
+    stops on its own, and an exact guess is returned as it is. It is the minimum to which the guess
+    leads: three marks, or marks in a plane, often have a second one. What 30 updates reach is
+    returned, which is never worse than the guess. Needs three marks that are not on one line. NaN
+    where a mark is not seen, or was guessed behind the camera.
     """
     here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
-    back = bend + 12 * N + 42
+    back = bend + 14 * N + 42
     step, updated, scratch = back + 6, back + 18, back + 36
     for i in range(12):
         put(w, T + i, get(w, guess + i))
     share = where(get(w, guess) > 0.0, 1.0, 1.0)
-    moving, rcond = share > 0.0, RCOND * share
+    moving, slow, rcond = share > 0.0, share < 0.0, RCOND * share
     _reproject(w, marks, N, T, x, here)
     for _ in range(UPDATES):
         _interaction(w, N, here, here + 2 * N, L)
-        lost = update(w, N, here, here + 2 * N, here + 3 * N, L, moving, back, bend)
+        lost = update(w, N, here, here + 2 * N, here + 3 * N, L, slow, moving, back, bend)
         if some(lost):
             _leave(w, L, N, here + 3 * N, rcond, lost, back, updated + 12, scratch)
         motion = _image_motion(w, L, back, 2 * N)
         _motion(w, back, share, step)
         compose(w, step, T, updated)
         _reproject(w, marks, N, updated, x, there)
-        worse = _is_worse(w, here + 3 * N, there + 3 * N, 2 * N)
+        square, gain = _squares(w, here + 3 * N, there + 3 * N, 2 * N)
+        worse = ~(gain >= -ROUNDING * square)
         goes = moving & (motion > STILL)  # an update that is only rounding is not taken
         halved = goes & worse
         taken = moving & ~halved & (goes | ~(motion >= 0.0))  # also where it is NaN
+        slow = slow | (gain < SLOW * square)
         _take(w, taken, updated, T, 12)
         _take(w, taken, there, here, 5 * N)
         twice = where(share < 0.5, 2.0 * share, 1.0)

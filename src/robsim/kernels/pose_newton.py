@@ -129,14 +129,16 @@ def curvature(w, N, now, inverse, error, L, room):
 
 
 @kernel
-def update(w, N, now, inverse, error, L, moving, u, room):
+def update(w, N, now, inverse, error, L, slow, moving, u, room):
     """Compute the update u of moving runs, from N marks; return where L' L has no sound inverse.
 
-    It is Newton's or, where f does not bend upwards, that of Gauss and Newton. `room` has
-    12 N + 42 rows.
+    It is Newton's in slow runs where f bends upwards, and else that of Gauss and Newton. `room`
+    has 14 N + 42 rows.
     """
-    H, other = room + 12 * N, room + 12 * N + 36
-    curvature(w, N, now, inverse, error, L, room)
+    H, other, bending = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
+    for i in range(2 * N):
+        put(w, bending + i, where(slow, get(w, error + i), 0.0))
+    curvature(w, N, now, inverse, bending, L, room)
     flat = moving & _factorise(w, H)
     _downhill(w, L, error, 2 * N, u)
     _substitute(w, H, u)

@@ -50,6 +50,14 @@ class Placed:
 
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
+        self.turn()
+        bodies = range(1, len(self.joints.rows))
+        for stage, some in groupby(bodies, lambda i: STAGES.get(int(self.joints.rows[i, KIND]))):
+            for each in [list(some)] if stage else [[i] for i in some]:
+                self._bodies(stage, each)
+
+    def turn(self) -> None:
+        """Add the stages of coordinates that depend on others, and of how wheels roll."""
         self._followers = self.program.rows(len(self.joints.ties.rows))
         for i in range(len(self.joints.ties.rows)):
             self._tie(i)
@@ -57,10 +65,6 @@ class Placed:
             given = self.program.constant(numbers)
             steering = self._x(row[2]) if row[2] >= 0 else -1
             self.program.add(placing.spin, steering, self.ratio + row[3], given)
-        bodies = range(1, len(self.joints.rows))
-        for stage, some in groupby(bodies, lambda i: STAGES.get(int(self.joints.rows[i, KIND]))):
-            for each in [list(some)] if stage else [[i] for i in some]:
-                self._bodies(stage, each)
 
     def take(self, own: OwnMotion, motion: int, twists: int) -> None:
         """Let a joint of a user's kind have its motion and twists from given rows."""
