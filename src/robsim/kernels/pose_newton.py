@@ -1,7 +1,7 @@
 """Newton's update of a pose that brings marks to where they are seen in the image.
 
-For a small motion u = (v, omega) of the target, P' = exp(u) P, the sum f of squared distances e in
-the image has the gradient -L' e, and its second derivatives are, mark by mark,
+For a small motion u = (v, omega) of the target, P' = exp(u) P, half the sum f of squared distances
+e in the image has the gradient -L' e, and its second derivatives are, mark by mark,
 
     sum_r b_r b_r' - |e|^2 z z' + the quadratic form of v.(c x omega) + (c.omega)(P.omega),
 
