@@ -92,9 +92,6 @@ def test_each_run_has_the_bits_of_its_own_experiment(name):
     experiment = rs.load_scenario(examples.path(name))
     experiment = experiment.with_(duration=min(experiment.duration, 40 * experiment.dt))
     numbers = everything(experiment, np.random.default_rng(5), {})
-    late = experiment.sensing.latency or experiment.sensing.period
-    if not experiment.sensing.only_noise or late:
-        del numbers["sensing.noise"]
     runs = check_same(experiment.vary(numbers))
     assert len(np.unique(runs.q_end.values, axis=0)) == RUNS
 
@@ -188,6 +185,7 @@ BAD = {
     "below zero": ({FOCAL: [500.0, -1.0]}, "greater than 0"),
     "text": ({FOCAL: ["500", "510"]}, "expected a number"),
     "unequal numbers": ({FOCAL: [5e2] * 3, "task.gain": [1, 2]}, "3 of .*focal, 2 of task.gain"),
+    "a joint without lag": ({"actuation.lag": [0.0, 0.1]}, "each is above 0"),
     "no rotation": ({"cameras.camera.rotation": np.ones((2, 3, 3))}, "rotation"),
     "a mark less": ({"belief.objects.square.marks": np.zeros((2, 3, 3))}, "marks"),
 }
@@ -214,3 +212,25 @@ def test_tasks_of_several_tasks_and_bound_laws_are_refused():
     for name in (*OWN_LAW, "mobile_arm"):
         with pytest.raises(rs.InputError, match="of one servo task"):
             rs.load_scenario(examples.path(name)).vary({"sensing.noise": [0.1, 0.2]})
+
+
+IMPERFECT = {
+    "sensing.noise": [0.0, 0.3, 1.0],
+    "sensing.latency": [0.0, 0.03, 0.1],
+    "sensing.quantisation": [0.0, 0.25, 1.0],
+    "sensing.outliers": [0.0, 0.1, 0.3],
+    "sensing.dropped": [0.0, 0.2, 0.6],
+    "actuation.lag": [0.02, 0.05, 0.2],
+}
+
+
+@pytest.mark.parametrize("name", IMPERFECT)
+def test_a_run_without_an_imperfection_is_among_those_with_it(name):
+    experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=2.0)
+    check_same(experiment.vary({name: IMPERFECT[name]}))
+
+
+def test_all_imperfections_differ_at_once():
+    experiment = rs.load_scenario(examples.path("visp_tutorial")).with_(duration=2.0)
+    made = {name: values[1:] + [values[1]] for name, values in IMPERFECT.items()}
+    check_same(experiment.vary({**made, "sensing.outlier_size": [5.0, 20.0, 40.0]}))

@@ -7,6 +7,9 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
+from robsim.kernels.program import Blocks, Program
+from robsim.run.drives import Drives
+from robsim.run.plant import Plant
 from robsim.servo.standalone import Standalone
 
 HERE = rs.Pose.at()
@@ -148,6 +151,27 @@ ARRANGEMENTS = {
         _head_and_arm,
     )
 }
+
+
+@pytest.fixture(scope="session")
+def after():
+    """Coordinates and velocities after some seconds of a period, all joints commanded."""
+
+    def get(scene, q, rates, qd, dt, seconds=None, actuation=None):
+        program, columns = Program(), np.arange(scene.nv)
+        drives = Drives(actuation or rs.Actuation(), scene, columns)
+        plant = Plant(program, drives, q[None], dt)
+        x = plant.q if seconds is None else plant.within(program.constant(seconds)).q
+        if seconds is None:
+            plant.move()
+        blocks = Blocks(program, np.arange(1))
+        blocks.put(plant.qd, qd[:, None])
+        blocks.put(plant.speed, rates[:, None])
+        for part in program.segments():
+            part(blocks, 1)
+        return blocks.get(x, scene.nq)[:, 0], blocks.get(plant.speed, scene.nv)[:, 0]
+
+    return get
 
 
 @pytest.fixture(scope="session")

@@ -7,16 +7,21 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.kernels.actuation import count, follow
-from robsim.run.drives import Drives, Period
+from robsim.kernels.program import evaluated
 
 INF = np.inf
 
 
 def followed(u, v, lag, limit, rate, dt):
     """Velocity after dt, and its mean."""
-    v, mean = np.array([[v]]), np.empty((1, 1))
-    follow(np.array([[u]]), lag, np.array([limit]), np.array([rate]), dt, v, mean)
-    return v[0, 0], mean[0, 0]
+
+    def add(program, command, v):
+        mean, given = program.rows(), [program.constant(x) for x in (dt, lag, limit, rate)]
+        program.add(follow, 1, *given, command, v, mean)
+        return v, mean
+
+    v, mean = evaluated(add, [np.array([[u]]), np.array([[v]])], [(), ()])
+    return v[0], mean[0]
 
 
 def integrated(u, v, lag, limit, rate, dt, steps):
@@ -153,42 +158,46 @@ def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
     assert 0.4 * step < np.abs(told[:, 0] - true[:, 0]).max() <= 0.5 * step + 1e-12
 
 
+def counted(steps, q):
+    def add(program, rows):
+        out = program.rows(len(q))
+        program.add(count, len(q), program.constant(steps), rows, out)
+        return (out,)
+
+    return evaluated(add, [q], [(len(q),)])[0]
+
+
 def test_a_count_is_the_nearest_one():
-    out, far = np.empty((2, 5)), 2.0**80  # more than an integer of 64 bits has room for
+    far = 2.0**80  # more than an integer of 64 bits has room for
     q = np.array([[0.24, 0.26, -0.8, far, np.nan], [0.1, 0.2, 0.3, far, np.nan]])
-    count(np.array([0.5, 0.0]), q, out)
-    np.testing.assert_array_equal(out, [[0.0, 0.5, -1.0, far, np.nan], q[1]])
+    found = counted([0.5, 0.0], q)
+    np.testing.assert_array_equal(found, [[0.0, 0.5, -1.0, far, np.nan], q[1]])
 
 
 @pytest.mark.parametrize("step", [1e-320, 1e-20, 1e-14, 1.0, 1e6])
 def test_steps_too_small_or_numbers_too_large_to_count_change_nothing(step):
     q = np.array([[1e300, -1e25, np.inf, -np.inf, np.nan, 320.25 if step < 1e-13 else 0.0]])
-    out = np.empty(q.shape)
-    count(np.array([step]), q, out)
-    np.testing.assert_array_equal(out, q)
+    np.testing.assert_array_equal(counted([step], q), q)
 
 
-def test_a_unicycle_that_lags_is_moved_by_its_mean_velocity_and_an_arm_exactly():
+def test_a_unicycle_that_lags_is_moved_by_its_mean_velocity_and_an_arm_exactly(after):
     """Against steps of a hundredth; the error of a mean velocity falls with the third power."""
     dt = 0.04
     for robot, exact in ((rs.robots.unicycle(), False), (rs.robots.rhino_xr4(), True)):
         scene = rs.Scene(robot)
-        drives = Drives(rs.Actuation(lag=0.1), scene, np.arange(scene.nv))
-        start, command = -np.ones((scene.nv, 1)), np.linspace(-2, 3, scene.nv)[:, None]
-        errors = [
-            _error(drives, Period(scene.home[:, None], start, command), h) for h in (dt, dt / 2)
-        ]
+        errors = [_error(after, scene, h) for h in (dt, dt / 2)]
         if exact:
             assert max(errors) < 1e-13
         else:
             assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.3)
 
 
-def _error(drives, held, dt, parts=100):
-    whole, _ = drives.advance(held, dt)
-    q, v = held.q, held.rates
+def _error(after, scene, dt, parts=100):
+    q, v, lag = scene.home, -np.ones(scene.nv), rs.Actuation(lag=0.1)
+    command = np.linspace(-2, 3, scene.nv)
+    whole, _ = after(scene, q, v, command, dt, actuation=lag)
     for _ in range(parts):
-        q, v = drives.advance(Period(q, v, held.qd), dt / parts)
+        q, v = after(scene, q, v, command, dt / parts, actuation=lag)
     return np.abs(whole - q).max()
 
 

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.declare import family
-from robsim.testing import check_feature
+from robsim.servo.bound_block import BoundBlock
+from robsim.testing import _Views, check_feature
 
 FEATURES = family("feature").kinds
 
@@ -36,6 +37,21 @@ MARKS = {
 def test_its_interaction_matrix_is_a_derivative_of_second_order(name, seed):
     """check_feature: central differences along six motions, whose error shrinks as h squared."""
     assert check_feature(FEATURES[name](), MARKS.get(name, SPREAD), seed, runs=50, bits=True) == []
+
+
+@pytest.mark.parametrize("name", FEATURES)
+def test_on_which_marks_its_numbers_depend_is_the_same_in_every_view(name):
+    """What one view tells, by hiding mark after mark, is what any marks hide in any other."""
+    feature = FEATURES[name]()
+    views, rng = _Views.random(MARKS.get(name, SPREAD), 1, 60), np.random.default_rng(2)
+    seen = views.observed(feature)
+    cameras, N = getattr(feature, "cameras", 1), len(seen.pixels_last)
+    block = BoundBlock(feature, (None,) * cameras, None, None, 1.0)
+    depends = block.depends(views.some([0]).observed(feature))
+    hidden = rng.uniform(size=(cameras, N, 60)) < 0.3
+    expected = (depends[..., None] & hidden).any(axis=(1, 2))
+    np.testing.assert_array_equal(block.gone(seen.blind(list(hidden))), expected)
+    assert depends.any(axis=(1, 2)).all()
 
 
 def test_every_feature_is_public():

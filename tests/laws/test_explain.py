@@ -1,6 +1,7 @@
 """`explain` names the true cause: every run here is built so that its cause is known."""
 
 import re
+import signal
 from dataclasses import replace
 from functools import cache
 
@@ -271,7 +272,7 @@ KNOWN = [
     (coarse, "TIME_LIMIT", "encoder", r"steps of 2\.5 \(rad or m\)"),
     (too_far, "BEHIND_CAMERA", "depth", "taken as 8 m, not the true one, which goes from"),
     (lossy, "BEHIND_CAMERA", "dropped", "80 percent of the images are lost"),
-    (wrong_base, "OUT_OF_IMAGE", "base", "'puma560' is believed 126 degrees"),
+    (wrong_base, "JOINT_LIMIT", "base", "'puma560' is believed 126 degrees"),
     (rare, "TIME_LIMIT", "period", r"every 0\.2 s only, 5 control periods.* is 2\.4"),
     (weak, "TIME_LIMIT", "velocity", "velocity limits of the joints change the command in 100"),
     (sluggish, "TIME_LIMIT", "acceleration", "acceleration limits of the joints"),
@@ -590,19 +591,28 @@ def test_a_retreat_and_a_mark_near_the_border_are_noted():
     assert told.causes[0].evidence["roll_deg"] == pytest.approx(120)
 
 
+class Interrupting:
+    """An effect that changes nothing, and during whose third image Ctrl-C comes."""
+
+    images = 0
+
+    def seen(self, pixels, exposure):
+        self.images += 1
+        if self.images == 3:
+            signal.raise_signal(signal.SIGINT)
+        return pixels
+
+
 def test_a_run_that_was_stopped_is_told_how_it_would_have_ended():
-    settings = {"dt": 0.004, "sensing": rs.Sensing(latency=0.004)}
-    whole = fly(rs.IBVS(gain=2.0), **settings)
+    whole = fly(rs.IBVS(gain=2.0))
+    task, sensing = rs.IBVS(gain=2.0), rs.Sensing(effects=[Interrupting()])
+    stopped = rs.Experiment(flying(), task, START, sensing=sensing)
     with pytest.raises(rs.Interrupted) as stop:
-        fly(rs.IBVS(gain=2.0), progress=_interrupt, **settings)
-    told = rs.explain(stop.value.run)
+        stopped.run()
+    told = rs.explain(stop.value.run, stopped)
     assert told.outcome is rs.Outcome.RUNNING and "stopped by the user" in told.what
     ended = f"Left alone it ends as CONVERGED after {float(whole.end_time):.3g} s."
     assert told.remarks == (ended,)
-
-
-def _interrupt(share):
-    raise KeyboardInterrupt
 
 
 # ---- users' code, summaries, batches, and what cannot be explained ----

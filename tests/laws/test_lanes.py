@@ -5,6 +5,7 @@ import pytest
 from numba import njit
 
 from robsim.kernels.block import gather_rows, scatter_rows
+from robsim.kernels.lane_math import cos_sin
 from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
 
 ODD = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 1e-310])
@@ -44,6 +45,28 @@ def expected(a, b):
                 *(((a + b) * a - 1.0) / b, compared),
             ]
         )
+
+
+@njit
+def turned(block):
+    """Cosine and sine of row 0, in rows 1 and 2."""
+    c, s = cos_sin(get(block, 0))
+    put(block, 1, c)
+    put(block, 2, s)
+
+
+@pytest.mark.parametrize("far", [2e5, -1e300, np.inf, np.nan])
+def test_the_angle_of_a_run_far_away_changes_no_bit_of_its_neighbours(far):
+    x = np.random.default_rng(0).uniform(-9, 9, WIDTH)
+    alone, beside = (np.concatenate([x, np.zeros(2 * WIDTH)]) for _ in range(2))
+    beside[3] = far
+    turned(alone)
+    turned(beside)
+    others = np.arange(WIDTH) != 3
+    alone, beside = (block.reshape(3, WIDTH)[1:] for block in (alone, beside))
+    np.testing.assert_array_equal(beside[:, others], alone[:, others])
+    with np.errstate(invalid="ignore"):
+        np.testing.assert_array_equal(beside[:, 3], [np.cos(far), np.sin(far)])
 
 
 @pytest.mark.parametrize("shift", range(WIDTH))

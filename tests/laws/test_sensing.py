@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.kernels.program import evaluated
 from robsim.kernels.sensing import quantise
+from robsim.run.images import lateness
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 
@@ -102,11 +104,19 @@ def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
     assert np.isnan(run.s.values[0]).all()
 
 
+def quantised(step, pixels):
+    def add(program, rows):
+        program.add(quantise, 1, pixels[..., 0].size, rows, program.constant(step))
+        return (rows,)
+
+    return evaluated(add, [pixels], [pixels.shape[:-1]])[0]
+
+
 def test_a_pixel_too_large_to_count_is_not_taken_for_another():
     pixels = np.array([1e300, -1e25, np.inf, np.nan, 1e15 + 0.25, 7.4]).reshape(1, 2, 3)
     rounded = pixels.copy()
-    quantise(1e-3, rounded[:, :, :2])
-    quantise(0.5, rounded)
+    rounded[:, :, :2] = quantised(1e-3, rounded[:, :, :2])
+    rounded = quantised(0.5, rounded)
     np.testing.assert_array_equal(rounded.ravel()[:4], pixels.ravel()[:4])
     assert rounded.ravel()[5] == 7.5
 
@@ -151,6 +161,32 @@ def test_a_lost_image_is_the_one_before_to_the_bit():
     for row in range(60):
         for k in np.flatnonzero(~fresh[row]):
             np.testing.assert_array_equal(s[row, k], s[row, k - 1])
+
+
+@pytest.mark.parametrize("task", [in_pixels(), rs.PBVS(GOAL)])
+def test_each_run_may_have_a_latency_of_its_own(task):
+    """The stages read it from rows: there, and alone, the bits are the same."""
+    own = np.array([0.0, 0.055, 0.08, 0.13, 9.9])
+    told = {"dt": DT, "duration": 1.0, "hold": True}
+    sensing = rs.Sensing(latency=0.13, noise=0.3, occlusions=[rs.Occlusion([1], 0.2, 0.4)])
+    starts = np.repeat(Q0[None], len(own), axis=0)
+    loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **told).loop()
+    program, images = loop.sequence.program, loop.sequence.sensor.images
+    delay, share = lateness(own, DT, loop.steps)
+    rows = {images.latency: own, images.delay: delay, images.share: share}
+    rows[images.ahead] = share * DT
+    program.given = [(at, rows[at][None] if at in rows else old) for at, old in program.given]
+    loop.advance(np.arange(len(own)), lambda done: None)
+    for i, latency in enumerate(own):
+        sensing = rs.Sensing(0.3, latency=latency, occlusions=sensing.occlusions)
+        alone = rs.simulate(SCENE, task, Q0, first_run=i, sensing=sensing, **told)
+        for name in ("q", "s"):
+            np.testing.assert_array_equal(getattr(loop.recorder.series, name)[i], alone[name])
+
+
+def test_too_many_images_on_their_way_are_refused_before_anything_runs():
+    with pytest.raises(rs.InputError, match=r"latency: 9000000 images on .* 6.9 GB, more than 4"):
+        closed(latency=9.0, duration=10.0, dt=1e-6)
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])

@@ -5,7 +5,6 @@ import pytest
 
 import robsim as rs
 from robsim import InputError, Motion, Pose, Steering
-from robsim.run.drives import Drives, Period
 
 WHEELS = {
     "car": ("rear_left", "rear_right", "front_left", "front_right"),
@@ -152,35 +151,35 @@ def test_rates_of_a_steering_angle():
 
 
 def held(scene, car_angle=0.0):
+    """Coordinates, velocities, and what is commanded."""
     q = scene.home.copy()
     q[3] = car_angle
-    v = np.random.default_rng(4).normal(size=(scene.nv, 1))
-    v[:2, 0] = 1.0, 2.0
-    return Period(q[:, None], 0.5 * v, v)
+    v = np.random.default_rng(4).normal(size=scene.nv)
+    v[:2] = 1.0, 2.0
+    return q, 0.5 * v, v
 
 
-def test_in_the_middle_of_a_period_a_car_is_on_its_arc():
+def test_in_the_middle_of_a_period_a_car_is_on_its_arc(after):
     """It steers once, when the period begins: a late image shows it on the way that it went."""
     scene = rs.Scene(rs.robots.car())
-    drives = Drives(rs.Actuation(), scene, np.arange(2))
-    after, v = drives.advance(held(scene), 0.04)
-    half = drives.moved(held(scene), 0.02, 0.04)
-    assert after[3, 0] == half[3, 0] == pytest.approx(3.2 * 0.04)
-    rest = scene.robot().integrate(half[:, 0], [1.0, v[1, 0]], 0.02)
-    close(rest, after[:, 0], 1e-15)
+    whole, v = after(scene, *held(scene), 0.04)
+    half, _ = after(scene, *held(scene), 0.04, 0.02)
+    assert whole[3] == half[3] == pytest.approx(3.2 * 0.04)
+    rest = scene.robot().integrate(half, [1.0, v[1]], 0.02)
+    close(rest, whole, 1e-15)
 
 
-def test_an_arm_lags_no_differently_beside_a_car():
+def test_an_arm_lags_no_differently_beside_a_car(after):
     arm, car = rs.robots.rhino_xr4(), rs.robots.car()
     together, actuation = rs.Scene([car, arm]), rs.Actuation(lag=0.1, acceleration=9.0)
     whole = held(together)
-    alone = Period(*(part[-5:] for part in whole))
-    both = Drives(actuation, together, np.arange(7)).advance(whole, 0.04)
-    own = Drives(actuation, rs.Scene(arm), np.arange(5)).advance(alone, 0.04)
+    alone = tuple(part[-5:] for part in whole)
+    both = after(together, *whole, 0.04, actuation=actuation)
+    own = after(rs.Scene(arm), *alone, 0.04, actuation=actuation)
     for mine, theirs in zip(own, both, strict=True):
         np.testing.assert_array_equal(mine, theirs[-5:])
     q, v = both
-    assert 0.5 < v[0, 0] < 1.0  # on its way to what it is told
+    assert 0.5 < v[0] < 1.0  # on its way to what it is told
     close(v[1], v[0] * np.tan(q[3]) / 0.3302, 1e-15)
 
 

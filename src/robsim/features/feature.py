@@ -94,6 +94,19 @@ class Observation:
             other=self.other and self.other.blind(others),
         )
 
+    def repeated(self, runs: int) -> Observation:
+        """Return the observation of a single run as one of so many that see the same."""
+        guess, between = self.guess_last, self.between_last
+        return replace(
+            self,
+            pixels_last=np.repeat(self.pixels_last, runs, axis=-1),
+            points_last=np.repeat(self.points_last, runs, axis=-1),
+            depth_last=np.repeat(self.depth_last, runs, axis=-1),
+            guess_last=None if guess is None else np.repeat(guess, runs, axis=-1),
+            other=self.other and self.other.repeated(runs),
+            between_last=None if between is None else np.repeat(between, runs, axis=-1),
+        )
+
     def some(self, marks: NDArray[np.int64]) -> Observation:
         """Return the observation of some of the marks, by number."""
         return replace(

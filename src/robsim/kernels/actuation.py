@@ -3,7 +3,7 @@
 import math
 
 from robsim.kernels.jit import kernel
-from robsim.kernels.lanes import WIDTH
+from robsim.kernels.lanes import WIDTH, get, put
 from robsim.kernels.stage import stage
 from robsim.kernels.steps import in_steps
 
@@ -32,16 +32,8 @@ def followed(u, lag, limit, rate, dt, v):
     return goal - gap, way / dt
 
 
-@kernel
-def follow(u, lag, limit, rate, dt, v, mean):
-    """Compute the mean velocity mean[i, b] over dt under the command u[i, b], and update v."""
-    for i in range(u.shape[0]):
-        for b in range(u.shape[1]):
-            v[i, b], mean[i, b] = followed(u[i, b], lag, limit[i], rate[i], dt, v[i, b])
-
-
 @stage
-def follow_stage(p, w, step):
+def follow(p, w, step):
     """Let velocities follow: (n, dt, lag, limits, rates), and (command, v, mean) of each."""
     dt, lag = p[1] * WIDTH, p[2] * WIDTH
     for i in range(p[0]):
@@ -53,9 +45,8 @@ def follow_stage(p, w, step):
             )
 
 
-@kernel
-def count(step, q, out):
-    """Compute out[i, b] = q rounded to whole steps, or q itself where the step is zero."""
-    for i in range(q.shape[0]):
-        for b in range(q.shape[1]):
-            out[i, b] = in_steps(q[i, b], step[i])
+@stage
+def count(p, w, step):
+    """Compute coordinates as encoders read them: (n, steps, q, out), steps of zero for none."""
+    for i in range(p[0]):
+        put(w, p[3] + i, in_steps(get(w, p[2] + i), get(w, p[1] + i)))

@@ -38,19 +38,18 @@ def _cosine(z):
 
 
 @kernel
-def _by_library(x):
-    c, s = x, x
+def _by_library(x, c, s):
+    """Return cosine and sine with those of large arguments computed number by number."""
     for i in range(WIDTH):
-        c = with_lane(c, i, math.cos(lane(x, i)))
-        s = with_lane(s, i, math.sin(lane(x, i)))
+        if abs(lane(x, i)) > LARGE:
+            c = with_lane(c, i, math.cos(lane(x, i)))
+            s = with_lane(s, i, math.sin(lane(x, i)))
     return c, s
 
 
 @kernel
 def cos_sin(x):
     """Return cos(x) and sin(x) of lanes, in radians."""
-    if some(absolute(x) > LARGE):
-        return _by_library(x)
     k = floor(x * (2.0 / math.pi) + 0.5)
     y = ((x - k * PI_2[0]) - k * PI_2[1]) - k * PI_2[2]
     z = y * y
@@ -59,4 +58,7 @@ def cos_sin(x):
     odd = (quadrant == 1.0) | (quadrant == 3.0)
     sine, cosine = where(odd, c, s), where(odd, s, c)
     below, left = quadrant > 1.5, (quadrant == 1.0) | (quadrant == 2.0)
-    return where(left, -cosine, cosine), where(below, -sine, sine)
+    sine, cosine = where(below, -sine, sine), where(left, -cosine, cosine)
+    if some(absolute(x) > LARGE):
+        return _by_library(x, cosine, sine)
+    return cosine, sine

@@ -53,7 +53,26 @@ def fly(p, w, step):
 @stage
 def glide(p, w, step):
     """Move a body in its plane: (dt, q, v, velocities)."""
-    joints.integrate_in_plane(vector(w, p[2], p[3]), w[p[0] * WIDTH], vector(w, p[1], 3))
+    v, q = vector(w, p[2], p[3]), vector(w, p[1], 3)
+    for b in range(WIDTH):
+        joints.integrate_in_plane(v[:, b : b + 1], w[p[0] * WIDTH + b], q[:, b : b + 1])
+
+
+@stage
+def steer(p, w, step):
+    """Steer a car for a velocity: (dt, angle, v and omega, wheelbase, limit and rate)."""
+    angle, v, car = vector(w, p[1], 1), vector(w, p[2], 2), p[3] * WIDTH
+    for b in range(WIDTH):
+        numbers = w[car + b], w[car + WIDTH + b], w[car + 2 * WIDTH + b], w[p[0] * WIDTH + b]
+        joints.steer(0, 0, *numbers, angle[:, b : b + 1], v[:, b : b + 1])
+
+
+@stage
+def obey(p, w, step):
+    """Replace omega by that of a car's steering angle: (angle, v and omega, wheelbase)."""
+    angle, v = vector(w, p[0], 1), vector(w, p[1], 2)
+    for b in range(WIDTH):
+        joints.obey(0, 0, w[p[2] * WIDTH + b], angle[:, b : b + 1], v[:, b : b + 1])
 
 
 @stage

@@ -26,7 +26,6 @@ class Blocks:
     def __init__(self, program: Program, runs: NDArray[np.int64]) -> None:
         self.runs, self.rows = len(runs), runs
         self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
-        self.hidden: dict[Any, NDArray[np.bool_]] = {}  # marks (N, runs) that a camera cannot see
         self.made: dict[Any, Any] = {}  # what stages in Python made at this step
         each = np.append(runs, np.repeat(runs[-1:], -len(runs) % WIDTH))
         self.numbers = _aligned(each.size // WIDTH, program.size)
@@ -129,6 +128,10 @@ class Program:
         One column stands for all runs.
         """
         return self._given(np.asarray(values, dtype=np.float64))
+
+    def number(self, value: Any) -> int:
+        """Return the row of a number, the same in all runs or (runs,) of each its own."""
+        return self.each(np.reshape(value, (1, -1)))
 
     @property
     def runs(self) -> int:

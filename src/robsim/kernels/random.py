@@ -32,25 +32,37 @@ def _uniform(high, low):
 
 
 @kernel
-def normal_pairs(seed, runs, step, stream, out):
-    """Compute independent standard normals out[n, 2, b] for run runs[b] at this step.
+def normal_pair(seed, run, step, stream, n):
+    """Return two independent standard normals, the n-th of a run at this step.
 
     Key (seed low, run), counter (step, n, seed high, stream); Box-Muller makes two of each block.
     """
     low, high = seed & _MASK, seed >> _HIGH
+    w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
+    radius = math.sqrt(-2.0 * math.log(_uniform(w[0], w[1])))
+    angle = 2.0 * math.pi * _uniform(w[2], w[3])
+    return radius * math.cos(angle), radius * math.sin(angle)
+
+
+@kernel
+def uniform(seed, run, step, stream, n):
+    """Return a number in (0, 1), the n-th of a run, from another stream of the same counter."""
+    low, high = seed & _MASK, seed >> _HIGH
+    w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
+    return _uniform(w[0], w[1])
+
+
+@kernel
+def normal_pairs(seed, runs, step, stream, out):
+    """Compute independent standard normals out[n, 2, b] for run runs[b] at this step."""
     for n in range(out.shape[0]):
         for b in range(out.shape[2]):
-            w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, runs[b])
-            radius = math.sqrt(-2.0 * math.log(_uniform(w[0], w[1])))
-            angle = 2.0 * math.pi * _uniform(w[2], w[3])
-            out[n, 0, b], out[n, 1, b] = radius * math.cos(angle), radius * math.sin(angle)
+            out[n, 0, b], out[n, 1, b] = normal_pair(seed, runs[b], step, stream, n)
 
 
 @kernel
 def uniforms(seed, runs, step, stream, out):
-    """Compute out[n, b] in (0, 1) from another stream of the same key and counter."""
-    low, high = seed & _MASK, seed >> _HIGH
+    """Compute out[n, b] in (0, 1) for run runs[b] at this step."""
     for n in range(out.shape[0]):
         for b in range(out.shape[1]):
-            w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, runs[b])
-            out[n, b] = _uniform(w[0], w[1])
+            out[n, b] = uniform(seed, runs[b], step, stream, n)

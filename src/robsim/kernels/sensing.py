@@ -1,10 +1,13 @@
-"""The errors of an image besides Gaussian noise."""
+"""Stages of the errors of an image: noise, mismatched marks, pixels, and lost images.
+
+Their first number is the count of periods from one image to the next: between them nothing is done.
+Standard deviations, shares and steps stand in rows, of each run its own.
+"""
 
 import numpy as np
 
 from robsim.kernels import random
-from robsim.kernels.jit import kernel
-from robsim.kernels.lanes import get, put
+from robsim.kernels.lanes import WIDTH, get, put
 from robsim.kernels.memory import matrix, unsigned
 from robsim.kernels.stage import stage
 from robsim.kernels.steps import in_steps
@@ -12,53 +15,51 @@ from robsim.kernels.steps import in_steps
 NOISE, OUTLIERS, AWAY, DROPPED = 0, 1, 2, 3  # streams of random numbers
 
 
-@kernel
-def disturb(pixels, sigma, seed, runs, step, out):
-    """Compute out = pixels[n, 2, b] with Gaussian noise of this standard deviation."""
-    if sigma > 0.0:
-        random.normal_pairs(seed, runs, step, NOISE, out)
-    for n in range(out.shape[0]):
-        for r in range(2):
-            for b in range(out.shape[2]):
-                extra = sigma * out[n, r, b] if sigma > 0.0 else 0.0
-                out[n, r, b] = pixels[n, r, b] + extra
+@stage
+def blur(p, w, step):
+    """Compute pixels with Gaussian noise: (every, marks, pixels, sigma, seed, run, out)."""
+    if step % p[0]:
+        return
+    normal, sigma = matrix(w, p[6], p[1], 2), get(w, p[3])
+    random.normal_pairs(np.uint64(p[4]), unsigned(w, p[5]), step, NOISE, normal)
+    for i in range(2 * p[1]):
+        put(w, p[6] + i, get(w, p[2] + i) + sigma * get(w, p[6] + i))
 
 
 @stage
-def blur(p, w, step):
-    """Compute pixels with Gaussian noise: (marks, pixels, sigma, seed, run, out)."""
-    normal, sigma = matrix(w, p[5], p[0], 2), get(w, p[2])
-    random.normal_pairs(np.uint64(p[3]), unsigned(w, p[4]), step, NOISE, normal)
-    for i in range(2 * p[0]):
-        put(w, p[5] + i, get(w, p[1] + i) + sigma * get(w, p[5] + i))
+def displace(p, w, step):
+    """Add size times a standard normal to both coordinates of a share of the marks, in place.
+
+    (every, marks, pixels, share, size, seed, run)
+    """
+    if step % p[0]:
+        return
+    seed, runs = np.uint64(p[5]), unsigned(w, p[6])
+    for n in range(p[1]):
+        for b in range(WIDTH):
+            if random.uniform(seed, runs[b], step, OUTLIERS, n) < w[p[3] * WIDTH + b]:
+                size, x = w[p[4] * WIDTH + b], (p[2] + 2 * n) * WIDTH + b
+                column, row = random.normal_pair(seed, runs[b], step, AWAY, n)
+                w[x] += size * column
+                w[x + WIDTH] += size * row
 
 
-@kernel
-def displace(share, size, seed, runs, step, pixels):
-    """Add size times a standard normal to both coordinates of a share of pixels[n, 2, b]."""
-    chance, away = np.empty((pixels.shape[0], runs.size)), np.empty(pixels.shape)
-    random.uniforms(seed, runs, step, OUTLIERS, chance)
-    random.normal_pairs(seed, runs, step, AWAY, away)
-    for n in range(pixels.shape[0]):
-        for r in range(2):
-            for b in range(runs.size):
-                if chance[n, b] < share:
-                    pixels[n, r, b] += size * away[n, r, b]
+@stage
+def quantise(p, w, step):
+    """Round rows to whole multiples of a step, in place: (every, count, rows, step)."""
+    if step % p[0]:
+        return
+    size = get(w, p[3])
+    for i in range(p[1]):
+        put(w, p[2] + i, in_steps(get(w, p[2] + i), size))
 
 
-@kernel
-def quantise(size, pixels):
-    """Round pixels[n, 2, b] to whole multiples of size."""
-    for n in range(pixels.shape[0]):
-        for r in range(2):
-            for b in range(pixels.shape[2]):
-                pixels[n, r, b] = in_steps(pixels[n, r, b], size)
-
-
-@kernel
-def lost(share, seed, runs, step, out):
-    """Compute out[b]: whether the image of this step is lost."""
-    chance = np.empty((1, runs.size))
-    random.uniforms(seed, runs, step, DROPPED, chance)
-    for b in range(runs.size):
-        out[b] = chance[0, b] < share
+@stage
+def lose(p, w, step):
+    """Compute whether the image of this step is lost: (every, share, seed, run, out)."""
+    if step % p[0]:
+        return
+    runs = unsigned(w, p[3])
+    for b in range(WIDTH):
+        chance = random.uniform(np.uint64(p[2]), runs[b], step, DROPPED, 0)
+        w[p[4] * WIDTH + b] = 1.0 if chance < w[p[1] * WIDTH + b] else 0.0

@@ -1,8 +1,7 @@
 """Rounding of numbers to whole steps, as in encoders and pixel grids."""
 
-import numpy as np
-
 from robsim.kernels.jit import part
+from robsim.kernels.lanes import absolute, floor, where
 
 WHOLE = 2.0**52  # steps: a number that has more of them is whole to its own rounding
 
@@ -11,4 +10,4 @@ WHOLE = 2.0**52  # steps: a number that has more of them is whole to its own rou
 def in_steps(value, step):
     """Return the nearest whole multiple of a step, or the value itself if the step is zero."""
     count = value / step  # infinite or NaN where the step is zero
-    return step * np.floor(count + 0.5) if abs(count) < WHOLE else value
+    return where(absolute(count) < WHOLE, step * floor(count + 0.5), value)

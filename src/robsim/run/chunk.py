@@ -9,20 +9,17 @@ from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
 from robsim.kernels.program import Blocks, Program
-from robsim.run.images import ImageStream
 
 
 class Chunk(Blocks):
-    """The runs of a chunk that go on: their numbers, images on their way, and memory."""
+    """The runs of a chunk that go on: their numbers, and what Python code remembers of them."""
 
-    def __init__(self, program: Program, rows: NDArray[np.int64], images: ImageStream) -> None:
+    def __init__(self, program: Program, rows: NDArray[np.int64]) -> None:
         super().__init__(program, rows)
-        self.images = images
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs."""
         self.memory = _remembered(self.memory, going)
-        self.images = self.images.without(~going)
         super().keep(going)
 
 

@@ -110,7 +110,8 @@ class Controller:
                 raise InputError(f"{what}: every mark must be seen once before it may be NaN")
             found[hidden] = self._last[sight.key][hidden]
         self._last[sight.key] = found
-        self._blocks.hidden[sight.key] = hidden[:, None]
+        rows = self._alone.given.views[sight.key].hidden
+        self._blocks.put(rows, hidden[:, None].astype(float))
         return runs_last(found, 2)
 
     def _own(self, sight: Sight, pixels: Any) -> Any:

@@ -2,165 +2,208 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, some_runs
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError, suggest
+from robsim.kernels import hiding, late
 from robsim.kernels import sensing as kernels
-from robsim.run.drives import Drives, Period
-from robsim.run.record import LONGEST
-from robsim.servo.sight import Sight, joined
+from robsim.kernels.commanding import copied
+from robsim.kernels.lanes import WIDTH
+from robsim.kernels.program import Blocks, Program
+from robsim.kernels.viewing import FIRST, MORE
+from robsim.robot.placed import Placed
+from robsim.run.plant import Plant
+from robsim.run.record import MEMORY_BUDGET
+from robsim.servo.given import View, view
+from robsim.servo.sight import Sight
 from robsim.world.effects import FIRST_STREAM, Exposure, changed
 from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # of a period: times that differ by less are one
+TOGETHER = 256  # runs of a chunk, unless others are asked for
 
 
-class Noise(NamedTuple):
-    """Pixel noise: standard deviation, seed, and the numbers of the runs."""
+class Images:
+    """The rows of a program with the images that the controller gets, and the stages of them.
 
-    sigma: float
-    seed: Any  # uint64
-    runs: Any  # (B,) uint64
+    `pixels` and `depth` are the first rows of the image of this instant, as it truly is; from
+    `deliver` on they are those of the image that is used. `hidden` has a row for each mark, or is
+    -1, and `age` is that of the image in periods, rounded up.
+    """
 
+    def __init__(
+        self,
+        program: Program,
+        plant: Plant,
+        sights: tuple[Sight, ...],
+        sensing: Sensing,
+        steps: int,
+        key: tuple[np.uint64, int],
+    ) -> None:
+        self.program, self.plant, self.sights, self.sensing = program, plant, sights, sensing
+        self.seed, self.run = key
+        self._key = int(self.seed.astype(np.int64)), self.run  # as stages take it
+        counts = [len(sight.target.marks) for sight in sights]
+        self.marks = np.cumsum([0, *counts]).tolist()  # number of the first of each sight
+        self.N, self.every = self.marks[-1], sensing.periods(plant.seconds)
+        self.pixels = self.true = program.rows(3 * self.N)
+        self.depth = self.pixels + 2 * self.N
+        self.hidden, self.age = -1, program.constant(0.0)
+        self.latency = program.number(sensing.latency)
+        self.delays, shares = lateness(sensing.latency, plant.seconds, steps)
+        self.length = _ring_length(self.delays, steps)
+        self.delay, self._passes = program.number(self.delays), bool(shares.any())
+        self.share, self.ahead = program.number(shares), program.number(shares * plant.seconds)
 
-class Marks(NamedTuple):
-    """The true marks of all sights, with the run last."""
+    @property
+    def fresh(self) -> bool:
+        """Whether the image that is used is always that of this instant."""
+        return not (self.late or self._keeps)
 
-    pixels: Array  # (N, 2, B)
-    depth: Array  # (N, B)
+    @property
+    def late(self) -> bool:
+        """Whether images need time to arrive."""
+        return bool(self.delays.any())
 
+    @property
+    def _keeps(self) -> bool:
+        """Whether an image, or some of its marks, may be used again."""
+        s = self.sensing
+        return bool(self.every > 1 or np.any(s.dropped) or s.occlusions)
 
-class Image(NamedTuple):
-    """The marks of all sights in one image, with the run last."""
+    def remember(self) -> None:
+        """Add the stages that keep the image of the period that ends, before the joints move."""
+        if not self.late:
+            return
+        self.ring = self.program.rows(3 * self.N * self.length)
+        between = self._between() if self._passes else self.true
+        rows = between, self.share, self.ring, self.length
+        self.program.add(late.note, 3 * self.N, self.true, *rows)
 
-    pixels: Array  # (N, 2, B) as measured
-    depth: Array  # (N, B) true, when it was taken
-    hidden: NDArray[np.bool_]  # (N, B) marks whose pixels are those that were seen last
-    arrived: NDArray[np.int64]  # (B,) the step at which it came
+    def _between(self) -> int:
+        """Add the stages of an image that is taken while a period passes; return its rows."""
+        found = self.program.rows(3 * self.N)
+        self.taken(self.plant.within(self.ahead), found, self.program.rows())
+        return found
 
-    def going(self, runs: NDArray[np.bool_]) -> Image:
-        """Return the image of some of the runs."""
-        return Image(
-            some_runs(self.pixels, runs),
-            some_runs(self.depth, runs),
-            some_runs(self.hidden, runs),
-            some_runs(self.arrived, runs),
-        )
+    def taken(self, placed: Placed, image: int, status: int) -> list[View]:
+        """Add the stages of an image of bodies that are placed, and of its status."""
+        found, depth = [], image + 2 * self.N
+        for sight, first in zip(self.sights, self.marks, strict=False):
+            rows, of = (image + 2 * first, depth + first, status), MORE if first else FIRST
+            found.append(view(self.program, placed, sight, *rows, of=of))
+        return found
 
+    def rows(self, first: int) -> tuple[int, int, int]:
+        """Return the rows of pixels, depths and whether they are hidden, of marks from a first."""
+        hidden = self.hidden + first if self.hidden >= 0 else -1
+        return self.pixels + 2 * first, self.depth + first, hidden
 
-@dataclass
-class ImageStream:
-    """The images of a chunk of runs, from one instant to the next."""
+    def deliver(self) -> None:
+        """Add the stages from the true image to the one that is used."""
+        if self.late:
+            self._recall()
+        self._spoil()
+        if self._keeps:
+            self._receive()
 
-    sensing: Sensing
-    sights: tuple[Sight, ...]
-    drives: Drives
-    dt: float
-    past: deque[Period] = field(init=False)
-    last: Image | None = field(default=None, init=False)
+    def _recall(self) -> None:
+        """Let the image be one that was taken some time ago."""
+        program, count = self.program, 3 * self.N
+        first, out = program.rows(count), program.rows(count)
+        rows = self.true, first, self.ring, self.length, self.delay, out
+        program.add(late.recall, self.every, count, *rows)
+        self.pixels, self.depth, self.age = out, out + 2 * self.N, self.delay
 
-    def __post_init__(self) -> None:
-        self.every = self.sensing.periods(self.dt)
-        periods = min(self.sensing.latency / self.dt, 2.0 * LONGEST)  # no run is longer
-        self.delay = int(np.ceil(periods - ROUNDING))  # whole periods, of which some share is over
-        self.share = self.delay - periods if self.delay - periods > ROUNDING else 0.0
-        self.past = deque(maxlen=max(self.delay, 1))
+    def _spoil(self) -> None:
+        """Add noise, displace outliers, let the user's effects change marks, and round, in turn."""
+        s, number, add = self.sensing, self.program.number, self.program.add
+        count, found = 2 * self.N, self.program.rows(2 * self.N)
+        rounds, strays = bool(np.any(s.quantisation)), bool(np.any(s.outliers))
+        if np.any(s.noise):
+            rows = self.pixels, number(s.noise), *self._key, found
+            add(kernels.blur, self.every, self.N, *rows)
+        elif strays or s.effects or rounds:
+            add(copied, count, self.pixels, found)
+        else:
+            return
+        self.pixels = found
+        if strays:
+            rows = found, number(s.outliers), number(s.outlier_size), *self._key
+            add(kernels.displace, self.every, self.N, *rows)
+        if s.effects:
+            self.program.call(partial(self._change, found))
+        if rounds:
+            add(kernels.quantise, self.every, count, found, number(s.quantisation))
 
-    def at(self, step: int, marks: Marks, noise: Noise) -> Image:
-        """Return the image that the controller has at a step, with the marks where they are."""
-        if self.last is None or step % self.every == 0:
-            self.last = self._arrived(step, self._then(step, marks), noise)
-        return self.last
-
-    def age(self, step: int) -> NDArray[np.int64] | int:
-        """Return the age (B,) in periods, rounded up, of the image that is used at a step."""
-        return 0 if self.last is None else step - self.last.arrived + self.delay
-
-    def note(self, period: Period) -> None:
-        """Remember where a period began and what was commanded in it."""
-        if self.delay:
-            self.past.append(period)
-
-    def without(self, over: NDArray[np.bool_]) -> ImageStream:
-        """Return the stream of the runs that go on."""
-        rest = ImageStream(self.sensing, self.sights, self.drives, self.dt)
-        rest.past.extend(period.without(over) for period in self.past)
-        rest.last = self.last and self.last.going(~over)
-        return rest
-
-    def _then(self, step: int, marks: Marks) -> Marks:
-        """Return the marks when the image was taken, or at the start if it is older."""
-        if not self.past:
-            return marks
-        q = self.past[0].q
-        if step >= self.delay:
-            q = self.drives.moved(self.past[0], self.share * self.dt, self.dt)
-        seen = joined([sight.project(q) for sight in self.sights], q.shape[1])
-        return Marks(seen.pixels, seen.depth)
-
-    def _arrived(self, step: int, marks: Marks, noise: Noise) -> Image:
-        pixels = np.empty_like(marks.pixels)
-        kernels.disturb(marks.pixels, noise.sigma, noise.seed, noise.runs, step, pixels)
-        self._add_imperfections(step, noise, pixels)
-        runs = noise.runs.size
-        hidden = np.repeat(self._hidden(step)[:, None], runs, axis=1)
-        new = Image(pixels, marks.depth, hidden, np.full(runs, step))
-        return new if self.last is None else self._kept(new, self.last, step, noise)
-
-    def _add_imperfections(self, step: int, noise: Noise, pixels: Array) -> None:
-        """Displace outliers, then round, in place."""
-        sensing, key = self.sensing, (noise.seed, noise.runs, step)
-        if sensing.outliers:
-            kernels.displace(sensing.outliers, sensing.outlier_size, *key, pixels)
-        if sensing.effects:
-            self._add_effects(step, noise, pixels)
-        if sensing.quantisation:
-            kernels.quantise(sensing.quantisation, pixels)
-
-    def _add_effects(self, step: int, noise: Noise, pixels: Array) -> None:
-        """Let the user's effects change the marks of each sight, in place."""
-        seconds, row = max(step * self.dt - self.sensing.latency, 0.0), 0
-        for sight in self.sights:
-            rows = slice(row, row + len(sight.target.marks))
+    def _change(self, first: int, blocks: Blocks, step: int) -> None:
+        """Let the user's effects change the marks of each sight."""
+        if step % self.every:
+            return
+        pixels = blocks.get(first, self.N, 2)
+        runs = blocks.get(self.run, 1)[0].view(np.uint64)
+        seconds = max(step * self.plant.seconds - self.sensing.latency, 0.0)
+        for sight, pair in zip(self.sights, pairwise(self.marks), strict=True):
+            rows = slice(*pair)
             for i, effect in enumerate(self.sensing.effects):
                 stream = FIRST_STREAM + 2 * i
-                shot = Exposure(seconds, *sight.key, step, noise.seed, noise.runs, stream)
+                shot = Exposure(seconds, *sight.key, step, self.seed, runs, stream)
                 pixels[rows] = changed(effect, pixels[rows], shot)
-            row = rows.stop
+        blocks.put(first, pixels)
 
-    def _hidden(self, step: int) -> NDArray[np.bool_]:
-        """Return (N,): which marks an occlusion hid when the image was taken."""
-        seconds = max(step * self.dt - self.sensing.latency, 0.0)
-        each = [np.zeros(0, dtype=np.bool_)]
-        for sight in self.sights:
-            hidden = np.zeros(len(sight.target.marks), dtype=np.bool_)
-            for occlusion in self.sensing.occlusions:
-                if occlusion.hides(seconds, *sight.key):
-                    hidden[list(occlusion.marks)] = True
-            each.append(hidden)
-        return np.concatenate(each)
+    def _receive(self) -> None:
+        """Let lost images, hidden marks and the time between images leave what was there before."""
+        program, N, hides, lost = self.program, self.N, self._hides(), self.program.rows()
+        if np.any(self.sensing.dropped):
+            share = program.number(self.sensing.dropped)
+            program.add(kernels.lose, self.every, share, *self._key, lost)
+        taken, hidden, age = program.rows(3 * N), program.rows(N), program.rows()
+        given = self.pixels, self.depth, hides, lost, self.delay
+        program.add(late.receive, self.every, N, *given, taken, taken + 2 * N, hidden, age)
+        self.pixels, self.depth, self.age = taken, taken + 2 * N, age
+        self.hidden = hidden if self.sensing.occlusions else -1
 
-    def _kept(self, new: Image, last: Image, step: int, noise: Noise) -> Image:
-        """Return the new image, with what is hidden or lost as in the one before."""
-        pixels = np.where(new.hidden[:, None], last.pixels, new.pixels)
-        new = new._replace(pixels=pixels, depth=np.where(new.hidden, last.depth, new.depth))
-        if not self.sensing.dropped:
-            return new
-        lost = np.empty(noise.runs.size, dtype=np.bool_)
-        kernels.lost(self.sensing.dropped, noise.seed, noise.runs, step, lost)
-        return Image(*(np.where(lost, old, now) for old, now in zip(last, new, strict=True)))
+    def _hides(self) -> int:
+        """Return the rows of whether each mark is hidden in an image that arrives now."""
+        program, occlusions = self.program, self.sensing.occlusions
+        found, numbers = program.rows(self.N), []
+        for each in occlusions:
+            marks = [
+                first + mark
+                for sight, first in zip(self.sights, self.marks, strict=False)
+                if each.concerns(*sight.key)
+                for mark in each.marks
+            ]
+            numbers += [program.constant([each.start, each.end]), len(marks), *marks]
+        if occlusions:
+            rows = found, self.plant.dt, self.latency, len(occlusions)
+            program.add(hiding.hide, self.N, *rows, *numbers)
+        return found
 
 
-def check_sensing(sensing: Sensing, sights: Sequence[Sight], dt: float) -> None:
-    """Raise InputError if an occlusion hides what does not exist, or periods do not fit."""
+def lateness(latency: float | Array, dt: float, steps: int) -> tuple[Array, Array]:
+    """Return in how many whole periods images come, and which share of the first passes before.
+
+    An image that comes after the last step is as late as any other that does.
+    """
+    periods = np.minimum(np.atleast_1d(latency) / dt, steps + 1.0)
+    delay = np.ceil(periods - ROUNDING)
+    share = delay - periods
+    return delay, np.where(share > ROUNDING, share, 0.0)
+
+
+def check_sensing(
+    sensing: Sensing, sights: Sequence[Sight], dt: float, steps: int, runs: int
+) -> None:
+    """Raise InputError if an occlusion hides what does not exist, or times do not fit."""
     sensing.periods(dt)
+    delays, _ = lateness(sensing.latency, dt, steps)
+    _check_memory(sensing, sights, _ring_length(delays, steps), runs)
     for occlusion in sensing.occlusions:
         for i, kind in enumerate(("camera", "target")):
             name, known = getattr(occlusion, kind), sorted({sight.key[i] for sight in sights})
@@ -168,9 +211,25 @@ def check_sensing(sensing: Sensing, sights: Sequence[Sight], dt: float) -> None:
                 hint = suggest(name, known, f"{kind}s of the task")
                 raise InputError(f"occlusion: the task has no {kind} {name!r}; {hint}")
         for sight in sights:
-            mine = occlusion.hides(occlusion.start, *sight.key)
+            mine = occlusion.concerns(*sight.key)
             if mine and max(occlusion.marks) >= len(sight.target.marks):
                 raise InputError(
                     f"occlusion: '{sight.target.name}' has {len(sight.target.marks)} marks, "
                     f"numbered from 0; there is no {max(occlusion.marks)}"
                 )
+
+
+def _ring_length(delays: Array, steps: int) -> int:
+    """Return how many past images are kept: none for what does not arrive before the end."""
+    return int(np.where(delays > steps, 0.0, delays).max(initial=1.0))
+
+
+def _check_memory(sensing: Sensing, sights: Sequence[Sight], length: int, runs: int) -> None:
+    """Raise InputError if the images that are on their way would be too many."""
+    marks = sum(len(sight.target.marks) for sight in sights)
+    estimate = 24.0 * marks * length * min(max(runs, WIDTH), TOGETHER)
+    if estimate > MEMORY_BUDGET:
+        raise InputError(
+            f"latency: {length} images on their way at once need about {estimate / 1e9:.1f} GB, "
+            f"more than {MEMORY_BUDGET / 1e9:.0f} GB; the latency is {np.max(sensing.latency):g} s"
+        )

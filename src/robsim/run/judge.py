@@ -40,7 +40,7 @@ class Judge:
         add, c = self.program.add, self.controller
         k, n = c.k, c.columns.size
         size, norm = self.program.rows(), self.program.rows()
-        pace = self.program.each(np.reshape(c.pace, (1, -1)))
+        pace = self.program.number(c.pace)
         add(judging.errors, k, command.error, self.scale, size, norm)
         matrix = command.task_jacobian, k, n
         add(judging.stillness, *matrix, command.qd, self.scale, pace, self.tolerance, self.still)
@@ -49,17 +49,18 @@ class Judge:
         free = np.full(plant.scene.limits.shape, [-np.inf, np.inf])
         limits = self.program.constant((plant.scene.limits + slack if limited else free).T)
         busy = self.program.constant(1.0) if hold else command.busy
-        seen = sensor.status, sensor.depth, sensor.marks[-1]
+        images = sensor.images
+        seen = sensor.status, images.true + 2 * images.N, images.N
         add(
             judging.judge, plant.q, plant.scene.nq, limits, *seen, command.qd, n, size, norm,
             self.tolerance, busy, self.program.rows(2), self.still, self.steps,
             self.outcome,
         )  # fmt: skip
         room = self.program.rows(k * n + k + n + scratch_of(k, n))
-        rank = self.program.each(np.reshape(c.full_rank, (1, -1)))
+        rank = self.program.number(c.full_rank)
         numbers = self.program.constant(c.rcond), rank, self.outcome, room
         add(judging.stalls, *matrix, self.scale, *numbers)
-        if not sensor.prompt or plant.drives.moves:
+        if not images.fresh or plant.drives.moves:
             self._wait(plant, sensor, command, pace, size)
         if self.endings:
             self.program.call(lambda blocks, step: self._ask(blocks, step, plant, sensor, command))
@@ -78,7 +79,7 @@ class Judge:
             get(plant.q, scene.nq),
             get(plant.qd, scene.nv),
             get(command.error, self.controller.k),
-            get(sensor.pixels, sensor.marks[-1], 2),
+            get(sensor.images.true, sensor.images.N, 2),
         )
         q, qd, error, pixels = (shown_view(array) for array in arrays)
         now = Moment(step * plant.seconds, scene, q, qd, error, pixels, blocks.rows)
@@ -92,10 +93,10 @@ class Judge:
     def _wait(self, plant: Plant, sensor: Sensor, command: Commanded, pace: int, size: int) -> None:
         """Add the stage that lets runs go on that only pass their goal."""
         c = self.controller
-        rates = plant.rates if plant.drives.moves else -1
+        rates, age = plant.rates if plant.drives.moves else -1, sensor.images.age
         self.program.add(
             judging.wait, command.task_jacobian, c.k, c.columns.size, command.qd, self.scale,
-            pace, self.tolerance, size, sensor.age, self.program.rows(), self.outcome, self.steps,
+            pace, self.tolerance, size, age, self.program.rows(), self.outcome, self.steps,
             rates, *c.columns,
         )  # fmt: skip
 

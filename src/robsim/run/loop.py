@@ -20,7 +20,7 @@ from robsim.run.images import check_sensing
 from robsim.run.judge import Judge
 from robsim.run.plant import Plant
 from robsim.run.record import Record, Recorder
-from robsim.run.sensor import Sensor, stream
+from robsim.run.sensor import Sensor
 from robsim.run.snapshot import Snapshot
 from robsim.servo.controller import Controller, Decision
 from robsim.world.actuation import Actuation
@@ -52,7 +52,8 @@ class Loop:
 
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
-        check_sensing(self.sensing, controller.sights, self.dt)
+        room = self.steps, len(self.q0)
+        check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
         self.drives = Drives(self.actuation, scene, controller.columns)
         rates = scene.nv if self.drives.moves else 0
@@ -79,7 +80,8 @@ class Loop:
 
     def instants(self, rows: NDArray[np.int64], burst: int = 1) -> Iterator[tuple[int, Chunk]]:
         """Simulate a chunk of runs, and yield each step, or the last of some, with the chunk."""
-        sequence, chunk, step = self.sequence, self._chunk(rows), 0
+        sequence, step = self.sequence, 0
+        chunk = Chunk(sequence.program, rows)
         while chunk.runs:
             until = min(step + burst, self.steps + 1) if sequence.compiled else step + 1
             sequence.run(chunk, step, until)
@@ -92,9 +94,6 @@ class Loop:
             if not alive.all():
                 chunk.keep(alive)
 
-    def _chunk(self, rows: NDArray[np.int64]) -> Chunk:
-        return Chunk(self.sequence.program, rows, stream(self.sequence.sensor))
-
 
 class Sequence:
     """The sequence of a step: motion, world, measurement, command, judgement, record."""
@@ -104,9 +103,8 @@ class Sequence:
         controller = self.controller = loop.controller
         runs = loop.first_run + np.arange(len(loop.q0))
         plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt)
-        sensor = self.sensor = Sensor(
-            program, plant, controller.sights, loop.sensing, loop.seed, runs
-        )
+        spoilt = loop.sensing, loop.steps, loop.seed, runs
+        sensor = self.sensor = Sensor(program, plant, controller.sights, *spoilt)
         judge = self.judge = Judge(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
 
@@ -119,7 +117,7 @@ class Sequence:
         self.command.note(self.command.qd)
         plant.command(self.command.qd)
         judge.judge(plant, sensor, self.command, loop.hold, loop.limited)
-        self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.pixels]
+        self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.images.true]
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
         self.compiled = program.compiled
@@ -152,7 +150,7 @@ class Sequence:
             chunk.get(self.plant.qd, scene.nv),
             chunk.get(self.plant.rates, rates),
             {sight.key: sight.project(q, chunk.rows) for sight in self.sensor.sights},
-            chunk.get(self.sensor.pixels, self.sensor.marks[-1], 2),
+            chunk.get(self.sensor.images.true, self.sensor.images.N, 2),
             self.decision(chunk).command,
             chunk.get(self.judge.outcome, 1)[0].astype(np.int8),
         )

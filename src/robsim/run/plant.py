@@ -6,13 +6,13 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.kernels import moving
-from robsim.kernels.actuation import follow_stage
+from robsim.kernels.actuation import follow
 from robsim.kernels.commanding import copied
 from robsim.kernels.program import Program
 from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed
 from robsim.run.chunk import Chunk
-from robsim.run.drives import Drives, Period
+from robsim.run.drives import Drives
 
 
 class Plant:
@@ -34,39 +34,82 @@ class Plant:
 
     def move(self) -> None:
         """Add the stages of a period: joints move as they were commanded at the step before."""
-        if not self._is_compiled:
-            self.program.call(self._advance)
-            return
-        v = self._follow() if self.drives.actuation.moves else self.qd
-        joints = self.scene.tree.joints
-        add_motion(self.program, joints, self.q, v + np.arange(self.scene.nv), self.dt)
-        add_rolling(self.program, joints, self.q, v, self.placed.ratio, self.dt)
+        self._integrate(self.dt, self.placed, self.speed)
 
-    @property
-    def _is_compiled(self) -> bool:
-        """Whether there are stages for all that moves: no joint of a user's kind, and no car."""
-        return self.scene.tree.compiled and not self.scene.tree.cars
+    def within(self, seconds: int) -> Placed:
+        """Add the stages that place all bodies where they were in the period that ends now.
 
-    def _follow(self) -> int:
-        """Add the stages of joints that lag, and return the rows of their mean velocities."""
-        program, nv, mean = self.program, self.scene.nv, self.program.rows(self.scene.nv)
-        rows = []
-        for i in range(nv):
-            if i in self.drives.columns:
-                rows += [self.qd + i, self.speed + i, mean + i]
+        That is some time, in a row, after it began; call it before `move`.
+        """
+        q = self._copied(self.scene.nq, self.q)
+        placed = Placed(self.program, self.scene.tree.joints, q, self.scene.nq)
+        self._integrate(seconds, placed, self._copied(self.scene.nv, self.speed))
+        self._add(placed)
+        return placed
+
+    def _integrate(self, dt: int, placed: Placed, speed: int) -> None:
+        """Add the stages that move coordinates for a time, from velocities `speed`."""
+        v = self._follow(dt, speed) if self.drives.moves else self.qd
+        if self.scene.tree.cars:
+            self._steer(dt, placed, v, speed)
+        joints, x = self.scene.tree.joints, placed.q
+        add_motion(self.program, joints, x, v + np.arange(self.scene.nv), dt)
+        add_rolling(self.program, joints, x, v, placed.ratio, dt)
+        if self.scene.tree.own:
+            self.program.call(lambda chunk, step: self._advance(chunk, dt, x, v))
+
+    def _copied(self, count: int, rows: int) -> int:
+        """Add the stage that copies rows to new ones, and return the first of these."""
+        found = self.program.rows(count)
+        self.program.add(copied, count, rows, found)
+        return found
+
+    def _steer(self, dt: int, placed: Placed, v: int, speed: int) -> None:
+        """Let cars steer once in a period, when it begins, and move as they are steered.
+
+        They steer for the mean velocity of the whole period, whatever part of it passes.
+        """
+        whole = v
+        if dt != self.dt:
+            whole = self._follow(self.dt, self._copied(self.scene.nv, self.speed))
+        for row, velocity, s in self.scene.tree.cars:
+            numbers = self.program.constant([s.wheelbase, s.limit, s.rate])
+            angle = placed.q + row
+            self.program.add(moving.steer, self.dt, angle, whole + velocity, numbers)
+            for rates in (v, speed):
+                self.program.add(moving.obey, angle, rates + velocity, numbers)
+        placed.follow()
+
+    def _follow(self, dt: int, speed: int) -> int:
+        """Add the stages of joints that lag for a time; return the rows of mean velocities.
+
+        Those that are not commanded are as given, as are all that do not lag.
+        """
+        program, rows = self.program, []
+        lags = self.drives.columns if self.drives.actuation.moves else ()
+        mean = self._copied(self.scene.nv, self.qd)
+        for i in range(self.scene.nv):
+            if i in lags:
+                rows += [self.qd + i, speed + i, mean + i]
             else:
-                program.add(copied, 1, self.qd + i, self.speed + i)
-                program.add(copied, 1, self.qd + i, mean + i)
-        lag = program.each(np.reshape(self.drives.actuation.lag, (1, -1)))
+                program.add(copied, 1, self.qd + i, speed + i)
+        if not rows:
+            return mean
+        lag = program.number(self.drives.actuation.lag)
         limits = [program.constant(limit) for limit in self.drives.limits]
-        program.add(follow_stage, len(rows) // 3, self.dt, lag, *limits, *rows)
+        program.add(follow, len(rows) // 3, dt, lag, *limits, *rows)
         return mean
 
     def place(self) -> None:
         """Add the stages that place all bodies at q."""
-        if not self.scene.tree.compiled:
-            self.program.call(self._prepare)
-        self.placed.add()
+        self._add(self.placed)
+
+    def _add(self, placed: Placed) -> None:
+        """Add the stages that place all bodies, with the motions of joints of the user's kinds."""
+        own = self.scene.tree.own
+        if own:
+            self.program.call(lambda chunk, step: placed.prepare(own, chunk))
+        placed.add()
 
     def command(self, qd: int) -> None:
         """Add the stage of all velocities: in rows from qd as commanded, else prescribed."""
@@ -75,35 +118,27 @@ class Plant:
         if scene.varies:
             self.program.call(self._prescribe)
         self.program.add(moving.spread, scene.nv, self.qd, self.drift, *rows)
-        if self.drives.moves and self._is_compiled:
-            for i, prescribed in enumerate(scene.prescribed):
-                own = self.drift if prescribed else self.speed
-                self.program.add(copied, 1, own + i, self.rates + i)
-        elif self.drives.moves:
-            self.program.call(self._measure_rates)
+        if not self.drives.moves:
+            return
+        for i, prescribed in enumerate(scene.prescribed):
+            own = self.drift if prescribed else self.speed
+            self.program.add(copied, 1, own + i, self.rates + i)
+        for row, velocity, steering in scene.tree.cars:
+            length = self.program.constant(steering.wheelbase)
+            self.program.add(moving.obey, self.q + row, self.rates + velocity, length)
 
     def _prescribe(self, chunk: Chunk, step: int) -> None:
         drift = self.scene.drift(step * self.seconds)[:, None]
         chunk.put(self.drift, np.repeat(drift, chunk.runs, axis=1))
 
-    def _prepare(self, chunk: Chunk, step: int) -> None:
-        """Write the motions and twists of joints of the user's kinds."""
-        self.placed.prepare(self.scene.tree.own, chunk)
-
-    def _measure_rates(self, chunk: Chunk, step: int) -> None:
-        """Write the velocities at which joints move when a period begins."""
-        nv = self.scene.nv
-        q, speed = chunk.get(self.q, self.scene.nq), chunk.get(self.speed, nv)
-        drift = chunk.get(self.drift, nv)
-        wanted = np.where(self.scene.prescribed[:, None], drift, speed)
-        chunk.put(self.rates, self.scene.tree.driven(q, wanted))
-
-    def period(self, chunk: Chunk) -> Period:
-        """Return where the period of the step before began, and what was commanded in it."""
-        nq, nv = self.scene.nq, self.scene.nv
-        return Period(chunk.get(self.q, nq), chunk.get(self.speed, nv), chunk.get(self.qd, nv))
-
-    def _advance(self, chunk: Chunk, step: int) -> None:
-        q, speed = self.drives.advance(self.period(chunk), self.seconds)
-        chunk.put(self.q, q)
-        chunk.put(self.speed, speed)
+    def _advance(self, chunk: Chunk, dt: int, x: int, v: int) -> None:
+        """Move joints of the user's kinds, from x by velocities v for a time, all of them rows."""
+        times, nq, nv = chunk.get(dt, 1)[0], self.scene.nq, self.scene.nv
+        q, rates = chunk.get(x, nq), chunk.get(v, nv)
+        for seconds in np.unique(times):
+            some = times == seconds
+            moved = q[:, some]
+            for each in self.scene.tree.own:
+                each.advance(moved, rates[:, some], float(seconds))
+            q[:, some] = moved
+        chunk.put(x, q)

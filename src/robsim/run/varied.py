@@ -37,16 +37,17 @@ LENS: dict[str, Shapes] = {
 }  # fmt: skip
 MARKS: dict[str, Shapes] = {"marks": (("N", 3),)}
 ROW: dict[str, Shapes] = {"theta": ((),), "d": ((),), "a": ((),), "alpha": ((),)}
+IMAGES = "noise", "latency", "quantisation", "outliers", "outlier_size", "dropped"
 OTHER: dict[str, dict[str, Shapes]] = {
     "task": {"gain": ((),), "depth_scale": ((), ("N",))},
-    "sensing": {"noise": ((),)},
+    "sensing": dict.fromkeys(IMAGES, ((),)),
     "actuation": {"lag": ((),)},
 }
 MAY = (
     "[belief.]cameras.NAME.(K, focal, center, skew, distortion or the pose), "
     "[belief.]objects.NAME.(marks or the pose), [belief.]robots.NAME.(the pose), "
     "[belief.]robots.NAME.links.LINK.(dh.theta, .d, .a, .alpha, place or tail), "
-    "task.gain, task.depth_scale, sensing.noise, actuation.lag"
+    f"task.gain, task.depth_scale, sensing.({', '.join(IMAGES)}), actuation.lag"
 )
 
 
@@ -77,10 +78,19 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
     if len(set(counts.values())) > 1:
         said = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise InputError(f"vary: every name needs a number for each run, got {said}")
+    _check_imperfections(experiment, made)
     for name, values in made.items():
         for end in _ends(name, values):
             experiment.at({**{n: v[0] for n, v in made.items()}, name: end})
     return made
+
+
+def _check_imperfections(experiment: Any, made: Mapping[str, Array]) -> None:
+    """Raise InputError for imperfections that would change what is simulated, not by how much."""
+    if (made.get("actuation.lag", np.ones(1)) <= 0.0).any():
+        raise InputError("vary: actuation.lag: where lags differ from run to run, each is above 0")
+    if "sensing.latency" in made and experiment.sensing.effects:
+        raise InputError("vary: sensing.latency: an effect of your own is shown one time for all")
 
 
 def _ends(name: str, values: Array) -> list[Array]:

@@ -139,7 +139,7 @@ class Written(Setup):
         numbers  {name: (runs, ...)} in SI, with the dotted names of `at`: intrinsics, distortion
                  and pose of cameras, marks and pose of objects, pose of robots, constants of links
                  ("belief.robots.arm.links.elbow.dh.a"), each true or believed; "task.gain",
-                 "task.depth_scale", "sensing.noise", "actuation.lag"
+                 "task.depth_scale", "actuation.lag", "sensing.noise", "sensing.latency" and others
 
         They are bound at once, so that 10,000 runs with 10,000 calibrations take little longer than
         with one. There is one start for all runs, or one for each. `of_run(i)` is the experiment of

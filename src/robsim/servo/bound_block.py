@@ -61,12 +61,19 @@ class BoundBlock:
         self, seen: dict[Key, Observation], projections: dict[Key, Projection]
     ) -> Observation:
         """Return what the feature is shown at the goal, with cameras where they are believed."""
+        whole = self.all_at_goal(seen, projections)
+        return whole if self.marks is None else whole.some(self.marks)
+
+    def all_at_goal(
+        self, seen: dict[Key, Observation], projections: dict[Key, Projection]
+    ) -> Observation:
+        """Return what all marks look like at the goal, before some are chosen."""
         first, *others = (sight.key for sight in self.sights)
         one = seen[first]
         for second in others:  # at most one
             between = relative(projections[first].T_w_c, projections[second].T_w_c)
             one = replace(one, other=seen[second], between_last=between)
-        return one if self.marks is None else one.some(self.marks)
+        return one
 
     def stages(self, seen: Seen, with_L: bool = True) -> FeatureRows:
         """Add the stages of s and L to a program, and return the rows of the chosen components.
@@ -86,8 +93,9 @@ class BoundBlock:
 
     def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:
         """Return the rows of all components, of a feature that may be a user's."""
-        if isinstance(self.feature, Compiled) and not self.feature.is_own():
-            return self.feature.stages(seen)
+        compiled = self._compiled
+        if compiled is not None:
+            return compiled.stages(seen)
         whole = replace(self, components=None)
         rows = seen.room(self.k or 0)
 
@@ -99,6 +107,12 @@ class BoundBlock:
 
         seen.program.call(asked)
         return rows
+
+    @property
+    def _compiled(self) -> Compiled | None:
+        """The feature, if it is stages of a program and no user's."""
+        feature = self.feature
+        return feature if isinstance(feature, Compiled) and not feature.is_own() else None
 
     @property
     def size(self) -> int:
@@ -113,15 +127,27 @@ class BoundBlock:
         """Return L (k, 6, B) of the chosen components, for the first camera's twist."""
         return self._checked(interaction(self.feature, seen), seen, 6)
 
-    def lost(self, blind: Observation) -> NDArray[np.bool_]:
-        """Return (k, B): which components are NaN since hidden marks are, if not all of them."""
+    def gone(self, blind: Observation) -> NDArray[np.bool_]:
+        """Return (k, B): which components are NaN, as marks of all the target's are."""
         if self.marks is not None:
             blind = blind.some(self.marks)
         try:
-            gone = np.isnan(self.measure(blind))
+            return np.asarray(np.isnan(self.measure(blind)))
         except np.linalg.LinAlgError:  # of a user's feature: LAPACK takes no NaN for any run
-            return np.zeros((self.size, blind.pixels_last.shape[-1]), dtype=np.bool_)
-        return np.asarray(gone & ~gone.all(axis=0))
+            return np.ones((self.size, blind.pixels_last.shape[-1]), dtype=np.bool_)
+
+    def depends(self, seen: Observation) -> NDArray[np.bool_] | None:
+        """Return (k, cameras, N): which components are NaN where a camera does not see a mark.
+
+        None where that may be another at another time: of a user's feature, or of one that has no
+        value for what is seen (of one run).
+        """
+        if self._compiled is None or self.gone(seen).any():
+            return None
+        cameras, N = len(self.sights), len(seen.pixels_last)
+        each = np.eye(cameras * N, dtype=np.bool_).reshape(cameras, N, -1)
+        gone = self.gone(seen.repeated(cameras * N).blind(list(each)))
+        return gone.reshape(-1, cameras, N)
 
     def _checked(self, value: Any, seen: Observation, *tail: int) -> Array:
         """Return the chosen components of a returned array, run last; its shape is checked."""

@@ -20,6 +20,7 @@ class View:
     T_w_o: int
     pixels: int  # 2 for each mark
     depth: int
+    hidden: int = -1  # whether each mark is hidden, where marks may be
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,12 @@ class Given:
     q: int  # coordinates as measured
     views: dict[Key, View]  # of the true scene, with pixels and depths as measured
     placed: Placed | None = None  # the true scene, where it is as measured
-    hides: bool = False  # whether marks may be hidden
     path: tuple[str, ...] = ()  # of the task among several, for what Python code remembers
+
+    @property
+    def hides(self) -> bool:
+        """Whether marks may be hidden."""
+        return any(view.hidden >= 0 for view in self.views.values())
 
     def inside(self, name: str) -> Given:
         """Return the same for one of several tasks."""
@@ -71,8 +76,9 @@ def alone(
     q, views = program.rows(nq), {}
     for sight in sights:
         N = len(sight.target.marks)
-        views[sight.key] = View(-1, -1, program.rows(2 * N), program.rows(N))
-    return Given(program, program.constant(dt), dt, q, views, hides=hides)
+        hidden = program.rows(N) if hides else -1
+        views[sight.key] = View(-1, -1, program.rows(2 * N), program.rows(N), hidden)
+    return Given(program, program.constant(dt), dt, q, views)
 
 
 def view(

@@ -149,6 +149,11 @@ class Regulated:
         views = zip(self.parts, self._goal_observations, strict=True)
         return [part.interaction(view) for part, view in views]
 
+    def depends(self) -> list[NDArray[np.bool_] | None]:
+        """Return on which marks the numbers of each block depend, as `BoundBlock.depends` does."""
+        seen = self._seen_at_goal, self._goal_projections
+        return [part.depends(part.all_at_goal(*seen)) for part in self.parts]
+
     @cached_property
     def _goal_observations(self) -> list[Observation]:
         """The observation of each block at the goal."""

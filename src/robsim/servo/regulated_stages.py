@@ -9,10 +9,11 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import commanding, viewing
+from robsim.kernels import commanding, hiding, viewing
 from robsim.kernels.jacobian import Moves
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.program import Blocks, Own, Program
 from robsim.robot.placed import Placed, add_jacobian
+from robsim.servo.bound_block import BoundBlock
 from robsim.servo.given import Given, alone
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.placed_frame import placed_at, prescribed_rates
@@ -151,18 +152,29 @@ class RegulatedRows:
 
         These are found by hiding the marks: what becomes NaN depends on them.
         """
-        row = self.program.rows(self.regulated.k)
-        self.program.call(lambda blocks, step: blocks.put(row, self._lost(blocks)))
-        return row
+        found = row = self.program.rows(self.regulated.k)
+        parts = zip(self.regulated.parts, self.shown, self.regulated.depends(), strict=True)
+        for part, seen, depends in parts:
+            flags = [self.given.views[sight.key].hidden for sight in part.sights]
+            if depends is None:
+                self.program.call(_asked(part, seen, flags, row))
+            else:
+                each = [[flags[c] + n for c, n in np.argwhere(marks)] for marks in depends]
+                numbers = [n for rows in each for n in (len(rows), *rows)]
+                self.program.add(hiding.lose_numbers, part.size, row, *numbers)
+            row += part.size
+        return found
 
-    def _lost(self, blocks: Blocks) -> Array:
-        if not blocks.hidden:
-            return np.zeros((self.regulated.k, blocks.runs))
-        found = []
-        for part, seen in zip(self.regulated.parts, self.shown, strict=True):
-            hidden = [blocks.hidden[sight.key] for sight in part.sights]
-            found.append(part.lost(part.observation(seen, blocks).blind(hidden)))
-        return np.concatenate(found).astype(float)
+
+def _asked(part: BoundBlock, seen: Seen, flags: list[int], row: int) -> Own:
+    """Return a stage in Python that finds which numbers of a block are lost now."""
+
+    def ask(blocks: Blocks, step: int) -> None:
+        hidden = [blocks.get(flag, seen.N) > 0.0 for flag in flags]
+        gone = part.gone(part.observation(seen, blocks).blind(hidden))
+        blocks.put(row, (gone & ~gone.all(axis=0)).astype(float))
+
+    return ask
 
 
 def regulated_at(regulated: Regulated, q: Array) -> tuple[Array, Array, Array]:

@@ -125,7 +125,7 @@ class ServoStages:
         """Return the row of the gain, which may depend on the error or on the law itself."""
         gain = self.controller.gain
         if not isinstance(gain, AdaptiveGain):
-            return self.program.each(np.reshape(gain, (1, -1)))
+            return self.program.number(gain)
         numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows(1)
         largest = gain.of == "command"
         size = (self.n, self._at_unit_gain()) if largest else (self.k, self.plain[0])

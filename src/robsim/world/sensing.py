@@ -14,7 +14,6 @@ from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.world.effects import EFFECT, ImageEffect
 
-AT_ONCE = 1e-9  # seconds: rounding of the time of an image, step * dt - latency, is smaller
 MOST = 1e15  # control periods: so long that no other image follows
 MARK = Whole(0, 10_000)
 PIXELS = Number(least=0, unit="px")
@@ -83,10 +82,9 @@ class Occlusion(Declared):
         if not self.end > self.start:
             raise InputError(f"an occlusion from {self.start:g} s must end later, not {self.end:g}")
 
-    def hides(self, seconds: float, camera: str, target: str) -> bool:
-        """Return whether the marks of a target are hidden from a camera at a time."""
-        mine = self.camera in (None, camera) and self.target in (None, target)
-        return mine and self.start <= seconds + AT_ONCE < self.end
+    def concerns(self, camera: str, target: str) -> bool:
+        """Return whether it hides marks of a target from a camera."""
+        return self.camera in (None, camera) and self.target in (None, target)
 
 
 @described
@@ -132,12 +130,6 @@ class Sensing(Declared):
         ListOf(EFFECT, most=64, alone=True),
         "Effects of a kind of your own, one after the other.",
     ] = ()
-
-    @property
-    def only_noise(self) -> bool:
-        """Whether Gaussian noise is the only error."""
-        odd = self.quantisation or self.outliers or self.occlusions or self.dropped or self.latency
-        return not odd and self.period is None and not self.effects
 
     def periods(self, dt: float) -> int:
         """Return the control periods between images; raise InputError unless they are whole."""
