@@ -14,7 +14,7 @@ from robsim.base.arrays import Array, frozen, runs_last
 from robsim.features.feature import Observation, without_guess
 from robsim.kernels import commanding
 from robsim.kernels.pose import room_of
-from robsim.kernels.pose_features import pose_stage
+from robsim.kernels.pose_features import lost_stage, pose_stage
 from robsim.kernels.program import Blocks, Program
 from robsim.vision.camera import Camera
 
@@ -53,15 +53,17 @@ class Seen:
         room = self.program.rows(room_of(self.N))
         self.program.add(pose_stage, self.N, self.model, self.points, self.guess, T, room)
         if not self.sure:
-            self.program.call(lambda blocks, step: self._without_guess(blocks, T))
+            lost = self.program.rows()
+            self.program.add(lost_stage, self.N, self.points, T, lost)
+            self.program.rescue(lambda blocks, step: self._without_guess(blocks, T, lost), lost)
         return T
 
-    def _without_guess(self, blocks: Blocks, T: int) -> None:
+    def _without_guess(self, blocks: Blocks, T: int, lost: int) -> None:
         """Find the poses that no guess led to from the image alone."""
-        pose = blocks.get(T, 3, 4)
-        if np.isnan(pose[0, 0]).any():
+        if blocks.get(lost, 1).any():
             model, points = blocks.get(self.model, self.N, 3), blocks.get(self.points, self.N, 2)
-            blocks.put(T, without_guess(pose, model, points))
+            blocks.put(T, without_guess(blocks.get(T, 3, 4), model, points))
+            blocks.put(lost, np.zeros((1, blocks.runs)))
 
     def goal(self, values: Array | None) -> int:
         """Return the rows of numbers (n, B) at the goal, or -1 where none are known."""

@@ -2,8 +2,10 @@
 
 import math
 
+import numpy as np
+
 from robsim.kernels.jit import kernel
-from robsim.kernels.lanes import get, put
+from robsim.kernels.lanes import absolute, get, put, where
 from robsim.kernels.memory import matrix, vector
 from robsim.kernels.placing import compose
 from robsim.kernels.point_features import points_3d_interaction
@@ -53,6 +55,19 @@ def camera_origin_interaction(T, L):
 def pose_stage(p, w, step):
     """Fit the pose of a target to its image: (N, marks, points, guess, pose, room)."""
     fit(w, p[1], p[0], p[2], p[3], p[4], p[5])
+
+
+@stage
+def lost_stage(p, w, step):
+    """Note runs whose guess was behind the camera: (N, points, pose, lost), which stays noted.
+
+    Their pose is NaN although all marks are seen.
+    """
+    seen = absolute(get(w, p[1]))
+    for i in range(1, 2 * p[0]):
+        seen = seen + absolute(get(w, p[1] + i))
+    gone = (seen < np.inf) & ~(absolute(get(w, p[2])) < np.inf)
+    put(w, p[3], where(gone, 1.0, get(w, p[3])))
 
 
 @stage

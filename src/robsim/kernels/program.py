@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import groupby
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,17 @@ class Blocks:
 Own = Callable[[Any, int], None]  # a stage in Python, of blocks and the number of the step
 
 
+class Rescue(NamedTuple):
+    """A stage in Python that has nothing to do but where a row says so, of any run."""
+
+    own: Own
+    row: int
+
+    def __call__(self, blocks: Blocks, step: int) -> None:
+        """Perform the stage in Python."""
+        self.own(blocks, step)
+
+
 class Compiled:
     """Stages that follow one another, as the kernels take them."""
 
@@ -98,7 +109,7 @@ class Program:
 
     def __init__(self) -> None:
         self.size = 0
-        self.calls: list[tuple[Stage, tuple[int, ...]] | Own] = []
+        self.calls: list[tuple[Stage, tuple[int, ...]] | Own | Rescue] = []
         self.given: list[tuple[int, Array]] = []
         self.kept: list[Any] = []  # whose addresses stand among the numbers
 
@@ -160,15 +171,33 @@ class Program:
         """Let a function in Python come next, which is given the chunk and the step."""
         self.calls.append(own)
 
+    def rescue(self, own: Own, row: int) -> None:
+        """Let a function in Python come next, which is needed where a row is not zero only.
+
+        A stage writes that row: who performs the others alone looks at it afterwards.
+        """
+        self.calls.append(Rescue(own, row))
+
+    @property
+    def stages(self) -> list[tuple[Stage, tuple[int, ...]]] | None:
+        """The stages, without what may be needed in Python; None if some always is."""
+        rest = [each for each in self.calls if not isinstance(each, Rescue)]
+        return rest if all(_is_stage(each) for each in rest) else None  # type: ignore[return-value]
+
+    @property
+    def rescues(self) -> list[int]:
+        """The rows that say where Python is needed."""
+        return [each.row for each in self.calls if isinstance(each, Rescue)]
+
     @property
     def compiled(self) -> bool:
         """Whether all stages are compiled."""
-        return all(isinstance(each, tuple) for each in self.calls)
+        return all(map(_is_stage, self.calls))
 
     def segments(self, start: int = 0, end: int | None = None) -> list[Own]:
         """Return some of the calls, with stages that follow one another put together."""
         found: list[Own] = []
-        for compiled, group in groupby(self.calls[start:end], lambda each: isinstance(each, tuple)):
+        for compiled, group in groupby(self.calls[start:end], _is_stage):
             calls: list[Any] = list(group)
             found += [Compiled(calls)] if compiled else calls
         return found or [Compiled([])]
@@ -211,6 +240,10 @@ class Function:
         for part in self.program.segments():
             part(blocks, 0)
         return blocks.get(self.found, self.count)
+
+
+def _is_stage(call: Any) -> bool:
+    return isinstance(call, tuple) and not isinstance(call, Rescue)
 
 
 def evaluated(

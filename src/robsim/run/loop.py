@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,18 +119,35 @@ class Sequence:
         self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.images.true]
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
-        self.compiled = program.compiled
         self._parts = program.segments(), program.segments(self.motion)
+        stages = program.stages
+        self._fast = None if stages is None else Compiled(stages)
+        self._rescues = program.rescues
+
+    @property
+    def compiled(self) -> bool:
+        """Whether several steps may be taken by compiled stages alone."""
+        return self._fast is not None
 
     def run(self, chunk: Chunk, step: int, until: int) -> None:
         """Take all runs of a chunk from a step until before another."""
-        if self.compiled:
-            made = cast(Compiled, self._parts[0][0])
-            given = made.addresses, made.at, made.numbers, self.motion
-            advance(*given, chunk.flat, self.alive, step, until)
-            return
-        for part in self._parts[step == 0]:
-            part(chunk, step)
+        if self._fast is None or not self._advance(self._fast, chunk, step, until):
+            for now in range(step, until):
+                for part in self._parts[now == 0]:
+                    part(chunk, now)
+
+    def _advance(self, made: Compiled, chunk: Chunk, step: int, until: int) -> bool:
+        """Take the steps by compiled stages alone; return False if Python is needed, from before.
+
+        What was kept of these steps is kept again.
+        """
+        before = chunk.numbers.copy() if self._rescues else chunk.numbers
+        given = made.addresses, made.at, made.numbers, self.motion
+        advance(*given, chunk.flat, self.alive, step, until)
+        if not any(chunk.numbers[:, row].any() for row in self._rescues):
+            return True
+        chunk.numbers[:] = before
+        return False
 
     def stop(self, recorder: Recorder, chunk: Chunk, step: int) -> None:
         """Keep the runs of a chunk that go on, as they are."""
