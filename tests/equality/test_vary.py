@@ -232,5 +232,5 @@ def test_a_run_without_an_imperfection_is_among_those_with_it(name):
 
 def test_all_imperfections_differ_at_once():
     experiment = rs.load_scenario(examples.path("visp_tutorial")).with_(duration=2.0)
-    made = {name: values[1:] + [values[1]] for name, values in IMPERFECT.items()}
+    made = {name: [*values[1:], values[1]] for name, values in IMPERFECT.items()}
     check_same(experiment.vary({**made, "sensing.outlier_size": [5.0, 20.0, 40.0]}))

@@ -101,7 +101,7 @@ class Sequence:
         program = self.program = Program()
         controller = self.controller = loop.controller
         runs = loop.first_run + np.arange(len(loop.q0))
-        plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt)
+        plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt, loop.seed, runs)
         spoilt = loop.sensing, loop.steps, loop.seed, runs
         sensor = self.sensor = Sensor(program, plant, controller.sights, *spoilt)
         judge = self.judge = Judge(program, controller, loop.steps, loop.endings)

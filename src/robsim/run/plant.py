@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, first_view, shown_view
 from robsim.kernels import moving
 from robsim.kernels.actuation import follow
 from robsim.kernels.commanding import copied
@@ -13,6 +14,7 @@ from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed
 from robsim.run.chunk import Chunk
 from robsim.run.drives import Drives
+from robsim.world.joint_effects import AFTER_IMAGES, Drive, driven
 
 
 class Plant:
@@ -22,11 +24,21 @@ class Plant:
     which the joints move, where these are others.
     """
 
-    def __init__(self, program: Program, drives: Drives, q0: Array, dt: float) -> None:
+    def __init__(
+        self,
+        program: Program,
+        drives: Drives,
+        q0: Array,
+        dt: float,
+        seed: int,
+        numbers: NDArray[np.int64],
+    ) -> None:
         self.program, self.drives, self.scene = program, drives, drives.scene
-        self.seconds = dt
+        self.seconds, self.seed, self.numbers = dt, np.uint64(seed), numbers
         self.q = program.each(q0.T)
         self.qd, self.drift = program.rows(self.scene.nv), program.constant(self.scene.drift(0.0))
+        effects = self.effects = drives.actuation.effects
+        self.wanted = program.rows(self.scene.nv) if effects else self.qd
         self.speed = program.rows(self.scene.nv)  # of joints that lag
         self.rates = program.rows(self.scene.nv if drives.moves else 0)
         self.dt = program.constant(dt)
@@ -87,12 +99,12 @@ class Plant:
         """
         program, rows = self.program, []
         lags = self.drives.columns if self.drives.actuation.moves else ()
-        mean = self._copied(self.scene.nv, self.qd)
+        mean = self._copied(self.scene.nv, self.wanted)
         for i in range(self.scene.nv):
             if i in lags:
-                rows += [self.qd + i, speed + i, mean + i]
+                rows += [self.wanted + i, speed + i, mean + i]
             else:
-                program.add(copied, 1, self.qd + i, speed + i)
+                program.add(copied, 1, self.wanted + i, speed + i)
         if not rows:
             return mean
         lag = program.number(self.drives.actuation.lag)
@@ -118,6 +130,8 @@ class Plant:
         if scene.varies:
             self.program.call(self._prescribe)
         self.program.add(moving.spread, scene.nv, self.qd, self.drift, *rows)
+        if self.effects:
+            self.program.call(self._respond)
         if not self.drives.moves:
             return
         for i, prescribed in enumerate(scene.prescribed):
@@ -126,6 +140,19 @@ class Plant:
         for row, velocity, steering in scene.tree.cars:
             length = self.program.constant(steering.wheelbase)
             self.program.add(moving.obey, self.q + row, self.rates + velocity, length)
+
+    def _respond(self, chunk: Chunk, step: int) -> None:
+        """Write what the user's effects make of the velocities that are commanded."""
+        columns, nv, get = self.drives.columns, self.scene.nv, chunk.get
+        qd, q, speed = get(self.qd, nv), get(self.q, self.scene.nq), get(self.speed, nv)
+        wanted, moved = first_view(qd[columns]).copy(), shown_view(speed[columns])
+        runs = self.numbers[chunk.rows].view(np.uint64)
+        for i, effect in enumerate(self.effects):
+            key = step, self.seed, runs, AFTER_IMAGES + i
+            drive = Drive(step * self.seconds, shown_view(q), moved, *key)
+            wanted = driven(effect, wanted, drive)
+        qd[columns] = wanted.T
+        chunk.put(self.wanted, qd)
 
     def _prescribe(self, chunk: Chunk, step: int) -> None:
         drift = self.scene.drift(step * self.seconds)[:, None]

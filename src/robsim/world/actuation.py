@@ -11,8 +11,9 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Time, described
+from robsim.declare import Declared, ListOf, Time, described
 from robsim.declare.joints import OneOrEach, accelerations, coordinates, velocities
+from robsim.world.joint_effects import EFFECT, JointEffect
 
 Each = float | Sequence[float]  # one number for all, or one for each
 
@@ -50,10 +51,17 @@ class Actuation(Declared):
         "Step in which revolute and prismatic coordinates are measured.",
     ] = 0.0
 
+    effects: Annotated[
+        tuple[JointEffect, ...],
+        ListOf(EFFECT, most=64, alone=True),
+        "Effects of a kind of your own on what is commanded, one after the other.",
+    ] = ()
+
     @property
     def moves(self) -> bool:
         """Whether joints respond otherwise than commanded."""
-        return bool(np.any(self.lag)) or self.velocity is not None or self.acceleration is not None
+        limited = self.velocity is not None or self.acceleration is not None
+        return bool(np.any(self.lag) or self.effects or limited)
 
     @property
     def counts(self) -> bool:

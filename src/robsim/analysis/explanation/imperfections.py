@@ -162,6 +162,12 @@ def _effects(again: Repeated) -> Statement:
     return sentence, evidence
 
 
+def _joint_effects(again: Repeated) -> Statement:
+    names = ", ".join(type(effect).__name__ for effect in again.case.actuation.effects)
+    sentence, evidence = _floor(again, f"What is commanded is changed by {names}")
+    return sentence, evidence
+
+
 SENSING: dict[str, tuple[str, Stating]] = {
     "noise": ("pixel noise", _noise),
     "quantisation": ("rounded pixels", _quantisation),
@@ -177,6 +183,7 @@ ACTUATION: dict[str, tuple[str, Stating]] = {
     "velocity": ("velocity limits", _velocity),
     "acceleration": ("acceleration limits", _acceleration),
     "encoder": ("coarse encoders", _encoder),
+    "effects": ("effects on the joints", _joint_effects),
 }
 
 

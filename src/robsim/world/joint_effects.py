@@ -1,0 +1,68 @@
+"""What else may be wrong with joints: effects of a kind that the user brings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError
+from robsim.declare import Choice, family
+from robsim.kernels import random
+from robsim.world.effects import FIRST_STREAM
+
+JOINT_EFFECTS = family("joint effect")
+AFTER_IMAGES = FIRST_STREAM + 1024  # streams of random numbers; those below are of images
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """The state of the drives at a control instant, for B runs, with the run first.
+
+    time     seconds since the start
+    q        coordinates (B, nq) of the scene
+    moved    velocities (B, n) of the commanded joints in the period that ends, zero at the start
+
+    Its random numbers are keyed by the seed and the number of each run and counted by the step, so
+    that a run has the same ones alone and in any batch.
+    """
+
+    time: float
+    q: Array
+    moved: Array
+    step: int
+    seed: np.uint64
+    runs: NDArray[np.uint64]  # (B,)
+    stream: int
+
+    def normal(self, count: int) -> Array:
+        """Return independent standard normal numbers (B, count)."""
+        out = np.empty((-(-count // 2), 2, self.runs.size))
+        random.normal_pairs(self.seed, self.runs, self.step, self.stream, out)
+        return np.ascontiguousarray(out.reshape(-1, self.runs.size)[:count].T)
+
+
+@runtime_checkable
+class JointEffect(Protocol):
+    """What anything must have to be an effect on joints: a user's class needs no base class.
+
+    Registered with `register("joint effect", "my_effect")`, it has a place in scenario files.
+    """
+
+    def driven(self, wanted: Array, drive: Drive) -> Array:
+        """Return velocities (B, n) for the period that begins, from those that are wanted."""
+
+
+EFFECT = Choice(JOINT_EFFECTS, protocol=JointEffect)
+
+
+def driven(effect: JointEffect, wanted: Array, drive: Drive) -> Array:
+    """Return velocities (B, n) after an effect; InputError for a result of another shape."""
+    name = type(effect).__name__
+    found = numbers(effect.driven(wanted.copy(), drive), f"{name}.driven", (wanted.shape[1],))
+    if found.shape != wanted.shape:
+        raise InputError(f"{name}.driven: expected shape {wanted.shape}, got {found.shape}")
+    return found
