@@ -13,7 +13,8 @@ from robsim.declare.document import markdown
 from robsim.declare.families import families
 from robsim.robot.link_table import LinkTable
 from robsim.robot.robot_table import RobotTable
-from robsim.run.text import ExperimentTable, RunTable, StartTable
+from robsim.run.start_table import StartTable
+from robsim.run.text import ExperimentTable, RunTable
 from robsim.world.mounted_camera import CameraTable
 
 HERE = Path(__file__).parent

@@ -18,7 +18,8 @@ from robsim.robot.joint import Steering
 from robsim.robot.link_table import DHRow, LinkTable
 from robsim.robot.robot_table import RobotTable, ToolTable
 from robsim.run.experiment import Experiment
-from robsim.run.text import ExperimentTable, RunTable, StartTable
+from robsim.run.start_table import StartTable
+from robsim.run.text import ExperimentTable, RunTable
 from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.goals.goal import GoalTable
 from robsim.trajectory import Straight

@@ -12,18 +12,17 @@ import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
-from robsim.declare.joints import PerJoint, coordinates
 from robsim.declare.problems import Broken, Problems, shown
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
 from robsim.files.library import expanded
 from robsim.files.toml import write
-from robsim.geometry.pose import Pose
-from robsim.geometry.pose_table import KEYS, PoseTable
+from robsim.geometry.pose_table import PoseTable
 from robsim.robot.link_table import DHRow
 from robsim.run import mission as _mission  # noqa: F401  a kind of task that files may name
 from robsim.run.endings import ENDING_LIST
 from robsim.run.record import LONGEST
+from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.world.actuation import Actuation
@@ -56,41 +55,6 @@ class RecordSpec(Spec):
 
     def wrong(self) -> Sequence[Raw]:
         return [0, "some", True]
-
-
-@dataclass(frozen=True)
-class StartCoordinates(PerJoint):
-    """The declaration of coordinates at the start, instead of a pose there."""
-
-    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
-        """Remove the pose from a table in place where the coordinates change."""
-        for key in KEYS if name in over else ():
-            table.pop(key, None)
-
-
-@dataclass(frozen=True)
-class StartPose(PoseTable):
-    """The declaration of the pose at the start, instead of coordinates there."""
-
-    flat: bool = True
-
-    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
-        """Remove the coordinates from a table in place where the pose changes."""
-        super().beside(table, name, over)
-        if over.keys() & KEYS.keys():
-            table.pop("q", None)
-
-
-@dataclass(frozen=True)
-class StartTable:
-    """The start of a run; home, if nothing is said."""
-
-    q: Annotated[
-        Any, StartCoordinates(coordinates), "Coordinates at the start, one number for each."
-    ] = None
-    pose: Annotated[
-        Pose | None, StartPose(), "Pose at the start, in a scene whose only joint floats."
-    ] = None
 
 
 @dataclass(frozen=True)

@@ -18,20 +18,17 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value, unchecked
-from robsim.declare import ListOf, Whole
-from robsim.declare.spec import Spec
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
 from robsim.kernels import viewing
 from robsim.kernels.program import Function, Program
+from robsim.vision.image_size import SIZE
 
 COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
 UNMODELLED = 12, 14  # of those that OpenCV writes for a thin prism, and for a tilted sensor too
 _AXES = {"K": 2, "distortion": 1}  # of one camera; one more where they differ from run to run
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
-
-PIXELS = Whole(1, 1_000_000)
 
 
 class Visibility(IntEnum):
@@ -286,24 +283,3 @@ def _checked_distortion(given: Any) -> tuple[float, ...]:
     if (np.abs(lens) > 1e6).any():
         raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")
     return tuple(lens[:8].tolist())
-
-
-@dataclass(frozen=True)
-class ImageSize(ListOf):
-    """The declaration of an image's width and height in whole pixels."""
-
-    item: Spec = PIXELS
-    least: int = 2
-    most: int = 2
-
-    def check(self, value: Any, what: str) -> tuple[int, int]:
-        pair = np.asarray(None if value is None else numbers(value, what, ()))
-        if pair.shape != (2,) or (pair < 1).any() or (pair != np.round(pair)).any():
-            raise InputError(f"{what} must be (width, height) in whole pixels, got {value!r}")
-        return int(pair[0]), int(pair[1])
-
-    def words(self) -> str:
-        return "[width, height] in pixels"
-
-
-SIZE = ImageSize()

@@ -14,7 +14,7 @@ from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, Declared, Number, Word, family, register
 from robsim.kernels import switching as kernels
 from robsim.kernels.program import Program, evaluated
-from robsim.vision.camera import SIZE
+from robsim.vision.image_size import SIZE
 
 
 @runtime_checkable
