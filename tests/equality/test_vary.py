@@ -234,3 +234,8 @@ def test_all_imperfections_differ_at_once():
     experiment = rs.load_scenario(examples.path("visp_tutorial")).with_(duration=2.0)
     made = {name: [*values[1:], values[1]] for name, values in IMPERFECT.items()}
     check_same(experiment.vary({**made, "sensing.outlier_size": [5.0, 20.0, 40.0]}))
+
+
+def test_the_short_form_names_what_differs_and_in_how_many_runs(wrong):
+    assert "varied     in 3 runs belief.cameras.camera.focal>" in repr(wrong)
+    assert "in 3 runs" in wrong._repr_html_()

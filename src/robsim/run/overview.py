@@ -45,9 +45,11 @@ def _rows(experiment: Experiment) -> list[tuple[str, str]]:
     rows.append(("duration", f"{experiment.duration:g} s in periods of {experiment.dt:g} s"))
     for each in fields(experiment):
         value = getattr(experiment, each.name)
-        apart = ("scene", "task", "start", "dt", "duration", "title", "source")
+        apart = ("scene", "task", "start", "dt", "duration", "title", "varied", "source")
         if each.name not in apart and value != each.default:
             rows.append((each.name, brief(value)))
+    if experiment.varied:
+        rows.append(("varied", f"in {experiment.runs} runs {', '.join(experiment.varied)}"))
     return rows
 
 
