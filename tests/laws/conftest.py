@@ -160,7 +160,7 @@ def after():
     def get(scene, q, rates, qd, dt, seconds=None, actuation=None):
         program, columns = Program(), np.arange(scene.nv)
         drives = Drives(actuation or rs.Actuation(), scene, columns)
-        plant = Plant(program, drives, q[None], dt)
+        plant = Plant(program, drives, q[None], dt, 0, np.arange(1))
         x = plant.q if seconds is None else plant.within(program.constant(seconds)).q
         if seconds is None:
             plant.move()
