@@ -7,7 +7,7 @@ A pose has twelve rows, [R | t] row by row.
 from robsim.kernels import curve, se3, ties
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lane_math import cos_sin, is_large, near_cos_sin
-from robsim.kernels.lanes import WIDTH, get, put, some
+from robsim.kernels.lanes import WIDTH, align_stack, get, put, some
 from robsim.kernels.memory import reals, wholes
 from robsim.kernels.stage import stage
 
@@ -62,6 +62,7 @@ def turn(p, w, step):
     All cosines and sines come first, and wait in T: none of them waits for a parent, and no call
     of a library is in their way.
     """
+    align_stack()
     far = is_large(get(w, p[3]))
     for i in range(p[0]):
         x = get(w, p[4 * i + 3])

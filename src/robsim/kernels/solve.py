@@ -4,7 +4,8 @@ The usual way is a QR factorisation by modified Gram-Schmidt, which keeps the ru
 yields R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) bounds the condition number from above: only
 a run whose bound exceeds 1/rcond goes through its singular values, where those below
 rcond * largest count as zero. Wide systems (more unknowns than equations) get the solution of
-least norm, through the QR of A'.
+least norm, through the QR of A'. The columns of Q keep the lengths that they have: Q = V D^-1/2.
+For four points seen by a camera with six degrees of freedom the same code is `unrolled`.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from robsim.kernels.block import gather_rows, scatter_rows
 from robsim.kernels.column import HEIGHT, column, dot, padded, put_less
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lanes import WIDTH, get, put, some, sqrt, where
+from robsim.kernels.lanes import WIDTH, align_stack, get, put, some, sqrt, where
 from robsim.kernels.linked import linked
 from robsim.kernels.singular import scratch_rows as truncated_rows
 from robsim.kernels.singular import truncated
@@ -175,6 +176,7 @@ def by_triangle(numbers, block, step):
 
     The last is the row of a bound of the condition number of A.
     """
+    align_stack()
     if numbers[1] == 8 and numbers[2] == 6 and numbers[4] < 0:
         _of_four_points(numbers, block)
     else:
