@@ -58,18 +58,36 @@ def jacobian(p, w, step):
             vx, vy, vz, ox, oy, oz = zero, zero, zero, zero, zero, zero
 
 
+@part
+def _six(w, first, apart):
+    """Return six rows that stand apart."""
+    return (
+        get(w, first), get(w, first + apart), get(w, first + 2 * apart),
+        get(w, first + 3 * apart), get(w, first + 4 * apart), get(w, first + 5 * apart),
+    )  # fmt: skip
+
+
+@part
+def _summed(a, b):
+    """Return the sum of six products."""
+    total = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return total + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
+
+
 @stage
 def product(p, w, step):
-    """Compute A = L J: (L, k, J, n, A)."""
+    """Compute A = L J: (L, k, J, n, A).
+
+    Two rows of L at a time stay in registers; the last one of an odd number is its own neighbour.
+    """
     L, k, J, n, A = p[0], p[1], p[2], p[3], p[4]
-    for j in range(n):
-        a, b, c = get(w, J + j), get(w, J + n + j), get(w, J + 2 * n + j)
-        d, e, f = get(w, J + 3 * n + j), get(w, J + 4 * n + j), get(w, J + 5 * n + j)
-        for i in range(k):
-            row = L + 6 * i
-            total = get(w, row) * a + get(w, row + 1) * b + get(w, row + 2) * c
-            total = total + get(w, row + 3) * d + get(w, row + 4) * e + get(w, row + 5) * f
-            put(w, A + n * i + j, total)
+    for i in range(0, k, 2):
+        j = min(i + 1, k - 1)
+        one, two = _six(w, L + 6 * i, 1), _six(w, L + 6 * j, 1)
+        for c in range(n):
+            column = _six(w, J + c, n)
+            put(w, A + n * i + c, _summed(one, column))
+            put(w, A + n * j + c, _summed(two, column))
 
 
 @stage

@@ -85,6 +85,8 @@ def _by_reflections(w, p, late, left):
     inverse, x = R + m * m, R + 2 * m * m
     _within(w, A, k, n, N, free, M, wide)
     factorise(w, M, height, m, betas, R)
+    for j in range(m):
+        put(w, inverse + j * m + j, 1.0 / get(w, R + j * m + j))
     invert_triangle(w, R, m, inverse)
     if wide:
         _least_norm(w, inverse, m, rest, M, height, betas, x)

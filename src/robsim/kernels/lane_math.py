@@ -47,9 +47,9 @@ def _by_library(x, c, s):
     return c, s
 
 
-@kernel
-def cos_sin(x):
-    """Return cos(x) and sin(x) of lanes, in radians."""
+@part
+def near_cos_sin(x):
+    """Return cos(x) and sin(x) of lanes that are not `is_large`, in radians, without a call."""
     k = floor(x * (2.0 / math.pi) + 0.5)
     y = ((x - k * PI_2[0]) - k * PI_2[1]) - k * PI_2[2]
     z = y * y
@@ -58,7 +58,19 @@ def cos_sin(x):
     odd = (quadrant == 1.0) | (quadrant == 3.0)
     sine, cosine = where(odd, c, s), where(odd, s, c)
     below, left = quadrant > 1.5, (quadrant == 1.0) | (quadrant == 2.0)
-    sine, cosine = where(below, -sine, sine), where(left, -cosine, cosine)
-    if some(absolute(x) > LARGE):
-        return _by_library(x, cosine, sine)
-    return cosine, sine
+    return where(left, -cosine, cosine), where(below, -sine, sine)
+
+
+@part
+def is_large(x):
+    """Return in which lanes an angle is left to the library."""
+    return absolute(x) > LARGE
+
+
+@kernel
+def cos_sin(x):
+    """Return cos(x) and sin(x) of lanes, in radians."""
+    c, s = near_cos_sin(x)
+    if some(is_large(x)):
+        return _by_library(x, c, s)
+    return c, s

@@ -247,3 +247,20 @@ def with_lane(typing: Any, x: Any, i: Any, value: Any) -> Any:
         return builder.insert_element(args[0], number, index)
 
     return LANES(x, i, value), emit
+
+
+@intrinsic
+def align_stack(typing: Any) -> Any:
+    """Let lanes that find no register be kept where whole registers can be read from.
+
+    LLVM aligns the stack of a function only if something on it asks for that beforehand.
+    """
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        asking = cgutils.alloca_once(builder, _REALS)
+        asking.align = 8 * WIDTH
+        kind = ir.FunctionType(ir.VoidType(), [asking.type])
+        builder.asm(kind, "", "r", [asking], side_effect=True)
+        return context.get_dummy_value()
+
+    return types.void(), emit

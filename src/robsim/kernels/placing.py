@@ -6,8 +6,8 @@ A pose has twelve rows, [R | t] row by row.
 
 from robsim.kernels import curve, se3, ties
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lane_math import cos_sin
-from robsim.kernels.lanes import WIDTH, get, put
+from robsim.kernels.lane_math import cos_sin, is_large, near_cos_sin
+from robsim.kernels.lanes import WIDTH, align_stack, get, put, some
 from robsim.kernels.memory import reals, wholes
 from robsim.kernels.stage import stage
 
@@ -49,12 +49,31 @@ def _turn(w, T, c, s):
         put(w, T + 4 * r + 1, c * y - s * x)
 
 
+@part
+def _put_two(w, row, pair):
+    put(w, row, pair[0])
+    put(w, row + 1, pair[1])
+
+
 @stage
 def turn(p, w, step):
-    """Place p[0] bodies on revolute joints: (parent, place, x, T) of each."""
+    """Place p[0] bodies on revolute joints: (parent, place, x, T) of each.
+
+    All cosines and sines come first, and wait in T: none of them waits for a parent, and no call
+    of a library is in their way.
+    """
+    align_stack()
+    far = is_large(get(w, p[3]))
     for i in range(p[0]):
-        A, B, x, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
-        c, s = cos_sin(get(w, x))
+        x = get(w, p[4 * i + 3])
+        _put_two(w, p[4 * i + 4], near_cos_sin(x))
+        far = far | is_large(x)
+    if some(far):
+        for i in range(p[0]):
+            _put_two(w, p[4 * i + 4], cos_sin(get(w, p[4 * i + 3])))
+    for i in range(p[0]):
+        A, B, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 4]
+        c, s = get(w, T), get(w, T + 1)
         for r in range(3):
             a = _row(w, A, r)
             X, Y = _times(a, w, B, 0), _times(a, w, B, 1)

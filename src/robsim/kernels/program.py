@@ -32,7 +32,7 @@ class Blocks:
         same = np.zeros(program.size)  # at once, as a row at a time takes ten times as long
         for first, values in program.given:
             same[first : first + len(values)] = values[:, 0]
-        self.numbers[:] = same[:, None]
+        self.flat[:] = np.repeat(same, WIDTH)
         for first, values in program.given:
             if values.shape[1] > 1:
                 self._into(first, values[:, each])
@@ -109,6 +109,7 @@ class Program:
 
     def __init__(self) -> None:
         self.size = 0
+        self._scratch = 0, 0  # the first row, and how many there are
         self.calls: list[tuple[Stage, tuple[int, ...]] | Own | Rescue] = []
         self.given: list[tuple[int, Array]] = []
         self.kept: list[Any] = []  # whose addresses stand among the numbers
@@ -118,6 +119,12 @@ class Program:
         first = self.size
         self.size += count
         return first
+
+    def scratch(self, count: int) -> int:
+        """Return the first of so many rows in which any stage may work, but where none keeps."""
+        if count > self._scratch[1]:
+            self._scratch = self.rows(count), count
+        return self._scratch[0]
 
     def constant(self, values: Any) -> int:
         """Return the first of the rows of numbers that are the same in all runs."""
@@ -273,8 +280,8 @@ def evaluated(
 
 
 def _aligned(count: int, rows: int) -> Array:
-    """Return zeros (count, rows, lanes) at an address that whole registers can be read from."""
+    """Return an array (count, rows, lanes) at an address that whole registers can be read from."""
     size, register = count * rows * WIDTH, 8 * WIDTH
-    memory = np.zeros(size + WIDTH)
+    memory = np.empty(size + WIDTH)
     start = -memory.ctypes.data % register // 8
     return memory[start : start + size].reshape(count, rows, WIDTH)

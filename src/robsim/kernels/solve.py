@@ -4,18 +4,21 @@ The usual way is a QR factorisation by modified Gram-Schmidt, which keeps the ru
 yields R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) bounds the condition number from above: only
 a run whose bound exceeds 1/rcond goes through its singular values, where those below
 rcond * largest count as zero. Wide systems (more unknowns than equations) get the solution of
-least norm, through the QR of A'.
+least norm, through the QR of A'. The columns of Q keep the lengths that they have: Q = V D^-1/2.
+For four points seen by a camera with six degrees of freedom the same code is `unrolled`.
 """
 
 import numpy as np
 
 from robsim.kernels.block import gather_rows, scatter_rows
+from robsim.kernels.column import HEIGHT, column, dot, padded, put_less
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lanes import WIDTH, get, put, some, sqrt, where
+from robsim.kernels.lanes import WIDTH, align_stack, get, put, some, sqrt, where
 from robsim.kernels.linked import linked
 from robsim.kernels.singular import scratch_rows as truncated_rows
 from robsim.kernels.singular import truncated
 from robsim.kernels.stage import stage
+from robsim.kernels.unrolled import unrolled
 
 
 @kernel
@@ -30,62 +33,45 @@ def product(A, B, out):
 
 
 @part
-def _orthonormalise(block, Q, rows, n, R):
-    """Replace the columns of Q by orthonormal ones, with R upper triangular and Q_before = Q R.
+def _orthogonalise(block, V, rows, n, count, R, inverse):
+    """Make n columns of V orthogonal: V_before = V D^-1 R, where D is the diagonal of R and V'V.
 
-    Both stand column by column: Q of so many `rows`, R of n. Two columns are taken at a time, whose
-    sums do not wait for one another.
+    What is left of the columns after them, `count` in all, is orthogonal to these. V stands column
+    by column, of so many `rows`, and R too, of n; D^-1 becomes the diagonal of `inverse`. Without
+    lengths no square root is in the way of the next column.
     """
     for j in range(n):
-        q = Q + j * rows
-        square = get(block, q) * get(block, q)
-        for i in range(1, rows):
-            square = square + get(block, q + i) * get(block, q + i)
-        length = sqrt(square)
-        put(block, R + j * n + j, length)
-        share = 1.0 / length
-        for i in range(rows):
-            put(block, q + i, get(block, q + i) * share)
-        k = j + 1
-        while k + 1 < n:
-            _parts_along(block, q, Q + k * rows, rows, R + k * n + j, n)
-            k += 2
-        if k < n:
-            put(block, R + k * n + j, _part_along(block, q, Q + k * rows, rows))
+        at = V + j * rows
+        v = column(block, at)
+        square = dot(v, v)
+        for i in range(HEIGHT, rows, HEIGHT):
+            more = column(block, at + i)
+            square = square + dot(more, more)
+        put(block, R + j * n + j, square)
+        share = 1.0 / square
+        put(block, inverse + j * n + j, share)
+        for k in range(j + 1, count):
+            put(block, R + k * n + j, _leave(block, at, v, share, V + k * rows, rows))
 
 
 @part
-def _parts_along(block, q, v, rows, r, n):
-    """Subtract from two vectors that follow one another their parts along the unit vector q."""
-    u = v + rows
-    one, two = get(block, q) * get(block, v), get(block, q) * get(block, u)
-    for i in range(1, rows):
-        x = get(block, q + i)
-        one, two = one + x * get(block, v + i), two + x * get(block, u + i)
-    for i in range(rows):
-        x = get(block, q + i)
-        put(block, v + i, get(block, v + i) - x * one)
-        put(block, u + i, get(block, u + i) - x * two)
-    put(block, r, one)
-    put(block, r + n, two)
-
-
-@part
-def _part_along(block, q, v, rows):
-    """Subtract from a vector its part along the unit vector q, and return how long that was."""
-    along = get(block, q) * get(block, v)
-    for i in range(1, rows):
-        along = along + get(block, q + i) * get(block, v + i)
-    for i in range(rows):
-        put(block, v + i, get(block, v + i) - get(block, q + i) * along)
+def _leave(block, v, head, share, u, rows):
+    """Leave of u what is orthogonal to v, and return v'u: `head` of v is at hand, and 1/v'v."""
+    top = column(block, u)
+    along = dot(head, top)
+    for i in range(HEIGHT, rows, HEIGHT):
+        along = along + dot(column(block, v + i), column(block, u + i))
+    part = along * share
+    put_less(block, u, top, head, part)
+    for i in range(HEIGHT, rows, HEIGHT):
+        put_less(block, u + i, column(block, u + i), column(block, v + i), part)
     return along
 
 
 @part
 def invert_triangle(block, R, n, inverse):
-    """Compute inverse = R^-1 for upper triangular R, column by column."""
+    """Compute inverse = R^-1 for upper triangular R, column by column; its diagonal is given."""
     for j in range(n):
-        put(block, inverse + j * n + j, 1.0 / get(block, R + j * n + j))
         for i in range(j - 1, -1, -1):
             total = get(block, R + (i + 1) * n + i) * get(block, inverse + j * n + i + 1)
             for k in range(i + 2, j + 1):
@@ -94,88 +80,107 @@ def invert_triangle(block, R, n, inverse):
 
 
 @part
-def _condition_bound(block, R, inverse, n, bound):
-    """Compute bound = ||R||_F ||R^-1||_F >= the condition number."""
-    direct, back = get(block, R) * get(block, R), get(block, inverse) * get(block, inverse)
-    for j in range(1, n):
-        for i in range(j + 1):
-            r, s = get(block, R + j * n + i), get(block, inverse + j * n + i)
-            direct, back = direct + r * r, back + s * s
-    put(block, bound, sqrt(direct) * sqrt(back))
+def _condition_bound(block, R, inverse, n):
+    """Return ||D^-1/2 R||_F ||R^-1 D^1/2||_F >= the condition number, D the diagonal of R.
+
+    A number times its share of D, or by D, is at most as large as the square of a length, but the
+    square of a number might overflow.
+    """
+    direct, back = 0.0 * get(block, R), 0.0 * get(block, R)
+    for j in range(n):
+        square, share = get(block, R + j * n + j), get(block, inverse + j * n + j)
+        row, column = square, share  # what is on the diagonals, as square * share = 1
+        for k in range(j + 1, n):
+            r = get(block, R + k * n + j)
+            row = row + r * (r * share)
+        for i in range(j):
+            s = get(block, inverse + j * n + i)
+            column = column + s * (s * square)
+        direct, back = direct + row, back + column
+    return sqrt(direct) * sqrt(back)
 
 
 @part
-def _solve_tall(block, Q, rows, n, inverse, y, x):
-    """Compute x = R^-1 Q' y, with y projected step by step, which keeps Gram-Schmidt stable.
-
-    y is spoilt, and x has room for 2 n rows.
-    """
-    for j in range(n):
-        put(block, x + n + j, _part_along(block, Q + j * rows, y, rows))
+def _solve_tall(block, inverse, n, along, x):
+    """Compute x = R^-1 V'y; `along`, V'y, came step by step, which keeps Gram-Schmidt stable."""
     for i in range(n):
-        total = get(block, inverse + i * n + i) * get(block, x + n + i)
+        total = get(block, inverse + i * n + i) * get(block, along + i)
         for j in range(i + 1, n):
-            total = total + get(block, inverse + j * n + i) * get(block, x + n + j)
+            total = total + get(block, inverse + j * n + i) * get(block, along + j)
         put(block, x + i, total)
 
 
 @part
-def _solve_wide(block, Q, rows, n, inverse, y, x, count):
-    """Compute the first `count` rows of x = Q R^-T y; y[n] is replaced by R^-T y."""
+def _solve_wide(block, V, rows, n, inverse, y, x, count):
+    """Compute the first `count` rows of x = V R^-T y; y[n] is replaced by R^-T y."""
     for j in range(n - 1, -1, -1):
         total = get(block, inverse + j * n) * get(block, y)
         for i in range(1, j + 1):
             total = total + get(block, inverse + j * n + i) * get(block, y + i)
         put(block, y + j, total)
     for i in range(count):
-        total = get(block, Q + i) * get(block, y)
+        total = get(block, V + i) * get(block, y)
         for j in range(1, n):
-            total = total + get(block, Q + j * rows + i) * get(block, y + j)
+            total = total + get(block, V + j * rows + i) * get(block, y + j)
         put(block, x + i, total)
 
 
 def scratch_of(k: int, n: int) -> int:
     """Return how many rows `solve_block` needs to work in."""
     m, p = min(k, n), max(k, n)
-    return (p + m) * m + 2 * m * m + (p + m) + (p + m) + 1 + n
+    return 1 + (p + m + HEIGHT - 1 + m) * (m + 1) + m * m
 
 
 scratch_rows = part(scratch_of)
 
 
-@stage
-def by_triangle(numbers, block, step):
-    """Compute x = A^+ y by a QR factorisation: (A, k, n, y, damping or -1, x, scratch).
-
-    The first row of `scratch` becomes a bound of the condition number of A.
-    """
+@part
+def _factorise_and_solve(numbers, block):
+    """Compute x = A^+ y, and a bound: (A, k, n, y, damping or -1, x, scratch, bound)."""
     A, k, n, y, damping, x = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
     wide, m, p = k < n, min(k, n), max(k, n)
-    rows = p + m if damping >= 0 else p
-    bound = numbers[6]
-    Q, R = bound + 1, bound + 1 + rows * m
-    inverse = R + m * m
-    wanted, found = inverse + m * m, inverse + m * m + rows
+    rows = padded(p + m if damping >= 0 else p)
+    V = numbers[6]
+    wanted = V + m * rows
+    R = wanted + rows
+    along, inverse = R + m * m, R + m * m + m
     for j in range(m):
-        for i in range(p):
-            put(block, Q + j * rows + i, get(block, A + (j * n + i if wide else i * n + j)))
-        for i in range(p, rows):
-            put(block, Q + j * rows + i, 0.0)
+        _put_column(block, V + j * rows, rows, A + (j * n if wide else j), 1 if wide else n, p)
         if damping >= 0:
-            put(block, Q + j * rows + p + j, get(block, damping))
-    for i in range(rows):
-        put(block, wanted + i, 0.0)
-    for i in range(k):
-        put(block, wanted + i, get(block, y + i))
-    _orthonormalise(block, Q, rows, m, R)
+            put(block, V + j * rows + p + j, get(block, damping))
+    _put_column(block, wanted, rows, y, 1, k)
+    _orthogonalise(block, V, rows, m, m if wide else m + 1, R, inverse)
     invert_triangle(block, R, m, inverse)
-    _condition_bound(block, R, inverse, m, bound)
+    put(block, numbers[7], _condition_bound(block, R, inverse, m))
     if wide:
-        _solve_wide(block, Q, rows, m, inverse, wanted, found, p)
+        _solve_wide(block, V, rows, m, inverse, wanted, x, p)
     else:
-        _solve_tall(block, Q, rows, m, inverse, wanted, found)
-    for i in range(n):
-        put(block, x + i, get(block, found + i))
+        _solve_tall(block, inverse, m, along, x)
+
+
+@part
+def _put_column(block, at, rows, first, apart, count):
+    """Copy so many rows that stand apart into a column, and fill it up with zeros."""
+    for i in range(count):
+        put(block, at + i, get(block, first + i * apart))
+    for i in range(count, rows):
+        put(block, at + i, 0.0)
+
+
+_of_four_points = unrolled(_factorise_and_solve, (0, 3, 5, 7), {1: 8, 2: 6, 4: -1, 6: 0})
+
+
+@stage
+def by_triangle(numbers, block, step):
+    """Compute x = A^+ y by a QR factorisation: (A, k, n, y, damping or -1, x, scratch, bound).
+
+    The last is the row of a bound of the condition number of A.
+    """
+    align_stack()
+    if numbers[1] == 8 and numbers[2] == 6 and numbers[4] < 0:
+        _of_four_points(numbers, block)
+    else:
+        _factorise_and_solve(numbers, block)
 
 
 _triangle = linked(by_triangle)
@@ -187,7 +192,7 @@ def _by_triangle(block, A, k, n, y, damping, x, scratch):
 
     `damping` is a row, or -1 where there is none.
     """
-    _triangle(block, (A, k, n, y, damping, x, scratch))
+    _triangle(block, (A, k, n, y, damping, x, scratch + 1, scratch))
     return get(block, scratch)
 
 

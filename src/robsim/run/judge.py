@@ -56,7 +56,7 @@ class Judge:
             self.tolerance, busy, self.program.rows(2), self.still, self.steps,
             self.outcome,
         )  # fmt: skip
-        room = self.program.rows(k * n + k + n + scratch_of(k, n))
+        room = self.program.scratch(k * n + k + n + scratch_of(k, n))
         rank = self.program.number(c.full_rank)
         numbers = self.program.constant(c.rcond), rank, self.outcome, room
         add(judging.stalls, *matrix, self.scale, *numbers)

@@ -102,9 +102,11 @@ class RegulatedRows:
         if isinstance(depths.which, DepthFilter):
             twist = self.seen_twist[sight.key]
             true = depths.which.stages(self.given, N, points, twist, sight.eye.camera.K)
+        factors = depths.factors(N)
+        if (factors == 1.0).all():
+            return true
         found = program.rows(N)
-        scale = program.each(depths.factors(N))
-        program.add(commanding.weigh, true, N, 1, scale, found)
+        program.add(commanding.weigh, true, N, 1, program.each(factors), found)
         return found
 
     def _shown(self, sights: tuple[Sight, ...]) -> Seen:

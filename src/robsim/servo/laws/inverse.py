@@ -95,7 +95,7 @@ def solved(program: Program, A: Matrix, y: int, damping: float, rcond: float) ->
     """Add the stage of x = A^+ y, damped unless damping is 0; return its rows, then its rank's."""
     m, n = A[1:]
     x, damped = program.rows(n + 1), program.constant(damping) if damping > 0.0 else -1
-    room = program.rows(scratch_of(m, n))
+    room = program.scratch(scratch_of(m, n))
     program.add(commanding.solve, *A, y, damped, program.constant(rcond), x, x + n, room)
     return x
 

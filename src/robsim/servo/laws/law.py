@@ -109,7 +109,8 @@ class JointLaw(StagedLaw):
         program, k, n = of.program, of.k, of.n
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
             return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse))
-        unit, rank, room = program.rows(n), program.rows(), program.rows(product_scratch_of(k, n))
+        unit, rank = program.rows(n), program.rows()
+        room = program.scratch(product_scratch_of(k, n))
         given = of.L, k, of.J, n, of.A, of.error, program.constant(rcond)
         program.add(commanding.solve_product, *given, unit, rank, room)
         return times_gain(of, unit)
