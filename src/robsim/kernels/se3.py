@@ -39,7 +39,7 @@ def exp_coefficients(theta):
     return sinc(theta), 0.5 * half * half, c
 
 
-@kernel
+@part
 def log_coefficient(theta):
     """Return (1 - h cot h) / theta^2 with h = theta/2, for 0 <= theta <= pi.
 
@@ -66,7 +66,7 @@ def compose(A, B, out):
                 ) + shift * A[r, 3, b]
 
 
-@kernel
+@part
 def inverse(A, out):
     """Compute out = A^-1 for poses A[3, 4, b]: R', -R' t."""
     for r in range(3):
@@ -188,7 +188,7 @@ def rotation_to_quaternion(T, quaternion):
         quaternion[2, b], quaternion[3, b] = z * scale, w * scale
 
 
-@kernel
+@part
 def rotation_vector(quaternion, w):
     """Compute w[3, b] = theta u of a unit quaternion, theta in [0, pi]; at pi u has any sign."""
     for b in range(quaternion.shape[1]):
