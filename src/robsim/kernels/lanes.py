@@ -7,7 +7,8 @@ rows of WIDTH numbers, one for each run; `get` and `put` move a row.
 """
 
 import operator
-from typing import Any, ClassVar
+from types import MappingProxyType
+from typing import Any
 
 from llvmlite import ir
 from numba import types
@@ -63,9 +64,9 @@ def _spread(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 
 class _Operator(AbstractTemplate):
-    """What Numba asks for the type of an operator, before its own templates, of which it has many."""
+    """What Numba asks for the type of an operator before its own templates, which are many."""
 
-    metadata: ClassVar[dict[str, str]] = {"target": "cpu"}  # the most special one comes first
+    metadata: Any = MappingProxyType({"target": "cpu"})  # the most special one comes first
 
 
 _NUMBER = (LanesType, types.Float, types.Integer)

@@ -38,7 +38,7 @@ def _monomials(u, terms):
     """Compute terms[at(i, j), b] = terms[0, b] u^i v^j, for u[2, b] = (u, v)."""
     for k in range(1, terms.shape[0]):
         i, j = powers(k)
-        axis, lower = (0, at(i - 1, j)) if i > 0 else (1, at(0, j - 1))
+        axis, lower = (0, at(i - 1, j)) if i > 0 else (1, at(i, j - 1))
         for b in range(terms.shape[1]):
             terms[k, b] = terms[lower, b] * u[axis, b]
 

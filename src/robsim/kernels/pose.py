@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from robsim.kernels.camera import NEAR
 from robsim.kernels.features import put_point_rates
-from robsim.kernels.jit import part
+from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import absolute, get, put, some, where
 from robsim.kernels.placing import compose
 from robsim.kernels.pose_newton import update
@@ -21,7 +21,7 @@ SLOW = 0.5  # of the sum of squares: less is gained where what is left bends it,
 RCOND = 1e-12  # a motion that the image shows so little is left as it was guessed
 
 
-@part
+@kernel
 def _reproject(w, marks, N, T, x, image):
     """Compute the image of marks at T: 2 N points, N inverse depths, 2 N errors against x.
 
@@ -61,7 +61,7 @@ def _image_motion(w, L, V, rows):
     return most
 
 
-@part
+@kernel
 def _motion(w, u, share, T):
     """Compute T = exp(share u), to 1e-5 of the angle at 1 rad and far better below.
 

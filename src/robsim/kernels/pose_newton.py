@@ -10,13 +10,13 @@ they are L' L, of the Gauss-Newton method, which takes some 30 updates where noi
 f as much as the perspective of a small target does; with them five or six are usual.
 """
 
-from robsim.kernels.jit import part
+from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import absolute, get, put, some, where
 
 PIVOT = 1e-11  # of the diagonal: a smaller one says that f does not bend upwards, or too little
 
 
-@part
+@kernel
 def _rows_of_curvature(w, N, now, inverse, error, L, B):
     """Compute B, the rows b_r of all marks."""
     for n in range(N):
@@ -30,7 +30,7 @@ def _rows_of_curvature(w, N, now, inverse, error, L, B):
             put(w, B + row + 4, get(w, L + row + 4) - e * x)
 
 
-@part
+@kernel
 def _lower_products(w, B, rows, H):
     """Compute the lower half of H = B' B."""
     for i in range(6):
@@ -41,7 +41,7 @@ def _lower_products(w, B, rows, H):
             put(w, H + 6 * i + j, total)
 
 
-@part
+@kernel
 def _add_rest(w, N, now, inverse, error, H):
     """Add what is no product of rows b_r to the lower half of H."""
     H2, H3, H4, H5 = H + 12, H + 18, H + 24, H + 30
@@ -64,7 +64,7 @@ def _add_rest(w, N, now, inverse, error, H):
         put(w, H5 + 5, get(w, H5 + 5) + c)
 
 
-@part
+@kernel
 def _factorise(w, H):
     """Replace H by L and D^-1 with H = L D L', in place; return where a pivot is too small.
 
@@ -130,11 +130,14 @@ def update(w, N, now, inverse, error, L, slow, moving, u, room):
     has 14 N + 42 rows.
     """
     H, found, bending = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
-    flat, bends = moving, slow
-    for _ in range(2):
-        for i in range(2 * N):
-            put(w, bending + i, where(bends, get(w, error + i), 0.0))
-        curvature(w, N, now, inverse, bending, L, room)
+    for i in range(2 * N):
+        put(w, bending + i, where(slow, get(w, error + i), 0.0))
+    flat = moving
+    for attempt in range(2):
+        if attempt == 0:
+            curvature(w, N, now, inverse, bending, L, room)
+        else:
+            _lower_products(w, L, 2 * N, H)
         unsound = _factorise(w, H)
         _downhill(w, L, error, 2 * N, found)
         _substitute(w, H, found)
@@ -143,5 +146,4 @@ def update(w, N, now, inverse, error, L, slow, moving, u, room):
         flat = flat & unsound
         if not some(flat):
             break
-        bends = bends & ~flat
     return flat

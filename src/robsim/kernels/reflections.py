@@ -4,7 +4,7 @@ A matrix M stands column by column. Of M = H_0 H_1 ... R its columns keep the ve
 reflections H = I - beta v v' from the diagonal on (Golub and Van Loan 2013, section 5.2).
 """
 
-from robsim.kernels.jit import part
+from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import absolute, get, put, sqrt, where
 
 
@@ -20,7 +20,7 @@ def reflect(w, v, first, rows, beta, x, stride):
         put(w, at, get(w, at) - total * get(w, v + i))
 
 
-@part
+@kernel
 def factorise(w, M, rows, n, betas, R):
     """Factorise n columns of so many rows, in place; R (n, n) is upper triangular."""
     for j in range(n):
@@ -38,14 +38,14 @@ def factorise(w, M, rows, n, betas, R):
             put(w, R + c * n + j, get(w, M + c * rows + j))
 
 
-@part
+@kernel
 def all_reflections(w, M, rows, n, betas, x, stride):
     """Replace a vector x by ... H_1 H_0 x, or by x' H_0 H_1 ..., which has the same numbers."""
     for j in range(n):
         reflect(w, M + j * rows, j, rows, betas + j, x, stride)
 
 
-@part
+@kernel
 def all_reflections_back(w, M, rows, n, betas, x):
     """Replace a vector x by H_0 H_1 ... x."""
     for j in range(n - 1, -1, -1):

@@ -12,7 +12,7 @@ import numpy as np
 from robsim.kernels.jit import kernel, part
 
 
-@kernel
+@part
 def sinc(x):
     """Return sin(x)/x, which is 1 at 0."""
     return math.sin(x) / x if x != 0.0 else 1.0
@@ -31,7 +31,7 @@ def cubic_coefficient(theta):
     return nested / 6.0
 
 
-@kernel
+@part
 def exp_coefficients(theta):
     """Return a = sin(t)/t, b = (1 - cos t)/t^2 and c = (t - sin t)/t^3 of exp, for t >= 0."""
     half = sinc(0.5 * theta)
@@ -89,7 +89,7 @@ def compose_constant(A, B, out):
                 ) + shift * A[r, 3, b]
 
 
-@kernel
+@part
 def quaternion_to_rotation(x, y, z, w):
     """Return the rows of R for a unit quaternion, as nine numbers."""
     return (
@@ -109,7 +109,7 @@ def from_quaternion(q, T):
             T[r, 3, b] = q[r, b]
 
 
-@kernel
+@part
 def exp_quaternion(wx, wy, wz):
     """Return the unit quaternion of the rotation vector w."""
     theta = math.sqrt(wx * wx + wy * wy + wz * wz)
@@ -117,7 +117,7 @@ def exp_quaternion(wx, wy, wz):
     return s * wx, s * wy, s * wz, math.cos(0.5 * theta)
 
 
-@kernel
+@part
 def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
     """Return the Hamilton product a b."""
     return (
@@ -128,14 +128,14 @@ def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
     )
 
 
-@kernel
+@part
 def exp_translation(vx, vy, vz, wx, wy, wz):
     """Return the translation of exp(v, w)."""
     _, b, c = exp_coefficients(math.sqrt(wx * wx + wy * wy + wz * wz))
     return along_screw(vx, vy, vz, wx, wy, wz, b, c)
 
 
-@kernel
+@part
 def along_screw(vx, vy, vz, wx, wy, wz, b, c):
     """Return v + b (w x v) + c w x (w x v)."""
     ux, uy, uz = wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx
