@@ -7,7 +7,6 @@ rows of WIDTH numbers, one for each run; `get` and `put` move a row.
 """
 
 import operator
-from types import MappingProxyType
 from typing import Any
 
 from llvmlite import ir
@@ -66,7 +65,8 @@ def _spread(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 class _Operator(AbstractTemplate):
     """What Numba asks for the type of an operator before its own templates, which are many."""
 
-    metadata: Any = MappingProxyType({"target": "cpu"})  # the most special one comes first
+
+_Operator.metadata = {"target": "cpu"}  # more special than theirs, so that it comes first
 
 
 _NUMBER = (LanesType, types.Float, types.Integer)

@@ -1,7 +1,8 @@
 """The pose of a target in the camera, fitted to the image of its marks."""
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.kernels.camera import NEAR
 from robsim.kernels.features import put_point_rates
@@ -169,12 +170,7 @@ def fit(p, w, step):
             return
 
 
-def fit_pose(
-    marks: NDArray[np.float64],
-    x: NDArray[np.float64],
-    guess: NDArray[np.float64],
-    T: NDArray[np.float64],
-) -> None:
+def fit_pose(marks: Any, x: Any, guess: Any, T: Any) -> None:
     """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit`."""
     N, runs, program = len(x), x.shape[2], Program()
     first = program.rows(5 * N + 12)

@@ -133,7 +133,7 @@ def update(w, N, now, inverse, error, L, slow, moving, u, room):
     for i in range(2 * N):
         put(w, bending + i, where(slow, get(w, error + i), 0.0))
     flat = moving
-    for attempt in range(2):
+    for attempt in range(2):  # a loop, so that what follows is compiled once
         if attempt == 0:
             curvature(w, N, now, inverse, bending, L, room)
         else:
