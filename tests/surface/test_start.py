@@ -25,6 +25,9 @@ MACHINERY = {  # of the files that know how Numba compiles
     "stage": {"collections.abc", "typing", "llvmlite", "numba.extending", "numba.np.arrayobj"},
     "memory": {"typing", "numba.extending"},
     "linked": {"typing", "llvmlite", "numba.core", "numba.extending", "numba.np.arrayobj"},
+    "unrolled": {
+        *("__future__", "collections.abc", "types", "typing", "llvmlite", "numba.extending"),
+    },
     "uncollected": {"gc", "typing", "numba.core"},
     "program": {"__future__", "collections.abc", "itertools", "typing", "numpy.typing"},
     "lanes": {

@@ -83,10 +83,13 @@ def frozen(array: NDArray[T]) -> NDArray[T]:
 
 
 def runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
-    """Return an array (..., a, b) of `axes` trailing axes as a contiguous one (a, b, run)."""
+    """Return an array (..., a, b) of `axes` trailing axes as a contiguous one (a, b, run).
+
+    It can be written to, whether the array could or not: kernels are compiled for each kind.
+    """
     lead, tail = array.shape[: array.ndim - axes], array.shape[array.ndim - axes :]
     flat = array.reshape(math.prod(lead), *tail)
-    return np.ascontiguousarray(np.moveaxis(flat, 0, -1))
+    return np.require(np.moveaxis(flat, 0, -1), requirements=["C", "W"])
 
 
 def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:

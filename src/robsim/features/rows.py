@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, runs_last
 from robsim.features.feature import Observation, without_guess
 from robsim.kernels import commanding
-from robsim.kernels.pose import room_of
-from robsim.kernels.pose_features import lost_stage, pose_stage
+from robsim.kernels.pose import fit, room_of
+from robsim.kernels.pose_features import lost_stage
 from robsim.kernels.program import Blocks, Program
 from robsim.vision.camera import Camera
 
@@ -51,7 +51,7 @@ class Seen:
             return self.fitted
         T = self.program.rows(12)
         room = self.program.rows(room_of(self.N))
-        self.program.add(pose_stage, self.N, self.model, self.points, self.guess, T, room)
+        self.program.add(fit, self.N, self.model, self.points, self.guess, T, room)
         if not self.sure:
             lost = self.program.rows()
             self.program.add(lost_stage, self.N, self.points, T, lost)

@@ -31,7 +31,7 @@ def into_camera(T_w_c, T_w_o, points, X):
                 )
 
 
-@kernel
+@part
 def distort(x, y, lens):
     """Return the distorted normalised point of (x, y), by Brown's model with rational radius.
 
@@ -47,7 +47,7 @@ def distort(x, y, lens):
     )
 
 
-@kernel
+@part
 def distort_jacobian(x, y, lens):
     """Return (dx'/dx, dx'/dy, dy'/dy) of `distort`; dy'/dx equals dx'/dy."""
     k1, k2, p1, p2, k3, k4, k5, k6 = lens
@@ -64,7 +64,7 @@ def distort_jacobian(x, y, lens):
     )
 
 
-@kernel
+@part
 def undistort(u, v, lens):
     """Return the point that `distort` takes to (u, v), by Newton's method, or NaN."""
     x, y = u, v
@@ -81,7 +81,7 @@ def undistort(u, v, lens):
     return (x, y) if good else (np.nan, np.nan)
 
 
-@kernel
+@part
 def pinhole_of(x, y, fu, skew, u0, fv, v0):
     """Return the pixel (column, row) of a normalised image point."""
     return fu * x + skew * y + u0, fv * y + v0

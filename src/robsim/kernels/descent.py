@@ -72,7 +72,7 @@ def _rest(w, p, out):
         put(w, out + i, total)
 
 
-@kernel
+@part
 def _by_reflections(w, p, late, left):
     """Compute qd + N (A N)^+ rest, and turn N so that its last columns are what is left.
 
@@ -169,7 +169,7 @@ def _shorten(w, n, free, m, N, zero, P):
             put(w, P + n * j + i, total)
 
 
-@kernel
+@part
 def _by_singular_values(w, p):
     """Compute the same with the singular values of A P, and P in place of N."""
     A, k, n, free, rcond, qd, P = p[0], p[1], p[2], p[5], get(w, p[4]), p[6], p[7]

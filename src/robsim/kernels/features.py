@@ -1,7 +1,7 @@
 """Interaction matrices L: sdot = L V_c, with V_c = (v, omega) the camera's twist in its axes."""
 
 from robsim.kernels.camera import pinhole_of
-from robsim.kernels.jit import kernel, part
+from robsim.kernels.jit import part
 from robsim.kernels.lanes import get, put
 from robsim.kernels.stage import stage
 
@@ -13,7 +13,7 @@ def point_rates(x, y, inverse):
     return first, (0.0, -inverse, y * inverse, 1.0 + y * y, -x * y, -x)
 
 
-@kernel
+@part
 def points_interaction(x, Z, L):
     """Compute L[2n, 6, b] of points x[n, 2, b] at depths Z[n, b]."""
     for n in range(x.shape[0]):

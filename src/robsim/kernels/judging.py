@@ -23,7 +23,7 @@ from robsim.kernels.endings import (
     STALL_PERIODS,
     TIME_LIMIT,
 )
-from robsim.kernels.jit import kernel, part
+from robsim.kernels.jit import part
 from robsim.kernels.lanes import absolute, get, put, some, sqrt, where
 from robsim.kernels.singular import truncated
 from robsim.kernels.stage import stage
@@ -91,7 +91,7 @@ def path(p, w, step):
     put(w, before + 2, z)
 
 
-@kernel
+@part
 def _bounds(w, norm, tolerance, hold, depth, N, watch):
     """Store the values with which later instants are compared.
 

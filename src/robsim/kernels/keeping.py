@@ -1,6 +1,6 @@
 """Stages that keep what happened in tables of all runs."""
 
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import part
 from robsim.kernels.lanes import WIDTH
 from robsim.kernels.memory import reals, unsigned
 from robsim.kernels.stage import stage
@@ -22,7 +22,7 @@ def keep(p, w, step):
             _copy(p, 6, w, i, width, table)
 
 
-@kernel
+@part
 def _copy(p, at, w, i, width, table):
     done = 0
     while done < width:

@@ -37,7 +37,7 @@ def _cosine(z):
     )
 
 
-@kernel
+@part
 def _by_library(x, c, s):
     """Return cosine and sine with those of large arguments computed number by number."""
     for i in range(WIDTH):

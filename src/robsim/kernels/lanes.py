@@ -62,6 +62,13 @@ def _spread(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return builder.shuffle_vector(first, none, same)
 
 
+class _Operator(AbstractTemplate):
+    """What Numba asks for the type of an operator before its own templates, which are many."""
+
+
+_Operator.metadata = {"target": "cpu"}  # more special than theirs, so that it comes first
+
+
 _NUMBER = (LanesType, types.Float, types.Integer)
 _PAIRS: list[Any] = [(LanesType, LanesType)]
 _PAIRS += [pair for kind in _NUMBER[1:] for pair in ((LanesType, kind), (kind, LanesType))]
@@ -70,7 +77,7 @@ _PAIRS += [pair for kind in _NUMBER[1:] for pair in ((LanesType, kind), (kind, L
 def _define(function: Any, result: Any, emit: Any) -> None:
     """Let an operator of two lanes, or of lanes and a number, give `result` by `emit`."""
 
-    class Template(AbstractTemplate):
+    class Template(_Operator):
         def generic(self, args: Any, kws: Any) -> Any:
             each = len(args) == 2 and all(isinstance(kind, _NUMBER) for kind in args)
             if each and any(isinstance(kind, LanesType) for kind in args):
@@ -108,7 +115,7 @@ for _name, _symbol in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("e
 
 
 @infer_global(operator.neg)
-class _Negative(AbstractTemplate):
+class _Negative(_Operator):
     def generic(self, args: Any, kws: Any) -> Any:
         return signature(LANES, LANES) if isinstance(args[0], LanesType) else None
 
@@ -141,7 +148,7 @@ sqrt, absolute, floor = _unary("sqrt"), _unary("fabs"), _unary("floor")
 def _join(function: Any, instruction: str) -> None:
     """Let an operator of two masks be an instruction."""
 
-    class Template(AbstractTemplate):
+    class Template(_Operator):
         def generic(self, args: Any, kws: Any) -> Any:
             masks = len(args) == 2 and all(isinstance(kind, MaskType) for kind in args)
             return signature(MASK, MASK, MASK) if masks else None
@@ -159,7 +166,7 @@ _join(operator.or_, "or_")
 
 
 @infer_global(operator.invert)
-class _Not(AbstractTemplate):
+class _Not(_Operator):
     def generic(self, args: Any, kws: Any) -> Any:
         return signature(MASK, MASK) if isinstance(args[0], MaskType) else None
 

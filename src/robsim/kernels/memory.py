@@ -6,7 +6,7 @@ import numba
 from numba import types
 from numba.extending import intrinsic
 
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import part
 from robsim.kernels.lanes import WIDTH
 
 
@@ -24,13 +24,13 @@ def _pointer(kind: Any) -> Any:
 _to_real, _to_whole = _pointer(types.float64), _pointer(types.int64)
 
 
-@kernel
+@part
 def reals(address, size):
     """Return the numbers[size] at an address."""
     return numba.carray(_to_real(address), (size,))
 
 
-@kernel
+@part
 def wholes(address, size):
     """Return the whole numbers[size] at an address."""
     return numba.carray(_to_whole(address), (size,))
@@ -47,13 +47,13 @@ def _offset(typing: Any, w: Any, row: Any) -> Any:
     return w(w, row), emit
 
 
-@kernel
+@part
 def vector(w, row, n):
     """Return rows of a block as an array[n, lane]."""
     return numba.carray(_offset(w, row), (n, WIDTH))
 
 
-@kernel
+@part
 def matrix(w, row, n, m):
     """Return rows of a block as an array[n, m, lane]."""
     return numba.carray(_offset(w, row), (n, m, WIDTH))
@@ -69,13 +69,13 @@ def _as_unsigned(typing: Any, pointer: Any) -> Any:
     return kind(pointer), emit
 
 
-@kernel
+@part
 def unsigned(w, row):
     """Return a row of whole numbers, which stand there bit by bit, as an array[lane]."""
     return numba.carray(_as_unsigned(_offset(w, row)), (WIDTH,))
 
 
-@kernel
+@part
 def tensor(w, row, n, m, k):
     """Return rows of a block as an array[n, m, k, lane]."""
     return numba.carray(_offset(w, row), (n, m, k, WIDTH))

@@ -40,7 +40,7 @@ def _orientation_rate(mu, R, c, b):
     return 0.5 * turn / (across * across + twice * twice)
 
 
-@kernel
+@part
 def within_quarter_turn(goal, alpha):
     """Add n pi to alpha[b], so that it is within a quarter turn of the goal, in place."""
     for b in range(alpha.shape[0]):
@@ -81,7 +81,7 @@ def upright(goal, head_goal, mu, alpha):
             alpha[b] += math.pi if alpha[b] < goal[b] else -math.pi
 
 
-@kernel
+@part
 def basic(of_marks, centre, mu, s):
     """Compute s[4, b] = (a, xg, yg, alpha), alpha = atan2(2 mu11, mu20 - mu02) / 2."""
     for b in range(mu.shape[1]):
@@ -89,7 +89,7 @@ def basic(of_marks, centre, mu, s):
         s[3, b] = _orientation(mu, b)
 
 
-@kernel
+@part
 def basic_rates(of_marks, mu, R, L):
     """Compute L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
     for c in range(6):

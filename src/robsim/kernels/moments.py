@@ -38,7 +38,7 @@ def _monomials(u, terms):
     """Compute terms[at(i, j), b] = terms[0, b] u^i v^j, for u[2, b] = (u, v)."""
     for k in range(1, terms.shape[0]):
         i, j = powers(k)
-        axis, lower = (0, at(i - 1, j)) if i > 0 else (1, at(0, j - 1))
+        axis, lower = (0, at(i - 1, j)) if i > 0 else (1, at(i, j - 1))
         for b in range(terms.shape[1]):
             terms[k, b] = terms[lower, b] * u[axis, b]
 
@@ -105,7 +105,7 @@ def _from_centre(x, n, centre, u, terms):
     _monomials(u, terms)
 
 
-@kernel
+@part
 def marks(x, centre, mu):
     """Compute centre[2, b] and mu[k, b] of marks x[n, 2, b]: mu_ij = sum (x - xg)^i (y - yg)^j."""
     u, terms = np.empty((2, x.shape[2])), np.empty(mu.shape)
@@ -118,7 +118,7 @@ def marks(x, centre, mu):
                 mu[k, b] += 0.0 if k in (1, 2) else terms[k, b]
 
 
-@kernel
+@part
 def plane(x, Z, ABC):
     """Compute ABC[3, b] of the plane 1/Z = A x + B y + C through marks x[n, 2, b] at depths Z.
 
@@ -147,7 +147,7 @@ def plane(x, Z, ABC):
         ABC[2, b] = iz - A * centre[0, b] - B * centre[1, b]
 
 
-@kernel
+@part
 def _centre_rates(ABC, centre, mu, R):
     """Compute rows 1 and 2 of R, for the centre of gravity of a region."""
     for b in range(mu.shape[1]):
@@ -161,7 +161,7 @@ def _centre_rates(ABC, centre, mu, R):
         R[2, 3, b], R[2, 4, b], R[2, 5, b] = 1.0 + y * y + yy, -(x * y + xy), -x
 
 
-@kernel
+@part
 def region_rates(ABC, centre, mu, R):
     """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of a region in the plane ABC[3, b].
 
@@ -191,7 +191,7 @@ def region_rates(ABC, centre, mu, R):
     _centre_rates(ABC, centre, mu, R)
 
 
-@kernel
+@part
 def marks_rates(x, Z, centre, R):
     """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of marks x[n, 2, b] at depths Z[n, b].
 

@@ -40,7 +40,7 @@ def frames(p, w, step):
         compose(w, p[3 * i + 1], p[3 * i + 2], p[3 * i + 3])
 
 
-@kernel
+@part
 def _turn(w, T, c, s):
     """Replace T by T Rz of an angle with this cosine and sine."""
     for r in range(3):

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from robsim.kernels.features import points_interaction
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 from robsim.kernels.memory import matrix, vector
 from robsim.kernels.stage import stage
 
@@ -80,7 +80,7 @@ def bearings_interaction(s, Z, L):
     cross_columns(s, L)
 
 
-@kernel
+@part
 def cross_columns(s, L):
     """Compute L[3n:3n+3, 3:6, b] = [s]x, for vectors s[3n, b] under a camera's rotation."""
     for i in range(0, s.shape[0], 3):
@@ -100,7 +100,7 @@ def points_3d(x, Z, X):
             X[3 * n + 2, b] = Z[n, b]
 
 
-@kernel
+@part
 def points_3d_interaction(X, L):
     """Compute L[3n, 6, b] = [-I, [X]x] of points X[3n, b] in camera axes."""
     for i in range(X.shape[0]):

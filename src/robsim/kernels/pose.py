@@ -1,15 +1,18 @@
 """The pose of a target in the camera, fitted to the image of its marks."""
 
+from typing import Any
+
 import numpy as np
 
-from robsim.kernels.block import gather_rows, scatter_rows
 from robsim.kernels.camera import NEAR
 from robsim.kernels.features import put_point_rates
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lanes import WIDTH, absolute, get, put, some, where
+from robsim.kernels.lanes import absolute, get, put, some, where
 from robsim.kernels.placing import compose
 from robsim.kernels.pose_newton import update
-from robsim.kernels.solve import scratch_of, scratch_rows, solve_block
+from robsim.kernels.program import Function, Program
+from robsim.kernels.solve import scratch_of, solve_block
+from robsim.kernels.stage import stage
 
 UPDATES = 30  # at most, halved ones included
 STILL = 4e-15  # an update that moves no image point by more is rounding: the run has arrived
@@ -19,7 +22,7 @@ SLOW = 0.5  # of the sum of squares: less is gained where what is left bends it,
 RCOND = 1e-12  # a motion that the image shows so little is left as it was guessed
 
 
-@part
+@kernel
 def _reproject(w, marks, N, T, x, image):
     """Compute the image of marks at T: 2 N points, N inverse depths, 2 N errors against x.
 
@@ -59,7 +62,7 @@ def _image_motion(w, L, V, rows):
     return most
 
 
-@part
+@kernel
 def _motion(w, u, share, T):
     """Compute T = exp(share u), to 1e-5 of the angle at 1 rad and far better below.
 
@@ -120,9 +123,9 @@ def room_of(N: int) -> int:
     return EACH * N + OTHER + scratch_of(2 * N, 6)
 
 
-@kernel
-def fit(w, marks, N, x, guess, T, room):
-    """Fit the pose T_c_o = T to the image x of N marks, from a guess.
+@stage
+def fit(p, w, step):
+    """Fit the pose T_c_o = T to the image x of N marks: (N, marks, x, guess, T, room).
 
     The sum of squared distances between measured and reprojected points, all normalised, is made
     least: a virtual camera is servoed on its image (Comport, Marchand, Pressigout and Chaumette
@@ -134,6 +137,7 @@ def fit(w, marks, N, x, guess, T, room):
     returned, which is never worse than the guess. Needs three marks that are not on one line. NaN
     where a mark is not seen, or was guessed behind the camera.
     """
+    N, marks, x, guess, T, room = p[0], p[1], p[2], p[3], p[4], p[5]
     here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
     back = bend + 14 * N + 42
     step, updated, scratch = back + 6, back + 18, back + 36
@@ -166,19 +170,11 @@ def fit(w, marks, N, x, guess, T, room):
             return
 
 
-@kernel
-def fit_pose(marks, x, guess, T):
+def fit_pose(marks: Any, x: Any, guess: Any, T: Any) -> None:
     """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit`."""
-    N, runs = x.shape[0], x.shape[2]
-    points, start, found = 3 * N, 5 * N, 5 * N + 12
-    room = found + 12
-    block = np.zeros((room + EACH * N + OTHER + scratch_rows(2 * N, 6)) * WIDTH)
-    for b in range(0, runs, WIDTH):
-        for n in range(N):
-            gather_rows(marks[n], b, 3 * n, block)
-            gather_rows(x[n], b, points + 2 * n, block)
-        for r in range(3):
-            gather_rows(guess[r], b, start + 4 * r, block)
-        fit(block, 0, N, points, start, found, room)
-        for r in range(3):
-            scatter_rows(block, found + 4 * r, b, T[r])
+    N, runs, program = len(x), x.shape[2], Program()
+    first = program.rows(5 * N + 12)
+    found, room = program.rows(12), program.rows(room_of(N))
+    program.add(fit, N, first, first + 3 * N, first + 5 * N, found, room)
+    given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess)])
+    T[:] = Function(program, first, found, 12)(given).reshape(T.shape)

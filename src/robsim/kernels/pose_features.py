@@ -4,17 +4,16 @@ import math
 
 import numpy as np
 
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import part
 from robsim.kernels.lanes import absolute, get, put, where
 from robsim.kernels.memory import matrix, vector
 from robsim.kernels.placing import compose
 from robsim.kernels.point_features import points_3d_interaction
-from robsim.kernels.pose import fit
 from robsim.kernels.se3 import inverse, log_coefficient, rotation_to_quaternion, rotation_vector
 from robsim.kernels.stage import stage
 
 
-@kernel
+@part
 def theta_u_interaction(w, L):
     """Compute L[3, 6, b] of w[3, b] = theta u of R, for Rdot = R [omega]x of the camera.
 
@@ -39,7 +38,7 @@ def theta_u_interaction(w, L):
         L[1, 5, b], L[2, 4, b] = c * y * z - 0.5 * x, c * y * z + 0.5 * x
 
 
-@kernel
+@part
 def camera_origin_interaction(T, L):
     """Compute L[3, 6, b] = [R, 0] of the camera's origin, from its pose T[3, 4, b].
 
@@ -49,12 +48,6 @@ def camera_origin_interaction(T, L):
         for c in range(3):
             for b in range(T.shape[2]):
                 L[r, c, b], L[r, 3 + c, b] = T[r, c, b], 0.0
-
-
-@stage
-def pose_stage(p, w, step):
-    """Fit the pose of a target to its image: (N, marks, points, guess, pose, room)."""
-    fit(w, p[1], p[0], p[2], p[3], p[4], p[5])
 
 
 @stage

@@ -16,7 +16,7 @@ from robsim.kernels.lanes import absolute, get, put, some, where
 PIVOT = 1e-11  # of the diagonal: a smaller one says that f does not bend upwards, or too little
 
 
-@part
+@kernel
 def _rows_of_curvature(w, N, now, inverse, error, L, B):
     """Compute B, the rows b_r of all marks."""
     for n in range(N):
@@ -30,7 +30,7 @@ def _rows_of_curvature(w, N, now, inverse, error, L, B):
             put(w, B + row + 4, get(w, L + row + 4) - e * x)
 
 
-@part
+@kernel
 def _lower_products(w, B, rows, H):
     """Compute the lower half of H = B' B."""
     for i in range(6):
@@ -41,36 +41,30 @@ def _lower_products(w, B, rows, H):
             put(w, H + 6 * i + j, total)
 
 
-@part
-def _add(w, H, i, j, value):
-    put(w, H + 6 * i + j, get(w, H + 6 * i + j) + value)
-
-
-@part
+@kernel
 def _add_rest(w, N, now, inverse, error, H):
     """Add what is no product of rows b_r to the lower half of H."""
+    H2, H3, H4, H5 = H + 12, H + 18, H + 24, H + 30
     for n in range(N):
         x, y, s = get(w, now + 2 * n), get(w, now + 2 * n + 1), get(w, inverse + n)
         e, f = get(w, error + 2 * n), get(w, error + 2 * n + 1)
         c, size = -(e * x + f * y), e * e + f * f
-        _add(w, H, 2, 2, -size * s * s)
-        _add(w, H, 3, 2, -size * s * y)
-        _add(w, H, 4, 2, size * s * x)
-        _add(w, H, 3, 3, e * x - size * y * y)
-        _add(w, H, 4, 3, 0.5 * (e * y + f * x) + size * x * y)
-        _add(w, H, 4, 4, f * y - size * x * x)
-        _add(w, H, 5, 3, 0.5 * (e + c * x))
-        _add(w, H, 5, 4, 0.5 * (f + c * y))
-        _add(w, H, 5, 5, c)
-        _add(w, H, 3, 1, 0.5 * c * s)
-        _add(w, H, 3, 2, -0.5 * f * s)
-        _add(w, H, 4, 0, -0.5 * c * s)
-        _add(w, H, 4, 2, 0.5 * e * s)
-        _add(w, H, 5, 0, 0.5 * f * s)
-        _add(w, H, 5, 1, -0.5 * e * s)
+        put(w, H2 + 2, get(w, H2 + 2) - size * s * s)
+        put(w, H3 + 1, get(w, H3 + 1) + 0.5 * c * s)
+        put(w, H3 + 2, get(w, H3 + 2) - size * s * y - 0.5 * f * s)
+        put(w, H3 + 3, get(w, H3 + 3) + (e * x - size * y * y))
+        put(w, H4, get(w, H4) - 0.5 * c * s)
+        put(w, H4 + 2, get(w, H4 + 2) + size * s * x + 0.5 * e * s)
+        put(w, H4 + 3, get(w, H4 + 3) + (0.5 * (e * y + f * x) + size * x * y))
+        put(w, H4 + 4, get(w, H4 + 4) + (f * y - size * x * x))
+        put(w, H5, get(w, H5) + 0.5 * f * s)
+        put(w, H5 + 1, get(w, H5 + 1) - 0.5 * e * s)
+        put(w, H5 + 3, get(w, H5 + 3) + 0.5 * (e + c * x))
+        put(w, H5 + 4, get(w, H5 + 4) + 0.5 * (f + c * y))
+        put(w, H5 + 5, get(w, H5 + 5) + c)
 
 
-@part
+@kernel
 def _factorise(w, H):
     """Replace H by L and D^-1 with H = L D L', in place; return where a pivot is too small.
 
@@ -119,7 +113,7 @@ def _downhill(w, L, error, rows, u):
         put(w, u + i, total)
 
 
-@kernel
+@part
 def curvature(w, N, now, inverse, error, L, room):
     """Compute the lower half of the second derivatives H (6, 6), below 12 N rows of room."""
     H = room + 12 * N
@@ -128,26 +122,28 @@ def curvature(w, N, now, inverse, error, L, room):
     _add_rest(w, N, now, inverse, error, H)
 
 
-@kernel
+@part
 def update(w, N, now, inverse, error, L, slow, moving, u, room):
     """Compute the update u of moving runs, from N marks; return where L' L has no sound inverse.
 
     It is Newton's in slow runs where f bends upwards, and else that of Gauss and Newton. `room`
     has 14 N + 42 rows.
     """
-    H, other, bending = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
+    H, found, bending = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
     for i in range(2 * N):
         put(w, bending + i, where(slow, get(w, error + i), 0.0))
-    curvature(w, N, now, inverse, bending, L, room)
-    flat = moving & _factorise(w, H)
-    _downhill(w, L, error, 2 * N, u)
-    _substitute(w, H, u)
-    if some(flat):
-        _lower_products(w, L, 2 * N, H)
+    flat = moving
+    for attempt in range(2):  # a loop, so that what follows is compiled once
+        if attempt == 0:
+            curvature(w, N, now, inverse, bending, L, room)
+        else:
+            _lower_products(w, L, 2 * N, H)
         unsound = _factorise(w, H)
-        _downhill(w, L, error, 2 * N, other)
-        _substitute(w, H, other)
+        _downhill(w, L, error, 2 * N, found)
+        _substitute(w, H, found)
         for i in range(6):
-            put(w, u + i, where(flat, get(w, other + i), get(w, u + i)))
+            put(w, u + i, where(flat, get(w, found + i), get(w, u + i)))
         flat = flat & unsound
+        if not some(flat):
+            break
     return flat

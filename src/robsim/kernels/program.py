@@ -238,7 +238,9 @@ class Function:
         if self.program.runs > 1:
             return self._of_each(x, np.arange(self.program.runs) if runs is None else runs)
         out, (*stages, block) = np.empty((self.count, x.shape[1])), self._prepared
-        kernels.evaluate(*stages, block.copy(), self.first, x, self.found, out)
+        own = _aligned(1, self.program.size).reshape(-1)
+        own[:] = block
+        kernels.evaluate(*stages, own, self.first, x, self.found, out)
         return out
 
     def _of_each(self, x: Array, runs: NDArray[np.int64]) -> Array:

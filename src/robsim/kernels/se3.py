@@ -12,7 +12,7 @@ import numpy as np
 from robsim.kernels.jit import kernel, part
 
 
-@kernel
+@part
 def sinc(x):
     """Return sin(x)/x, which is 1 at 0."""
     return math.sin(x) / x if x != 0.0 else 1.0
@@ -31,7 +31,7 @@ def cubic_coefficient(theta):
     return nested / 6.0
 
 
-@kernel
+@part
 def exp_coefficients(theta):
     """Return a = sin(t)/t, b = (1 - cos t)/t^2 and c = (t - sin t)/t^3 of exp, for t >= 0."""
     half = sinc(0.5 * theta)
@@ -39,7 +39,7 @@ def exp_coefficients(theta):
     return sinc(theta), 0.5 * half * half, c
 
 
-@kernel
+@part
 def log_coefficient(theta):
     """Return (1 - h cot h) / theta^2 with h = theta/2, for 0 <= theta <= pi.
 
@@ -66,7 +66,7 @@ def compose(A, B, out):
                 ) + shift * A[r, 3, b]
 
 
-@kernel
+@part
 def inverse(A, out):
     """Compute out = A^-1 for poses A[3, 4, b]: R', -R' t."""
     for r in range(3):
@@ -89,7 +89,7 @@ def compose_constant(A, B, out):
                 ) + shift * A[r, 3, b]
 
 
-@kernel
+@part
 def quaternion_to_rotation(x, y, z, w):
     """Return the rows of R for a unit quaternion, as nine numbers."""
     return (
@@ -109,7 +109,7 @@ def from_quaternion(q, T):
             T[r, 3, b] = q[r, b]
 
 
-@kernel
+@part
 def exp_quaternion(wx, wy, wz):
     """Return the unit quaternion of the rotation vector w."""
     theta = math.sqrt(wx * wx + wy * wy + wz * wz)
@@ -117,7 +117,7 @@ def exp_quaternion(wx, wy, wz):
     return s * wx, s * wy, s * wz, math.cos(0.5 * theta)
 
 
-@kernel
+@part
 def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
     """Return the Hamilton product a b."""
     return (
@@ -128,14 +128,14 @@ def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
     )
 
 
-@kernel
+@part
 def exp_translation(vx, vy, vz, wx, wy, wz):
     """Return the translation of exp(v, w)."""
     _, b, c = exp_coefficients(math.sqrt(wx * wx + wy * wy + wz * wz))
     return along_screw(vx, vy, vz, wx, wy, wz, b, c)
 
 
-@kernel
+@part
 def along_screw(vx, vy, vz, wx, wy, wz, b, c):
     """Return v + b (w x v) + c w x (w x v)."""
     ux, uy, uz = wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx
@@ -188,7 +188,7 @@ def rotation_to_quaternion(T, quaternion):
         quaternion[2, b], quaternion[3, b] = z * scale, w * scale
 
 
-@kernel
+@part
 def rotation_vector(quaternion, w):
     """Compute w[3, b] = theta u of a unit quaternion, theta in [0, pi]; at pi u has any sign."""
     for b in range(quaternion.shape[1]):

@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
 from robsim.kernels.block import gather_rows, scatter_rows
-from robsim.kernels.jit import kernel
+from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH
 
 SIGNATURE = (types.CPointer(types.int64), types.CPointer(types.float64), types.int64)
@@ -102,7 +102,7 @@ def advance(addresses, at, p, skipped, blocks, alive, step, until):
                 _call(addresses[i], p, at[i], flat, block * size, now)
 
 
-@kernel
+@part
 def _any(block, row):
     alive = False
     for lane in range(WIDTH):

@@ -117,7 +117,7 @@ def normalise(p, w, step):
                 _straighten(w, K, points + 2 * n, i)
 
 
-@kernel
+@part
 def _straighten(w, eye, point, i):
     """Replace a distorted point of one run by that without distortion, or NaN."""
     at, lens, radius = point * WIDTH + i, (eye + LENS) * WIDTH + i, w[(eye + RADIUS) * WIDTH + i]
@@ -131,7 +131,7 @@ def _straighten(w, eye, point, i):
     w[at], w[at + WIDTH] = x, y
 
 
-@kernel
+@part
 def relative_pose(w, A, B, T):
     """Compute T = A^-1 B: the pose of frame b in frame a, from both in the world."""
     for c in range(4):
