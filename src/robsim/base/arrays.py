@@ -98,6 +98,11 @@ def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
     return first.reshape(*lead, *array.shape[:-1])
 
 
+def is_any(value: Any) -> bool:
+    """Return whether a number, or any of an array, is not zero; a number takes less time so."""
+    return bool(value) if isinstance(value, float | int) else bool(np.any(value))
+
+
 def some_runs(array: NDArray[T], chosen: NDArray[Any]) -> NDArray[T]:
     """Return a contiguous copy (..., some) of the chosen runs of an array with the run last."""
     return np.ascontiguousarray(array[..., chosen])

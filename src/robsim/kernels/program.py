@@ -252,7 +252,7 @@ class Function:
 
 
 def _is_stage(call: Any) -> bool:
-    return isinstance(call, tuple) and not isinstance(call, Rescue)
+    return type(call) is tuple
 
 
 def evaluated(

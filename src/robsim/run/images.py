@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, is_any
 from robsim.base.errors import InputError, suggest
 from robsim.kernels import hiding, late
 from robsim.kernels import sensing as kernels
@@ -74,7 +74,7 @@ class Images:
     def _keeps(self) -> bool:
         """Whether an image, or some of its marks, may be used again."""
         s = self.sensing
-        return bool(self.every > 1 or np.any(s.dropped) or s.occlusions)
+        return bool(self.every > 1 or is_any(s.dropped) or s.occlusions)
 
     def remember(self) -> None:
         """Add the stages that keep the image of the period that ends, before the joints move."""
@@ -124,8 +124,8 @@ class Images:
         """Add noise, displace outliers, let the user's effects change marks, and round, in turn."""
         s, number, add = self.sensing, self.program.number, self.program.add
         count, found = 2 * self.N, self.program.rows(2 * self.N)
-        rounds, strays = bool(np.any(s.quantisation)), bool(np.any(s.outliers))
-        if np.any(s.noise):
+        rounds, strays = is_any(s.quantisation), is_any(s.outliers)
+        if is_any(s.noise):
             rows = self.pixels, number(s.noise), *self._key, found
             add(kernels.blur, self.every, self.N, *rows)
         elif strays or s.effects or rounds:
@@ -159,7 +159,7 @@ class Images:
     def _receive(self) -> None:
         """Let lost images, hidden marks and the time between images leave what was there before."""
         program, N, hides, lost = self.program, self.N, self._hides(), self.program.rows()
-        if np.any(self.sensing.dropped):
+        if is_any(self.sensing.dropped):
             share = program.number(self.sensing.dropped)
             program.add(kernels.lose, self.every, share, *self._key, lost)
         taken, hidden, age = program.rows(3 * N), program.rows(N), program.rows()
@@ -191,6 +191,8 @@ def lateness(latency: float | Array, dt: float, steps: int) -> tuple[Array, Arra
 
     An image that comes after the last step is as late as any other that does.
     """
+    if not is_any(latency):
+        return np.zeros(1), np.zeros(1)
     periods = np.minimum(np.atleast_1d(latency) / dt, steps + 1.0)
     delay = np.ceil(periods - ROUNDING)
     share = delay - periods

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.program import Compiled, Program
+from robsim.kernels.program import Compiled, Own, Program
 from robsim.kernels.stage import advance
 from robsim.run.chunk import Chunk
 from robsim.run.drives import Drives
@@ -119,10 +119,14 @@ class Sequence:
         self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.images.true]
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
-        self._parts = program.segments(), program.segments(self.motion)
         stages = program.stages
         self._fast = None if stages is None else Compiled(stages)
         self._rescues = program.rescues
+
+    @cached_property
+    def _parts(self) -> tuple[list[Own], list[Own]]:
+        """All stages of a step, and those of the first one, where some are in Python."""
+        return self.program.segments(), self.program.segments(self.motion)
 
     @property
     def compiled(self) -> bool:

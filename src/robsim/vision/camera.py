@@ -158,7 +158,7 @@ class Camera(Value):
         given = np.array(self.distortion)
         return frozen(np.concatenate([given, np.zeros((8 - len(given), *given.shape[1:]))]))
 
-    @property
+    @cached_property
     def bends(self) -> bool:
         """Whether the lens distorts."""
         return bool(self.lens.any())

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, frozen, is_any
 from robsim.base.errors import InputError
 from robsim.declare import Declared, ListOf, Time, described
 from robsim.declare.joints import OneOrEach, accelerations, coordinates, velocities
@@ -61,12 +61,12 @@ class Actuation(Declared):
     def moves(self) -> bool:
         """Whether joints respond otherwise than commanded."""
         limited = self.velocity is not None or self.acceleration is not None
-        return bool(np.any(self.lag) or self.effects or limited)
+        return bool(is_any(self.lag) or self.effects or limited)
 
     @property
     def counts(self) -> bool:
         """Whether coordinates are measured in steps."""
-        return bool(np.any(self.encoder))
+        return is_any(self.encoder)
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError unless there is one number for all, or one for each of these names."""
