@@ -149,7 +149,7 @@ class Program:
 
     def number(self, value: Any) -> int:
         """Return the row of a number, the same in all runs or (runs,) of each its own."""
-        return self.each(np.reshape(value, (1, -1)))
+        return self.constant(value) if isinstance(value, float | int) else self.each(value[None])
 
     @property
     def runs(self) -> int:

@@ -88,7 +88,8 @@ class Placed:
         found, numbers = [], [len(some)]
         for body, offset in some:
             found.append(self.program.rows(12))
-            at = self.program.each(runs_last(offset[..., :3, :], 2).reshape(12, -1))
+            last = offset[:3] if offset.ndim == 2 else runs_last(offset[..., :3, :], 2)
+            at = self.program.numbers(last, 2)
             numbers += [self.body(body), at, found[-1]]
         self.program.add(placing.frames, *numbers)
         return found
