@@ -149,7 +149,8 @@ class Program:
 
     def number(self, value: Any) -> int:
         """Return the row of a number, the same in all runs or (runs,) of each its own."""
-        return self.constant(value) if isinstance(value, float | int) else self.each(value[None])
+        is_one = isinstance(value, float | int | np.integer)
+        return self.constant(value) if is_one else self.each(np.reshape(value, (1, -1)))
 
     @property
     def runs(self) -> int:
