@@ -79,13 +79,13 @@ def compiled_by(use: Use) -> tuple[set[str], str]:
     from robsim.cli.uses import do
     from robsim.kernels import store
 
-    before = set(store.CACHE.glob("*.nbc"))
+    before = set(store.SAVED)
     try:
         do(use)
         error = ""
     except Exception as reason:  # noqa: BLE001  the rest of the list is to be compiled all the same
         error = f"{' '.join(use)}: {type(reason).__name__}: {reason}"
-    return {path.name for path in set(store.CACHE.glob("*.nbc")) - before}, error
+    return store.SAVED - before, error
 
 
 def _told(compiled: set[str], seconds: float) -> str:

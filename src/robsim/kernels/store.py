@@ -41,6 +41,7 @@ def _user_cache() -> Path:
 
 KERNEL_HASH = _hash_of_sources()
 CACHE = _user_cache() / KERNEL_HASH
+SAVED: set[str] = set()  # the names of files that this process has written
 
 
 def file_name(name: str, key: tuple[Any, ...]) -> str:
@@ -70,6 +71,7 @@ def save(folder: Path, name: str, key: tuple[Any, ...], data: Any) -> None:
     try:
         path.write_bytes(hashlib.sha256(rest).digest() + rest)
         path.replace(folder / file_name(name, key))
+        SAVED.add(file_name(name, key))
     finally:
         path.unlink(missing_ok=True)
 
