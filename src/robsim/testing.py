@@ -17,7 +17,6 @@ from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError
 from robsim.features.feature import Feature, Observation
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.kernels import camera as kernels
 from robsim.robot.joints.kind import JointKind, check_kind
 from robsim.servo.laws.inverse import PseudoInverse, product
 from robsim.servo.laws.law import ControlState, Law
@@ -178,12 +177,10 @@ class _Views:
         return seen
 
     def _by(self, camera: Camera) -> Observation:
-        here = np.zeros(self.T_c_o.shape)
-        here[:3, :3] = np.eye(3)[..., None]
-        X = np.empty((len(self.marks), 3, self.T_c_o.shape[2]))
-        kernels.into_camera(here, self.T_c_o, self.marks, X)
-        pixels = np.empty((X.shape[0], 2, X.shape[2]))
-        kernels.project(X, camera.K, camera.lens, pixels)
+        T = self.T_c_o
+        x, y, z = np.moveaxis(self.marks[..., None, None], 1, 0)  # the same bits in any batch
+        X = ((T[:, 0] * x + T[:, 1] * y) + T[:, 2] * z) + T[:, 3]
+        pixels, _ = camera.image_of(X)
         seen = Observation.of(pixels, np.ascontiguousarray(X[:, 2]), camera)
         seen.model, seen.guess_last = self.marks, self.T_c_o
         return seen

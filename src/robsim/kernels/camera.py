@@ -13,25 +13,6 @@ IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
 
 
 @part
-def into_camera(T_w_c, T_w_o, points, X):
-    """Compute X[n, 3, b] = R_c' (R_o p + t_o - t_c), points (n, 3) of an object in camera axes."""
-    d = np.empty((3, X.shape[2]))
-    for n in range(points.shape[0]):
-        for r in range(3):
-            for b in range(X.shape[2]):
-                d[r, b] = (
-                    T_w_o[r, 0, b] * points[n, 0]
-                    + T_w_o[r, 1, b] * points[n, 1]
-                    + T_w_o[r, 2, b] * points[n, 2]
-                ) + (T_w_o[r, 3, b] - T_w_c[r, 3, b])
-        for r in range(3):
-            for b in range(X.shape[2]):
-                X[n, r, b] = (
-                    T_w_c[0, r, b] * d[0, b] + T_w_c[1, r, b] * d[1, b] + T_w_c[2, r, b] * d[2, b]
-                )
-
-
-@part
 def distort(x, y, lens):
     """Return the distorted normalised point of (x, y), by Brown's model with rational radius.
 
@@ -88,12 +69,6 @@ def pinhole_of(x, y, fu, skew, u0, fv, v0):
 
 
 @kernel
-def pinhole(x, y, K):
-    """Return the same for intrinsics K (3, 3)."""
-    return pinhole_of(x, y, K[0, 0], K[0, 1], K[0, 2], K[1, 1], K[1, 2])
-
-
-@kernel
 def pixel_rates(x, K, lens, J):
     """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point x[n, 2, b]."""
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
@@ -102,67 +77,3 @@ def pixel_rates(x, K, lens, J):
             xx, xy, yy = distort_jacobian(x[n, 0, b], x[n, 1, b], k)
             J[n, 0, 0, b], J[n, 0, 1, b] = K[0, 0] * xx + K[0, 1] * xy, K[0, 0] * xy + K[0, 1] * yy
             J[n, 1, 0, b], J[n, 1, 1, b] = K[1, 1] * xy, K[1, 1] * yy
-
-
-@kernel
-def _bends(lens):
-    total = 0.0
-    for i in range(lens.size):
-        total += abs(lens[i])
-    return total != 0.0
-
-
-@part
-def project(X, K, lens, pixels):
-    """Compute pixels[n, 2, b] = (column, row) of points X[n, 3, b]; NaN behind the camera."""
-    k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
-    distorted = _bends(lens)
-    for n in range(X.shape[0]):
-        for b in range(X.shape[2]):
-            behind = 0.0 if X[n, 2, b] > NEAR else np.nan
-            inverse = 1.0 / X[n, 2, b]
-            x, y = X[n, 0, b] * inverse + behind, X[n, 1, b] * inverse + behind
-            if distorted:
-                x, y = distort(x, y, k)
-            pixels[n, 0, b], pixels[n, 1, b] = pinhole(x, y, K)
-
-
-@kernel
-def normalise(pixels, K, lens, valid_radius, x):
-    """Compute normalised image points x[n, 2, b] of pixels: `project` inverted but for depth.
-
-    NaN where a distorted pixel has no point within `valid_radius`.
-    """
-    k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
-    distorted = _bends(lens)
-    for n in range(pixels.shape[0]):
-        for b in range(pixels.shape[2]):
-            y = (pixels[n, 1, b] - K[1, 2]) / K[1, 1]
-            x_ = (pixels[n, 0, b] - K[0, 2] - K[0, 1] * y) / K[0, 0]
-            if distorted:
-                x_, y = undistort(x_, y, k)
-                if not x_ * x_ + y * y <= valid_radius * valid_radius:
-                    x_, y = np.nan, np.nan
-            x[n, 0, b], x[n, 1, b] = x_, y
-
-
-@part
-def visibility(X, pixels, border, valid_radius, status):
-    """Compute status[n, b]: in the image, outside it, or behind the camera.
-
-    The image covers [left, right) x [top, bottom) = border (2, 2). Beyond `valid_radius` the
-    lens polynomial folds back, and a point there is outside whatever its pixel.
-    """
-    for n in range(X.shape[0]):
-        for b in range(X.shape[2]):
-            Z, u, v = X[n, 2, b], pixels[n, 0, b], pixels[n, 1, b]
-            if not Z > NEAR:
-                status[n, b] = BEHIND_CAMERA
-            elif (
-                border[0, 0] <= u < border[0, 1]
-                and border[1, 0] <= v < border[1, 1]
-                and X[n, 0, b] ** 2 + X[n, 1, b] ** 2 <= (valid_radius * Z) ** 2
-            ):
-                status[n, b] = IN_IMAGE
-            else:
-                status[n, b] = OUT_OF_IMAGE

@@ -106,7 +106,7 @@ def commanded(p, w, step):
 
 @stage
 def copied(p, w, step):
-    """Copy rows: (n, from, to)."""
+    """Copy rows of a block to others: (n, from, to)."""
     for i in range(p[0]):
         put(w, p[2] + i, get(w, p[1] + i))
 

@@ -15,7 +15,7 @@ from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import get, put, some, where
 from robsim.kernels.reflections import all_reflections, all_reflections_back, factorise
 from robsim.kernels.singular import decompose, greatest
-from robsim.kernels.solve import invert_triangle
+from robsim.kernels.solve import invert_triangle, times_inverse
 from robsim.kernels.stage import stage
 
 
@@ -63,7 +63,7 @@ def _begin(w, n, qd, P, N, usual):
 
 @kernel
 def _rest(w, p, out):
-    """Compute out = rate - A qd."""
+    """Compute what is left of a wanted rate, out = rate - A qd."""
     A, n, qd = p[0], p[2], p[6]
     for i in range(p[1]):
         total = get(w, p[3] + i)
@@ -112,7 +112,7 @@ def _within(w, A, k, n, N, free, M, wide):
 
 @part
 def _add(w, n, qd, N, free, x, out):
-    """Compute out = qd + N x."""
+    """Compute velocities with a share of the null space, out = qd + N x."""
     for i in range(n):
         total = get(w, qd + i)
         for j in range(free):
@@ -136,11 +136,7 @@ def _least_norm(w, inverse, m, rest, M, height, betas, x):
 def _least_squares(w, inverse, m, rest, M, height, betas, x):
     """Compute x = R^-1 H' rest, of the least residual of H R x = rest; `rest` is spoilt."""
     all_reflections(w, M, height, m, betas, rest, 1)
-    for i in range(m):
-        total = get(w, inverse + i * m + i) * get(w, rest + i)
-        for j in range(i + 1, m):
-            total = total + get(w, inverse + j * m + i) * get(w, rest + j)
-        put(w, x + i, total)
+    times_inverse(w, inverse, m, rest, x)
 
 
 @part
@@ -205,7 +201,7 @@ def _spoil(w, x, n, broken):
 
 @part
 def _projected(w, A, k, n, P, out):
-    """Compute A P."""
+    """Compute a task Jacobian within a null space, A P."""
     for i in range(k):
         for j in range(n):
             total = 0.0 * get(w, A)

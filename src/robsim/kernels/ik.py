@@ -81,7 +81,7 @@ def begin(block, search):
 
 @part
 def _enter(block, b, run, goals):
-    """Put a run into a lane."""
+    """Let the search of a run begin in a lane of a block."""
     for row in (SEARCH, ITERATION, MARK, HOPED):
         block[row * WIDTH + b] = 0.0
     block[RUN * WIDTH + b], block[BOOST * WIDTH + b] = run, 1.0

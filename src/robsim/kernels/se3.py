@@ -77,18 +77,6 @@ def inverse(A, out):
             )
 
 
-@kernel
-def compose_constant(A, B, out):
-    """Compute out = A B for poses A[3, 4, b] and one constant pose B[3, 4]."""
-    for r in range(3):
-        for c in range(4):
-            shift = 1.0 if c == 3 else 0.0
-            for b in range(A.shape[2]):
-                out[r, c, b] = (
-                    A[r, 0, b] * B[0, c] + A[r, 1, b] * B[1, c] + A[r, 2, b] * B[2, c]
-                ) + shift * A[r, 3, b]
-
-
 @part
 def quaternion_to_rotation(x, y, z, w):
     """Return the rows of R for a unit quaternion, as nine numbers."""

@@ -101,12 +101,12 @@ def _condition_bound(block, R, inverse, n):
 
 
 @part
-def _solve_tall(block, inverse, n, along, x):
-    """Compute x = R^-1 V'y; `along`, V'y, came step by step, which keeps Gram-Schmidt stable."""
+def times_inverse(block, inverse, n, y, x):
+    """Compute x = R^-1 y from R^-1, which stands column by column."""
     for i in range(n):
-        total = get(block, inverse + i * n + i) * get(block, along + i)
+        total = get(block, inverse + i * n + i) * get(block, y + i)
         for j in range(i + 1, n):
-            total = total + get(block, inverse + j * n + i) * get(block, along + j)
+            total = total + get(block, inverse + j * n + i) * get(block, y + j)
         put(block, x + i, total)
 
 
@@ -155,7 +155,8 @@ def _factorise_and_solve(numbers, block):
     if wide:
         _solve_wide(block, V, rows, m, inverse, wanted, x, p)
     else:
-        _solve_tall(block, inverse, m, along, x)
+        # V'y came step by step, which keeps Gram-Schmidt stable
+        times_inverse(block, inverse, m, along, x)
 
 
 @part

@@ -30,7 +30,7 @@ class _Symbol:
 
     @property
     def value(self) -> Any:
-        """The value of LLVM."""
+        """The value in LLVM's code, written down once."""
         if self._value is None:
             self._value = self._emit()
         return self._value
@@ -59,7 +59,7 @@ class _Symbol:
         return self._with("fneg", self)
 
     def sqrt(self) -> _Symbol:
-        """Return the square root."""
+        """Return the symbol of the square root of these lanes."""
         known = f"llvm.sqrt.v{lanes.WIDTH}f64"
         function = self._builder.module.declare_intrinsic(
             known, (), ir.FunctionType(_REALS, [_REALS])

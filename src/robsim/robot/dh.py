@@ -54,8 +54,8 @@ def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
     """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
     theta, d, a, alpha = np.moveaxis(row, -1, 0)
     turns = KINDS[kind].turns
-    turn, rise = _rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
-    reach = Pose.at(a, 0, 0) @ _rigid(axis_rotation("x", alpha))
+    turn, rise = rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
+    reach = Pose.at(a, 0, 0) @ rigid(axis_rotation("x", alpha))
     if convention == "standard":
         return (turn, rise @ reach) if turns else (turn @ rise, reach)
     if convention == "modified":
@@ -63,7 +63,8 @@ def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
     raise InputError(f"DH convention must be 'standard' or 'modified', got {convention!r}")
 
 
-def _rigid(R: Array) -> Pose:
+def rigid(R: Array) -> Pose:
+    """Return poses of rotations (..., 3, 3) at the origin; InputError if they are none."""
     T = np.zeros((*R.shape[:-2], 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
     return Pose(T)

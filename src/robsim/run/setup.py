@@ -117,8 +117,9 @@ class Setup(Value):
 
     def _check_runs(self) -> None:
         """Raise InputError unless there is a start for each run, or one for all."""
+        what = "starts" if np.ndim(self.start) > 1 else "runs"
         for name, values in self.varied.items():
             if len(values) != self.runs:
                 raise InputError(
-                    f"{self.runs} starts, and {len(values)} numbers of {name}: each run needs both"
+                    f"{self.runs} {what}, and {len(values)} numbers of {name}: each run needs both"
                 )

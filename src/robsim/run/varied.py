@@ -17,7 +17,7 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import unchecked
 from robsim.geometry.pose import Pose
-from robsim.robot.dh import dh_constants
+from robsim.robot.dh import dh_constants, rigid
 from robsim.robot.joint import Joint
 from robsim.robot.robot import Robot
 from robsim.run.text import dh_row
@@ -96,7 +96,7 @@ def _check_imperfections(experiment: Any, made: Mapping[str, Array]) -> None:
 def _ends(name: str, values: Array) -> list[Array]:
     """Return the lowest and the highest of numbers; of rotations, which have none, the first."""
     if name.endswith(".rotation"):
-        Pose(_homogeneous(values))
+        rigid(values)
         return [values[0]]
     return [values.min(axis=0), values.max(axis=0)]
 
@@ -265,12 +265,6 @@ def _posed(pose: Pose, key: str, values: Array) -> Pose:
         turned = Pose.at(rpy=values) if key == "rpy" else Pose.at(rotvec=values)
         T[:, :3, :3] = turned.rotation
     return Pose(T)
-
-
-def _homogeneous(rotations: Array) -> Array:
-    T = np.repeat(np.eye(4)[None], len(rotations), axis=0)
-    T[:, :3, :3] = rotations
-    return T
 
 
 def _last(values: Array) -> Array:

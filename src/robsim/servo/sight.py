@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +15,6 @@ from robsim.kernels import jacobian as jacobians
 from robsim.kernels import viewing
 from robsim.kernels.program import Function, Program
 from robsim.kernels.sight import Projection
-from robsim.kernels.tree import Bodies
 from robsim.robot.placed import frame_jacobian
 from robsim.robot.tree import Runs
 from robsim.world.mounted_camera import MountedCamera
@@ -24,7 +22,6 @@ from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 Key = tuple[str, str]  # camera and target
-MARKS = ("depth", "pixels", "visibility")  # what a projection holds of each mark
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,25 +154,6 @@ def relative(T_w_a: Array, T_w_b: Array) -> Array:
         B[:, 3] -= T_w_a[:, 3]
         T: Array = R[0, :, None] * B[0] + R[1, :, None] * B[1] + R[2, :, None] * B[2]
     return T
-
-
-def joined(projections: Sequence[Projection], runs: int) -> Projection:
-    """Return all marks of several projections in one, with the poses of the first."""
-    if len(projections) == 1:
-        return projections[0]
-    if not projections:
-        return _blind(runs)
-    parts = (np.concatenate([getattr(one, name) for one in projections]) for name in MARKS)
-    return Projection(*projections[0][:3], *parts)
-
-
-def _blind(runs: int) -> Projection:
-    """Return the projection of no camera, without poses and marks."""
-    sizes: list[tuple[int, ...]] = [(3, 4), (), (4,), (4,), (), (2,)]
-    poses, ratio, *others = (np.empty((0, *n, runs)) for n in sizes)
-    T_w_c, T_w_o, depth, pixels = others
-    status = np.empty((0, runs), np.int8)
-    return Projection(Bodies(poses, ratio), T_w_c, T_w_o, depth, pixels, status)
 
 
 def adjoint(T_a_b: Array) -> Array:

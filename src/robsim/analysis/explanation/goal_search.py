@@ -11,7 +11,6 @@ from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
 from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.kernels import camera as kernels
 from robsim.kernels import se3
 from robsim.servo.servo_controller import Servo
 from robsim.vision.camera import Visibility
@@ -52,8 +51,7 @@ def nearest_to_goal(again: Repeated) -> Nearest | None:
         e, T = search.minimised(T)
     best = int(np.square(e).sum(0).argmin())
     one = np.ascontiguousarray(T[..., best : best + 1])
-    X, _ = search.image(one)
-    flags = servo.sights[0].eye.camera.visibility(X[..., 0], Pose.at())
+    *_, flags = servo.sights[0].image(np.eye(3, 4)[..., None], one)
     seen = bool((flags == Visibility.IN_IMAGE).all())
     left = e[:, best]
     size, length = float(np.abs(left).max()), float(np.linalg.norm(left))
@@ -95,22 +93,17 @@ class _Search:
         return e, T
 
     def image(self, T: Array) -> tuple[Array, Array]:
-        """Return the marks in camera axes (N, 3, B), and their true pixels (N, 2, B)."""
+        """Return the depths (N, B) of the marks, and their true pixels (N, 2, B)."""
         sight = self.servo.sights[0]
-        camera, here = sight.eye.camera, np.zeros(T.shape)
-        here[:3, :3] = np.eye(3)[..., None]
-        X = np.empty((len(sight.target.marks), 3, T.shape[2]))
-        kernels.into_camera(here, np.ascontiguousarray(T), sight.target.marks, X)
-        pixels = np.empty((X.shape[0], 2, X.shape[2]))
-        kernels.project(X, camera.K, camera.lens, pixels)
-        return X, pixels
+        depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
+        return depth, pixels
 
     def _errors(self, T: Array) -> tuple[Array, Array]:
         """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
         regulated = self.servo.regulated
         (sight,) = regulated.sights
-        X, pixels = self.image(T)
-        seen = Observation.of(pixels, np.ascontiguousarray(X[:, 2]), sight.eye.camera)
+        depth, pixels = self.image(T)
+        seen = Observation.of(pixels, depth, sight.eye.camera)
         seen.model, seen.guess_last = sight.target.marks, np.ascontiguousarray(T)
         views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
         each = list(zip(regulated.parts, views_, strict=True))

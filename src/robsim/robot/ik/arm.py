@@ -62,7 +62,7 @@ class Arm:
 
     @cached_property
     def free(self) -> Arm:
-        """The same without limits."""
+        """The arm without its joint limits."""
         nowhere = np.full_like(self.limits, np.inf) * [-1.0, 1.0]
         return Arm(self.tree, self.link, nowhere, self.home, self.units, self.velocities)
 

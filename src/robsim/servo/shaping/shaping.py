@@ -70,11 +70,6 @@ class Shaping:
     coordinates: NDArray[np.int64]  # of each commanded velocity; -1 if it has none of its own
     limits: Array  # (n, 2) of these coordinates, in rad or m
 
-    @property
-    def idle(self) -> bool:
-        """Whether every command is left as it is."""
-        return self.secondary is None and self.smooth_start is None and self.limit is None
-
     def stages(self, given: Given, of: Shapeable) -> int:
         """Add the stages that shape a command, and return its rows."""
         program, qd, n = given.program, of.qd, of.n
