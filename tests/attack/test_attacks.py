@@ -1,0 +1,14 @@
+"""The first cases of each class of attack; `python -m attack --minutes 60` tries many more."""
+
+import importlib
+
+import pytest
+from attack.harness import CLASSES, attacked
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_nothing_breaks(name):
+    """Every input is taken or refused; nothing crashes, hangs, is lost or escapes."""
+    cases = importlib.import_module(f"attack.{name}").CASES
+    tally = attacked(name, range(cases))
+    assert tally.tried == cases and not tally.problems, str(tally)
