@@ -16,7 +16,7 @@ _DRAFT = re.compile(r"\.robsim-(\d+)-[0-9a-f]{32}")
 ABANDONED = 86400.0  # seconds, after which a draft is nobody's, whatever has its process number
 
 
-def write_whole(path: str | os.PathLike[str], content: bytes | str) -> Path:
+def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str) -> Path:
     """Write a file, with the folders that it needs; what was there stays until that is done.
 
     FileError: it cannot be written, as on a full disk; then there is what was there before.
@@ -49,6 +49,8 @@ def refused(path: object, doing: str = "write") -> Iterator[None]:
     """Raise FileError, which names the path, where the system refuses."""
     try:
         yield
+    except FileError:  # has been said
+        raise
     except (OSError, TypeError, ValueError) as error:  # the latter of odd paths, as with a NUL
         reason = getattr(error, "strerror", None) or error
         raise FileError(f"cannot {doing} {path!s:.200}: {reason}") from None
@@ -78,7 +80,7 @@ def is_alive(process: int) -> bool:
     return True
 
 
-def _write(path: Path, content: bytes) -> None:
+def _write(path: Path, content: bytes | memoryview) -> None:
     with open(path, "xb") as file:
         file.write(content)
         file.flush()

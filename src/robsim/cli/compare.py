@@ -10,7 +10,9 @@ import click
 
 from robsim.base.errors import InputError
 from robsim.base.interrupt import undisturbed
-from robsim.cli.files import folder_for, free_folder, write, writing
+from robsim.base.output import write_whole
+from robsim.cli.figures import save_figure
+from robsim.cli.files import remove, results_folder
 from robsim.cli.options import changes, output
 from robsim.cli.progress import STOPPED, drawing, finished
 from robsim.cli.scenarios import check_colors, load
@@ -50,8 +52,8 @@ def command(
         for scenario in scenarios.values():
             check_colors(scenario)
     names = [*COMPARED, *(f"{name}.nc" for name in scenarios)]
-    folder = folder_for(output or free_folder("robsim-compare"), force, names)
-    _compare(scenarios, folder, not no_figures)
+    with results_folder(output, "robsim-compare", force, names) as folder:
+        _compare(scenarios, folder, not no_figures)
 
 
 def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
@@ -80,19 +82,16 @@ def _save_comparison(found: Comparison, names: list[str], folder: Path) -> bool:
 
     with undisturbed() as stops:
         for name in names:
-            with writing(folder / f"{name}.nc") as path:
-                path.unlink(missing_ok=True)  # of the comparison that was here before
+            remove(folder / f"{name}.nc")  # of the comparison that was here before
         for name, run in found.runs.items():
             save_run(run, folder / f"{name}.nc")
         save_run(found.data, folder / "comparison.nc")
-        write(folder / "comparison.csv", found.csv())
-        with writing(folder / "comparison.png") as path:
-            path.unlink(missing_ok=True)
+        write_whole(folder / "comparison.csv", found.csv())
+        remove(folder / "comparison.png")
     return bool(stops)
 
 
 def _draw_comparison(found: Comparison, folder: Path) -> None:
     from robsim import plot
 
-    with writing(folder / "comparison.png") as path:
-        plot.comparison(found).savefig(path, dpi=200)
+    save_figure(plot.comparison(found), folder / "comparison.png")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from robsim.cli.files import folder_for, free_folder
+from robsim.cli.files import results_folder
 from robsim.cli.options import output
 from robsim.cli.run import FILES, simulate_into
 from robsim.cli.scenarios import load
@@ -17,5 +17,6 @@ from robsim.files import examples
 @output
 def command(output: Path | None, force: bool, no_figures: bool) -> None:
     """Run the chapter's section 6.1: a Rhino XR-4 servoing on a cube."""
-    folder = folder_for(output or free_folder("robsim-demo"), force, FILES)
-    simulate_into(load(examples.path("chapter_6_1"), ()), folder, not no_figures)
+    scenario = load(examples.path("chapter_6_1"), ())
+    with results_folder(output, "robsim-demo", force, FILES) as folder:
+        simulate_into(scenario, folder, not no_figures)

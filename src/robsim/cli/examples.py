@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from robsim.cli.files import free_file, write
+from robsim.base.output import write_whole
+from robsim.cli.files import free_file
 from robsim.cli.options import force
 from robsim.cli.schema import write_beside
 from robsim.files import examples
@@ -26,7 +27,7 @@ def command(name: str | None, output: Path | None, force: bool) -> None:
         click.echo("copy one out: robsim examples NAME")
         return
     source, target = examples.path(name), free_file(output, f"{name}.toml", force)
-    write(target, source.read_text(encoding="utf-8"))
+    write_whole(target, source.read_text(encoding="utf-8"))
     click.echo(f"wrote {target}; run it with: robsim run {target}")
     if beside := write_beside(target, force):
         click.echo(f"wrote {beside}, by which editors complete and check it")

@@ -13,13 +13,14 @@ from robsim.cli.files import exists
 @click.command("explain")
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option("--no-trials", is_flag=True, help="Only read the run; repeat nothing.")
-def command(run: Path, no_trials: bool) -> None:
+@click.option("--unsealed", is_flag=True, help="Take a RUN without a right seal for what it says.")
+def command(run: Path, no_trials: bool, unsealed: bool) -> None:
     """Explain why RUN, a run.nc or the folder of one, ended as it did, and what to try."""
     from robsim.analysis.explain import explain as explained
     from robsim.files.netcdf import open_run
 
     path = run / "run.nc" if exists(run) and run.is_dir() else run
-    found = open_run(path)
+    found = open_run(path, unsealed=unsealed)
     try:
         explanation = explained(found, trials=not no_trials)
     except InputError as error:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from robsim.cli.files import writing
+from robsim.base.output import write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +32,7 @@ def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
             "velocity": plot.velocity(result, scene, _moving_frame(result, scenario)),
         }
     for name, figure in figures.items():
-        with writing(folder / f"{name}.png") as path:
-            figure.savefig(path, dpi=200)
+        save_figure(figure, folder / f"{name}.png")
 
 
 def draw_mission(result: MissionRun, scenario: Experiment, folder: Path) -> None:
@@ -40,8 +40,14 @@ def draw_mission(result: MissionRun, scenario: Experiment, folder: Path) -> None
     from robsim import plot
 
     last = result.legs[-1]
-    with writing(folder / "scene.png") as path:
-        plot.scene(last.scene, last.q_end).savefig(path, dpi=200)
+    save_figure(plot.scene(last.scene, last.q_end), folder / "scene.png")
+
+
+def save_figure(figure: Any, path: Path) -> None:
+    """Write a figure in the format that its name ends in."""
+    image = BytesIO()
+    figure.savefig(image, format=path.suffix[1:].lower(), dpi=200)
+    write_whole(path, image.getbuffer())
 
 
 def _moving_frame(result: xr.Dataset, scenario: Experiment) -> str | None:

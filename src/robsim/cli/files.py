@@ -1,32 +1,57 @@
-"""Files and folders that commands write: checked to be writable, never overwritten unasked."""
+"""Files and folders that commands write: claimed by one process, never overwritten unasked."""
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
+from robsim.base.claim import claimed
 from robsim.base.errors import FileError
+from robsim.base.output import refused
 
 
-def free_folder(name: str) -> Path:
-    """Return the first of name, name-2, name-3, ... that does not exist."""
-    candidates = (Path(name if i == 1 else f"{name}-{i}") for i in range(1, 10_000))
-    return next(folder for folder in candidates if not exists(folder))
+@contextmanager
+def results_folder(
+    output: Path | None, name: str, force: bool, files: Sequence[str]
+) -> Iterator[Path]:
+    """Yield the folder for files of these names, made and claimed: `output`, or a new one.
+
+    Where a command fails before it has written anything, the folder goes.
+
+    FileError: another process writes there, or the files are there already and not to be replaced.
+    """
+    folder = _made(output) if output else _new(name)
+    try:
+        with claimed(folder):
+            taken = [name for name in files if exists(folder / name)]
+            if taken and not force:
+                raise FileError(
+                    f"{folder} has {', '.join(taken)} already; choose another folder with -o, or "
+                    "--force"
+                )
+            yield folder
+    except BaseException:
+        with suppress(OSError):
+            folder.rmdir()  # if it is empty: nothing was simulated
+        raise
 
 
-def folder_for(folder: Path, force: bool, files: Sequence[str]) -> Path:
-    """Create the folder and return it, once it is found to be writable."""
-    taken = [name for name in files if exists(folder / name)]
-    if taken and not force:
-        raise FileError(
-            f"{folder} has {', '.join(taken)} already; choose another folder with -o, or --force"
-        )
-    with writing(folder):
+def _made(folder: Path) -> Path:
+    with refused(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+    return folder
+
+
+def _new(name: str) -> Path:
+    """Make the first of the folders name, name-2, name-3, ... that nobody else has made."""
+    for i in count(1):
+        folder = Path(name if i == 1 else f"{name}-{i}")
+        with refused(folder), suppress(FileExistsError):
+            folder.mkdir()
             return folder
+    raise AssertionError
 
 
 def free_file(output: Path | None, name: str, force: bool) -> Path:
@@ -38,23 +63,13 @@ def free_file(output: Path | None, name: str, force: bool) -> Path:
     return target
 
 
-def write(path: Path, text: str) -> None:
-    """Write a text to a file, and create the folders that it needs."""
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[Path]:
-    """Raise FileError, which names the path, where the system refuses to write."""
-    try:
-        yield path
-    except OSError as error:
-        raise FileError(f"cannot write {path}: {error.strerror or error}") from None
-
-
 def exists(path: Path) -> bool:
     """Return whether there is such a file or folder."""
-    with writing(path):  # a name may be too long even to ask
+    with refused(path):  # a name may be too long even to ask
         return path.exists()
+
+
+def remove(path: Path) -> None:
+    """Remove a file, if it is there, that does not belong to what was written beside it."""
+    with refused(path, "remove"):
+        path.unlink(missing_ok=True)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
-from robsim.base.errors import Interrupted, RankWarning, RobSimError
+from robsim.base.errors import Interrupted, RankWarning
 
 STOPPED = 130  # exit status: the shell's number for Ctrl-C
 
@@ -26,10 +26,6 @@ def finished(work: Callable[[Any], Any], save: Callable[[Any], bool], folder: Pa
         save(stop.run)
         click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
         sys.exit(STOPPED)
-    except (RobSimError, KeyboardInterrupt):
-        with suppress(OSError):
-            folder.rmdir()  # if it is empty: nothing was simulated
-        raise
 
 
 @contextmanager

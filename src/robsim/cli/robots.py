@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from robsim.base.errors import FileError
-from robsim.cli.files import free_file, writing
+from robsim.cli.figures import save_figure
+from robsim.cli.files import free_file
 from robsim.cli.options import force
 from robsim.files import robots
 
@@ -42,6 +43,4 @@ def _draw(name: str, target: Path) -> None:
     if target.suffix[1:].lower() not in kinds:
         known = ", ".join(f".{kind}" for kind in sorted(kinds))
         raise FileError(f"{target}: the name of a figure ends in one of {known}")
-    with writing(target):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(target, dpi=200)
+    save_figure(figure, target)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robsim.base.interrupt import undisturbed
+from robsim.base.output import write_whole
 from robsim.cli.figures import draw, draw_mission
-from robsim.cli.files import folder_for, free_folder, write, writing
+from robsim.cli.files import remove, results_folder
 from robsim.cli.options import changes, output
 from robsim.cli.progress import STOPPED, drawing, finished
 from robsim.cli.report import report, report_mission
@@ -32,8 +33,8 @@ def command(
 ) -> None:
     """Simulate the scenario in FILE and write the run, the scenario and the figures."""
     scenario = load(file, changes)
-    folder = folder_for(output or free_folder(f"{file.stem}-run"), force, FILES)
-    simulate_into(scenario, folder, not no_figures)
+    with results_folder(output, f"{file.stem}-run", force, FILES) as folder:
+        simulate_into(scenario, folder, not no_figures)
 
 
 def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
@@ -70,8 +71,7 @@ def _save(result: Any, scenario: Experiment, folder: Path) -> bool:
 
     with undisturbed() as stops:
         save_run(result.run if _staged(result) else result, folder / "run.nc")
-        write(folder / "scenario.toml", scenario.text)
+        write_whole(folder / "scenario.toml", scenario.text)
         for name in FIGURES:
-            with writing(folder / name) as path:
-                path.unlink(missing_ok=True)  # of the run that was here before
+            remove(folder / name)  # of the run that was here before
     return bool(stops)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from robsim.cli.files import exists, write
+from robsim.base.output import write_whole
+from robsim.cli.files import exists
 
 FILE = "robsim.schema.json"  # which the first line of each example names
 
@@ -43,5 +44,5 @@ def write_beside(target: Path, force: bool) -> Path | None:
     path = target.parent / FILE
     if exists(path) and not force:
         return None
-    write(path, schema_text())
+    write_whole(path, schema_text())
     return path

@@ -1,23 +1,32 @@
-"""Runs as NetCDF-4 files, saved and opened."""
+"""Runs as sealed NetCDF-4 files, saved and opened."""
 
 from __future__ import annotations
 
 import os
-import tempfile
+from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
+from typing import Any, BinaryIO
 
+import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from robsim.base.errors import FileError, InputError
+from robsim.base.output import refused, write_whole
+from robsim.files import index, seal
+from robsim.files.content import TITLES, check_content
 from robsim.files.table import Run
+from robsim.files.unsealed import sealed_copy
 
-TITLES = ("RobSim run", "RobSim mission")
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+TRUST = "open_run(path, unsealed=True), or robsim explain --unsealed, takes it for what it says"
 
 
 def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
-    """Write a run as NetCDF-4; the file appears only once it is complete.
+    """Write a run as NetCDF-4 with a seal; the file appears only once it is complete.
 
-    FileError: it cannot be written there.
+    FileError: it cannot be written there, or `open_run` would not take it for a run.
 
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
@@ -27,41 +36,116 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
-    try:
-        target = Path(path)
-        if not target.name:
-            raise IsADirectoryError("it is a folder")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".robsim-") as folder:
-            draft = Path(folder) / target.name
-            run.to_netcdf(draft, engine="h5netcdf")
-            draft.replace(target)
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot write {path}: {reason}") from None
-    return target
+    with refused(path):
+        return write_whole(path, sealed(run).getbuffer())
 
 
-def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Return a run that `save_run` wrote. FileError: missing, or not a run.
+def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Dataset:
+    """Return a run that `save_run` wrote, once its checksum is found to be right.
+
+    unsealed  take a file for what it says, that has no seal or was changed since it was written:
+              one of an earlier version, or of another program
+
+    FileError: missing, changed, or not a run.
 
     >>> open_run("nothing.nc")
     Traceback (most recent call last):
     ...
     robsim.base.errors.FileError: no file nothing.nc
     """
-    try:
+    with refused(path, "read"):
         exists = Path(path).is_file()
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot read {path}: {reason}") from None
     if not exists:
         raise FileError(f"no file {path}")
+    run = _of_others(path) if unsealed else _read(path)
     try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
-            run = Run(data.load().data_vars, data.coords, data.attrs)
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
-        raise FileError(f"{path} is not a NetCDF-4 file: {error}") from None
-    if run.attrs.get("title") not in TITLES:
-        raise FileError(f"{path} is not a run that RobSim saved")
+        check_content(run)
+    except ValueError as problem:
+        raise FileError(f"{path} is not a run that RobSim saved: {problem}") from None
     return run
+
+
+def sealed(run: xr.Dataset) -> BytesIO:
+    """Return the bytes of the file of a run. ValueError or TypeError: it cannot be written."""
+    if run.attrs.get("title") in TITLES:
+        check_content(run)
+    content = BytesIO()
+    _put_netcdf(run, content)
+    entries = list(_entries(run, content))
+    index.check_sizes(entries, content.getbuffer().nbytes)
+    seal.put_seal(content, index.written(entries, run))
+    return content
+
+
+def _put_netcdf(run: xr.Dataset, content: BytesIO) -> None:
+    """Write NetCDF-4 in memory, where no disk can be full: HDF5 does not survive that."""
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    with h5netcdf.File(content, "w") as file:
+        run.drop_encoding().dump_to_store(H5NetCDFStore(file))
+
+
+def _entries(run: xr.Dataset, content: BytesIO) -> Iterator[index.Entry]:
+    """Yield what the index says of each variable. ValueError: HDF5 did not store it as it is."""
+    import h5py
+
+    with h5py.File(content, "r") as file:
+        for name, variable in run.variables.items():
+            stored = file.get(f"_nc4_non_coord_{name}", file.get(name))
+            entry = index.Entry.of(name, variable, stored.id.get_offset() or 0)
+            if entry.bytes not in (0, stored.id.get_storage_size()):
+                raise ValueError(f"{name}: not written in one piece")
+            yield entry
+
+
+def _read(path: str | os.PathLike[str]) -> Run:
+    """Return the Dataset of a sealed file."""
+    with refused(path, "read"), open(path, "rb") as file:
+        try:
+            return _of(file)
+        except seal.SealError as error:
+            if error.lacking and not _is_netcdf(file):
+                raise FileError(f"{path} is not a NetCDF-4 file") from None
+            raise FileError(f"{path} {error}; {TRUST}") from None
+
+
+def _of(file: BinaryIO) -> Run:
+    """Return the Dataset of an open file. SealError: it is not sealed."""
+    size, said = seal.checked(file)
+    try:
+        entries, coordinates, attributes = index.read(said, size)
+        variables = {each.name: each.variable(_numbers(file, each)) for each in entries}
+        own = {name: variables.pop(name) for name in coordinates}
+        return Run(variables, own, attributes)
+    except (ValueError, TypeError, KeyError, OverflowError) as error:
+        raise seal.SealError(
+            f"has a seal that says of no run what is in it: {error!s:.200}"
+        ) from None
+
+
+def _of_others(path: str | os.PathLike[str]) -> Run:
+    """Return the Dataset of a file that may be anybody's."""
+    with refused(path, "read"), open(path, "rb") as file:
+        if not _is_netcdf(file):
+            raise FileError(f"{path} is not a NetCDF-4 file")
+    try:
+        return _of(BytesIO(sealed_copy(path)))
+    except FileError as error:
+        raise FileError(f"{path} cannot be taken for a run: {error}") from None
+
+
+def _is_netcdf(file: BinaryIO) -> bool:
+    file.seek(0)
+    return file.read(len(SIGNATURE)) == SIGNATURE
+
+
+def _numbers(file: BinaryIO, entry: index.Entry) -> NDArray[Any] | None:
+    """Return the numbers of a variable; None of texts."""
+    if entry.dtype == index.TEXTS:
+        return None
+    is_truth = entry.dtype == "|b1"  # of which other bytes than 0 and 1 are none
+    found = np.empty(entry.size, "|i1" if is_truth else entry.dtype)
+    file.seek(entry.offset)
+    file.readinto(found)  # type: ignore[attr-defined]
+    return found != 0 if is_truth else found

@@ -9,14 +9,12 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.files.content import MISSION
 from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-MISSION_TITLE = "RobSim mission"  # of the joint motion of all phases
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +69,7 @@ class MissionRun:
             raise InputError("nothing to join: this mission has no legs, or summaries of them only")
         parts = [_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
         joined: xr.Dataset = xr.concat(parts, dim="time")
-        own = {"title": MISSION_TITLE, "succeeded": int(self.succeeded)}
+        own = {"title": MISSION, "succeeded": int(self.succeeded)}
         joined.attrs = {**self.attrs, **own}
         return joined
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError
-from robsim.run.mission_run import MISSION_TITLE, MissionRun
+from robsim.files.content import MISSION
+from robsim.run.mission_run import MissionRun
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +30,7 @@ def attributes_of(run: Any) -> dict[str, Any]:
 def check_run(run: Any) -> None:
     """Raise InputError unless a value is a run, and not that of a whole mission."""
     title = attributes_of(run).get("title")
-    if isinstance(run, MissionRun) or title == MISSION_TITLE:
+    if isinstance(run, MissionRun) or title == MISSION:
         raise InputError(
             "this is a whole mission; expected the run of a leg, legs[i].run; all of it is done "
             "again by Experiment.of(it).run()"

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import Array
+from robsim.files.content import RUN
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.store import KERNEL_HASH
@@ -212,7 +213,7 @@ def _provenance(loop: Loop, of: Setup) -> dict[str, Any]:
     """Return the attributes that say which version computed the run, and how."""
     task = of.task
     return {
-        "title": "RobSim run",
+        "title": RUN,
         "robsim": VERSION,
         "kernel_hash": KERNEL_HASH,
         "numpy": np.__version__,

@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from robsim.base.errors import FileError
+from robsim.base.output import write_whole
 
 INDENT = "  "
 
@@ -43,11 +42,7 @@ class Text:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the file; raise FileError if that fails."""
-        try:
-            Path(path).write_text("\n".join([*self.lines, ""]), encoding="utf-8")
-        except (OSError, TypeError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise FileError(f"{str(path)!r:.200}: cannot be written: {reason}") from None
+        write_whole(path, "\n".join([*self.lines, ""]))
 
     @property
     def _indent(self) -> str:

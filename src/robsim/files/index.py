@@ -1,0 +1,196 @@
+"""What the index of a run file says, and nothing else: names, types, shapes, places, attributes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+NUMBERS = {"<f8", "<f4", "<i8", "<i4", "<i2", "|i1", "<u8", "<u4", "<u2", "|u1", "|b1"}
+TEXTS = "text"
+MOST_DIMENSIONS = 16
+LONGEST_NAME = 250
+SPREAD = 64  # times the size of the file that texts may take in memory: each may be as wide as one
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A variable in a file: numbers in one piece from `offset` on, or texts with their counts."""
+
+    name: str
+    dims: list[str]
+    shape: list[int]
+    dtype: str
+    offset: int
+    texts: list[tuple[str, int]]
+    attributes: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        for name in (self.name, *_list(self.dims), *_dict(self.attributes)):
+            _check_name(name)
+        if not len(_list(self.shape)) == len(self.dims) <= MOST_DIMENSIONS:
+            raise ValueError(f"{self.name}: no shape: {self.shape!r:.80}")
+        if self.dtype not in (*NUMBERS, TEXTS) or not all(map(_counts, [*self.shape, self.offset])):
+            raise ValueError(f"{self.name}: no type and place of numbers: {self.dtype!r:.80}")
+        if not all(len(p) == 2 and isinstance(p[0], str) and _counts(p[1]) for p in self.texts):
+            raise ValueError(f"{self.name}: no texts")
+        if sum(count for _, count in self.texts) != (self.size if self.dtype == TEXTS else 0):
+            raise ValueError(f"{self.name}: not as many texts as its shape says")
+
+    @classmethod
+    def of(cls, name: Any, variable: xr.Variable, offset: int) -> Self:
+        """Return the entry of a variable whose numbers are at an offset."""
+        values = variable.values
+        is_text = holds_texts(values)
+        return cls(
+            name,
+            list(map(_text, variable.dims)),
+            list(values.shape),
+            TEXTS if is_text else values.dtype.newbyteorder("<").str,
+            offset,
+            _counted(values) if is_text else [],
+            {key: _written(value) for key, value in variable.attrs.items()},
+        )
+
+    @property
+    def size(self) -> int:
+        """How many values there are."""
+        return math.prod(self.shape)
+
+    @property
+    def bytes(self) -> int:
+        """How many bytes of the file the numbers take."""
+        return 0 if self.dtype == TEXTS else self.size * np.dtype(self.dtype).itemsize
+
+    @property
+    def width(self) -> int:
+        """How many bytes the texts take in memory, where each is as wide as the longest."""
+        return 4 * self.size * max((len(text) or 1 for text, _ in self.texts), default=0)
+
+    def variable(self, numbers: NDArray[Any] | None) -> xr.Variable:
+        """Return the variable, of numbers that were read or of the texts."""
+        if numbers is None:
+            words = np.array([text for text, _ in self.texts], dtype=str)
+            numbers = np.repeat(words, np.array([count for _, count in self.texts], dtype=int))
+        attributes = {key: _value(value) for key, value in self.attributes.items()}
+        return xr.Variable(self.dims, numbers.reshape(self.shape), attributes)
+
+
+def _counted(texts: NDArray[Any]) -> list[tuple[str, int]]:
+    """Return each text with how often it stands there in a row."""
+    return [(text, len(list(same))) for text, same in groupby(texts.ravel().tolist())]
+
+
+def holds_texts(values: NDArray[Any]) -> bool:
+    """Return whether an array holds texts; TypeError if neither these nor numbers."""
+    if values.dtype.kind == "U":
+        return True
+    if values.dtype.kind in "OT" and all(isinstance(each, str) for each in values.ravel()):
+        return True
+    if values.dtype.newbyteorder("<").str not in NUMBERS:
+        raise TypeError(f"a run file has numbers and texts, not values of type {values.dtype}")
+    return False
+
+
+def written(entries: list[Entry], run: xr.Dataset) -> dict[str, Any]:
+    """Return the index of a Dataset."""
+    return {
+        "variables": [vars(entry) for entry in entries],
+        "coordinates": list(map(_text, run.coords)),
+        "attributes": {_text(key): _written(value) for key, value in run.attrs.items()},
+    }
+
+
+def read(index: Any, size: int) -> tuple[list[Entry], list[str], dict[str, Any]]:
+    """Return the variables, the names of the coordinates and the attributes that an index says.
+
+    ValueError, TypeError, OverflowError: it is none of a content of so many bytes.
+    """
+    said = _dict(index)
+    entries = [Entry(**_dict(each)) for each in _list(said["variables"])]
+    coordinates = list(map(_text, _list(said["coordinates"])))
+    check_sizes(entries, size)
+    if not {entry.name for entry in entries} >= set(coordinates):
+        raise ValueError("a coordinate is no variable")
+    for name in _dict(said["attributes"]):
+        _check_name(name)
+    return entries, coordinates, {key: _value(v) for key, v in said["attributes"].items()}
+
+
+def check_sizes(entries: list[Entry], size: int) -> None:
+    """Raise ValueError unless all variables fit into a content of so many bytes."""
+    if len({entry.name for entry in entries}) < len(entries):
+        raise ValueError("a variable occurs twice")
+    if any(entry.offset + entry.bytes > size for entry in entries):
+        raise ValueError("a variable goes beyond the end")
+    if sum(entry.bytes for entry in entries) > size:
+        raise ValueError("the variables are larger than the file")
+    if sum(entry.width for entry in entries) > SPREAD * size:
+        raise ValueError("texts are too long to stand in one array")
+    if any(each > size for entry in entries for each in entry.shape):
+        raise ValueError("a dimension is longer than the file")
+
+
+def _written(value: Any) -> Any:
+    """Return an attribute as JSON says it; TypeError if it is no number, text or array of them."""
+    if isinstance(value, np.generic | np.ndarray) and value.ndim == 0:
+        value = value.item()
+    if isinstance(value, str | int | float) and not isinstance(value, bool):
+        return value
+    values = np.asarray(value)
+    if values.ndim == 1 and holds_texts(values):
+        return values.tolist()
+    if values.ndim != 1 or values.dtype.kind not in "iuf":
+        raise TypeError(f"expected a number, a text or a list of them, got {value!r:.80}")
+    return {"dtype": values.dtype.newbyteorder("<").str, "values": values.tolist()}
+
+
+def _value(said: Any) -> Any:
+    """Return the attribute that JSON says; ValueError, TypeError or OverflowError if none."""
+    if isinstance(said, list):
+        return list(map(_text, said))
+    if isinstance(said, dict):
+        kind = _text(said["dtype"])
+        if kind not in NUMBERS - {"|b1"} or not all(map(_is_number, _list(said["values"]))):
+            raise ValueError("an attribute is no array of numbers")
+        return np.array(said["values"], dtype=kind)
+    return said if _is_number(said) else _text(said)
+
+
+def _check_name(name: Any) -> None:
+    """Raise ValueError unless a name can be printed and is no path."""
+    short = 0 < len(_text(name)) <= LONGEST_NAME
+    if not (short and name.isprintable() and "/" not in name):
+        raise ValueError(f"no name of a variable, a dimension or an attribute: {name!r:.80}")
+
+
+def _counts(value: Any) -> bool:
+    return type(value) is int and 0 <= value < 1 << 62
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"expected a text, got {value!r:.80}")
+    return value
+
+
+def _list(value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise TypeError(f"expected a list, got {value!r:.80}")
+    return value
+
+
+def _dict(value: Any) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        raise TypeError(f"expected names and values, got {value!r:.80}")
+    return value
