@@ -12,6 +12,7 @@ import numpy as np
 
 from robsim.base.errors import FileError, InputError, RankWarning
 from robsim.run.checks import of_kind
+from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
 from robsim.run.origin import check_run, made_with, whole_duration
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-ENDS = ("q_end", "outcome", "end_time")
 LONGEST = 50_000  # control periods at most, as each keeps about 10 kB
 
 See = Callable[[Snapshot, Decision], None]
@@ -119,15 +119,8 @@ def repeated(case: Experiment, run: xr.Dataset) -> Repeated:
 
     loop = advanced(case, keep)
     again = case.dataset(loop)
-    ends = ("q_end",) if outcome is Outcome.RUNNING else ENDS
-    for name in ends:
-        if name in one and not np.array_equal(again[name], one[name], equal_nan=True):
-            raise InputError(
-                f"this run does not repeat: {name} is {again[name].values} now and was "
-                f"{one[name].values}; it was made by another version, scene, task or setting "
-                f"(RobSim {one.attrs.get('robsim', '?')}, kernels "
-                f"{one.attrs.get('kernel_hash', '?')})"
-            )
+    if other := difference(one, again):
+        raise InputError(f"this run does not repeat: {other}")
     return Repeated(case, loop, snapshots, decisions, again, outcome)
 
 

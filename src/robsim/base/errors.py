@@ -11,6 +11,7 @@ RobSimError
 RankWarning                          the features cannot fix every motion of the camera
 UnitWarning                          an angle that looks like degrees, where radians are taken
 FileWarning                          a file has oddities, which are left out or read otherwise
+ReplayWarning                        a run that is simulated again is another one
 """
 
 import difflib
@@ -61,6 +62,10 @@ class UnitWarning(UserWarning):
 
 class FileWarning(UserWarning):
     """A file was read in part: the message says, line by line, what was left out or changed."""
+
+
+class ReplayWarning(UserWarning):
+    """A run has other numbers than the same simulation has now; the message says the first."""
 
 
 def suggest(name: object, exists: Iterable[str], kind: str) -> str:

@@ -53,7 +53,7 @@ def refused(path: object, doing: str = "write") -> Iterator[None]:
         raise
     except (OSError, TypeError, ValueError) as error:  # the latter of odd paths, as with a NUL
         reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot {doing} {path!s:.200}: {reason}") from None
+        raise FileError(f"cannot {doing} {path!s:.300}: {reason}") from None
 
 
 def clear_drafts(folder: Path) -> None:

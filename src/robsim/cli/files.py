@@ -71,5 +71,5 @@ def exists(path: Path) -> bool:
 
 def remove(path: Path) -> None:
     """Remove a file, if it is there, that does not belong to what was written beside it."""
-    with refused(path, "remove"):
+    with refused(path):
         path.unlink(missing_ok=True)

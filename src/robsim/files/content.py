@@ -62,9 +62,10 @@ WHOLE = ("run", "outcome", "ending")
 OPTIONAL = {"qd_actual", "ending"}
 MOVED = ("camera", "frame")  # a run has pose and velocity of one of them
 OF_A_MISSION = ("q", "qd", "coordinate", "time")
+VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")
 TEXTS = (
-    *("robsim", "kernel_hash", "numpy", "numba", "machine", "seed", "task", "goal", "belief"),
-    *("law", "inverse", "sensing", "actuation", "scenario", "no_scenario", "varied"),
+    *(*VERSIONS, "seed", "task", "goal", "belief", "law", "inverse"),
+    *("sensing", "actuation", "scenario", "no_scenario", "varied"),
 )
 POSITIVE, FLAGS = ("dt", "duration"), ("hold", "single", "succeeded")
 OF_IMAGES = ("image_size", "image_centre")  # or such a name with that of a camera behind it

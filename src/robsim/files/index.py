@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import groupby
 from typing import Any, Self
 
@@ -113,7 +113,7 @@ def read(index: Any, size: int) -> tuple[list[Entry], list[str], dict[str, Any]]
     ValueError, TypeError, OverflowError: it is none of a content of so many bytes.
     """
     said = _dict(index)
-    entries = [Entry(**_dict(each)) for each in _list(said["variables"])]
+    entries = [_entry(each) for each in _list(said["variables"])]
     coordinates = list(map(_text, _list(said["coordinates"])))
     check_sizes(entries, size)
     if not {entry.name for entry in entries} >= set(coordinates):
@@ -121,6 +121,12 @@ def read(index: Any, size: int) -> tuple[list[Entry], list[str], dict[str, Any]]
     for name in _dict(said["attributes"]):
         _check_name(name)
     return entries, coordinates, {key: _value(v) for key, v in said["attributes"].items()}
+
+
+def _entry(said: Any) -> Entry:
+    if _dict(said).keys() != {field.name for field in fields(Entry)}:
+        raise ValueError("a variable is not described")
+    return Entry(**said)
 
 
 def check_sizes(entries: list[Entry], size: int) -> None:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING
 
+from robsim.base.errors import ReplayWarning
+from robsim.base.warned import callers
+from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
 from robsim.run.origin import check_run
 
@@ -14,7 +18,9 @@ if TYPE_CHECKING:
 def replay(run: xr.Dataset) -> xr.Dataset:
     """Return the same run, batch, or selection of consecutive runs once more, with the same bits.
 
-    It is `Experiment.of(run).run()`. InputError: the run does not say how it was made.
+    It is `Experiment.of(run).run()`. Where it is another run than the one that was given, which
+    was changed or comes from another version or machine, a ReplayWarning says the first difference.
+    InputError: the run does not say how it was made.
 
     >>> from robsim.files import examples
     >>> run = Experiment.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
@@ -24,4 +30,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     check_run(run)
     again: xr.Dataset = Experiment.of(run).run()
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
+    if other := difference(run, again):
+        text = f"the run is not the one that was given: {other}"
+        warnings.warn(text, ReplayWarning, stacklevel=callers())
     return again

@@ -1,0 +1,103 @@
+"""The first difference between a run and its repetition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.files.content import ENDS, VERSIONS
+from robsim.run.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+GIVEN = ("q0", "s_goal", "pixels_goal")  # of the ends of a run, what is known when it begins
+
+
+class Differing(NamedTuple):
+    """The first value of a variable that differs, in words; how many do, of how many."""
+
+    first: str
+    values: int
+    of: int
+
+
+def difference(run: xr.Dataset, again: xr.Dataset) -> str:
+    """Return the first difference of a run from its repetition, and how many values differ.
+
+    Empty if there is none. Compared is what both recorded, of a run
+    that was stopped what came before.
+    """
+    gone, run, again = _same_instants(run, again)
+    wanted = [name for name in run.variables if name in again.variables]
+    found = [each for name in wanted for each in _differing(run, again, str(name))]
+    if not found:
+        return f"{gone} of its instants are none now; {_reason(run, again)}" if gone else ""
+    count, total = sum(each.values for each in found), sum(each.of for each in found)
+    return f"{found[0].first}; {count} of {total} such values differ; {_reason(run, again)}"
+
+
+def _same_instants(run: xr.Dataset, again: xr.Dataset) -> tuple[int, xr.Dataset, xr.Dataset]:
+    """Return both with the instants that both have, and how many the first has besides."""
+    if not ("time" in run.dims and "time" in again.dims):
+        return 0, run, again
+    _, own, others = np.intersect1d(run["time"], again["time"], return_indices=True)
+    return run.sizes["time"] - len(own), run.isel(time=own), again.isel(time=others)
+
+
+def _differing(run: xr.Dataset, again: xr.Dataset, name: str) -> Iterator[Differing]:
+    """Yield what differs in a variable, if anything."""
+    was, now = run[name].variable, again[name].variable
+    if was.dims != now.dims or was.shape != now.shape:  # of a summary, or of one run of many
+        return
+    differ = (was.values != now.values) & ~(_undefined(was.values) & _undefined(now.values))
+    differ = differ & ~_unknown(run, name)
+    if not differ.any():
+        return
+    first = np.unravel_index(int(np.argmax(differ)), differ.shape)
+    place = "".join(_place(run, str(dim), int(i)) for dim, i in zip(was.dims, first, strict=True))
+    values = f"{now.values[first]!s:.60} now and was {was.values[first]!s:.60}"
+    yield Differing(f"{name}{place} is {values}", int(differ.sum()), differ.size)
+
+
+def _unknown(run: xr.Dataset, name: str) -> NDArray[np.bool_]:
+    """Return which values a stopped run does not have; they stand in the shape of the variable."""
+    values = run[name].values
+    if "outcome" not in run.variables or name in GIVEN or not _is_own(run, name):
+        return np.zeros(values.shape, bool)
+    stopped = np.asarray(run["outcome"].values == Outcome.RUNNING)
+    if "run" in run[name].dims:
+        stopped = stopped.reshape(-1, *[1] * (values.ndim - 1))
+    missing = np.ones(values.shape, bool) if name in ENDS else _undefined(values)
+    return np.asarray(missing & stopped)
+
+
+def _is_own(run: xr.Dataset, name: str) -> bool:
+    """Return whether each run has values of its own of a variable."""
+    return name not in run.coords and ("run" in run[name].dims or "run" not in run.dims)
+
+
+def _undefined(values: NDArray[Any]) -> NDArray[np.bool_]:
+    return np.isnan(values) if values.dtype.kind == "f" else np.zeros(values.shape, bool)
+
+
+def _place(run: xr.Dataset, dim: str, number: int) -> str:
+    """Return one index of a value in words."""
+    label = run[dim].values[number] if dim in run.coords else number
+    known = {"run": f" of run {label}", "time": f" at {label} s"}
+    return known.get(dim, f" [{dim} {label}]")
+
+
+def _reason(run: xr.Dataset, again: xr.Dataset) -> str:
+    """Return why they may differ: other versions, or a change of the run or of what made it."""
+    others = [
+        f"{name} {run.attrs.get(name, '?')!s:.40} (now {again.attrs[name]})"
+        for name in VERSIONS
+        if name in again.attrs and run.attrs.get(name) != again.attrs[name]
+    ]
+    if others:
+        return f"it was made with {', '.join(others)}"
+    return "it was changed, or made by another scene, task or setting"
