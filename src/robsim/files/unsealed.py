@@ -11,7 +11,7 @@ from typing import Any
 
 from robsim.base.errors import FileError
 
-PATIENCE = 60.0  # seconds, and as long again for each GB
+PATIENCE = 30.0  # seconds, and as long again for each GB
 MEMORY = 4 << 30  # bytes that the process may take, and 8 for each byte of the file
 _CODE = (
     "import sys; sys.path[:] = sys.argv[2:]; from robsim.files.unsealed import serve; "
