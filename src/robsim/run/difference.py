@@ -18,8 +18,9 @@ GIVEN = ("q0", "s_goal", "pixels_goal")  # of the ends of a run, what is known w
 
 
 class Differing(NamedTuple):
-    """The first value of a variable that differs, in words; how many do, of how many."""
+    """A variable, its first value that differs in words, how many values do, of how many."""
 
+    name: str
     first: str
     values: int
     of: int
@@ -37,7 +38,9 @@ def difference(run: xr.Dataset, again: xr.Dataset) -> str:
     if not found:
         return f"{gone} of its instants are none now; {_reason(run, again)}" if gone else ""
     count, total = sum(each.values for each in found), sum(each.of for each in found)
-    return f"{found[0].first}; {count} of {total} such values differ; {_reason(run, again)}"
+    names = ", ".join(each.name for each in found)
+    many = f"{count} of {total} values differ, in {names}"
+    return f"{found[0].first}; {many}; {_reason(run, again)}"
 
 
 def _same_instants(run: xr.Dataset, again: xr.Dataset) -> tuple[int, xr.Dataset, xr.Dataset]:
@@ -60,7 +63,7 @@ def _differing(run: xr.Dataset, again: xr.Dataset, name: str) -> Iterator[Differ
     first = np.unravel_index(int(np.argmax(differ)), differ.shape)
     place = "".join(_place(run, str(dim), int(i)) for dim, i in zip(was.dims, first, strict=True))
     values = f"{now.values[first]!s:.60} now and was {was.values[first]!s:.60}"
-    yield Differing(f"{name}{place} is {values}", int(differ.sum()), differ.size)
+    yield Differing(name, f"{name}{place} is {values}", int(differ.sum()), differ.size)
 
 
 def _unknown(run: xr.Dataset, name: str) -> NDArray[np.bool_]:

@@ -1,0 +1,146 @@
+"""Folders and files of results: one process at a time writes, and what is there stays whole."""
+
+import os
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+import robsim as rs
+from robsim.base.claim import CLAIM, claimed
+from robsim.cli.files import results_folder
+
+resource = pytest.importorskip("resource")  # nor are there such locks elsewhere
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def process(code, *arguments, **settings):
+    command = [sys.executable, "-c", textwrap.dedent(code), *arguments]
+    return subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, **settings
+    )
+
+
+HOLD = """
+    import sys
+    from pathlib import Path
+    from robsim.base.claim import claimed
+    with claimed(Path(".")):
+        print("claimed", flush=True)
+        sys.stdin.readline()
+"""
+
+
+def test_a_folder_in_which_a_process_writes_is_not_given_to_another(here):
+    other = process(HOLD)
+    assert other.stdout.readline() == "claimed\n"
+    with (
+        pytest.raises(rs.FileError, match=f"process {other.pid} is writing there"),
+        claimed(here),
+    ):
+        pass
+    other.communicate("\n")
+    with claimed(here):
+        assert (here / CLAIM).read_text() == str(os.getpid())
+    assert not list(here.iterdir())
+
+
+def test_what_a_killed_process_had_claimed_is_free(here):
+    other = process(HOLD)
+    other.stdout.readline()
+    other.kill()
+    other.communicate()
+    assert (here / CLAIM).exists()
+    with claimed(here):
+        pass
+    assert not list(here.iterdir())
+
+
+def test_a_claim_goes_also_after_errors(here):
+    with pytest.raises(KeyboardInterrupt), claimed(here):
+        raise KeyboardInterrupt
+    assert not list(here.iterdir())
+
+
+def test_each_command_makes_a_folder_of_its_own():
+    with (
+        results_folder(None, "out", False, ()) as one,
+        results_folder(None, "out", False, ()) as two,
+    ):
+        assert (one, two) == (Path("out"), Path("out-2"))
+
+
+def test_a_folder_in_which_nothing_was_written_goes_after_an_error():
+    with pytest.raises(rs.InputError), results_folder(None, "out", False, ()):
+        raise rs.InputError("wrong")
+    assert not Path("out").exists()
+
+
+def test_only_one_of_four_commands_writes_the_same_folder(here):
+    code = """
+        import sys
+        from pathlib import Path
+        from robsim.base.output import write_whole
+        from robsim.cli.files import results_folder
+        print(flush=True)
+        sys.stdin.readline()
+        with results_folder(Path("out"), "", False, ["a"]) as folder:
+            write_whole(folder / "a", "x")
+            print("wrote", flush=True)
+            sys.stdin.readline()
+    """
+    four = [process(code, stderr=subprocess.PIPE) for _ in range(4)]
+    for each in four:
+        each.stdout.readline()
+    for each in four:
+        each.stdin.write("\n")
+        each.stdin.flush()
+    ended = [each.communicate()[1] for each in four]
+    refused = [text for text in ended if "is writing there" in text or "has a already" in text]
+    assert len(refused) == 3 and ended.count("") == 1
+    assert [each.name for each in (here / "out").iterdir()] == ["a"]
+
+
+FULL = """
+    import resource, robsim as rs
+    run = rs.load_scenario(rs.examples.path("visp_tutorial")).run(duration=0.4)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+    for write in (rs.save_run, lambda run, path: rs.robots.rhino_xr4().to_urdf(path),
+                  lambda run, path: rs.robots.rhino_xr4().to_mjcf(path)):
+        try:
+            write(run, "out")
+        except rs.FileError as error:
+            print(error)
+"""
+
+
+def test_a_full_disk_is_an_error_and_what_was_there_stays(here):
+    (here / "out").write_text("mine")
+    done = process(FULL)
+    said = done.communicate()[0]
+    assert done.returncode == 0
+    assert said == "cannot write out: File too large\n" * 3
+    assert [(each.name, each.read_text()) for each in here.iterdir()] == [("out", "mine")]
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_a_figure_on_a_full_disk_leaves_the_one_that_was_there(here, called, suffix):
+    path = here / f"arm.{suffix}"
+    path.write_text("mine")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, before[1]))
+    try:
+        status, _, told = called("robots", "planar_2r", "-o", str(path), "--force")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert status == 2 and "File too large" in told and path.read_text() == "mine"
+    assert called("robots", "planar_2r", "-o", str(path), "--force")[0] == 0
+    assert path.stat().st_size > 3000
+    assert [each.name for each in here.iterdir()] == [path.name]
