@@ -46,7 +46,7 @@ GROUPS = {
     "Your own parts": "declare testing",
     "The chapter": "classic",
     "Errors and warnings": "RobSimError InputError UnitError FrameError GoalError FileError "
-    "RankWarning UnitWarning FileWarning",
+    "RankWarning UnitWarning FileWarning ReplayWarning",
 }
 TABLES = {
     "A whole file": ExperimentTable,
