@@ -64,7 +64,7 @@ def _read(path: str) -> Any:
 
 
 def _look(path: Path) -> None:
-    """Raise ValueError unless a file has only numbers and texts, each in one piece of itself."""
+    """Raise ValueError unless a file has only numbers and texts, as many as it has bytes for."""
     import h5py
 
     left = path.stat().st_size
@@ -85,9 +85,8 @@ def _checked_size(name: str, stored: Any) -> int:
         raise ValueError(f"{name!s:.80} is no variable")
     if stored.external or stored.is_virtual:
         raise ValueError(f"{name!s:.80} is in another file")
-    made = stored.id.get_create_plist()
-    if made.get_layout() not in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) or made.get_nfilters():
-        raise ValueError(f"{name!s:.80} is compressed or in pieces")
+    if stored.id.get_create_plist().get_nfilters():
+        raise ValueError(f"{name!s:.80} is compressed")
     if stored.id.get_type().get_class() not in (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.STRING):
         raise ValueError(f"{name!s:.80} holds neither numbers nor texts")
     return int(stored.size) * int(stored.dtype.itemsize)
