@@ -227,8 +227,11 @@ def test_a_colour_that_is_no_word_is_refused_by_the_name_of_its_link(tmp_path, c
 
 
 def test_where_a_file_cannot_be_written_is_told(tmp_path):
-    with pytest.raises(rs.FileError, match="cannot be written: No such file"):
-        robots.panda().to_urdf(tmp_path / "none" / "panda.urdf")
+    (tmp_path / "file").write_text("mine")
+    for write in (robots.panda().to_urdf, robots.panda().to_mjcf):
+        with pytest.raises(rs.FileError, match=r"cannot write .*robot\.xml"):
+            write(tmp_path / "file" / "robot.xml")
+    assert (tmp_path / "file").read_text() == "mine"
 
 
 def test_a_name_that_two_joints_would_have_is_given_to_the_one_that_moves(tmp_path):

@@ -294,9 +294,7 @@ def test_a_replay_of_an_edited_run_tells_the_first_difference(run):
     edited = run.copy(deep=True)
     edited.q.values[3:5, 1] += 0.5
     was, now = edited.q.values[3, 1], run.q.values[3, 1]
-    message = re.escape(
-        f"q at {run.time.values[3]} s [coordinate body.y] is {now} now and was {was}"
-    )
+    message = re.escape(f"q[body.y] at {run.time.values[3]} s is {now} now and was {was}")
     with pytest.warns(rs.ReplayWarning, match=f"{message}; 2 of {run.q.size} values differ, in q;"):
         again = rs.replay(edited)
     xr.testing.assert_identical(again, run)
@@ -316,7 +314,7 @@ def test_a_difference_in_a_batch_names_the_run():
 
 def test_a_difference_under_another_version_names_the_versions(run):
     edited = run.assign_attrs(robsim="0.0.9").assign(q_end=run.q_end + 1e-9)
-    with pytest.warns(rs.ReplayWarning, match=r"q_end .*it was made with robsim 0\.0\.9 \(now "):
+    with pytest.warns(rs.ReplayWarning, match=r"q_end\[.*it was made with robsim 0\.0\.9 \(now "):
         rs.replay(edited)
 
 

@@ -61,9 +61,9 @@ def _differing(run: xr.Dataset, again: xr.Dataset, name: str) -> Iterator[Differ
     if not differ.any():
         return
     first = np.unravel_index(int(np.argmax(differ)), differ.shape)
-    place = "".join(_place(run, str(dim), int(i)) for dim, i in zip(was.dims, first, strict=True))
+    place = _place(run, name, dict(zip(map(str, was.dims), map(int, first), strict=True)))
     values = f"{now.values[first]!s:.60} now and was {was.values[first]!s:.60}"
-    yield Differing(name, f"{name}{place} is {values}", int(differ.sum()), differ.size)
+    yield Differing(name, f"{place} is {values}", int(differ.sum()), differ.size)
 
 
 def _unknown(run: xr.Dataset, name: str) -> NDArray[np.bool_]:
@@ -87,11 +87,12 @@ def _undefined(values: NDArray[Any]) -> NDArray[np.bool_]:
     return np.isnan(values) if values.dtype.kind == "f" else np.zeros(values.shape, bool)
 
 
-def _place(run: xr.Dataset, dim: str, number: int) -> str:
-    """Return one index of a value in words."""
-    label = run[dim].values[number] if dim in run.coords else number
-    known = {"run": f" of run {label}", "time": f" at {label} s"}
-    return known.get(dim, f" [{dim} {label}]")
+def _place(run: xr.Dataset, name: str, index: dict[str, int]) -> str:
+    """Return which value of a variable is meant, as q[elbow] of run 3 at 0.2 s."""
+    labels = {dim: run[dim].values[i] if dim in run.coords else i for dim, i in index.items()}
+    of = f" of run {labels.pop('run')}" if "run" in labels else ""
+    at = f" at {labels.pop('time')} s" if "time" in labels else ""
+    return f"{name}[{','.join(map(str, labels.values()))}]{of}{at}" if labels else name + of + at
 
 
 def _reason(run: xr.Dataset, again: xr.Dataset) -> str:
