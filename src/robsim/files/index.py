@@ -44,8 +44,8 @@ class Entry:
             raise ValueError(f"{self.name}: not as many texts as its shape says")
 
     @classmethod
-    def of(cls, name: Any, variable: xr.Variable, offset: int) -> Self:
-        """Return the entry of a variable whose numbers are at an offset."""
+    def of(cls, name: Any, variable: xr.Variable) -> Self:
+        """Return the entry of a variable. ValueError, TypeError: no file can hold it."""
         values = variable.values
         is_text = holds_texts(values)
         return cls(
@@ -53,7 +53,7 @@ class Entry:
             list(map(_text, variable.dims)),
             list(values.shape),
             TEXTS if is_text else values.dtype.newbyteorder("<").str,
-            offset,
+            0,
             _counted(values) if is_text else [],
             {key: _written(value) for key, value in variable.attrs.items()},
         )

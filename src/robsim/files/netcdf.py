@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -69,9 +70,10 @@ def sealed(run: xr.Dataset) -> BytesIO:
     """Return the bytes of the file of a run. ValueError or TypeError: it cannot be written."""
     if run.attrs.get("title") in TITLES:
         check_content(run)
+    entries = [index.Entry.of(name, variable) for name, variable in run.variables.items()]
     content = BytesIO()
     _put_netcdf(run, content)
-    entries = list(_entries(run, content))
+    entries = list(_placed(entries, content))
     index.check_sizes(entries, content.getbuffer().nbytes)
     seal.put_seal(content, index.written(entries, run))
     return content
@@ -86,17 +88,16 @@ def _put_netcdf(run: xr.Dataset, content: BytesIO) -> None:
         run.drop_encoding().dump_to_store(H5NetCDFStore(file))
 
 
-def _entries(run: xr.Dataset, content: BytesIO) -> Iterator[index.Entry]:
-    """Yield what the index says of each variable. ValueError: HDF5 did not store it as it is."""
+def _placed(entries: list[index.Entry], content: BytesIO) -> Iterator[index.Entry]:
+    """Yield entries that say where the numbers are. ValueError: HDF5 has them otherwise."""
     import h5py
 
     with h5py.File(content, "r") as file:
-        for name, variable in run.variables.items():
-            stored = file.get(f"_nc4_non_coord_{name}", file.get(name))
-            entry = index.Entry.of(name, variable, stored.id.get_offset() or 0)
-            if entry.bytes not in (0, stored.id.get_storage_size()):
-                raise ValueError(f"{name}: not written in one piece")
-            yield entry
+        for entry in entries:
+            stored = file.get(f"_nc4_non_coord_{entry.name}", file.get(entry.name)).id
+            if entry.bytes not in (0, stored.get_storage_size()):
+                raise ValueError(f"{entry.name}: not written in one piece")
+            yield replace(entry, offset=stored.get_offset() or 0)
 
 
 def _read(path: str | os.PathLike[str]) -> Run:
@@ -147,5 +148,6 @@ def _numbers(file: BinaryIO, entry: index.Entry) -> NDArray[Any] | None:
     is_truth = entry.dtype == "|b1"  # of which other bytes than 0 and 1 are none
     found = np.empty(entry.size, "|i1" if is_truth else entry.dtype)
     file.seek(entry.offset)
-    file.readinto(found)  # type: ignore[attr-defined]
+    if file.readinto(found) != found.nbytes:  # type: ignore[attr-defined]
+        raise ValueError("it was changed while it was read")
     return found != 0 if is_truth else found
