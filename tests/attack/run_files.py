@@ -14,7 +14,7 @@ from matplotlib import pyplot
 
 import robsim as rs
 
-NAME, CASES, PATIENCE = "run files", 40, 60.0
+NAME, CASES, PATIENCE = "run files", 30, 60.0
 MAGIC = b"\n[RobSim seal 1]\n"
 TAIL = 8 + 32 + len(MAGIC)  # bytes: the length of the index, the checksum
 SECRET = "that of another file"
@@ -45,7 +45,7 @@ def case(seed):
             raise Wrong("another file was read")
         if run.nbytes > 100 * size:
             raise Wrong(f"{run.nbytes} bytes of {size}")
-        return all([used(run, each) for each in (rs.replay, rs.explain, rs.table, *figures())])
+        return all([used(run, each) for each in USES])
 
 
 def said(random, way):
@@ -55,15 +55,28 @@ def said(random, way):
     return {"unsealed": True} if way is of_hdf5 or random.random() < 0.05 else {}
 
 
-def figures():
-    scene = rs.load_scenario(rs.examples.path("visp_tutorial")).scene
-    drawn = [rs.plot.image, rs.plot.velocity, lambda run: rs.plot.run(run, scene)]
-    return [lambda run, draw=draw: (draw(run), pyplot.close("all")) for draw in drawn]
+@cache
+def scene():
+    return rs.load_scenario(rs.examples.path("visp_tutorial")).scene
+
+
+USES = (
+    rs.replay,
+    rs.explain,
+    rs.diagnose,
+    rs.table,
+    lambda run: rs.table(run, of="runs"),
+    lambda run: rs.plot.image(run, scene=scene()),
+    rs.plot.velocity,
+    lambda run: rs.plot.run(run, scene()),
+    lambda run: rs.plot.scene(scene(), run=run),
+)
 
 
 def used(run, use):
     try:
         use(run)
+        pyplot.close("all")
     except rs.RobSimError:
         return False
     return True
