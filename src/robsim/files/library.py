@@ -9,7 +9,7 @@ from typing import Any
 
 from robsim.base.errors import FileError, FrameError, InputError
 from robsim.declare.lists import label
-from robsim.declare.problems import Misplaced, Problems, shown, under
+from robsim.declare.problems import Problems, shown, under
 from robsim.declare.spec import UNREADABLE, Context
 from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
@@ -72,13 +72,13 @@ def _urdf_tables(table: Tables, folder: Path) -> Tables:
     """Return the robot of a URDF file link by link, with the tip that the table names."""
     path = table["urdf"]
     if not isinstance(path, str) or not path:
-        raise Misplaced("urdf", f"must be the path of a URDF file, got {shown(path)}")
+        with under("urdf"):
+            raise InputError(f"must be the path of a URDF file, got {shown(path)}")
     try:
         robot = Robot.from_urdf(folder / path, tip=table.get("tip"))
-    except FrameError as error:
-        raise Misplaced("tip", str(error)) from None
-    except FileError as error:
-        raise Misplaced("urdf", str(error)) from None
+    except (FrameError, FileError) as error:
+        with under("tip" if isinstance(error, FrameError) else "urdf"):
+            raise InputError(str(error)) from None
     made = write_table(robot, Context(Problems("urdf")), RobotTable)
     del made["on"]  # where it stands, or on which link as a tool, is not for the file to say
     return made

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 import tomllib
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -48,14 +50,19 @@ def parse(text: str, source: str) -> Tables:
     if not text.strip():
         raise FileError(f"{source}: empty; a file starts with schema = {SCHEMA}")
     if long := _LONG_KEY.search(text):
-        line = text.count("\n", 0, long.start()) + 1
-        raise FileError(f"{source}: not a key that could be valid: {shown(long[0])} (line {line})")
+        what, line = shown(long[0]), _line(text, long.start())
+        raise FileError(f"{source}: not a key that could be valid: {what} (line {line})")
     try:
         tables = tomllib.loads(text)
     except RecursionError:
-        raise FileError(f"{source}: brackets are nested too deeply") from None
-    except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
-        raise FileError(f"{source}: not valid TOML: {error}") from None
+        line = _line(text, _innermost(text))
+        raise FileError(f"{source}: brackets are nested too deeply (line {line})") from None
+    except tomllib.TOMLDecodeError as error:
+        end = f"(at line {_line(text, len(text))}, the end)"
+        reason = str(error).replace("(at end of document)", end)
+        raise FileError(f"{source}: not valid TOML: {reason}") from None
+    except ValueError:
+        raise FileError(f"{source}: not valid TOML: {_long_number(text)}") from None
     return _without_schema(tables, source)
 
 
@@ -64,6 +71,25 @@ def write(tables: Tables) -> str:
     import tomli_w
 
     return tomli_w.dumps({"schema": SCHEMA, **tables})
+
+
+def _long_number(text: str) -> str:
+    """Return what is wrong with a number of more digits than Python reads, and its line."""
+    most = sys.get_int_max_str_digits()
+    found = re.search(rf"[0-9_]{{{most + 1},}}", text)
+    line = _line(text, found.start() if found else 0)
+    return f"a number of more than {most} digits (line {line})"
+
+
+def _line(text: str, at: int) -> int:
+    return text.count("\n", 0, at) + 1
+
+
+def _innermost(text: str) -> int:
+    """Return where the most brackets are open."""
+    steps = ((char in "[{") - (char in "]}") for char in text)
+    depths = list(accumulate(steps))
+    return depths.index(max(depths))
 
 
 def _without_schema(tables: Tables, source: str) -> Tables:

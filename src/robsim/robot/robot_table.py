@@ -9,7 +9,8 @@ from typing import Annotated, Any
 from robsim.base.errors import InputError
 from robsim.declare import Flag, ListOf, Name, Table, Text, Word
 from robsim.declare.joints import Axes, PerJoint
-from robsim.declare.problems import Misplaced, under
+from robsim.declare.lists import label
+from robsim.declare.problems import under
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose
@@ -38,7 +39,8 @@ class Links(ListOf):
     def read(self, raw: Raw, c: Context) -> tuple[Link, ...]:
         first = raw[0] if isinstance(raw, list) and raw and isinstance(raw[0], Mapping) else {}
         if first.get("parent") or first.get("joint", "fixed") != "fixed" or "dh" in first:
-            raise Misplaced(str(first.get("name", "[0]")), BASE)
+            with under(label(first, 0)):
+                raise InputError(BASE)
         return tuple(super().read(raw, c))
 
 
