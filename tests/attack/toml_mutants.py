@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import random
 import re
 import time
@@ -11,6 +12,7 @@ import warnings
 
 import tomli_w
 from attack.harness import Wrong
+
 from robsim import Experiment, InputError, examples
 from robsim.base import errors
 from robsim.run.text import ExperimentTable, keys_of
@@ -21,55 +23,30 @@ RUNS, WRITTEN = 0.05, 0.1  # shares of the scenarios taken that are run, and rea
 TABLES = {*keys_of(ExperimentTable), "schema"}
 NO_KEY = re.compile(r"line \d+|<text>: (and \d+ more|empty|larger than)")
 KEY = re.compile(r"<text>: ([\w-]+)(\[\d+\]|\.\S|:)")
-NUMBERS = ["0", "-0.0", "-1", "nan", "inf", "-inf", "1e308", "1e-320", "9" * 5000, "1e9", "true"]
-NUMBERS += ["1e19", "0x7fffffffffffffff", "18446744073709551616", "65", "0.5", "1_0", "1979-05-27"]
-LETTERS = ["\u00a0", "\u0000", "\ufeff", "\u2028", "\r", "\t", "\x1b[31m", "\u03a9", "\ud7ff", "💥"]
-LETTERS += [
-    '"',
-    "'",
-    "[",
-    "]",
-    "{",
-    "}",
-    "=",
-    ".",
-    "#",
-    "\\",
-    "\n",
-    ",",
-    "-",
-    "\x7f",
-    "٣",
-    "\u202e",
+NUMBERS = [
+    "0",
+    "-0.0",
+    "-1",
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "1e-320",
+    "1e9",
+    "true",
+    "1e19",
+    "65",
+    "0.5",
+    "1_0",
+    "1979-05-27",
+    "2e9999",
 ]
-ODD = [
-    0,
-    -1,
-    2.5,
-    True,
-    "",
-    "x",
-    "home",
-    "world",
-    [],
-    {},
-    [[]],
-    [{}],
-    {"kind": "x"},
-    "1 m",
-    "90 deg",
-]
+NUMBERS += ["9" * 5000, "0x" + "f" * 5000]
+LETTERS = ["\u00a0", "\ufeff", "\u2028", "\x1b[31m", "\u03a9", "\ud7ff", "\U0001f4a5", "\u202e"]
+LETTERS += list("\"'[]{}=.#\\\n\r\t,-\x7f\x00\u0663")
+ODD = [0, -1, 2.5, True, "", "x", "home", "world", [], {}, [[]], [{}], {"kind": "x"}, "90 deg"]
 ODD += ["nan m", "1e400 m", "-1 px", 2**63 - 1, float("nan"), float("inf"), 1e308, 5e-324, "\x00"]
-ODD += [
-    "x" * 100_000,
-    [0] * 1000,
-    ["0, 0, 1 m"] * 5000,
-    "0, 0, 0",
-    "1e9 m",
-    "0 s",
-    [1, "x"],
-    "3 parsecs",
-]
+ODD += ["x" * 100_000, [0] * 1000, ["0, 0, 1 m"] * 5000, "0, 0, 0", "1e9 m", "0 s", "3 parsecs"]
 
 
 def case(seed: int) -> bool:
@@ -97,8 +74,25 @@ def mutant(rng: random.Random) -> str:
             tables = tomllib.loads(text)
         except (ValueError, RecursionError):
             return text
-        text = tomli_w.dumps(change(rng, tables))
+        text = _text(change(rng, tables), rng.random() < 0.3)
     return text
+
+
+def _text(tables, inline: bool) -> str:
+    """Return the text of tables, in which the task may be an inline table."""
+    first = {key: tables[key] for key in ("task",) if inline and key in tables}
+    rest = {key: part for key, part in tables.items() if key not in first}
+    return "".join(f"{key} = {_inline(part)}\n" for key, part in first.items()) + tomli_w.dumps(
+        rest
+    )
+
+
+def _inline(value) -> str:
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{json.dumps(k)} = {_inline(x)}' for k, x in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_inline, value))}]"
+    return json.dumps(value) if isinstance(value, str | bool) else str(value)
 
 
 def _checked(text: str) -> bool:
@@ -255,7 +249,8 @@ def _repeated(rng: random.Random, tables):
     if lists and rng.random() < 0.5:
         owner, key = tables, rng.choice(lists)
     if owner and isinstance(owner[key], list) and owner[key]:
-        count, one = rng.choice((2, 2, 3, 70, 1100, 20_000)), owner[key][0]
+        one = owner[key][0]
+        count = rng.choice((2, 2, 3, 70, 1 + 10**6 // (50 + len(repr(one)))))
         named = isinstance(one, dict) and "name" in one and rng.random() < 0.7
         owner[key] = [{**one, "name": f"n{i}"} if named else one for i in range(count)]
     return tables
@@ -275,11 +270,11 @@ def _nested(rng: random.Random, tables):
 
 def _tree(rng: random.Random, task, depth: int):
     """Return tasks of tasks, which have two branches while there are few."""
-    kind = rng.choice(("switch", "parallel", "priorities"))
-    for level in range(depth):
-        other = task if level < 9 else tomllib.loads("kind = 'ibvs'")
+    kind, one = rng.choice(("switch", "switch", "parallel", "priorities")), task
+    for _ in range(depth):
+        other = task if len(repr(task)) < 30_000 else one
         if kind == "switch":
-            when = {"kind": "error_below", "error": 0.1}
+            when = {"kind": "error_below", "value": 0.1}
             task = {"kind": kind, "first": task, "second": other, "when": when}
         else:
             task = {"kind": kind, "tasks": [task, other]}

@@ -100,11 +100,18 @@ def shown(value: Any) -> str:
     >>> shown("cm" * 1000)
     "'cmcmcmcmcmcmcmcmcmcmcmcmcm...mcmcmcmcmcmcmcmcmcmcmcmcmcm'"
     """
-    short = reprlib.Repr()
+    short = _Short()
     short.maxstring = short.maxother = short.maxlong = 60
     short.maxlevel, short.maxdict, short.maxlist = 3, 4, 9
     text = short.repr(value)
     return text if len(text) <= 120 else f"{text[:116]} ..."
+
+
+class _Short(reprlib.Repr):
+    """The short texts of values, also of whole numbers that Python writes in hexadecimal only."""
+
+    def repr_int(self, x: int, level: int) -> str:
+        return super().repr_int(x, level) if x.bit_length() < 10_000 else "0x..."
 
 
 def _cut(key: str) -> str:

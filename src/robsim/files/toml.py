@@ -77,8 +77,8 @@ def _long_number(text: str) -> str:
     """Return what is wrong with a number of more digits than Python reads, and its line."""
     most = sys.get_int_max_str_digits()
     found = re.search(rf"[0-9_]{{{most + 1},}}", text)
-    line = _line(text, found.start() if found else 0)
-    return f"a number of more than {most} digits (line {line})"
+    at, size = (found.start(), len(found[0])) if found else (0, most + 1)
+    return f"a number of {size} digits; at most {most} are read (line {_line(text, at)})"
 
 
 def _line(text: str, at: int) -> int:

@@ -25,7 +25,6 @@ from robsim.servo.sight import Key, Sight
 from robsim.servo.tasks.family import check_nesting
 from robsim.world.scene import Scene
 
-
 MOST_FEATURES = 40_000
 Place = tuple[str | int, ...]  # of a task in another: ("tasks", 2)
 
