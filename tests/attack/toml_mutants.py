@@ -23,24 +23,8 @@ RUNS, WRITTEN = 0.05, 0.1  # shares of the scenarios taken that are run, and rea
 TABLES = {*keys_of(ExperimentTable), "schema"}
 NO_KEY = re.compile(r"line \d+|<text>: (and \d+ more|empty|larger than)")
 KEY = re.compile(r"<text>: ([\w-]+)(\[\d+\]|\.\S|:)")
-NUMBERS = [
-    "0",
-    "-0.0",
-    "-1",
-    "nan",
-    "inf",
-    "-inf",
-    "1e308",
-    "1e-320",
-    "1e9",
-    "true",
-    "1e19",
-    "65",
-    "0.5",
-    "1_0",
-    "1979-05-27",
-    "2e9999",
-]
+NUMBERS = ["0", "-0.0", "-1", "nan", "inf", "-inf", "1e308", "1e-320", "1e9", "true", "1e19"]
+NUMBERS += ["65", "0.5", "1_0", "1979-05-27", "2e9999"]
 NUMBERS += ["9" * 5000, "0x" + "f" * 5000]
 LETTERS = ["\u00a0", "\ufeff", "\u2028", "\x1b[31m", "\u03a9", "\ud7ff", "\U0001f4a5", "\u202e"]
 LETTERS += list("\"'[]{}=.#\\\n\r\t,-\x7f\x00\u0663")
