@@ -31,7 +31,7 @@ def ranges(links: Sequence[Link]) -> Array:
 def check_ranges(rows: Array, names: Iterable[str], robot: str) -> None:
     """Raise InputError if a coordinate and those that mimic it have no limits in common."""
     for name, (low, high) in zip(names, rows, strict=True):
-        if low > high:
+        if not (low <= high and low < np.inf and high > -np.inf):
             raise InputError(
                 f"joint '{name}' of '{robot}' and what mimics it are never within their "
                 "limits at once"
