@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from robsim.cli.files import exists, write
+from robsim.cli.tell import tell
 
 FILE = "robsim.schema.json"  # which the first line of each example names
 
@@ -24,7 +25,7 @@ def command(robot: bool) -> None:
     An editor that knows JSON Schema for TOML, such as one with Taplo, completes and checks a file
     whose first line is `#:schema robsim.schema.json`.
     """
-    click.echo(schema_text(robot), nl=False)
+    tell(schema_text(robot), nl=False)
 
 
 def schema_text(robot: bool = False) -> str:
