@@ -1166,7 +1166,7 @@ def test_files_that_cannot_be_read(tmp_path):
         (binary, ["b.toml", "UTF-8"]),
         (latin, ["l.toml", "byte", "UTF-8"]),
         (empty, ["e.toml", "empty"]),
-        (large, ["x.toml", "4 MB"]),
+        (large, ["x.toml", "2 MB"]),
         (tmp_path / ("n" * 300), ["nnn", "cannot be read"]),
         (None, ["None", "cannot be read"]),
     ]:

@@ -15,7 +15,7 @@ from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
 from robsim.files.toml import Tables, parse, read_text
 from robsim.robot.robot import Robot
-from robsim.robot.robot_table import ROBOT, RobotTable
+from robsim.robot.robot_table import MOST, ROBOT, RobotTable
 
 
 def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) -> Any:
@@ -24,7 +24,7 @@ def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) ->
     What else a table says comes over them; without a name the robot keeps its own. The path of a
     URDF file is relative to `folder`. A robot that is not found is a problem, and UNREADABLE.
     """
-    if not isinstance(tables, list):
+    if not isinstance(tables, list) or len(tables) > MOST:  # which is refused where it is read
         return tables
     made = [UNREADABLE] * len(tables)
     for i, table in enumerate(tables):
@@ -35,11 +35,9 @@ def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) ->
 
 
 def _expanded(table: Any, folder: Path) -> Any:
-    if isinstance(table, dict) and isinstance(table.get("tools"), list):
-        table = {
-            **table,
-            "tools": [_tool(tool, i, folder) for i, tool in enumerate(table["tools"])],
-        }
+    tools = table.get("tools") if isinstance(table, dict) else None
+    if isinstance(tools, list) and len(tools) <= MOST:
+        table = {**table, "tools": [_tool(tool, i, folder) for i, tool in enumerate(tools)]}
     if not isinstance(table, dict) or not table.keys() & {"model", "urdf"}:
         return table
     if {"model", "urdf"} <= table.keys():

@@ -6,7 +6,7 @@ import os
 import re
 import sys
 import tomllib
-from itertools import accumulate
+from itertools import accumulate, islice
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,12 @@ from robsim.declare.problems import shown
 
 Tables = dict[str, Any]
 SCHEMA = 1
-LARGEST_FILE = 4_000_000  # bytes
-# a dotted key of many parts costs the parser the cube of their number
+LARGEST_FILE = 2_000_000  # bytes, for which the parser takes up to two seconds
+# dotted keys of many parts cost the parser more than others of their length
 _PART = r"""(?:"[^"\n]*"|'[^'\n]*'|(?<![\w-])[\w-]+)[ \t]*"""
 _LONG_KEY = re.compile(rf"(?:{_PART}\.[ \t]*){{32}}")
+_DEEP_KEY = re.compile(rf"^[ \t]*\[{{0,2}}[ \t]*(?:{_PART}\.[ \t]*){{7}}", re.MULTILINE)
+MOST_DEEP = 1000  # of the latter
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
@@ -38,8 +40,10 @@ def read_text(path: str | os.PathLike[str]) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
         raise FileError(
-            f"{path}: not text: byte {error.start} is not UTF-8; expected a TOML file in UTF-8"
+            f"{path}: not text: byte {error.start} (line {line}) is not UTF-8; expected a TOML "
+            "file in UTF-8"
         ) from None
 
 
@@ -52,6 +56,9 @@ def parse(text: str, source: str) -> Tables:
     if long := _LONG_KEY.search(text):
         what, line = shown(long[0]), _line(text, long.start())
         raise FileError(f"{source}: not a key that could be valid: {what} (line {line})")
+    if deep := next(islice(_DEEP_KEY.finditer(text), MOST_DEEP, None), None):
+        line = _line(text, deep.start())
+        raise FileError(f"{source}: more than {MOST_DEEP} keys of 8 parts or more (line {line})")
     try:
         tables = tomllib.loads(text)
     except RecursionError:

@@ -22,6 +22,7 @@ from robsim.robot.robot import Robot
 
 LINK = Table(Link, LinkTable)
 MOST_LINKS = 256
+MOST = 64  # robots of a scene, tools of a robot, and other parts of one kind
 BASE = (
     "the first link is the base: it has no parent, joint or dh; a robot that moves as a "
     "whole gets a base link first, and then its moving link"
@@ -119,7 +120,7 @@ class ToolTable(LinkedTable):
     bare: Annotated[bool, Flag(), "Whether the shapes of that link are left out."] = False
 
 
-TOOLS = ListOf(LinkedSpec(ToolTable), most=64)
+TOOLS = ListOf(LinkedSpec(ToolTable), most=MOST)
 
 
 @dataclass(frozen=True)

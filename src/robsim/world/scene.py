@@ -18,7 +18,7 @@ from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
-from robsim.robot.robot_table import ROBOT
+from robsim.robot.robot_table import MOST, ROBOT
 from robsim.robot.tree import Tree
 from robsim.world import overview
 from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
@@ -29,8 +29,6 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import MOST_MARKS, Object
 from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
-
-MOST = 64  # parts of one kind
 
 
 @described
