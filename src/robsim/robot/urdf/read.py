@@ -9,7 +9,7 @@ from math import inf
 from typing import TypeVar
 
 from robsim.base.errors import FileError, InputError
-from robsim.robot.joint import SINGLE, Coupling, Joint, Mimic
+from robsim.robot.joint import SINGLE, Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.tip import Tip, find_tip
 from robsim.robot.urdf.elements import Element, parsed
@@ -87,15 +87,21 @@ def _tails(root: Element) -> dict[str, Element]:
     for link in children(root, "link"):
         name = link.attributes.get("name", "")
         stem, hung = name.removesuffix(AXIS), behind.get(name, [])
-        bare = all(part.tag == "inertial" for part in link.children)
-        bare = bare and inertia(link, Findings("")) in (None, TOKEN)
-        if stem == name or name not in above or len(hung) != 1 or not bare:
+        if stem == name or name not in above or len(hung) != 1 or not _is_bare(link):
             continue
         end = child(hung[0], "child")
         written = hung[0].attributes == {"name": stem + TAIL, "type": "fixed"}
         if written and end is not None and end.attributes.get("link") == stem:
             found[name] = hung[0]
     return found
+
+
+def _is_bare(link: Element) -> bool:
+    """Return whether a link has nothing but the inertia that our writer gives what moves."""
+    findings = Findings("")
+    weight = inertia(link, findings)
+    plain = not (findings.errors or findings.oddities) and weight in (None, TOKEN)
+    return plain and all(part.tag == "inertial" for part in link.children)
 
 
 def _by_link(root: Element, tag: str) -> dict[str, list[Element]]:
@@ -174,11 +180,9 @@ def _followed(
     tie: Mimic, joints: Mapping[str, Joint], limits: tuple[float, float]
 ) -> tuple[str, tuple[float, float]]:
     """Return the source at the end of a chain of mimics, and its range for these limits."""
-    above: Coupling | None = tie
-    while isinstance(above, Mimic):
-        name, limits = above.of, above.source_limits(limits)
-        above = joints[name].follows
-    return name, limits
+    while isinstance(above := joints[tie.of].follows, Mimic):
+        tie = tie.through(above)
+    return tie.of, tie.source_limits(limits)
 
 
 def _check_names(links: Links, hinges: Iterable[Hinge], findings: Findings) -> None:
