@@ -376,7 +376,7 @@ def test_files_that_cannot_be_read_are_told(robsim):
     for command in ("run", "check"):
         robsim(command, "missing.toml").told("missing.toml: no such file")
         robsim(command, "empty.toml").told("empty.toml: empty; a file starts with schema = 1")
-        robsim(command, "huge.toml").told("huge.toml: larger than 4 MB")
+        robsim(command, "huge.toml").told("huge.toml: larger than 2 MB")
         robsim(command, "binary.toml").told("binary.toml: not text", "UTF-8")
         robsim(command, "folder.toml").told("folder.toml: this is a folder")
         robsim(command, "x" * 300).told("xxxxx")

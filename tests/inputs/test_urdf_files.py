@@ -180,7 +180,13 @@ def test_the_rest_of_the_corpus_is_read():
         ('<link name="base"/>', '<xacro:tool name="x"/>', "xacro is not read; expand it"),
         ("<robot", "<sdf", ":39: not valid XML: mismatched tag"),
         ("</gazebo>", "</gazeb>", ":38: not valid XML: mismatched tag"),
-        ('<?xml version="1.0"?>', '<?xml version="1.0" encoding="UTF-33"?>', ":1: not valid XML"),
+        (
+            '<?xml version="1.0"?>',
+            '<?xml version="1.0" encoding="UTF-33"?>',
+            "encoding 'UTF-33'; expected",
+        ),
+        ('lower="-1.5" upper="2"', 'lower="1e18" upper="1e19"', "at most 1e+09 is allowed"),
+        ('multiplier="0.01"', 'multiplier="0.01\u00a0"', "is no number"),
         ('<?xml version="1.0"?>', "<!DOCTYPE robot []>", ":1: a DOCTYPE is not allowed"),
     ],
 )
@@ -632,3 +638,77 @@ def test_any_number_gives_a_robot_or_a_file_error(tmp_path_factory, name, value)
         except rs.FileError:
             return
     assert np.isfinite(robot.frames(robot.home)).all() and np.isfinite(robot.home).all()
+
+
+def fingers(multiplier, count, limit=1):
+    """Return fingers of which each mimics the one before it."""
+    text = '<robot name="hand"><link name="palm"/>'
+    for i in range(count):
+        mimic = f'<mimic joint="j{i - 1}" multiplier="{multiplier}" offset="1"/>' if i else ""
+        text += (
+            f'<link name="l{i}"/><joint name="j{i}" type="revolute"><parent link="palm"/>'
+            f'<child link="l{i}"/><axis xyz="0 0 1"/>{mimic}'
+            f'<limit lower="-{limit}" upper="{limit}" effort="0" velocity="0"/></joint>'
+        )
+    return text + "</robot>"
+
+
+def test_mimics_through_mimics_stay_finite(read):
+    """1e9 to the power of 40 was infinite, and home no number; 1e18 could not be read again."""
+    message = refused(read, text=fingers(1e9, 41))
+    assert "<joint 'j2'>: mimic: ratio 1e+18 and offset 1e+09 to 'j0', through others" in message
+    assert np.isfinite(read(text=fingers(0.5, 9, 1e9), tip="l0").home).all()
+
+
+def test_limits_without_bound_are_read_as_the_largest_number(read, tmp_path):
+    with pytest.warns(rs.FileWarning, match=r"upper 1e\+308 is read as 1e\+09"):
+        arm = read(ARM, 'upper="2"', 'upper="1e308"')
+    assert arm.limits[0].tolist() == [-1.5, 1e9]
+    arm.to_urdf(tmp_path / "again.urdf")
+    assert rs.Robot.from_urdf(tmp_path / "again.urdf").limits.tolist() == arm.limits.tolist()
+
+
+def test_numbers_that_could_not_be_read_are_not_written(tmp_path):
+    far = rs.Robot.from_dh([[0, 0, 1e10, 0]], name="far")
+    with pytest.raises(rs.InputError, match=r"'link1' has a number of 1e\+10, and at most 1e\+09"):
+        far.to_urdf(tmp_path / "far.urdf")
+
+
+BESIDE = """<robot name="r"><link name="base"/>
+<link name="arm.axis">{0}</link><link name="arm"/>
+<joint name="arm" type="revolute"><parent link="base"/><child link="arm.axis"/>
+<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
+<joint name="arm.tail" type="fixed"><parent link="arm.axis"/><child link="arm"/></joint></robot>"""
+
+
+@pytest.mark.filterwarnings("ignore::robsim.FileWarning")  # of the name "arm.axis"
+def test_the_mass_of_a_bare_link_is_kept(read):
+    """Only the gram that our writer gives what moves is taken for one of ours."""
+    gram = '<mass value="0.001"/><inertia ixx="1e-6" iyy="1e-6" izz="1e-6"/>'
+    ours = read(text=BESIDE.format(f"<inertial>{gram}</inertial>"))
+    assert [link.name for link in ours.links] == ["base", "arm"]
+    theirs = read(text=BESIDE.format(INERTIAL))
+    assert [k.inertial and k.inertial.mass for k in theirs.links] == [None, 2.0, None]
+    standing = read(
+        ARM, '<link name="base"/>', f'<link name="base"><inertial>{gram}</inertial></link>'
+    )
+    assert standing.links[0].inertial.mass == 0.001
+
+
+def test_stray_text_is_told(read):
+    with pytest.warns(rs.FileWarning, match="text 'axis 0 0 1' stands between the elements"):
+        read(ARM, '<child link="lower"/>', '<child link="lower"/> axis 0 0 1')
+
+
+@pytest.mark.parametrize("space", ["\u00a0", "\u2003", "\u3000", "\x85"])
+def test_only_the_blanks_of_xml_separate_numbers(read, space):
+    assert "is no number" in refused(read, 'xyz="0 0 1"', f'xyz="0{space}0 1"')
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-32", "utf-7", "cp037", "koi8-r"])
+def test_a_file_in_an_odd_encoding_is_refused(tmp_path, encoding):
+    text = ARM.replace('version="1.0"', f'version="1.0" encoding="{encoding}"')
+    path = tmp_path / "arm.urdf"
+    path.write_bytes(text.encode(encoding))
+    with pytest.raises(rs.FileError, match=r"arm\.urdf:1: .*(?i:utf-8|well-formed)"):
+        rs.Robot.from_urdf(path)

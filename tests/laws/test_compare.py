@@ -487,7 +487,7 @@ def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
     scene, told = free_scene(SQUARE), []
     rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
     good = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
-    with pytest.raises(rs.InputError, match="scheme 'b': the period of the camera"):
+    with pytest.raises(rs.InputError, match="scheme 'b': sensing: the period of the camera"):
         rs.compare({"a": good, "b": good.with_(**rare)}, progress=told.append)
     assert not told
 

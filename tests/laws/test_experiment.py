@@ -25,7 +25,7 @@ BAD = {
     "sensing: expected a Sensing, got Actuation": {"sensing": rs.Actuation()},
     "actuation: expected an Actuation, got None": {"actuation": None},
     "dt (seconds) must be a positive number, got 0": {"dt": 0},
-    "dt 0.5 s is longer than the duration 0.4 s": {"dt": 0.5},
+    "run.duration: dt 0.5 s is longer than the duration 0.4 s": {"dt": 0.5},
     "duration (seconds): nan": {"duration": np.nan},
     "seed must be a whole number from 0 on, got -1": {"seed": -1},
     "hold must be True or False, got 1": {"hold": 1},

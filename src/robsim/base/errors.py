@@ -27,6 +27,17 @@ class RobSimError(Exception):
 class InputError(RobSimError, ValueError):
     """An input is not usable; the message says what was expected and what exists."""
 
+    path: str = ""  # of keys, to where this is in a text or a thing; in front of the message
+
+    @property
+    def text(self) -> str:
+        """The message without the path."""
+        return super().__str__()
+
+    def __str__(self) -> str:
+        """Return the path, if any, and the message."""
+        return f"{self.path}: {self.text}" if self.path else self.text
+
 
 class UnitError(InputError):
     """A quantity has no unit, or a unit of another dimension."""

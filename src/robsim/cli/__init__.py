@@ -11,6 +11,7 @@ from robsim import __version__
 from robsim.base.errors import RobSimError
 from robsim.cli import check, compare, demo, examples, explain, robots, run, schema, warm
 from robsim.cli.progress import STOPPED
+from robsim.cli.tell import tell
 
 BAD_INPUT = 2  # exit status
 NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
@@ -37,12 +38,12 @@ def main() -> None:
         error.show()
         sys.exit(BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("stopped", err=True)
+        tell("stopped", err=True)
         sys.exit(STOPPED)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
         sys.stderr.close()
 
 
 def _fail(message: str) -> None:
-    click.echo(message, err=True)
+    tell(message, err=True)
     sys.exit(BAD_INPUT)

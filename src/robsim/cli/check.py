@@ -9,6 +9,7 @@ import click
 from robsim.cli.options import changes
 from robsim.cli.progress import warnings_as_lines
 from robsim.cli.scenarios import check_colors, load
+from robsim.cli.tell import tell
 
 
 @click.command("check")
@@ -21,7 +22,7 @@ def command(file: Path, changes: tuple[str, ...]) -> None:
         scenario.check()
     check_colors(scenario)
     scene = scenario.scene
-    click.echo(f"{file}: all is well")
-    click.echo(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
-    click.echo(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
-    click.echo(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")
+    tell(f"{file}: all is well")
+    tell(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
+    tell(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
+    tell(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")

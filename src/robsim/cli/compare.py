@@ -16,6 +16,7 @@ from robsim.cli.files import remove, results_folder
 from robsim.cli.options import changes, output
 from robsim.cli.progress import STOPPED, drawing, finished
 from robsim.cli.scenarios import check_colors, load
+from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
     from robsim.analysis.comparison import Comparison
@@ -68,7 +69,7 @@ def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> N
 
     found = finished(lambda progress: compare(scenarios, progress=progress), save, folder)
     stopped = save(found)
-    click.echo(f"{found}\nresults: {folder}")
+    tell(f"{found}\nresults: {folder}")
     if stopped:
         sys.exit(STOPPED)
     if figures:

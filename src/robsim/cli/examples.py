@@ -10,6 +10,7 @@ from robsim.base.output import write_whole
 from robsim.cli.files import free_file
 from robsim.cli.options import force
 from robsim.cli.schema import write_beside
+from robsim.cli.tell import tell
 from robsim.files import examples
 
 
@@ -23,11 +24,11 @@ def command(name: str | None, output: Path | None, force: bool) -> None:
 
     if name is None:
         for each in examples.names():
-            click.echo(f"{each:20} {load_scenario(examples.path(each)).title}")
-        click.echo("copy one out: robsim examples NAME")
+            tell(f"{each:20} {load_scenario(examples.path(each)).title}")
+        tell("copy one out: robsim examples NAME")
         return
     source, target = examples.path(name), free_file(output, f"{name}.toml", force)
     write_whole(target, source.read_text(encoding="utf-8"))
-    click.echo(f"wrote {target}; run it with: robsim run {target}")
+    tell(f"wrote {target}; run it with: robsim run {target}")
     if beside := write_beside(target, force):
-        click.echo(f"wrote {beside}, by which editors complete and check it")
+        tell(f"wrote {beside}, by which editors complete and check it")

@@ -8,6 +8,7 @@ import click
 
 from robsim.base.errors import FileError, InputError
 from robsim.cli.files import exists
+from robsim.cli.tell import tell
 
 
 @click.command("explain")
@@ -25,4 +26,4 @@ def command(run: Path, no_trials: bool, unsealed: bool) -> None:
         explanation = explained(found, trials=not no_trials)
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
-    click.echo(str(explanation))
+    tell(str(explanation))

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from robsim.base.errors import Interrupted, RankWarning
+from robsim.cli.tell import tell
 
 STOPPED = 130  # exit status: the shell's number for Ctrl-C
 
@@ -22,9 +23,9 @@ def finished(work: Callable[[Any], Any], save: Callable[[Any], bool], folder: Pa
         with warnings_as_lines(), _progress() as progress:
             return work(progress)
     except Interrupted as stop:
-        click.echo("stopping: saving what was simulated so far", err=True)
+        tell("stopping: saving what was simulated so far", err=True)
         save(stop.run)
-        click.echo(f"stopped; what was simulated so far is in {folder}", err=True)
+        tell(f"stopped; what was simulated so far is in {folder}", err=True)
         sys.exit(STOPPED)
 
 
@@ -34,7 +35,7 @@ def drawing(what: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        click.echo(f"stopped while drawing; the {what} complete", err=True)
+        tell(f"stopped while drawing; the {what} complete", err=True)
         sys.exit(STOPPED)
 
 
@@ -62,4 +63,4 @@ def warnings_as_lines() -> Iterator[None]:
             yield
         finally:
             for warning in caught:
-                click.echo(f"warning: {warning.message}", err=True)
+                tell(f"warning: {warning.message}", err=True)

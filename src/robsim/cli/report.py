@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
+from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,28 +23,28 @@ def report(result: xr.Dataset, folder: Path) -> None:
         counts = [(o, int((result.outcome == o).sum())) for o in Outcome]
         for outcome, count in counts:
             if count:
-                click.echo(f"{count:7} {outcome.name}")
+                tell(f"{count:7} {outcome.name}")
         if astray := int(elsewhere(result).sum()):
-            click.echo(f"{astray:7} converged more than 1 cm or 1 degree from the pose of the goal")
+            tell(f"{astray:7} converged more than 1 cm or 1 degree from the pose of the goal")
     else:
-        click.echo(f"outcome      {Outcome(int(result.outcome)).message}")
+        tell(f"outcome      {Outcome(int(result.outcome)).message}")
         if int(result.outcome) != Outcome.CONVERGED and result.sizes["mark"]:
-            click.echo(f"why          robsim explain {folder}")
-        click.echo(f"time         {float(result.end_time):.2f} s")
+            tell(f"why          robsim explain {folder}")
+        tell(f"time         {float(result.end_time):.2f} s")
         away = float(result.pixel_error)
         if not math.isnan(away):  # a goal given as numbers has no image
-            click.echo(f"final error  {away:.3g} px")
+            tell(f"final error  {away:.3g} px")
         _print_pose(result, folder)
-        click.echo(f"path length  {100 * float(result.path_length):.2f} cm")
-    click.echo(f"results      {folder}")
+        tell(f"path length  {100 * float(result.path_length):.2f} cm")
+    tell(f"results      {folder}")
 
 
 def report_mission(result: MissionRun, folder: Path) -> None:
     """Print when each phase of a mission began, and how it ended."""
-    click.echo(str(result))
-    click.echo(f"outcome      {'all phases as expected' if result.succeeded else 'not completed'}")
-    click.echo(f"time         {result.legs[-1].end:.2f} s")
-    click.echo(f"results      {folder}")
+    tell(str(result))
+    tell(f"outcome      {'all phases as expected' if result.succeeded else 'not completed'}")
+    tell(f"time         {result.legs[-1].end:.2f} s")
+    tell(f"results      {folder}")
 
 
 def _print_pose(result: xr.Dataset, folder: Path) -> None:
@@ -56,6 +56,6 @@ def _print_pose(result: xr.Dataset, folder: Path) -> None:
     if math.isnan(metres):  # the goal is not a pose
         return
     who = result.goal_pose.attrs["frame"]
-    click.echo(f"final pose   {who} {away(metres, radians)} from its goal")
+    tell(f"final pose   {who} {away(metres, radians)} from its goal")
     if elsewhere(result):
-        click.echo(f"note         it converged at another pose: robsim explain {folder}")
+        tell(f"note         it converged at another pose: robsim explain {folder}")

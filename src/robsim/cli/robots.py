@@ -10,6 +10,7 @@ from robsim.base.errors import FileError
 from robsim.cli.figures import save_figure
 from robsim.cli.files import free_file
 from robsim.cli.options import force
+from robsim.cli.tell import tell
 from robsim.files import robots
 
 
@@ -26,13 +27,13 @@ def command(name: str | None, output: Path | None, force: bool) -> None:
             raise click.UsageError("-o and --force are for one robot: robsim robots NAME")
         for each in robots.names():
             links = ", ".join(link.name for link in robots.load(each).links)
-            click.echo(f"{each:18} {robots.about(each)}\n{'':18} links: {links}")
-        click.echo("print and draw one: robsim robots NAME")
+            tell(f"{each:18} {robots.about(each)}\n{'':18} links: {links}")
+        tell("print and draw one: robsim robots NAME")
         return
-    click.echo(robot_table(name))
+    tell(robot_table(name))
     target = free_file(output, f"{name}.png", force)
     _draw(name, target)
-    click.echo(f"drawn at home: {target}")
+    tell(f"drawn at home: {target}")
 
 
 def _draw(name: str, target: Path) -> None:

@@ -16,6 +16,7 @@ from robsim.cli.options import changes, output
 from robsim.cli.progress import STOPPED, drawing, finished
 from robsim.cli.report import report, report_mission
 from robsim.cli.scenarios import check_colors, load
+from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
@@ -44,11 +45,11 @@ def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
     """
     if figures:
         check_colors(scenario)
-    click.echo(scenario.title or "simulating")
+    tell(scenario.title or "simulating")
     result = finished(scenario.run, lambda run: _save(run, scenario, folder), folder)
     stopped = _save(result, scenario, folder)
-    tell, picture = (report_mission, draw_mission) if _staged(result) else (report, draw)
-    tell(result, folder)
+    told, picture = (report_mission, draw_mission) if _staged(result) else (report, draw)
+    told(result, folder)
     if stopped:
         sys.exit(STOPPED)
     if figures:

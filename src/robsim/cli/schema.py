@@ -9,6 +9,7 @@ import click
 
 from robsim.base.output import write_whole
 from robsim.cli.files import exists
+from robsim.cli.tell import tell
 
 FILE = "robsim.schema.json"  # which the first line of each example names
 
@@ -25,7 +26,7 @@ def command(robot: bool) -> None:
     An editor that knows JSON Schema for TOML, such as one with Taplo, completes and checks a file
     whose first line is `#:schema robsim.schema.json`.
     """
-    click.echo(schema_text(robot), nl=False)
+    tell(schema_text(robot), nl=False)
 
 
 def schema_text(robot: bool = False) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robsim.base.errors import FileError
+from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
     from robsim.cli.uses import Use
@@ -28,8 +29,8 @@ def command(jobs: int | None) -> None:
     began = time.perf_counter()
     compiled, failed = _done(jobs or processors())
     for each in failed:
-        click.echo(f"warning: {each}", err=True)
-    click.echo(_told(compiled, time.perf_counter() - began))
+        tell(f"warning: {each}", err=True)
+    tell(_told(compiled, time.perf_counter() - began))
 
 
 def _done(jobs: int) -> tuple[set[str], list[str]]:

@@ -135,12 +135,15 @@ def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> lis
     where: dict[Any, int] = {}
     for i, table in enumerate(old):
         where.setdefault(label(table, i), i)
-    merged = list(old)
+    merged, changed = list(old), set[str]()
     for number, table in enumerate(new):
         name = label(table, number)
         with under(name):
             if isinstance(name, int):
                 raise InputError(f"needs the name of what it changes, got {shown(table)}")
+            if name in changed:
+                raise InputError("there are two tables of this name; give one")
+            changed.add(name)
             if name in where:
                 inside = loose or bool({"model", "urdf"} & merged[where[name]].keys())
                 merged[where[name]] = item.merge(merged[where[name]], table, inside)

@@ -17,32 +17,25 @@ class Broken(Exception):
     """The signal that a value cannot be read, for reasons that are already reported."""
 
 
-class Misplaced(InputError):
-    """An InputError that gathers the key path while it rises through `under`."""
-
-    def __init__(self, path: str, text: str):
-        super().__init__(f"{path}: {text}" if path else text)
-        self.path, self.text = path, text
-
-
 @contextmanager
 def under(*keys: str | int) -> Iterator[None]:
     """Put these keys in front of the path of an InputError that comes from inside.
+
+    A FileError stays as it is: it says all that is wrong, and where.
 
     >>> with under("cameras", "eye", "K"):
     ...     raise InputError("expected 9 numbers")
     Traceback (most recent call last):
     ...
-    robsim.declare.problems.Misplaced: cameras.eye.K: expected 9 numbers
+    robsim.base.errors.InputError: cameras.eye.K: expected 9 numbers
     """
     try:
         yield
-    except Misplaced as error:
-        raise Misplaced(joined(*keys, error.path), error.text) from None
-    except FileError:  # which says all that is wrong, and where
+    except FileError:
         raise
     except InputError as error:
-        raise Misplaced(joined(*keys), str(error)) from None
+        error.path = joined(*keys, error.path)
+        raise
 
 
 class Problems:
@@ -51,7 +44,7 @@ class Problems:
     def __init__(self, source: str):
         self.source = source
         self.found: list[str] = []
-        self.untold = 0
+        self.untold = 0  # how many more there are than are shown
         self.seen = 0  # how many values were wrong, told of or not
 
     @property
@@ -62,6 +55,9 @@ class Problems:
     def add(self, path: str, text: str) -> None:
         """Add a problem, unless it is known; a path or text that is too long is cut."""
         self.seen += 1
+        if self.full:
+            self.untold += 1
+            return
         path = path if len(path) <= LONGEST // 2 else f"{path[:140]} ... {path[-140:]}"
         line = ": ".join(part for part in (self.source, path, text) if part)
         line = line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
@@ -74,7 +70,9 @@ class Problems:
         try:
             with under(*keys):
                 yield
-        except Misplaced as error:
+        except FileError:
+            raise
+        except InputError as error:
             self.add(error.path, error.text)
         except Broken:
             pass
@@ -82,10 +80,9 @@ class Problems:
     def stop(self) -> None:
         """Raise a FileError if there were problems: the first ten, one a line."""
         if self.found:
-            more = len(self.found) - SHOWN + self.untold
             place = f"{self.source}: " if self.source else ""
-            rest = [f"{place}and {more} more"] if more > 0 else []
-            raise FileError("\n".join([*self.found[:SHOWN], *rest])) from None
+            rest = [f"{place}and {self.untold} more"] if self.untold else []
+            raise FileError("\n".join([*self.found, *rest])) from None
 
 
 def joined(*keys: str | int) -> str:
@@ -103,11 +100,18 @@ def shown(value: Any) -> str:
     >>> shown("cm" * 1000)
     "'cmcmcmcmcmcmcmcmcmcmcmcmcm...mcmcmcmcmcmcmcmcmcmcmcmcmcm'"
     """
-    short = reprlib.Repr()
+    short = _Short()
     short.maxstring = short.maxother = short.maxlong = 60
     short.maxlevel, short.maxdict, short.maxlist = 3, 4, 9
     text = short.repr(value)
     return text if len(text) <= 120 else f"{text[:116]} ..."
+
+
+class _Short(reprlib.Repr):
+    """The short texts of values, also of whole numbers that Python writes in hexadecimal only."""
+
+    def repr_int(self, x: int, level: int) -> str:
+        return super().repr_int(x, level) if x.bit_length() < 10_000 else "0x..."
 
 
 def _cut(key: str) -> str:

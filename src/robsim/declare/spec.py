@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 from robsim.base.errors import FileError, InputError
-from robsim.declare.problems import Broken, Misplaced, Problems, joined, shown
+from robsim.declare.problems import Broken, Problems, joined, shown
 
 Raw = Any  # what a TOML text holds: tables, lists, texts, numbers, truth values
 
@@ -61,8 +61,7 @@ class Context:
 
     def blame(self, error: InputError) -> None:
         """Add an error about the value here, or about what it says is inside."""
-        place, text = (error.path, error.text) if isinstance(error, Misplaced) else ("", str(error))
-        self.problems.add(joined(*self.path, place), text)
+        self.problems.add(joined(*self.path, error.path), error.text)
 
     def tried(self, spec: Spec, raw: Raw) -> Any:
         """Return the value that `raw` says, or MISSING with its problem reported."""

@@ -9,13 +9,13 @@ from typing import Any
 
 from robsim.base.errors import FileError, FrameError, InputError
 from robsim.declare.lists import label
-from robsim.declare.problems import Misplaced, Problems, shown, under
+from robsim.declare.problems import Problems, shown, under
 from robsim.declare.spec import UNREADABLE, Context
 from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
 from robsim.files.toml import Tables, parse, read_text
 from robsim.robot.robot import Robot
-from robsim.robot.robot_table import ROBOT, RobotTable
+from robsim.robot.robot_table import MOST, ROBOT, RobotTable
 
 
 def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) -> Any:
@@ -24,7 +24,7 @@ def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) ->
     What else a table says comes over them; without a name the robot keeps its own. The path of a
     URDF file is relative to `folder`. A robot that is not found is a problem, and UNREADABLE.
     """
-    if not isinstance(tables, list):
+    if not isinstance(tables, list) or len(tables) > MOST:  # which is refused where it is read
         return tables
     made = [UNREADABLE] * len(tables)
     for i, table in enumerate(tables):
@@ -35,11 +35,9 @@ def expanded(tables: Any, problems: Problems, folder: Path, *path: str | int) ->
 
 
 def _expanded(table: Any, folder: Path) -> Any:
-    if isinstance(table, dict) and isinstance(table.get("tools"), list):
-        table = {
-            **table,
-            "tools": [_tool(tool, i, folder) for i, tool in enumerate(table["tools"])],
-        }
+    tools = table.get("tools") if isinstance(table, dict) else None
+    if isinstance(tools, list) and len(tools) <= MOST:
+        table = {**table, "tools": [_tool(tool, i, folder) for i, tool in enumerate(tools)]}
     if not isinstance(table, dict) or not table.keys() & {"model", "urdf"}:
         return table
     if {"model", "urdf"} <= table.keys():
@@ -72,13 +70,13 @@ def _urdf_tables(table: Tables, folder: Path) -> Tables:
     """Return the robot of a URDF file link by link, with the tip that the table names."""
     path = table["urdf"]
     if not isinstance(path, str) or not path:
-        raise Misplaced("urdf", f"must be the path of a URDF file, got {shown(path)}")
+        with under("urdf"):
+            raise InputError(f"must be the path of a URDF file, got {shown(path)}")
     try:
         robot = Robot.from_urdf(folder / path, tip=table.get("tip"))
-    except FrameError as error:
-        raise Misplaced("tip", str(error)) from None
-    except FileError as error:
-        raise Misplaced("urdf", str(error)) from None
+    except (FrameError, FileError) as error:
+        with under("tip" if isinstance(error, FrameError) else "urdf"):
+            raise InputError(str(error)) from None
     made = write_table(robot, Context(Problems("urdf")), RobotTable)
     del made["on"]  # where it stands, or on which link as a tool, is not for the file to say
     return made

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 import tomllib
+from itertools import accumulate, islice
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +15,12 @@ from robsim.declare.problems import shown
 
 Tables = dict[str, Any]
 SCHEMA = 1
-LARGEST_FILE = 4_000_000  # bytes
-# a dotted key of many parts costs the parser the cube of their number
+LARGEST_FILE = 2_000_000  # bytes, for which the parser takes up to two seconds
+# dotted keys of many parts cost the parser more than others of their length
 _PART = r"""(?:"[^"\n]*"|'[^'\n]*'|(?<![\w-])[\w-]+)[ \t]*"""
 _LONG_KEY = re.compile(rf"(?:{_PART}\.[ \t]*){{32}}")
+_DEEP_KEY = re.compile(rf"^[ \t]*\[{{0,2}}[ \t]*(?:{_PART}\.[ \t]*){{7}}", re.MULTILINE)
+MOST_DEEP = 1000  # of the latter
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
@@ -36,8 +40,10 @@ def read_text(path: str | os.PathLike[str]) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
         raise FileError(
-            f"{path}: not text: byte {error.start} is not UTF-8; expected a TOML file in UTF-8"
+            f"{path}: not text: byte {error.start} (line {line}) is not UTF-8; expected a TOML "
+            "file in UTF-8"
         ) from None
 
 
@@ -48,14 +54,22 @@ def parse(text: str, source: str) -> Tables:
     if not text.strip():
         raise FileError(f"{source}: empty; a file starts with schema = {SCHEMA}")
     if long := _LONG_KEY.search(text):
-        line = text.count("\n", 0, long.start()) + 1
-        raise FileError(f"{source}: not a key that could be valid: {shown(long[0])} (line {line})")
+        what, line = shown(long[0]), _line(text, long.start())
+        raise FileError(f"{source}: not a key that could be valid: {what} (line {line})")
+    if deep := next(islice(_DEEP_KEY.finditer(text), MOST_DEEP, None), None):
+        line = _line(text, deep.start())
+        raise FileError(f"{source}: more than {MOST_DEEP} keys of 8 parts or more (line {line})")
     try:
         tables = tomllib.loads(text)
     except RecursionError:
-        raise FileError(f"{source}: brackets are nested too deeply") from None
-    except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
-        raise FileError(f"{source}: not valid TOML: {error}") from None
+        line = _line(text, _innermost(text))
+        raise FileError(f"{source}: brackets are nested too deeply (line {line})") from None
+    except tomllib.TOMLDecodeError as error:
+        end = f"(at line {_line(text, len(text))}, the end)"
+        reason = str(error).replace("(at end of document)", end)
+        raise FileError(f"{source}: not valid TOML: {reason}") from None
+    except ValueError:
+        raise FileError(f"{source}: not valid TOML: {_long_number(text)}") from None
     return _without_schema(tables, source)
 
 
@@ -64,6 +78,25 @@ def write(tables: Tables) -> str:
     import tomli_w
 
     return tomli_w.dumps({"schema": SCHEMA, **tables})
+
+
+def _long_number(text: str) -> str:
+    """Return what is wrong with a number of more digits than Python reads, and its line."""
+    most = sys.get_int_max_str_digits()
+    found = re.search(rf"[0-9_]{{{most + 1},}}", text)
+    at, size = (found.start(), len(found[0])) if found else (0, most + 1)
+    return f"a number of {size} digits; at most {most} are read (line {_line(text, at)})"
+
+
+def _line(text: str, at: int) -> int:
+    return text.count("\n", 0, at) + 1
+
+
+def _innermost(text: str) -> int:
+    """Return where the most brackets are open."""
+    steps = ((char in "[{") - (char in "]}") for char in text)
+    depths = list(accumulate(steps))
+    return depths.index(max(depths))
 
 
 def _without_schema(tables: Tables, source: str) -> Tables:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from robsim.base.errors import FrameError, InputError, suggest
+from robsim.declare.problems import under
 from robsim.robot.joint import Joint
 from robsim.robot.joints.coupling import Source
 
@@ -127,10 +128,11 @@ def parents_first(frames: list[Frame]) -> list[Frame]:
         layer = sorted(i for k in layer for i in hung.pop(frames[k].name, []))
     if hung:
         lost = frames[min(i for some in hung.values() for i in some)]
-        if lost.parent in number:
-            raise FrameError(f"'{lost.name}' hangs from itself, through '{lost.parent}'")
-        raise FrameError(
-            f"'{lost.name}' stands on '{lost.parent}', and there is no such frame; "
-            f"{suggest(lost.parent, ['world', *number], 'frames')}"
-        )
+        with under(lost.name):
+            if lost.parent in number:
+                raise FrameError(f"'{lost.name}' hangs from itself, through '{lost.parent}'")
+            raise FrameError(
+                f"'{lost.name}' stands on '{lost.parent}', and there is no such frame; "
+                f"{suggest(lost.parent, ['world', *number], 'frames')}"
+            )
     return [frames[i] for i in order]

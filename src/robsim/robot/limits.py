@@ -31,7 +31,7 @@ def ranges(links: Sequence[Link]) -> Array:
 def check_ranges(rows: Array, names: Iterable[str], robot: str) -> None:
     """Raise InputError if a coordinate and those that mimic it have no limits in common."""
     for name, (low, high) in zip(names, rows, strict=True):
-        if low > high:
+        if not (low <= high and low < np.inf and high > -np.inf):
             raise InputError(
                 f"joint '{name}' of '{robot}' and what mimics it are never within their "
                 "limits at once"
@@ -62,15 +62,14 @@ def _mimicked(
     InputError if what is mimicked does not mimic, but follows in
     another way.
     """
-    mimic: Any = link.joint.follows
-    assert link.joint.limits is not None
-    limits = link.joint.limits
-    while isinstance(mimic, Mimic):
-        limits = mimic.source_limits(limits)
-        if mimic.of in number:
-            return number[mimic.of], limits
-        mimic = follows[mimic.of]
-    raise InputError(
-        f"limits of '{link.name}' are not looked at, because what it mimics follows by "
-        f"{type(mimic).__name__}: limit '{mimic.of}'"
-    )
+    mimic = link.joint.follows
+    assert isinstance(mimic, Mimic) and link.joint.limits is not None
+    while mimic.of not in number:
+        above = follows[mimic.of]
+        if not isinstance(above, Mimic):
+            raise InputError(
+                f"limits of '{link.name}' are not looked at, because what it mimics follows by "
+                f"{type(above).__name__}: limit '{above.of}'"
+            )
+        mimic = mimic.through(above)
+    return number[mimic.of], mimic.source_limits(link.joint.limits)

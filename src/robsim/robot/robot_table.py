@@ -9,7 +9,8 @@ from typing import Annotated, Any
 from robsim.base.errors import InputError
 from robsim.declare import Flag, ListOf, Name, Table, Text, Word
 from robsim.declare.joints import Axes, PerJoint
-from robsim.declare.problems import Misplaced, under
+from robsim.declare.lists import label
+from robsim.declare.problems import under
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose
@@ -21,6 +22,7 @@ from robsim.robot.robot import Robot
 
 LINK = Table(Link, LinkTable)
 MOST_LINKS = 256
+MOST = 64  # robots of a scene, tools of a robot, and other parts of one kind
 BASE = (
     "the first link is the base: it has no parent, joint or dh; a robot that moves as a "
     "whole gets a base link first, and then its moving link"
@@ -38,7 +40,8 @@ class Links(ListOf):
     def read(self, raw: Raw, c: Context) -> tuple[Link, ...]:
         first = raw[0] if isinstance(raw, list) and raw and isinstance(raw[0], Mapping) else {}
         if first.get("parent") or first.get("joint", "fixed") != "fixed" or "dh" in first:
-            raise Misplaced(str(first.get("name", "[0]")), BASE)
+            with under(label(first, 0)):
+                raise InputError(BASE)
         return tuple(super().read(raw, c))
 
 
@@ -117,7 +120,7 @@ class ToolTable(LinkedTable):
     bare: Annotated[bool, Flag(), "Whether the shapes of that link are left out."] = False
 
 
-TOOLS = ListOf(LinkedSpec(ToolTable), most=64)
+TOOLS = ListOf(LinkedSpec(ToolTable), most=MOST)
 
 
 @dataclass(frozen=True)

@@ -101,10 +101,10 @@ class Experiment(Written):
         """
         with self._named():
             if isinstance(self.task, Staged):
-                self.task.checked(self, view=view)
+                with self.keyed("task"):
+                    self.task.checked(self, view=view)
                 return
-            loop = self.with_(record="summary").loop()
-            loop.controller.check_start(loop.q0)
+            loop = self._loop_from_start()
             if view:
                 check_view(loop)
 
@@ -128,9 +128,11 @@ class Experiment(Written):
         how: dict[str, Any] = {"threads": threads, "chunk": chunk, "progress": progress}
         with self._named():
             if isinstance(self.task, Staged):
-                return self.task.simulated(self, **how)
+                with self.keyed("task"):
+                    return self.task.simulated(self, **how)
             loop = self.loop()
-            finished = advance(loop, **how)
+            with self.keyed("task"):
+                finished = advance(loop, **how)
         with undisturbed() as stops:
             result = self.dataset(loop)
         if stops or not finished:
@@ -155,9 +157,15 @@ class Experiment(Written):
                 "steps: one start is needed, and there are several runs: take of_run(i)"
             )
         with self._named():
-            loop = self.with_(record="summary").loop()
-            loop.controller.check_start(loop.q0)
+            loop = self._loop_from_start()
         return instants(loop)
+
+    def _loop_from_start(self) -> Loop:
+        """Return the loop without a record; InputError if no start lets the task be done."""
+        loop = self.with_(record="summary").loop()
+        with self.keyed("task"):
+            loop.controller.check_start(loop.q0)
+        return loop
 
     def dataset(self, loop: Loop) -> xr.Dataset:
         """Return what a loop of this experiment has recorded."""
@@ -202,10 +210,9 @@ class Experiment(Written):
             return
         try:
             yield
-        except GoalError as error:
-            raise GoalError(f"{self.source}: task.goal: {error}") from None
         except InputError as error:
-            raise FileError(f"{self.source}: {error}") from None
+            kind = GoalError if isinstance(error, GoalError) else FileError
+            raise kind(f"{self.source}: {error}") from None
 
 
 def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Experiment:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.declare.problems import under
 from robsim.kernels.program import Compiled, Own, Program
 from robsim.kernels.stage import advance
 from robsim.run.chunk import Chunk
@@ -52,12 +53,14 @@ class Loop:
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
         room = self.steps, len(self.q0)
-        check_sensing(self.sensing, controller.sights, self.dt, *room)
+        with under("sensing"):
+            check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
         self.drives = Drives(self.actuation, scene, controller.columns)
         rates = scene.nv if self.drives.moves else 0
         widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks)
-        self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
+        with under("run", "record"):
+            self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
 
     @property
     def scene(self) -> Scene:

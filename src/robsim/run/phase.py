@@ -26,7 +26,7 @@ class PhaseName(Text):
 
     def check(self, value: Any, what: str) -> str:
         name = super().check(value, what)
-        if not name.strip() or "." in name or len(name) > self.most:
+        if not name.strip() or not name.isprintable() or "." in name or len(name) > self.most:
             raise expected(self.words(), name)
         return name
 

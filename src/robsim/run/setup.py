@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from typing import Any, Self
 
 import numpy as np
 
 from robsim.base.arrays import flag, positive, whole
-from robsim.base.errors import InputError
+from robsim.base.errors import GoalError, InputError
 from robsim.base.values import Value
+from robsim.declare.problems import joined, under
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
 from robsim.run.endings import ENDING_LIST, check_endings
 from robsim.run.loop import Loop
@@ -64,7 +67,8 @@ class Setup(Value):
         self._check_runs()
         check_endings(self.endings, self.scene)
         every(self.record)
-        whole_periods(self.dt, self.duration)
+        with self.keyed("run", "duration"):
+            whole_periods(self.dt, self.duration)
         if self.title is not None and not isinstance(self.title, str):
             raise InputError(f"title: expected a text, got {self.title!r:.80}")
 
@@ -90,23 +94,37 @@ class Setup(Value):
     def loop(self) -> Loop:
         """Return the loop that simulates this experiment."""
         made = simulated(self) if self.varied else self
-        controller = made.task.bind(made.scene)
+        with self.keyed("task"):
+            controller = made.task.bind(made.scene)
         start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
         q0 = np.broadcast_to(start, (self.runs, self.scene.nq))
-        return Loop(
-            controller,
-            np.ascontiguousarray(q0),
-            self.dt,
-            whole_periods(self.dt, self.duration),
-            self.seed,
-            made.sensing,
-            made.actuation,
-            self.hold,
-            self.first_run,
-            self.record,
-            start.ndim == 1 and not self.varied,
-            endings=self.endings,
-        )
+        steps = whole_periods(self.dt, self.duration)
+        settings = self.hold, self.first_run, self.record, start.ndim == 1 and not self.varied
+        with self.keyed():
+            return Loop(
+                controller,
+                np.ascontiguousarray(q0),
+                self.dt,
+                steps,
+                self.seed,
+                made.sensing,
+                made.actuation,
+                *settings,
+                endings=self.endings,
+            )
+
+    @contextmanager
+    def keyed(self, *keys: str) -> Iterator[None]:
+        """Put the keys of the file of this experiment, if any, in front of an error's path."""
+        if not self.source:
+            yield
+            return
+        try:
+            with under(*keys):
+                yield
+        except GoalError as error:
+            error.path = joined(error.path, *([] if isinstance(self.task, Staged) else ["goal"]))
+            raise
 
     @property
     def runs(self) -> int:

@@ -10,14 +10,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from robsim.base.arrays import Array, numbers, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import FrameError, InputError
 from robsim.declare import ListOf, Table, described
+from robsim.declare.problems import under
 from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
-from robsim.robot.robot_table import ROBOT
+from robsim.robot.robot_table import MOST, ROBOT
 from robsim.robot.tree import Tree
 from robsim.world import overview
 from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
@@ -28,8 +29,6 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import MOST_MARKS, Object
 from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
-
-MOST = 64  # parts of one kind
 
 
 @described
@@ -97,16 +96,19 @@ class Scene(Coordinates):
                 raise InputError(f"{kind} must be a list of {part.__name__}, got {given!r:.80}")
             object.__setattr__(self, kind, tuple(parts))
         object.__setattr__(self, "display", one_pose(self.display, "display"))
-        names = ["world", *(part.name for part in self._parts)]
-        twice = sorted({n for n in names if names.count(n) > 1})
-        if twice:
-            raise InputError(f"two things in the scene are called '{twice[0]}'; rename one")
-        _ = self.tree  # an unknown frame is an error now, not later
+        kind_of = self._check_names()
+        try:
+            _ = self.tree  # an unknown frame is an error now, not later
+        except FrameError as error:
+            with under(kind_of.get(error.path.partition(".")[0], "robots")):
+                raise
+        movers: set[str] = set()
         for motion in self.motions:
-            motion.check(self.robot(motion.robot).nv)
-        movers = [motion.robot for motion in self.motions]
-        if len(set(movers)) < len(movers):
-            raise InputError(f"two motions for one robot: {', '.join(movers)}")
+            with under("motions", motion.robot):
+                motion.check(self.robot(motion.robot).nv)
+                if motion.robot in movers:
+                    raise InputError("two motions for one robot")
+            movers.add(motion.robot)
 
     def __repr__(self) -> str:
         """Return a few lines, one for each part."""
@@ -262,9 +264,17 @@ class Scene(Coordinates):
         depth = np.asarray(T_w_c.inv() @ marks)[..., 2]
         return View(eye.camera.project(marks, T_w_c), depth, eye.camera.visibility(marks, T_w_c))
 
-    @property
-    def _parts(self) -> tuple[Robot | Object | MountedCamera, ...]:
-        return (*self.robots, *self.objects, *self.cameras)
+    def _check_names(self) -> dict[str, str]:
+        """Return the kind of each part by its name; InputError if two have one name."""
+        kind_of = {"world": ""}
+        for kind in ("robots", "objects", "cameras"):
+            for part in getattr(self, kind):
+                if part.name in kind_of:
+                    with under(kind, part.name):
+                        text = f"two things in the scene are called '{part.name}'; rename one"
+                        raise InputError(text)
+                kind_of[part.name] = kind
+        return kind_of
 
     @property
     def _frames(self) -> list[Frame]:

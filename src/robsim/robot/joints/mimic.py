@@ -45,6 +45,14 @@ class Mimic(Coupling):
         """Return ratio and offset."""
         return self.ratio, self.offset, 0.0
 
+    def through(self, above: Mimic) -> Mimic:
+        """Return how this coordinate follows the source of its source, which is `above`.
+
+        >>> Mimic("b", 2.0, 1.0).through(Mimic("a", 3.0, -1.0))
+        Mimic(of='a', ratio=6.0, offset=-1.0)
+        """
+        return Mimic(above.of, self.ratio * above.ratio, self.ratio * above.offset + self.offset)
+
     def source_limits(self, limits: tuple[float, float]) -> tuple[float, float]:
         """Return (lowest, highest) of the source that keep this coordinate in its limits.
 

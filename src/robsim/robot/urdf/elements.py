@@ -12,6 +12,9 @@ from robsim.base.errors import FileError
 LARGEST_FILE = 4_000_000  # bytes; the largest published robots take a tenth of it
 MOST_PARTS = 100_000  # elements and attributes
 DEEPEST = 64  # elements inside each other
+ENCODINGS = "utf-8", "us-ascii", "iso-8859-1"  # that a file may declare
+OTHER_MARKS = b"\xff\xfe", b"\xfe\xff"  # that files begin with that are not in them
+BLANKS = " \t\r\n"  # what separates in XML; Python takes other characters for blanks, too
 
 
 @dataclass(slots=True, eq=False)
@@ -22,6 +25,7 @@ class Element:
     attributes: dict[str, str]
     line: int
     owner: Element | None = None
+    text: str = ""  # between its children, without white space around it
     children: list[Element] = field(default_factory=list)
 
     @property
@@ -42,6 +46,8 @@ def parsed(path: str | os.PathLike[str]) -> Element:
     data = _bytes(path)
     if not data.strip():
         raise FileError(f"{path}: empty; expected a URDF file, <robot name=...> ... </robot>")
+    if data.startswith(OTHER_MARKS) or b"\0" in data[:4]:
+        raise FileError(f"{path}:1: not UTF-8, but UTF-16 or the like; save it as UTF-8")
     parser = expat.ParserCreate()
     builder = _Builder(str(path), parser)
     try:
@@ -49,10 +55,6 @@ def parsed(path: str | os.PathLike[str]) -> Element:
     except expat.ExpatError as error:
         what = expat.ErrorString(error.code)
         raise FileError(f"{path}:{error.lineno}: not valid XML: {what}") from None
-    except (LookupError, ValueError) as error:  # encodings that do not exist or are not for files
-        if isinstance(error, FileError):
-            raise
-        raise FileError(f"{path}:1: not valid XML: {error}; expected UTF-8") from None
     assert builder.root is not None
     return builder.root
 
@@ -65,9 +67,20 @@ class _Builder:
         self.root: Element | None = None
         self.open: list[Element] = []
         self.parts = 0
+        parser.buffer_text = True
+        parser.XmlDeclHandler = self._declared
+        parser.CharacterDataHandler = self._text
         parser.StartElementHandler = self._start
         parser.EndElementHandler = self._end
         parser.StartDoctypeDeclHandler = self._doctype
+
+    def _declared(self, version: str, encoding: str | None, standalone: int) -> None:
+        if encoding is not None and encoding.lower() not in ENCODINGS:
+            self._refuse(f"encoding {encoding!r:.40}; expected one of {', '.join(ENCODINGS)}")
+
+    def _text(self, text: str) -> None:
+        if self.open and (found := text.strip(BLANKS)):
+            self.open[-1].text = self.open[-1].text or found[:80]
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         owner = self.open[-1] if self.open else None

@@ -142,7 +142,21 @@ def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[flo
     if lower == upper or (lower <= -LARGEST and upper >= LARGEST):
         findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")
         return None
-    return span
+    return _bounded(limit, lower, upper, findings)
+
+
+def _bounded(
+    limit: Element, lower: float, upper: float, findings: Findings
+) -> tuple[float, float] | None:
+    """Return limits within the largest number, or None after an error."""
+    if lower >= LARGEST or upper <= -LARGEST:
+        text = f"lower {lower:g} and upper {upper:g}: at most {LARGEST:g} is allowed"
+        findings.error(limit, text)
+        return None
+    for name, value in (("lower", lower), ("upper", upper)):
+        if abs(value) > LARGEST:
+            findings.odd(limit, f"{name} {value:g} is read as {np.copysign(LARGEST, value):g}")
+    return max(lower, -LARGEST), min(upper, LARGEST)
 
 
 def _span(limit: Element, findings: Findings) -> tuple[float, float] | None:

@@ -13,7 +13,7 @@ from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
 from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
-from robsim.robot.urdf.values import number, origin, size, vector
+from robsim.robot.urdf.values import number, origin, size, split, vector
 from robsim.robot.urdf.words import (
     WORDS,
     XACRO,
@@ -61,7 +61,7 @@ def inertia(link: Element, findings: Findings) -> Inertia | None:
     except InputError as error:
         findings.odd(given, f"{error}; left out")
         return None
-    return None if found == TOKEN else found
+    return found
 
 
 def _mass_and_tensor(given: Element, findings: Findings) -> tuple[float | None, Array | None]:
@@ -177,7 +177,7 @@ def _mesh(element: Element, findings: Findings) -> Mesh | None:
     if is_expression(name):
         findings.odd(element, f"filename = {name!r:.80}: {XACRO}; left out")
         return None
-    if len(scale.split(None, 3)) != 3:
+    if len(split(scale, 3)) != 3:
         findings.odd(element, f"scale = {scale!r:.80}: expected 3 numbers; left out")
         return None
     factors = vector(element, "scale", findings, "1 1 1")

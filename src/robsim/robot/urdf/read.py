@@ -9,13 +9,14 @@ from math import inf
 from typing import TypeVar
 
 from robsim.base.errors import FileError, InputError
-from robsim.robot.joint import SINGLE, Coupling, Joint, Mimic
+from robsim.robot.joint import SINGLE, Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.tip import Tip, find_tip
 from robsim.robot.urdf.elements import Element, parsed
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.joints import Hinge, hinge
-from robsim.robot.urdf.parts import colors, inertia, shapes
+from robsim.robot.urdf.parts import TOKEN, colors, inertia, shapes
+from robsim.robot.urdf.values import LARGEST
 from robsim.robot.urdf.words import AXIS, TAIL, check_words, child, children, hint, named, needed
 
 R = TypeVar("R")
@@ -86,14 +87,21 @@ def _tails(root: Element) -> dict[str, Element]:
     for link in children(root, "link"):
         name = link.attributes.get("name", "")
         stem, hung = name.removesuffix(AXIS), behind.get(name, [])
-        bare = all(part.tag == "inertial" for part in link.children)
-        if stem == name or name not in above or len(hung) != 1 or not bare:
+        if stem == name or name not in above or len(hung) != 1 or not _is_bare(link):
             continue
         end = child(hung[0], "child")
         written = hung[0].attributes == {"name": stem + TAIL, "type": "fixed"}
         if written and end is not None and end.attributes.get("link") == stem:
             found[name] = hung[0]
     return found
+
+
+def _is_bare(link: Element) -> bool:
+    """Return whether a link has nothing but the inertia that our writer gives what moves."""
+    findings = Findings("")
+    weight = inertia(link, findings)
+    plain = not (findings.errors or findings.oddities) and weight in (None, TOKEN)
+    return plain and all(part.tag == "inertial" for part in link.children)
 
 
 def _by_link(root: Element, tag: str) -> dict[str, list[Element]]:
@@ -135,11 +143,15 @@ def _hung(root: Element, links: Links, hinges: list[Hinge], findings: Findings) 
     _check_loops(links, above, findings)
     findings.stop()
     base = links[roots[0]][1]
-    hung = [
-        replace(links[h.child][1], parent=links[h.parent][1].name, joint=joint)
-        for h, joint in zip(hinges, _with_room(hinges, findings), strict=True)
-    ]
-    return [base, *hung]
+    both = zip(hinges, _with_room(hinges, findings), strict=True)
+    return [base, *(_on(joint, links[h.child][1], links[h.parent][1]) for h, joint in both)]
+
+
+def _on(joint: Joint, link: Link, parent: Link) -> Link:
+    """Return a link on its joint, without the inertia that our writer gives what moves."""
+    token = joint.moves and link.inertia == TOKEN
+    weight = None if token else link.inertia
+    return replace(link, parent=parent.name, joint=joint, inertia=weight)
 
 
 def _with_room(hinges: Iterable[Hinge], findings: Findings) -> Iterator[Joint]:
@@ -168,11 +180,9 @@ def _followed(
     tie: Mimic, joints: Mapping[str, Joint], limits: tuple[float, float]
 ) -> tuple[str, tuple[float, float]]:
     """Return the source at the end of a chain of mimics, and its range for these limits."""
-    above: Coupling | None = tie
-    while isinstance(above, Mimic):
-        name, limits = above.of, above.source_limits(limits)
-        above = joints[name].follows
-    return name, limits
+    while isinstance(above := joints[tie.of].follows, Mimic):
+        tie = tie.through(above)
+    return tie.of, tie.source_limits(limits)
 
 
 def _check_names(links: Links, hinges: Iterable[Hinge], findings: Findings) -> None:
@@ -242,7 +252,24 @@ def _check_mimics(hinges: Iterable[Hinge], findings: Findings) -> None:
             _check_source(joints[path[-1]], name, joints, findings)
         if name in path:
             findings.error(joints[name].element, "mimics itself in the end; follow another joint")
+            return
         done.update(path)
+    for h in joints.values():
+        _check_chain(h, joints, findings)
+
+
+def _check_chain(h: Hinge, joints: Mapping[str, Hinge], findings: Findings) -> None:
+    """Report a mimic whose ratio or offset to what it follows in the end is too large."""
+    tie = h.joint.follows
+    while isinstance(tie, Mimic) and tie.of in joints:
+        if max(abs(tie.ratio), abs(tie.offset)) > LARGEST:
+            numbers = f"ratio {tie.ratio:g} and offset {tie.offset:g} to '{tie.of}'"
+            findings.error(h.element, f"mimic: {numbers}, through others; at most {LARGEST:g}")
+            return
+        above = joints[tie.of].joint.follows
+        if not isinstance(above, Mimic):
+            return
+        tie = tie.through(above)
 
 
 def _check_source(h: Hinge, of: str, joints: dict[str, Hinge], findings: Findings) -> None:

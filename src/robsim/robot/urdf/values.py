@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.robot.urdf.elements import Element
+from robsim.robot.urdf.elements import BLANKS, Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.words import XACRO, child, needed
 
 LARGEST = 1e9  # largest number, so that no product of poses overflows
 LONGEST = 64  # characters in a number
+_BLANKS = re.compile(f"[{BLANKS}]+")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
@@ -107,7 +108,7 @@ def _numbers(
     findings: Findings,
     most: float = LARGEST,
 ) -> list[float] | None:
-    words = text.split(None, count)
+    words = split(text, count)
     wrong = next((word for word in words[:count] if not _is_number(word)), None)
     if wrong is not None:
         findings.error(element, f"{name} = {text!r:.80}: {_reason(wrong)}")
@@ -125,6 +126,15 @@ def _numbers(
         findings.error(element, f"{name} = {text!r:.80}: at most {most:g} is allowed")
         return None
     return values
+
+
+def split(text: str, count: int) -> list[str]:
+    """Return the words of a text, which blanks of XML separate: so many, and the rest.
+
+    >>> split("0 1\\t2 3 4", 3)
+    ['0', '1', '2', '3 4']
+    """
+    return [word for word in _BLANKS.split(text.strip(BLANKS), count) if word]
 
 
 def _is_number(word: str) -> bool:

@@ -74,6 +74,8 @@ _UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
 def check_words(element: Element, findings: Findings) -> None:
     """Report unknown attributes and children of an element, and of its known children."""
     word = WORDS[element.tag]
+    if element.text:
+        findings.odd(element, f"text {element.text!r:.40} stands between the elements, left out")
     for name in element.attributes:
         if name in word.spare:
             findings.odd(element, f"attribute '{name}' says again what the tensor says; left out")

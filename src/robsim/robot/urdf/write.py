@@ -35,6 +35,7 @@ def write(name: str, links: Sequence[Link], tip: str, path: str | os.PathLike[st
     check(name, links, "URDF")
     text = Text()
     links = _unchained(links)
+    _check_numbers(name, links)
     names, tied = _joint_names(links), _tied(links)
     with text.inside("robot", name=name):
         if find_tip(links) != Tip(tip):
@@ -62,6 +63,23 @@ def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ())
     wrong += more
     if wrong:
         raise InputError(f"robot '{name}' cannot be written as {what}: {'; '.join(wrong)}")
+
+
+def _check_numbers(name: str, links: Iterable[Link]) -> None:
+    """Raise InputError for numbers that our reader would not take."""
+    for link in links:
+        joint, inertia = link.joint, link.inertial
+        given = [*joint.place.position, *joint.tail.position, *(joint.limits or ())]
+        if isinstance(joint.follows, Mimic):
+            given += [joint.follows.ratio, joint.follows.offset]
+        if inertia is not None:
+            given += [inertia.mass, *inertia.centre, *inertia.tensor.flat]
+        largest = max(map(abs, given))
+        if largest > LARGEST:
+            raise InputError(
+                f"robot '{name}' cannot be written as URDF: '{link.name}' has a number of "
+                f"{largest:g}, and at most {LARGEST:g} can be read"
+            )
 
 
 def _link(text: Text, link: Link) -> None:
@@ -132,7 +150,7 @@ def _unchained(links: Sequence[Link]) -> list[Link]:
     for link in links:
         tie, above = link.joint.follows, None
         while isinstance(tie, Mimic) and isinstance(above := follows.get(tie.of), Mimic):
-            tie = Mimic(above.of, tie.ratio * above.ratio, tie.ratio * above.offset + tie.offset)
+            tie = tie.through(above)
         found.append(replace(link, joint=replace(link.joint, follows=tie)))
     return found
 

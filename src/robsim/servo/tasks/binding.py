@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
+from robsim.declare.problems import under
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.goals.goal import Goal, GoalFeatures, configuration, goal_observation
@@ -54,7 +55,8 @@ def regulated_by(
     """
     scene = truth[0][0].scene
     exact = belief is None or belief == scene
-    believed = truth if exact else _believed(belief, scene, truth)
+    with under("belief"):
+        believed = truth if exact else _believed(belief, scene, truth)
     truths, sights = each_once(truth), each_once(believed)
     both = zip(truths, sights, strict=True)
     runs = max(depths.runs, *(each.runs for each in (*truths, *sights)))
@@ -62,7 +64,8 @@ def regulated_by(
     goals = {t.key: goal_observation(goal, q_goal, t, b, sights[0], runs) for t, b in both}
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
-    bound = tuple(_bound(*pair, depths) for pair in zip(parts, believed, strict=True))
+    with under("features"):
+        bound = tuple(_bound(*pair, depths) for pair in zip(parts, believed, strict=True))
     which: Any = "current" if isinstance(interaction, Broyden) else interaction
     given = goal.s if isinstance(goal, GoalFeatures) else None
     draft = Regulated(bound, sights, exact, columns, depths, which, goals, q_goal, given, runs)
@@ -121,17 +124,14 @@ def _integers(numbers: tuple[int, ...] | None) -> NDArray[np.int64] | None:
 def _believed(belief: Any, scene: Scene, truth: Found) -> Found:
     """Return the same sights in the belief, which may differ in numbers, but not in its parts."""
     if not isinstance(belief, Scene):
-        raise InputError(f"belief must be a Scene (see Scene.replacing), got {belief!r:.80}")
+        raise InputError(f"expected a Scene (see Scene.replacing), got {belief!r:.80}")
     there, here = _joints(belief), _joints(scene)
     if there != here:
         raise InputError(f"the belief has the joints {there}, the scene {here}")
     made: dict[Key, Sight] = {}
     for true in each_once(truth):
         camera, target = true.key
-        try:
-            made[true.key] = Sight(belief, belief.camera(camera), belief.object(target))
-        except InputError as error:
-            raise InputError(f"belief: {error}") from None
+        made[true.key] = Sight(belief, belief.camera(camera), belief.object(target))
         marks = len(made[true.key].target.marks), len(true.target.marks)
         if marks[0] != marks[1]:
             raise InputError(f"the belief has {marks[0]} marks on '{target}', the scene {marks[1]}")

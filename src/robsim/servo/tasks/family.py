@@ -12,7 +12,10 @@ from robsim.declare.problems import Broken
 from robsim.declare.spec import Context, Raw
 
 TASKS = family("task")
-DEEPEST = 64  # keys of the path to a task within tasks
+DEEPEST = 16  # tasks within each other
+MOST_SCHEMES = 64  # tasks without tasks in them, in one
+MOST_TASKS = 1100  # of a text: those of all phases, and tasks within them
+TOO_DEEP = f"tasks are nested more than {DEEPEST} deep"
 
 
 @dataclass(frozen=True)
@@ -42,10 +45,8 @@ class TaskChoice(Choice):
         return super().check(value, what)
 
     def read(self, raw: Raw, c: Context) -> Any:
-        if len(c.path) > DEEPEST:
-            raise InputError("tasks within tasks are nested too deeply")
         later: list[Any] = []
-        made = super().read(raw, c.knowing(later=later))
+        made = super().read(raw, _counted(c).knowing(later=later))
         if later and c.facts.get("scene") is not None:
             before = c.problems.seen
             try:
@@ -61,6 +62,33 @@ class TaskChoice(Choice):
             return commanded_by(value, c.facts["scene"])
 
         return super().write(value, c.knowing(commanded=commanded))
+
+
+def _counted(c: Context) -> Context:
+    """Return the context within one more task; InputError if there are too many in the text."""
+    count, depth = c.facts.get("count", []), c.facts.get("depth", 0)
+    count.append(c.path)
+    if len(count) > MOST_TASKS + 1:  # which is told already
+        raise Broken
+    if len(count) > MOST_TASKS:
+        raise InputError(f"more than {MOST_TASKS} tasks, with those within tasks")
+    if depth > DEEPEST:
+        raise InputError(TOO_DEEP)
+    return c.knowing(count=count, depth=depth + 1)
+
+
+def check_nesting(task: Any) -> None:
+    """Raise InputError if a task is made of too many, or too many are within each other."""
+    level, depth, schemes = [task], 0, 0
+    while level:
+        depth += 1
+        if depth > DEEPEST:
+            raise InputError(TOO_DEEP)
+        inner = [each.inner for each in level if hasattr(each, "inner")]
+        schemes += len(level) - len(inner)
+        level = [task for several in inner for task in several]
+        if schemes + len(level) > MOST_SCHEMES:
+            raise InputError(f"made of more than {MOST_SCHEMES} tasks")
 
 
 def commanded_by(task: Any, scene: Any) -> Axes:

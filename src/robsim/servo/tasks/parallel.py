@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
-from robsim.declare import Declared, ListOf, register
+from robsim.declare import ListOf, register
 from robsim.kernels import commanding
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
@@ -22,7 +22,7 @@ from robsim.world.scene import Scene
 
 @register("task", "parallel")
 @dataclass(frozen=True, eq=False)
-class Parallel(OfTasks, Declared):
+class Parallel(OfTasks):
     """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
 
     Give each task its `joints` where the cameras and targets would let them share some. Beside one
@@ -42,8 +42,7 @@ class Parallel(OfTasks, Declared):
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that the tasks command; InputError if two command one joint."""
-        each = [task.columns(scene) for task in self.tasks]
-        every, counts = np.unique(np.concatenate(each), return_counts=True)
+        every, counts = np.unique(np.concatenate(self.each_columns(scene)), return_counts=True)
         if (counts > 1).any():
             names = ", ".join(scene.velocity_names[i] for i in every[counts > 1])
             raise InputError(
@@ -55,8 +54,8 @@ class Parallel(OfTasks, Declared):
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
         """Return the controller of all tasks in a scene."""
         mine = self.columns(scene)
-        parts = [task.bind(scene, task.columns(scene)) for task in self.tasks]
-        return ParallelController(**common(parts), columns=mine, parts=tuple(parts))
+        parts = self.bound(scene, self.each_columns(scene))
+        return ParallelController(**common(parts), columns=mine, parts=parts)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import repeat
 from typing import Annotated, Any
 
 from robsim.base.errors import InputError
@@ -70,19 +71,19 @@ class Priorities(OfTasks, Shaped):
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that any of the tasks commands."""
-        return self.chosen(scene, union(task.columns(scene) for task in self.tasks))
+        return self.chosen(scene, union(self.each_columns(scene)))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
         """Return the controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
-        parts = [task.bind(scene, columns) for task in self.tasks]
+        parts = self.bound(scene, repeat(columns, len(self.tasks)))
         for part in parts:
             if type(part.law) is not JointLaw:
                 name = type(part.law).__name__
                 raise InputError(f"priorities are for the joint law, and a task brings {name}")
         shared = common(parts) | {"rcond": self.rcond}
         shaping = self.shaping(scene, columns)
-        return Ordered(**shared, columns=columns, parts=tuple(parts), shaping=shaping)
+        return Ordered(**shared, columns=columns, parts=parts, shaping=shaping)
 
 
 @dataclass(frozen=True, eq=False)

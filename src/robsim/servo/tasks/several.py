@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -10,6 +11,9 @@ from typing import Any, Self, cast
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError
+from robsim.declare import Declared
+from robsim.declare.problems import under
 from robsim.kernels import commanding
 from robsim.kernels.program import Blocks
 from robsim.servo.command import Command
@@ -18,6 +22,11 @@ from robsim.servo.given import Commanded, Given
 from robsim.servo.regulated_stages import joined
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Key, Sight
+from robsim.servo.tasks.family import check_nesting
+from robsim.world.scene import Scene
+
+MOST_FEATURES = 40_000
+Place = tuple[str | int, ...]  # of a task in another: ("tasks", 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +78,51 @@ class Several(Controller):
         return Commanded(s, error, qd, A, busy, decide, note)
 
 
-class OfTasks:
+class OfSeveral(Declared):
+    """The part of a declaration that is made of tasks."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_nesting(self)
+
+    @property
+    @abstractmethod
+    def placed(self) -> dict[Place, Any]:
+        """The tasks of which it is made, by their places."""
+
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return tuple(self.placed.values())
+
+    def each_columns(self, scene: Scene) -> list[Columns]:
+        """Return the velocities that each task commands."""
+        found = []
+        for place, task in self.placed.items():
+            with under(*place):
+                found.append(task.columns(scene))
+        return found
+
+    def bound(self, scene: Scene, columns: Iterable[Columns]) -> tuple[Any, ...]:
+        """Return the controllers of all tasks, each with its columns."""
+        made: list[Controller] = []
+        for (place, task), own in zip(self.placed.items(), columns, strict=True):
+            with under(*place):
+                made.append(task.bind(scene, own))
+                if sum(each.k for each in made) > MOST_FEATURES:
+                    raise InputError(f"with those before more than {MOST_FEATURES} features")
+        return tuple(made)
+
+
+class OfTasks(OfSeveral):
     """The part of a declaration that is made of `tasks`."""
 
     tasks: Any
 
     @property
-    def inner(self) -> tuple[Any, ...]:
-        """The tasks of which it is made."""
-        return tuple(self.tasks)
+    def placed(self) -> dict[Place, Any]:
+        """The tasks of which it is made, by their places."""
+        return {("tasks", i): task for i, task in enumerate(self.tasks)}
 
     def with_inner(self, tasks: Sequence[Any]) -> Self:
         """Return a copy with other tasks in their places."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Flag, register
+from robsim.declare import Flag, register
 from robsim.kernels import commanding
 from robsim.kernels import switching as kernels
 from robsim.kernels.program import Blocks
@@ -25,14 +25,14 @@ from robsim.servo.tasks.conditions import (
     staged,
 )
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import Several, common, union
+from robsim.servo.tasks.several import OfSeveral, Place, Several, common, union
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 
 @register("task", "switch")
 @dataclass(frozen=True, eq=False)
-class Switch(Declared):
+class Switch(OfSeveral):
     """Use the first scheme, and from a condition on the second: PBVS far away, IBVS near.
 
     Without `latch` it is asked anew at every instant (a switched system as in Gans and Hutchinson
@@ -59,9 +59,9 @@ class Switch(Declared):
     ] = True
 
     @property
-    def inner(self) -> tuple[Any, ...]:
-        """The tasks of which it is made."""
-        return self.first, self.second
+    def placed(self) -> dict[Place, Any]:
+        """The tasks of which it is made, by their places."""
+        return {("first",): self.first, ("second",): self.second}
 
     def with_inner(self, tasks: Sequence[Any]) -> Self:
         """Return a copy with other tasks in their places."""
@@ -70,14 +70,14 @@ class Switch(Declared):
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that either scheme commands."""
-        return union([self.first.columns(scene), self.second.columns(scene)])
+        return union(self.each_columns(scene))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
         """Return the controller of both schemes in a scene, each with its own joints."""
         mine = self.columns(scene)
-        parts = [task.bind(scene, task.columns(scene)) for task in (self.first, self.second)]
+        parts = self.bound(scene, self.each_columns(scene))
         return Switched(
-            **common(parts), columns=mine, parts=tuple(parts), when=self.when, latch=self.latch
+            **common(parts), columns=mine, parts=parts, when=self.when, latch=self.latch
         )
 
 
