@@ -190,5 +190,5 @@ def test_types_robots_and_examples_are_packaged():
 
 def test_robsim_is_the_command_and_the_module():
     scripts = importlib.metadata.entry_points(group="console_scripts", name="robsim")
-    assert [script.value for script in scripts] == ["robsim.cli:main"]
+    assert [script.value for script in scripts] == ["robsim.__main__:main"]
     assert (PACKAGE / "__main__.py").is_file()

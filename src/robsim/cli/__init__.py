@@ -8,9 +8,9 @@ import sys
 import click
 
 from robsim import __version__
-from robsim.base.errors import RobSimError
+from robsim.base import interrupt
+from robsim.base.errors import Interrupted, RobSimError
 from robsim.cli import check, compare, demo, examples, explain, robots, run, schema, warm
-from robsim.cli.progress import STOPPED
 
 BAD_INPUT = 2  # exit status
 NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
@@ -31,14 +31,14 @@ def main() -> None:
     gc.set_threshold(NEW_OBJECTS)
     try:
         cli(standalone_mode=False)
+    except (click.Abort, KeyboardInterrupt, Interrupted):  # the last of what is not to be saved
+        click.echo("stopped", err=True)
+        sys.exit(interrupt.status())
     except RobSimError as error:
         _fail(f"error: {error}")
     except click.ClickException as error:
         error.show()
         sys.exit(BAD_INPUT)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("stopped", err=True)
-        sys.exit(STOPPED)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
         sys.stderr.close()
 
