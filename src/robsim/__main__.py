@@ -1,20 +1,6 @@
-"""The command `robsim`, which is also `python -m robsim`."""
+"""`python -m robsim` is the command `robsim`."""
 
-import sys
-
-from robsim.base import interrupt
-
-
-def main() -> None:
-    """Run the command line, which hears what would end it from here on."""
-    with interrupt.listening():
-        try:
-            from robsim.cli import main as command
-
-            command()
-        except KeyboardInterrupt:  # before the command could take it
-            sys.exit(interrupt.status())
-
+from robsim.cli import main
 
 if __name__ == "__main__":
     main()

@@ -87,7 +87,7 @@ def listening() -> Iterator[None]:
     Afterwards Ctrl-C is ignored: there is nothing left but Python's own end.
     """
     mine = {n: _handler(n) for n in SIGNALS if _is_default(n, _handler(n))}
-    _State.listening, sys.unraisablehook = True, _unraised
+    _State.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _unraised
     for number in mine:
         signal.signal(number, _heard)
     try:
@@ -96,6 +96,7 @@ def listening() -> Iterator[None]:
         for number, handler in mine.items():
             end = signal.SIG_IGN if number == signal.SIGINT else handler
             signal.signal(number, end)
+        _State.listening, sys.unraisablehook = False, hook
 
 
 def status() -> int:

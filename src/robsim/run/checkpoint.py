@@ -82,9 +82,9 @@ class Keeper:
     def _read(self) -> list[tuple[Any, list[Any]]]:
         """Return what is said of each loop, with its arrays; FileError if it does not serve."""
         with refused(self.path, "read"):
-            if not self.path.exists():
-                raise FileError(f"no checkpoint {self.path}: run without resume")
-            content = self.path.read_bytes()
+            content = self.path.read_bytes() if self.path.exists() else None
+        if content is None:
+            raise FileError(f"no checkpoint {self.path}: run without resume")
         about, arrays = unsealed(content, secret(), str(self.path))
         for name, here in _made_with().items():
             if about[name] != here:

@@ -49,7 +49,7 @@ def advance(
             _alone(loop, chunks[0])
         else:
             _work(loop, threads, chunks, progress, keeper)
-        finished = all(each.done for each in chunks)
+        finished = all(each.done for each in chunks) and not loop.stopped
         if keeper and not finished:
             keeper.save()
         loop.leave(chunks)
