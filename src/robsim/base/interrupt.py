@@ -84,18 +84,17 @@ def held(
 def listening() -> Iterator[None]:
     """Take over the stops of a process that is the command line, from its first to its last line.
 
-    Afterwards Ctrl-C is ignored: there is nothing left but Python's own end.
+    Afterwards they are ignored: there is nothing left but Python's own end.
     """
-    mine = {n: _handler(n) for n in SIGNALS if _is_default(n, _handler(n))}
+    mine = [number for number in SIGNALS if _is_default(number, _handler(number))]
     _State.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _unraised
     for number in mine:
         signal.signal(number, _heard)
     try:
         yield
     finally:
-        for number, handler in mine.items():
-            end = signal.SIG_IGN if number == signal.SIGINT else handler
-            signal.signal(number, end)
+        for number in mine:
+            signal.signal(number, signal.SIG_IGN)
         _State.listening, sys.unraisablehook = False, hook
 
 
