@@ -44,6 +44,7 @@ class _State:
     first = int(signal.SIGINT)
     listening = False
     raised = -LEAVING  # when, by the monotonic clock
+    waits = 0  # the signal that is to come again
 
 
 @contextmanager
@@ -98,6 +99,12 @@ def listening() -> Iterator[None]:
         _State.listening, sys.unraisablehook = False, hook
 
 
+def look() -> None:
+    """Raise KeyboardInterrupt now if a stop came during an import that is over."""
+    if _State.waits:
+        _raise(_State.waits, None)
+
+
 def status() -> int:
     """Return the exit status of a process that was stopped: the shell's number for the signal."""
     return 128 + _State.first
@@ -144,7 +151,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
     elif _is_busy(frame):
         _come_again(number)
     elif time.monotonic() - _State.raised > LEAVING:
-        _State.raised, _State.first = time.monotonic(), number
+        _State.raised, _State.first, _State.waits = time.monotonic(), number, 0
         raise KeyboardInterrupt
 
 
@@ -158,6 +165,7 @@ def _is_busy(frame: FrameType | None) -> bool:
 
 
 def _come_again(number: int) -> None:
+    _State.waits = number
     timer = threading.Timer(AGAIN, _send, (number,))
     timer.daemon = True
     timer.start()

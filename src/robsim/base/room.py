@@ -10,7 +10,7 @@ from pathlib import Path
 UNKNOWN = 4e9  # bytes, where the system does not tell
 OWN = 2e8  # bytes, of what is still to be imported
 _CGROUP = Path("/sys/fs/cgroup")
-_PROCESS = Path("/proc/self")
+_PROCESS, _MACHINE = Path("/proc/self"), Path("/proc/meminfo")
 
 
 def room() -> float:
@@ -55,7 +55,7 @@ def _of_old_group() -> float:
 def _of_machine() -> float:
     """Return what is available, or where the system does not tell half of what there is."""
     with suppress(OSError, KeyError):
-        return 1024.0 * _number_of(Path("/proc/meminfo"), "MemAvailable:")
+        return 1024.0 * _number_of(_MACHINE, "MemAvailable:")
     return 0.5 * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 

@@ -14,6 +14,7 @@ def main() -> None:
         try:
             from robsim.cli.commands import run_command
 
+            interrupt.look()
             run_command()
         except KeyboardInterrupt:  # before the command could take it
             sys.stderr.write("stopped\n")
