@@ -44,7 +44,6 @@ class _State:
     first = int(signal.SIGINT)
     listening = False
     raised = -LEAVING  # when, by the monotonic clock
-    waits = 0  # the signal that is to come again
 
 
 @contextmanager
@@ -101,8 +100,8 @@ def listening() -> Iterator[None]:
 
 def look() -> None:
     """Raise KeyboardInterrupt now if a stop came during an import that is over."""
-    if _State.waits:
-        _raise(_State.waits, None)
+    for number in _heard.waiting[:1]:
+        _heard(number, None)
 
 
 def status() -> int:
@@ -128,19 +127,30 @@ def _is_default(number: int, handler: Any) -> bool:
     return bool(handler == signal.SIG_DFL)
 
 
-def _heard(number: int, frame: FrameType | None) -> None:
-    """Take a stop."""
-    hold = _State.hold
-    if hold is None or not hold.root.begun:
-        _raise(number, frame)
-        return
-    hold.came.append(number)
-    if len(hold.came) > 1:
-        _say("saving what was simulated so far")
-        return
-    _State.first = number
-    for stop in hold.stops:
-        stop()
+class _Handler:
+    """What hears stops; some are waiting until an import or a compiler has ended."""
+
+    def __init__(self) -> None:
+        self.waiting: list[int] = []
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Take a stop."""
+        if number in self.waiting:
+            self.waiting.remove(number)
+        hold = _State.hold
+        if hold is None or not hold.root.begun:
+            _raise(number, frame)
+            return
+        hold.came.append(number)
+        if len(hold.came) > 1:
+            _say("saving what was simulated so far")
+            return
+        _State.first = number
+        for stop in hold.stops:
+            stop()
+
+
+_heard = _Handler()
 
 
 def _raise(number: int, frame: FrameType | None) -> None:
@@ -151,7 +161,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
     elif _is_busy(frame):
         _come_again(number)
     elif time.monotonic() - _State.raised > LEAVING:
-        _State.raised, _State.first, _State.waits = time.monotonic(), number, 0
+        _State.raised, _State.first = time.monotonic(), number
         raise KeyboardInterrupt
 
 
@@ -165,7 +175,7 @@ def _is_busy(frame: FrameType | None) -> bool:
 
 
 def _come_again(number: int) -> None:
-    _State.waits = number
+    _heard.waiting.append(number)
     timer = threading.Timer(AGAIN, _send, (number,))
     timer.daemon = True
     timer.start()
@@ -173,6 +183,8 @@ def _come_again(number: int) -> None:
 
 def _send(number: int) -> None:
     main = threading.main_thread().ident
+    if number not in _heard.waiting:
+        return
     if hasattr(signal, "pthread_kill") and main:  # wakes it, too
         signal.pthread_kill(main, number)
     else:

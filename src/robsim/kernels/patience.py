@@ -10,7 +10,8 @@ from numba.core import event
 class Patience(event.Listener):
     """Listens to Numba, and lets KeyboardInterrupt wait while it compiles or loads kernels.
 
-    It does so where Python's own handler is in force, and in the main thread, where handlers run.
+    It does so where Python's own handler is in force, and in the main thread, where handlers run. A
+    handler that does so itself has a list `waiting` of signals, for which it is called afterwards.
     """
 
     def __init__(self) -> None:
@@ -31,10 +32,15 @@ class Patience(event.Listener):
         if threading.current_thread() is not threading.main_thread():
             return
         self._depth -= 1
-        if not self._depth and signal.getsignal(signal.SIGINT) == self._note:
+        if self._depth:
+            return
+        handler: Any = signal.getsignal(signal.SIGINT)
+        if handler == self._note:
             signal.signal(signal.SIGINT, signal.default_int_handler)
             if self._came:
                 raise KeyboardInterrupt
+        for number in getattr(handler, "waiting", ())[:1]:
+            handler(number, None)
 
     def _note(self, number: int, frame: Any) -> None:
         self._came = True
