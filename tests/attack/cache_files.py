@@ -134,14 +134,6 @@ def folders(rng, place, folder, names):
         (folder / name).mkdir()
 
 
-def a_file(rng, place, folder, names):
-    """A file stands where the folder of a version should; all is compiled anew: few kernels."""
-    for name in names:
-        (folder / name).unlink()
-    folder.rmdir()
-    folder.write_text("mine")
-
-
 def full(rng, place, folder, names):
     """Some files are missing, and no file may be longer than some bytes."""
     for name in some(rng, names):
@@ -151,4 +143,3 @@ def full(rng, place, folder, names):
 
 
 DAMAGES = [*[cut, flipped, swapped, pickled] * 3, *[folders, full] * 2]
-LONG = [a_file]  # compiles everything: `python -m attack` alone has the time
