@@ -137,7 +137,7 @@ rs.load_scenario("long.toml").run(checkpoint="point")
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal here")
 def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint():
-    long = NOISY.with_(duration=800.0, record=100)
+    long = NOISY.with_(duration=20_000.0, record=1000)
     Path("long.toml").write_text(long.to_toml(), encoding="utf-8")
     done = subprocess.run([sys.executable, "-c", KILLED], check=False)
     assert done.returncode == -signal.SIGKILL
@@ -196,7 +196,7 @@ def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
 
 def test_where_no_checkpoint_can_be_written_that_is_said_once_and_the_run_goes_on(monkeypatch):
     Path("file").touch()
-    long = NOISY.with_(duration=800.0, record="summary")
+    long = NOISY.with_(duration=20_000.0, record="summary")
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         run = long.run(lambda share: None, checkpoint="file/point")
