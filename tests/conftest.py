@@ -1,5 +1,6 @@
 """Scenes that several tests use, and which rows of a product of choices run by default."""
 
+import signal
 import sys
 
 import numpy as np
@@ -8,6 +9,7 @@ from covering import thin
 
 import robsim as rs
 from robsim import cli
+from robsim.base import interrupt
 from robsim.declare.families import families
 
 PUMA_ROWS = [
@@ -34,6 +36,15 @@ def _kinds_as_before():
     for noun, family in families().items():
         family.kinds.clear()
         family.kinds.update(before.get(noun, {}))
+
+
+@pytest.fixture(autouse=True)
+def _stops_as_before():
+    """Take back what the command line makes of Ctrl-C, for it is to end with its process."""
+    before = {number: signal.getsignal(number) for number in interrupt.SIGNALS}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture

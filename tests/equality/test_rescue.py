@@ -4,6 +4,7 @@ import numpy as np
 
 import robsim as rs
 from robsim import examples
+from robsim.run.chunk import Going
 
 
 def experiment(ahead):
@@ -20,7 +21,7 @@ def recorded(experiment, fast=True, chunk=3):
     if not fast:
         loop.sequence._fast = None  # every step through the stages in Python
     for first in range(0, 3, chunk):
-        loop.advance(np.arange(first, min(first + chunk, 3)), lambda share: None)
+        loop.advance(Going(np.arange(first, min(first + chunk, 3))), lambda share: None)
     return np.concatenate([loop.recorder.table.ravel(), loop.recorder.ends.ravel()])
 
 

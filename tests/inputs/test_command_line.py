@@ -556,7 +556,7 @@ def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here
     assert child.returncode == 130
     assert "stopped; what was simulated so far is in endless-run" in err
     assert "Traceback" not in err and out.startswith("Without end\n") and "outcome" not in out
-    assert files("endless-run") == ["run.nc", "scenario.toml"]
+    assert files("endless-run") == ["checkpoint", "run.nc", "scenario.toml"]
     run = rs.open_run("endless-run/run.nc")
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.RUNNING and float(run.end_time) > 0
     done = np.isfinite(run.q.values).all(axis=1)

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 import robsim as rs
-from robsim.cli import cli
+from robsim.cli.commands import cli
 from robsim.run.experiment import Experiment
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 import robsim as rs
-from robsim.cli import cli
+from robsim.cli.commands import cli
 
 TOP = """
 schema = 1

@@ -1,6 +1,9 @@
 """Bad input to the Python API is one clear error; a run that goes wrong is data with an outcome."""
 
+import re
 import signal
+import subprocess
+import sys
 import threading
 import warnings
 from dataclasses import dataclass
@@ -514,16 +517,54 @@ def test_what_is_no_run_is_not_opened(tmp_path):
 # ---- too much ----
 
 
-def test_more_than_the_memory_allows_is_refused_with_the_estimate_before_anything_runs():
+def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_runs(monkeypatch):
     told = []
+    monkeypatch.setattr("robsim.run.record.room", lambda: 4e9)
     starts = np.tile(START.q, (1000, 1))
     words = (
-        r"1000 runs with 250001 recorded instants need about 1\d\d\.\d GB, more than 4 GB: record "
-        r"every n-th step \(record=n\) or the end only \(record='summary'\)"
+        r"1000 runs with 250001 recorded instants need about (\d+)\.\d GB, and 4\.0 GB are free: "
+        r"record every n-th step \(record=(\d+)\) or the end only \(record='summary'\), fewer runs "
     )
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.InputError, match=words) as refused:
         simulate(starts, duration=10_000.0, progress=told.append)
     assert told == []
+    need, n = map(int, re.search(words, str(refused.value)).groups())
+    assert need / 4.0 <= n <= need / 4.0 + 2
+    with pytest.raises(rs.InputError, match="GB are free"):
+        simulate(starts, duration=10_000.0, record=n - 1)
+    monkeypatch.setattr("robsim.run.record.room", lambda: 1e6)
+    with pytest.raises(rs.InputError, match=r"0\.0 GB are free: simulate fewer runs$"):
+        simulate(np.tile(START.q, (100_000, 1)), record="summary")
+
+
+PEAK = """
+import resource, sys
+import numpy as np, robsim as rs
+from robsim.run import record
+asked, needed = [], record._needed
+def noted(*given):
+    asked.append(needed(*given))
+    return asked[-1]
+record._needed = noted
+case = rs.load_scenario(rs.examples.path("stereo_in_hand")).with_(hold=True)
+def peak():
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+for duration, runs in ((0.2, 1), (16.0, 300)):
+    before = peak()
+    asked.clear()
+    starts = np.repeat(case.start[None], runs, axis=0)
+    rs.save_run(case.with_(start=starts, duration=duration).run(), "run.nc")
+print(asked[0], peak() - before)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what a process took is told otherwise there")
+def test_the_memory_that_results_take_until_they_are_saved_is_foreseen(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", PEAK], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    foreseen, taken = map(float, done.stdout.split())
+    assert foreseen > 2e8 and 0.2 * foreseen < taken < foreseen
 
 
 def test_the_same_number_of_runs_is_done_when_less_is_recorded():
@@ -1020,9 +1061,10 @@ def test_ctrl_c_ends_a_short_run_in_the_calling_thread_after_its_step():
     np.testing.assert_array_equal(run.q, whole.q[:3])
 
 
-def test_a_second_ctrl_c_in_one_step_is_not_waited_for():
-    with pytest.raises(KeyboardInterrupt):
-        simulate(task={"law": Interrupting(times=2)})
+def test_a_second_ctrl_c_in_one_step_only_says_saving(capfd):
+    with pytest.raises(rs.Interrupted) as error:
+        simulate(task={"law": Interrupting(times=3)})
+    assert error.value.run.sizes["time"] == 3
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 

@@ -15,6 +15,7 @@ import robsim as rs
 from robsim.base.values import unchanging
 from robsim.declare import Declared, Number
 from robsim.files.deferred import Deferred
+from robsim.run.chunk import Going
 
 TUTORIAL = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.4)
 PARTS = ("_variables", "_coord_names", "_dims", "_indexes", "_encoding", "_close")
@@ -174,7 +175,7 @@ def test_a_run_that_was_read_keeps_nothing_of_the_loop():
     from robsim.run.result import dataset
 
     loop = TUTORIAL.loop()
-    loop.advance(np.arange(1), lambda share: None)
+    loop.advance(Going(np.arange(1)), lambda share: None)
     run, gone = dataset(loop, TUTORIAL, dict), weakref.ref(loop)
     del loop
     assert gone() is not None and run.sizes["time"] == 11

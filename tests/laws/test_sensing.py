@@ -6,6 +6,7 @@ import pytest
 import robsim as rs
 from robsim.kernels.program import evaluated
 from robsim.kernels.sensing import quantise
+from robsim.run.chunk import Going
 from robsim.run.images import lateness
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
@@ -176,7 +177,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
     rows = {images.latency: own, images.delay: delay, images.share: share}
     rows[images.ahead] = share * DT
     program.given = [(at, rows[at][None] if at in rows else old) for at, old in program.given]
-    loop.advance(np.arange(len(own)), lambda done: None)
+    loop.advance(Going(np.arange(len(own))), lambda done: None)
     for i, latency in enumerate(own):
         sensing = rs.Sensing(0.3, latency=latency, occlusions=sensing.occlusions)
         alone = rs.simulate(SCENE, task, Q0, first_run=i, sensing=sensing, **told)

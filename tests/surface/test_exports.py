@@ -10,7 +10,8 @@ import click
 import pytest
 
 import robsim as rs
-from robsim import cli, plot
+from robsim import plot
+from robsim.cli import commands
 
 PACKAGE = Path(rs.__file__).parent
 CLASSIC = [
@@ -171,9 +172,9 @@ def test_plot_gives_its_functions():
 
 
 def test_the_command_line_has_its_commands_with_a_sentence_each():
-    assert isinstance(cli.cli, click.Group)
-    assert {"demo", "run", "compare", "check", "robots", "examples"} <= set(cli.cli.commands)
-    for command in cli.cli.commands.values():
+    assert isinstance(commands.cli, click.Group)
+    assert {"demo", "run", "compare", "check", "robots", "examples"} <= set(commands.cli.commands)
+    for command in commands.cli.commands.values():
         assert command.help and command.help.split("\n")[0].endswith(".")
 
 

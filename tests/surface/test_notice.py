@@ -9,7 +9,7 @@ import numba
 import pytest
 from numba.core.event import Event, EventStatus
 
-from robsim.kernels import features, gain, notice, store
+from robsim.kernels import features, gain, notice, saying, store
 
 CODE = """
 import numpy as np
@@ -41,7 +41,8 @@ def wait(teller):
 @pytest.fixture
 def teller(monkeypatch):
     """A listener of its own, which is not silent in tests, and for which a second is nothing."""
-    monkeypatch.setattr(notice, "quiet", lambda: False)
+    monkeypatch.setattr(saying, "quiet", lambda: False)
+    monkeypatch.setattr(saying, "_said", False)
     monkeypatch.setattr(notice, "PATIENCE", 0.0)
     return notice.Notice()
 
@@ -89,7 +90,7 @@ def test_it_can_be_silenced_and_is_silent_in_tests(capsys, monkeypatch, variable
     monkeypatch.setattr(notice, "PATIENCE", 0.0)
     monkeypatch.delenv("PYTEST_CURRENT_TEST")
     monkeypatch.delenv("ROBSIM_QUIET", raising=False)
-    assert not notice.quiet()
+    assert not saying.quiet()
     monkeypatch.setenv(variable, "1")
     start(teller, features.points_interaction)
     wait(teller)
@@ -112,6 +113,23 @@ def test_without_a_place_to_write_it_says_so(teller, capsys, monkeypatch, tmp_pa
     end(teller, features.points_interaction)
     assert (
         f"in each process anew: {tmp_path / 'file' / 'below'} cannot be" in capsys.readouterr().err
+    )
+
+
+def test_what_cannot_be_kept_is_told_once_and_by_its_reason(teller, capsys, monkeypatch, tmp_path):
+    def full(*given):
+        raise OSError(28, "No space left on device")
+
+    data = numba.njit(lambda x: x)
+    data(1.0)
+    (made,) = data.overloads.values()
+    monkeypatch.setattr(store, "CACHE", tmp_path)
+    monkeypatch.setattr(store, "save", full)
+    for _ in range(2):
+        features.points_interaction._cache.save_overload(made.signature.args, made)
+    assert capsys.readouterr().err == (
+        f"robsim: compiling kernels, in each process anew: {tmp_path} cannot be written "
+        "(No space left on device)\n"
     )
 
 

@@ -11,7 +11,8 @@ from click.testing import CliRunner
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 import robsim as rs
-from robsim import cli, plot, robots
+from robsim import plot, robots
+from robsim.cli import commands
 from robsim.plot.solids import Solids
 
 matplotlib.use("agg")
@@ -40,7 +41,7 @@ def robsim(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments):
-        done = CliRunner().invoke(cli.cli, [*map(str, arguments)])
+        done = CliRunner().invoke(commands.cli, [*map(str, arguments)])
         if isinstance(done.exception, rs.RobSimError):
             raise done.exception
         assert done.exit_code == 0, done.output

@@ -7,7 +7,8 @@ import jsonschema
 import pytest
 from click.testing import CliRunner
 
-from robsim import cli, examples, robots
+from robsim import examples, robots
+from robsim.cli import commands
 
 TEXT = """
 schema = 1
@@ -35,7 +36,7 @@ dt = "40 ms"
 
 
 def schema(*options):
-    done = CliRunner().invoke(cli.cli, ["schema", *options])
+    done = CliRunner().invoke(commands.cli, ["schema", *options])
     assert done.exit_code == 0
     made = json.loads(done.output)
     jsonschema.Draft7Validator.check_schema(made)
@@ -111,9 +112,9 @@ def test_what_is_spoiled_is_not(scenario_files, old, new):
 def test_an_example_brings_the_schema_along_but_writes_none_over(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = CliRunner()
-    assert "robsim.schema.json" in run.invoke(cli.cli, ["examples", "car"]).output
+    assert "robsim.schema.json" in run.invoke(commands.cli, ["examples", "car"]).output
     beside = tmp_path / "robsim.schema.json"
     assert json.loads(beside.read_text()) == schema().schema
     beside.write_text("mine")
-    assert "schema" not in run.invoke(cli.cli, ["examples", "tilted_square"]).output
+    assert "schema" not in run.invoke(commands.cli, ["examples", "tilted_square"]).output
     assert beside.read_text() == "mine"

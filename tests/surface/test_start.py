@@ -15,14 +15,20 @@ LATE = ("matplotlib", "viser", "xarray", "pandas", "pydantic", "scipy", "click",
 KERNELS = sorted((Path(robsim.__file__).parent / "kernels").glob("*.py"))
 MACHINERY = {  # of the files that know how Numba compiles
     "jit": {"collections.abc", "typing", "numba.core"},
-    "cache": {"collections.abc", "contextlib", "pathlib", "typing", "numba.core.compiler"},
+    "aged": {"contextlib", "os", "pathlib", "re", "stat", "time"},
+    "cache": {"collections.abc", "pathlib", "typing", "numba.core.compiler"},
     "store": {
-        *("hashlib", "os", "pathlib", "pickle", "sys", "typing", "uuid", "llvmlite"),
+        *("contextlib", "hashlib", "os", "pathlib", "pickle", "sys", "typing", "uuid", "llvmlite"),
         "numba.core.serialize",
     },
     "prebuilt": {"pathlib", "platform", "llvmlite"},
-    "notice": {"os", "sys", "threading", "time", "typing", "numba.core"},
-    "stage": {"collections.abc", "typing", "llvmlite", "numba.extending", "numba.np.arrayobj"},
+    "notice": {"sys", "threading", "time", "typing", "numba.core"},
+    "patience": {"signal", "threading", "typing", "numba.core"},
+    "saying": {"os", "sys"},
+    "stage": {
+        *("collections.abc", "typing", "llvmlite", "numba.core.compiler_lock", "numba.extending"),
+        "numba.np.arrayobj",
+    },
     "memory": {"typing", "numba.extending"},
     "linked": {"typing", "llvmlite", "numba.core", "numba.extending", "numba.np.arrayobj"},
     "unrolled": {

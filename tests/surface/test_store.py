@@ -1,9 +1,13 @@
 """Files of machine code: whole or not believed, for this processor or not used."""
 
+import errno
+import os
+import time
+
 import pytest
 from numba import types
 
-from robsim.kernels import cache, features, gain, prebuilt, store
+from robsim.kernels import aged, cache, features, gain, prebuilt, store
 
 KEY = ((types.float64, types.Array(types.float64, 2, "C")), ("x86_64", "cpu", "+avx2"), [])
 ALL = prebuilt.LEVELS["x86_64"]["x86-64-v4"]
@@ -36,27 +40,32 @@ def mask(folder):
 
 
 @pytest.mark.parametrize("left", [0, 1, 31, 32, 33, -1])
-def test_a_truncated_file_is_as_none(tmp_path, left):
+def test_a_truncated_file_is_refused(tmp_path, left):
     path = saved(tmp_path)
     path.write_bytes(path.read_bytes()[:left])
-    assert store.load(tmp_path, "loop.stride-7", KEY) is None
+    with pytest.raises(ValueError, match="not as it was written"):
+        store.load(tmp_path, "loop.stride-7", KEY)
     saved_again = saved(tmp_path)
     assert saved_again == path and store.load(tmp_path, "loop.stride-7", KEY)["number"] == 3
 
 
-def test_a_file_in_which_one_bit_is_wrong_is_as_none(tmp_path):
+def test_a_file_in_which_one_bit_is_wrong_is_refused(tmp_path):
     path = saved(tmp_path)
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
-    assert store.load(tmp_path, "loop.stride-7", KEY) is None
+    with pytest.raises(ValueError, match="not as it was written"):
+        store.load(tmp_path, "loop.stride-7", KEY)
 
 
-def test_the_file_of_another_key_under_the_same_name_is_as_none(tmp_path):
+def test_the_file_of_another_key_or_kernel_under_the_same_name_is_refused(tmp_path):
+    """All stages have one signature, so that their files would else stand for each other."""
     path = saved(tmp_path)
     other = (KEY[0], ("arm64", "cpu", ""), [])
-    path.rename(tmp_path / store.file_name("loop.stride-7", other))
-    assert store.load(tmp_path, "loop.stride-7", other) is None
+    for name, key in (("loop.stride-7", other), ("loop.settle-9", KEY)):
+        path = path.rename(tmp_path / store.file_name(name, key))
+        with pytest.raises(ValueError, match="of another kernel"):
+            store.load(tmp_path, name, key)
 
 
 def test_a_folder_that_cannot_be_is_an_error_and_leaves_nothing(tmp_path):
@@ -64,6 +73,77 @@ def test_a_folder_that_cannot_be_is_an_error_and_leaves_nothing(tmp_path):
     with pytest.raises(OSError):
         store.save(tmp_path / "file", "loop.stride-7", KEY, 1)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_damaged_file_of_the_user_goes_and_one_of_the_package_stays(tmp_path, monkeypatch):
+    path = saved(tmp_path / "own")
+    store.drop(tmp_path / "own", "loop.stride-7", KEY)
+    assert path.exists()
+    monkeypatch.setattr(store, "CACHE", tmp_path / "own")
+    store.drop(tmp_path / "own", "loop.stride-7", KEY)
+    assert not path.exists()
+    store.drop(tmp_path / "own", "loop.stride-7", KEY)  # another process was faster
+
+
+def test_a_full_disk_leaves_no_draft(tmp_path, monkeypatch):
+    def full(self, content):
+        self.touch()
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(store, "CACHE", tmp_path)
+    monkeypatch.setattr(store.Path, "write_bytes", full)
+    assert not store.writable()
+    with pytest.raises(OSError, match="No space"):
+        store.save(tmp_path, "loop.stride-7", KEY, 1)
+    assert list(tmp_path.iterdir()) == []
+
+
+OLD, YOUNG = 31 * aged.DAY, 29 * aged.DAY
+
+
+def folder(path, *names, age=OLD):
+    """A folder with files that were used last some time ago."""
+    path.mkdir()
+    then = time.time() - age
+    for name in names:
+        (path / name).write_text("")
+        os.utime(path / name, (then, then))
+    os.utime(path, (then, then))
+    return path
+
+
+def test_folders_that_nobody_used_for_a_month_go_and_what_is_not_ours_stays(tmp_path):
+    own = folder(tmp_path / "0123456789abcdef", "a.nbc", "x.tmp", age=10.0)
+    gone = folder(tmp_path / ("1" * 16), "a.nbc", "b.tmp", "used")
+    empty = folder(tmp_path / ("2" * 16))
+    kept = [
+        folder(tmp_path / ("3" * 16), "a.nbc", "used", age=YOUNG),
+        folder(tmp_path / ("4" * 16), "a.nbc", "mine.txt"),
+        folder(tmp_path / ("5" * 15), "a.nbc"),
+        folder(tmp_path / ("G" * 16), "a.nbc"),
+    ]
+    stamped = folder(tmp_path / ("6" * 16), "a.nbc")
+    (stamped / "used").touch()
+    (tmp_path / ("7" * 16)).symlink_to(kept[0])
+    (tmp_path / ("8" * 16)).write_text("a file")
+    assert aged.note_use(own)
+    assert not gone.exists() and not empty.exists()
+    assert all(each.is_dir() for each in (*kept, stamped))
+    assert (tmp_path / ("7" * 16)).is_symlink() and (tmp_path / ("8" * 16)).is_file()
+    assert sorted(each.name for each in own.iterdir()) == ["a.nbc", "used", "x.tmp"]
+    assert (tmp_path / ("4" * 16) / "mine.txt").exists()
+
+
+def test_drafts_of_killed_processes_go_and_a_folder_is_looked_at_once_a_day(tmp_path):
+    own = folder(tmp_path / "0123456789abcdef", "x.tmp", "a.nbc")
+    assert aged.note_use(own)
+    assert sorted(each.name for each in own.iterdir()) == ["a.nbc", "used"]
+    again = folder(tmp_path / ("1" * 16), "a.nbc")
+    assert aged.note_use(own) and again.exists()
+    then = time.time() - 2 * aged.DAY
+    os.utime(own / "used", (then, then))
+    assert aged.note_use(own) and not again.exists()
+    assert not aged.note_use(tmp_path / "none") and not (tmp_path / "none").exists()
 
 
 def test_free_variables_of_a_kernel_count_by_what_they_are():

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
 from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
+from robsim.base import interrupt
 from robsim.base.errors import InputError, Interrupted, naming, suggest
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
@@ -65,15 +66,21 @@ def compare(
     _check(schemes)
     runs: dict[str, xr.Dataset] = {}
     found: dict[str, Measures] = {}
-    for i, scheme in enumerate(schemes):
-        share_progress, name = share_of(progress, i / len(schemes), 1 / len(schemes)), scheme.name
-        try:
-            runs[name], found[name] = run_and_measure(scheme, share_progress)
-        except Interrupted as stop:
-            runs[name], found[name] = stop.run
-            message = "stopped by the user; what was simulated so far is in .run"
-            raise Interrupted(message, _comparison(schemes, runs, found)) from None
-    return _comparison(schemes, runs, found)
+    complete = True
+    with interrupt.held(begun=False) as stops:
+        for i, scheme in enumerate(schemes):
+            reported = share_of(progress, i / len(schemes), 1 / len(schemes))
+            try:
+                runs[scheme.name], found[scheme.name] = run_and_measure(scheme, reported)
+            except Interrupted as stop:
+                runs[scheme.name], found[scheme.name] = stop.run
+                complete = False
+            if stops or not complete:
+                break
+        made = _comparison(schemes, runs, found)
+    if stops or not complete:
+        raise Interrupted("stopped by the user; what was simulated so far is in .run", made)
+    return made
 
 
 def _experiments(

@@ -16,6 +16,7 @@ from robsim.base.arrays import Array, frozen, positive, runs_first, runs_last, w
 from robsim.base.errors import InputError
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.run.checks import a_task, of_kind, whole_periods
+from robsim.run.chunk import Going
 from robsim.run.loop import Loop
 from robsim.servo.controller import Controller
 from robsim.servo.tasks.task import Task
@@ -128,7 +129,7 @@ def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArra
     loop = Loop(field.controller, runs_first(q0), dt, steps, limited=False)
     rows = np.arange(q0.shape[1])
     for first in range(0, rows.size, CHUNK):
-        loop.advance(rows[first : first + CHUNK], lambda share: None)
+        loop.advance(Going(rows[first : first + CHUNK]), lambda share: None)
     return runs_last(loop.recorder.last.q[:, 0], 1), loop.recorder.outcome
 
 

@@ -147,7 +147,7 @@ def border_margin(of: Recorded) -> Array:
         return np.full(of.runs, np.nan)
     low, high = borders[..., 0, None], borders[..., 1, None]  # (N, 2, 1)
     inside = np.minimum(of.pixels - low, high - of.pixels)
-    least = -of.worst(_largest(-inside.reshape(-1, inside.shape[-1])))
+    least = -of.worst(_largest(-np.concatenate(inside)))
     return np.where(np.isfinite(least), least, np.nan)
 
 

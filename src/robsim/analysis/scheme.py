@@ -13,6 +13,7 @@ import xarray as xr
 
 from robsim.analysis.measures import MEASURES
 from robsim.analysis.recorded import Recorded, blocks, runs_in_a_block
+from robsim.base import interrupt
 from robsim.base.arrays import Array
 from robsim.base.errors import Interrupted, RankWarning, naming
 from robsim.base.threads import processors
@@ -145,7 +146,8 @@ def _end(run: xr.Dataset) -> xr.Dataset:
 def _as_summary(scheme: Scheme, ends: list[xr.Dataset]) -> Run:
     """Join the ends of all parts into the dataset that a summary is."""
     batch = scheme.start.ndim > 1
-    like = _quietly(scheme.with_(start=scheme.start[:1]) if batch else scheme)
+    with interrupt.held(deaf=True):
+        like = _quietly(scheme.with_(start=scheme.start[:1]) if batch else scheme)
     whole = _concatenated(ends, int(like["run"][0]), len(scheme.start)) if batch else ends[0]
     return Run(whole[list(like.data_vars)].data_vars, whole.coords, like.attrs)
 

@@ -6,7 +6,7 @@ RobSimError
 │   ├── FrameError                   poses that do not join, or a frame that does not exist
 │   ├── GoalError                    a goal that the camera cannot see or the robot not reach
 │   └── FileError                    a file that cannot be read, understood or written
-└── Interrupted                      Ctrl-C; holds what was simulated so far in `.run`
+└── Interrupted                      Ctrl-C or its like; holds what was simulated in `.run`
 
 RankWarning                          the features cannot fix every motion of the camera
 UnitWarning                          an angle that looks like degrees, where radians are taken

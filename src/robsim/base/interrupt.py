@@ -1,46 +1,206 @@
-"""Ctrl-C that sets a flag instead of raising KeyboardInterrupt somewhere."""
+"""Stops: Ctrl-C, and the signals by which a terminal or a system ends a process.
+
+A stop raises KeyboardInterrupt, as Python's own handler does for Ctrl-C, where there is nothing to
+be saved; but not within an import or a compiler, for which it waits. Once a run has begun, it
+waits until a block that was `held` looks for it.
+"""
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from types import FrameType
 from typing import Any
+
+SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+AGAIN = 0.05  # seconds, after which a stop comes again that met an import or a compiler
+LEAVING = 2.0  # seconds, for which a stop that was raised has its way out to itself
+_BUSY = {"importlib", "numba", "llvmlite"}
+
+
+class _Hold:
+    """A block in which stops wait, and those inside of it."""
+
+    def __init__(self, outer: _Hold | None, stop: Callable[[], object], begun: bool, deaf: bool):
+        self.root: _Hold = outer.root if outer else self
+        self.came: list[int] = outer.came if outer else []
+        self.deaf: bool = deaf or (outer is not None and outer.deaf)
+        inner = () if self.deaf else (stop,)
+        self.stops: tuple[Callable[[], object], ...] = (*(outer.stops if outer else ()), *inner)
+        self.begun = begun  # of the root alone
+
+
+class _State:
+    """What this process knows of stops; its handlers run in the main thread."""
+
+    hold: _Hold | None = None
+    first = int(signal.SIGINT)
+    listening = False
+    raised = -LEAVING  # when, by the monotonic clock
 
 
 @contextmanager
-def caught(stop: Callable[[], object]) -> Iterator[None]:
-    """Call `stop` at each Ctrl-C within a `with` block, which raises no KeyboardInterrupt then.
+def held(
+    stop: Callable[[], object] = lambda: None, *, begun: bool = True, deaf: bool = False
+) -> Iterator[list[int]]:
+    """Let stops wait within a `with` block, and yield the list into which they are put.
 
-    Nothing changes where none would be raised: in other threads than the main one, and where
-    Ctrl-C is ignored or somebody else's.
+    The first one calls `stop`, and so does a block that is entered after it; the others only say
+    that what was done is being saved. `begun=False`: until a block inside has begun, there is
+    nothing to be saved. `deaf`: what is inside goes on to its end, and the list stays empty.
+
+    Nothing changes in other threads than the main one, and where a signal is ignored or somebody
+    else's.
     """
-    if _handler() is not signal.default_int_handler:
-        yield
+    if threading.current_thread() is not threading.main_thread():
+        yield []
         return
-    signal.signal(signal.SIGINT, lambda *given: stop())
+    outer = _State.hold
+    own = _Hold(outer, stop, begun, deaf)
+    before = {} if outer else {number: _handler(number) for number in SIGNALS}
+    mine = {number: handler for number, handler in before.items() if _is_default(number, handler)}
+    try:
+        _State.hold = own
+        for number in mine:
+            signal.signal(number, _heard)
+        own.root.begun |= begun
+        if own.came and not own.deaf:
+            stop()
+        yield [] if own.deaf else own.came
+    finally:
+        _State.hold = outer
+        for number, handler in mine.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def listening() -> Iterator[None]:
+    """Take over the stops of a process that is the command line, from its first to its last line.
+
+    Afterwards they are ignored: there is nothing left but Python's own end.
+    """
+    mine = [number for number in SIGNALS if _is_default(number, _handler(number))]
+    _State.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _unraised
+    for number in mine:
+        signal.signal(number, _heard)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number in mine:
+            signal.signal(number, signal.SIG_IGN)
+        _State.listening, sys.unraisablehook = False, hook
+
+
+def look() -> None:
+    """Raise KeyboardInterrupt now if a stop came during an import that is over."""
+    for number in _heard.waiting[:1]:
+        _heard(number, None)
+
+
+def status() -> int:
+    """Return the exit status of a process that was stopped: the shell's number for the signal."""
+    return 128 + _State.first
 
 
 def is_others() -> bool:
     """Return whether Ctrl-C calls a function in this thread that raises who knows what."""
-    handler = _handler()
-    return callable(handler) and handler is not signal.default_int_handler
-
-
-def _handler() -> Any:
-    """Return what Ctrl-C does in this thread; None if nothing."""
     in_main = threading.current_thread() is threading.main_thread()
-    return signal.getsignal(signal.SIGINT) if in_main else None
+    handler = _handler(signal.SIGINT) if in_main else None
+    return callable(handler) and not _is_default(signal.SIGINT, handler) and handler != _heard
 
 
-@contextmanager
-def undisturbed() -> Iterator[list[Any]]:
-    """Delay Ctrl-C within a `with` block: each one is put into the list that is yielded."""
-    came: list[Any] = []
-    with caught(lambda: came.append(signal.SIGINT)):
-        yield came
+def _handler(number: int) -> Any:
+    return signal.getsignal(number)
+
+
+def _is_default(number: int, handler: Any) -> bool:
+    """Return whether a handler is that which Python has at its start."""
+    if number == signal.SIGINT:
+        return handler is signal.default_int_handler
+    return bool(handler == signal.SIG_DFL)
+
+
+class _Handler:
+    """What hears stops; some are waiting until an import or a compiler has ended."""
+
+    def __init__(self) -> None:
+        self.waiting: list[int] = []
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Take a stop."""
+        if number in self.waiting:
+            self.waiting.remove(number)
+        hold = _State.hold
+        if hold is None or not hold.root.begun:
+            _raise(number, frame)
+            return
+        hold.came.append(number)
+        if len(hold.came) > 1:
+            _say("saving what was simulated so far")
+            return
+        _State.first = number
+        for stop in hold.stops:
+            stop()
+
+
+_heard = _Handler()
+
+
+def _raise(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, as soon as that can be; a script ends by other signals as ever."""
+    if number != signal.SIGINT and not _State.listening:
+        signal.signal(number, signal.SIG_DFL)
+        signal.raise_signal(number)
+    elif _is_busy(frame):
+        _come_again(number)
+    elif time.monotonic() - _State.raised > LEAVING:
+        _State.raised, _State.first = time.monotonic(), number
+        raise KeyboardInterrupt
+
+
+def _is_busy(frame: FrameType | None) -> bool:
+    """Return whether an import or a compiler is at work, which an exception would break."""
+    while frame:
+        if str(frame.f_globals.get("__name__", "")).partition(".")[0] in _BUSY:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _come_again(number: int) -> None:
+    _heard.waiting.append(number)
+    timer = threading.Timer(AGAIN, _send, (number,))
+    timer.daemon = True
+    timer.start()
+
+
+def _send(number: int) -> None:
+    main = threading.main_thread().ident
+    if number not in _heard.waiting:
+        return
+    if hasattr(signal, "pthread_kill") and main:  # wakes it, too
+        signal.pthread_kill(main, number)
+    else:
+        signal.raise_signal(number)
+
+
+def _unraised(what: Any) -> None:
+    """Let a stop come again that was raised where Python lets nothing be raised."""
+    if isinstance(what.exc_value, KeyboardInterrupt):
+        _State.raised = -LEAVING
+        _come_again(_State.first)
+    else:
+        sys.__unraisablehook__(what)
+
+
+def _say(text: str) -> None:
+    """Write a line on stderr, past its buffer, in which the main thread may be writing."""
+    with suppress(OSError, ValueError, AttributeError):
+        os.write(sys.stderr.fileno(), f"robsim: {text}\n".encode())

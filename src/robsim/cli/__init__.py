@@ -1,49 +1,21 @@
-"""The command line; each command has a file."""
+"""The command line."""
 
-from __future__ import annotations
-
-import gc
 import sys
 
-import click
-
-from robsim import __version__
-from robsim.base.errors import RobSimError
-from robsim.cli import check, compare, demo, examples, explain, robots, run, schema, warm
-from robsim.cli.progress import STOPPED
-from robsim.cli.tell import tell
-
-BAD_INPUT = 2  # exit status
-NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="robsim")
-def cli() -> None:
-    """Model, simulate and see robots that are guided by cameras."""
-
-
-for _each in (demo, run, compare, check, explain, examples, robots, schema, warm):
-    cli.add_command(_each.command)
+from robsim.base import interrupt
 
 
 def main() -> None:
-    """Run the command line; exit status 0 when a simulation ran, 2 for bad input."""
-    gc.set_threshold(NEW_OBJECTS)
-    try:
-        cli(standalone_mode=False)
-    except RobSimError as error:
-        _fail(f"error: {error}")
-    except click.ClickException as error:
-        error.show()
-        sys.exit(BAD_INPUT)
-    except (click.Abort, KeyboardInterrupt):
-        tell("stopped", err=True)
-        sys.exit(STOPPED)
-    except BrokenPipeError:  # the reader of our output went away, as `head` does
-        sys.stderr.close()
+    """Run the command line; exit status 0 when a simulation ran, 2 for bad input.
 
+    What would end the process is heard from here on, before all that takes time to import.
+    """
+    with interrupt.listening():
+        try:
+            from robsim.cli.commands import run_command
 
-def _fail(message: str) -> None:
-    tell(message, err=True)
-    sys.exit(BAD_INPUT)
+            interrupt.look()
+            run_command()
+        except KeyboardInterrupt:  # before the command could take it
+            sys.stderr.write("stopped\n")
+            sys.exit(interrupt.status())

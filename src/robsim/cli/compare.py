@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from robsim.base import interrupt
 from robsim.base.errors import InputError
-from robsim.base.interrupt import undisturbed
 from robsim.base.output import write_whole
 from robsim.cli.figures import save_figure
 from robsim.cli.files import remove, results_folder
 from robsim.cli.options import changes, output
-from robsim.cli.progress import STOPPED, drawing, finished
+from robsim.cli.progress import drawing, finished, stopped
 from robsim.cli.scenarios import check_colors, load
 from robsim.cli.tell import tell
 
@@ -60,36 +59,35 @@ def command(
 def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
     """Run all schemes, write and draw the results, and print the table.
 
-    What was simulated before Ctrl-C is kept.
+    What was simulated before a stop is kept.
     """
     from robsim.analysis.compare import compare
 
-    def save(found: Comparison) -> bool:
-        return _save_comparison(found, list(scenarios), folder)
+    def save(found: Comparison) -> None:
+        _save_comparison(found, list(scenarios), folder)
 
-    found = finished(lambda progress: compare(scenarios, progress=progress), save, folder)
-    stopped = save(found)
-    tell(f"{found}\nresults: {folder}")
-    if stopped:
-        sys.exit(STOPPED)
+    with interrupt.held(begun=False) as stops:
+        found = finished(lambda progress: compare(scenarios, progress=progress), save, folder)
+        save(found)
+        tell(f"{found}\nresults: {folder}")
+        if stops:
+            stopped(folder)
     if figures:
         with drawing("runs are"):
             _draw_comparison(found, folder)
 
 
-def _save_comparison(found: Comparison, names: list[str], folder: Path) -> bool:
-    """Write runs, measures and table completely; return whether Ctrl-C came meanwhile."""
+def _save_comparison(found: Comparison, names: list[str], folder: Path) -> None:
+    """Write runs, measures and table."""
     from robsim.files.netcdf import save_run
 
-    with undisturbed() as stops:
-        for name in names:
-            remove(folder / f"{name}.nc")  # of the comparison that was here before
-        for name, run in found.runs.items():
-            save_run(run, folder / f"{name}.nc")
-        save_run(found.data, folder / "comparison.nc")
-        write_whole(folder / "comparison.csv", found.csv())
-        remove(folder / "comparison.png")
-    return bool(stops)
+    for name in names:
+        remove(folder / f"{name}.nc")  # of the comparison that was here before
+    for name, run in found.runs.items():
+        save_run(run, folder / f"{name}.nc")
+    save_run(found.data, folder / "comparison.nc")
+    write_whole(folder / "comparison.csv", found.csv())
+    remove(folder / "comparison.png")
 
 
 def _draw_comparison(found: Comparison, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Feedback while a command simulates: progress, warnings, and interruption by Ctrl-C."""
+"""Feedback while a command simulates: progress, warnings, and stops."""
 
 from __future__ import annotations
 
@@ -7,36 +7,40 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
-from robsim.base.errors import Interrupted, RankWarning
+from robsim.base import interrupt
+from robsim.base.errors import FileWarning, Interrupted, RankWarning
 from robsim.cli.tell import tell
 
-STOPPED = 130  # exit status: the shell's number for Ctrl-C
 
-
-def finished(work: Callable[[Any], Any], save: Callable[[Any], bool], folder: Path) -> Any:
-    """Return the result of `work`, with a progress bar; after Ctrl-C, save what there is."""
+def finished(work: Callable[[Any], Any], save: Callable[[Any], object], folder: Path) -> Any:
+    """Return the result of `work`, with a progress bar; after a stop, save what there is."""
     try:
         with warnings_as_lines(), _progress() as progress:
             return work(progress)
     except Interrupted as stop:
         tell("stopping: saving what was simulated so far", err=True)
         save(stop.run)
-        tell(f"stopped; what was simulated so far is in {folder}", err=True)
-        sys.exit(STOPPED)
+        stopped(folder)
+
+
+def stopped(folder: Path) -> NoReturn:
+    """End the command after a stop, once all that there is has been saved."""
+    tell(f"stopped; what was simulated so far is in {folder}", err=True)
+    sys.exit(interrupt.status())
 
 
 @contextmanager
 def drawing(what: str) -> Iterator[None]:
-    """End the command on Ctrl-C while figures are drawn; the data are written by then."""
+    """End the command when a stop comes while figures are drawn; the data are written by then."""
     try:
         yield
     except KeyboardInterrupt:
         tell(f"stopped while drawing; the {what} complete", err=True)
-        sys.exit(STOPPED)
+        sys.exit(interrupt.status())
 
 
 @contextmanager
@@ -58,7 +62,8 @@ def _progress() -> Iterator[Any]:
 def warnings_as_lines() -> Iterator[None]:
     """Print warnings as lines for the user, without a line of source code."""
     with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", RankWarning)
+        for kind in (RankWarning, FileWarning):
+            warnings.simplefilter("always", kind)
         try:
             yield
         finally:

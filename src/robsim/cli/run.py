@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robsim.base.interrupt import undisturbed
+from robsim.base import interrupt
+from robsim.base.errors import FileError
 from robsim.base.output import write_whole
 from robsim.cli.figures import draw, draw_mission
-from robsim.cli.files import remove, results_folder
+from robsim.cli.files import exists, remove, results_folder
 from robsim.cli.options import changes, output
-from robsim.cli.progress import STOPPED, drawing, finished
+from robsim.cli.progress import drawing, finished, stopped
 from robsim.cli.report import report, report_mission
 from robsim.cli.scenarios import check_colors, load
 from robsim.cli.tell import tell
@@ -23,35 +24,69 @@ if TYPE_CHECKING:
 
 FIGURES = ("image.png", "scene.png", "velocity.png")
 FILES = ("run.nc", "scenario.toml", *FIGURES)
+CHECKPOINT = "checkpoint"
 
 
 @click.command("run")
 @click.argument("file", type=click.Path(path_type=Path))
 @output
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped; needs -o.")
 @changes
 def command(
-    file: Path, output: Path | None, force: bool, no_figures: bool, changes: tuple[str, ...]
+    file: Path,
+    output: Path | None,
+    force: bool,
+    no_figures: bool,
+    resume: bool,
+    changes: tuple[str, ...],
 ) -> None:
-    """Simulate the scenario in FILE and write the run, the scenario and the figures."""
+    """Simulate the scenario in FILE and write the run, the scenario and the figures.
+
+    A run that is stopped leaves what was simulated so far, and a checkpoint from which the same
+    command with --resume goes on, as if it had not been stopped. A long run leaves a checkpoint
+    every ten seconds.
+    """
     scenario = load(file, changes)
-    with results_folder(output, f"{file.stem}-run", force, FILES) as folder:
-        simulate_into(scenario, folder, not no_figures)
+    name, files = f"{file.stem}-run", (*FILES, CHECKPOINT)
+    if resume:
+        _check_checkpoint(output)
+    with results_folder(output, name, force or resume, files) as folder:
+        if not resume:
+            remove(folder / CHECKPOINT)
+        simulate_into(scenario, folder, not no_figures, folder / CHECKPOINT, resume)
 
 
-def simulate_into(scenario: Experiment, folder: Path, figures: bool) -> None:
+def _check_checkpoint(folder: Path | None) -> None:
+    """Raise FileError unless there is something to go on with."""
+    if folder is None or not exists(folder / CHECKPOINT):
+        which = f"{folder} has no checkpoint" if folder else "say with -o which folder it is in"
+        raise FileError(f"nothing to resume: {which}")
+
+
+def simulate_into(
+    scenario: Experiment,
+    folder: Path,
+    figures: bool,
+    checkpoint: Path | None = None,
+    resume: bool = False,
+) -> None:
     """Run a scenario, write and draw the results, and print a report.
 
-    What was simulated before Ctrl-C is kept.
+    What was simulated before a stop is kept.
     """
     if figures:
         check_colors(scenario)
     tell(scenario.title or "simulating")
-    result = finished(scenario.run, lambda run: _save(run, scenario, folder), folder)
-    stopped = _save(result, scenario, folder)
-    told, picture = (report_mission, draw_mission) if _staged(result) else (report, draw)
-    told(result, folder)
-    if stopped:
-        sys.exit(STOPPED)
+    work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
+    with interrupt.held(begun=False) as stops:
+        result = finished(work, lambda run: _save(run, scenario, folder), folder)
+        _save(result, scenario, folder)
+        if checkpoint:
+            remove(checkpoint)
+        told, picture = (report_mission, draw_mission) if _staged(result) else (report, draw)
+        told(result, folder)
+        if stops:
+            stopped(folder)
     if figures:
         with drawing("run is"):
             picture(result, scenario, folder)
@@ -63,16 +98,11 @@ def _staged(result: Any) -> bool:
     return isinstance(result, MissionRun)
 
 
-def _save(result: Any, scenario: Experiment, folder: Path) -> bool:
-    """Write run and scenario completely; return whether Ctrl-C came meanwhile.
-
-    The run of a mission is the joint motion of all its phases.
-    """
+def _save(result: Any, scenario: Experiment, folder: Path) -> None:
+    """Write run and scenario; the run of a mission is the joint motion of all its phases."""
     from robsim.files.netcdf import save_run
 
-    with undisturbed() as stops:
-        save_run(result.run if _staged(result) else result, folder / "run.nc")
-        write_whole(folder / "scenario.toml", scenario.text)
-        for name in FIGURES:
-            remove(folder / name)  # of the run that was here before
-    return bool(stops)
+    save_run(result.run if _staged(result) else result, folder / "run.nc")
+    write_whole(folder / "scenario.toml", scenario.text)
+    for name in FIGURES:
+        remove(folder / name)  # of the run that was here before

@@ -5,15 +5,15 @@ the package lies and for the name of the processor, and believes whatever it rea
 """
 
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from numba.core.compiler import CompileResult
 
-from robsim.kernels import prebuilt, store
+from robsim.kernels import aged, prebuilt, saying, store
 
 LINKED: dict[str, Any] = {}  # the stages that kernels may call, by their symbols
+_NOTED: set[Path] = set()  # the folder, once its use by this process is noted
 
 
 class KernelCache:
@@ -27,26 +27,46 @@ class KernelCache:
         self.cache_path = str(store.CACHE)  # which Numba shows in `stats`
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled kernel for some argument types; None if it is nowhere."""
+        """Return the compiled kernel for some argument types; None if it is nowhere.
+
+        A file that is damaged is as none, whatever Python and Numba make of it.
+        """
+        _note_use()
         target_context.refresh()
         host = target_context.codegen().magic_tuple()
         places = [(prebuilt.FOLDER, (host[0], prebuilt.LEVEL, ""))] if prebuilt.FOLDER else []
         for folder, processor in (*places, (store.CACHE, host)):
-            found = store.load(folder, self.name, (sig, processor, self.free))
-            if found is not None:
-                symbols, made = found
-                for symbol in symbols:
-                    LINKED[symbol].link()  # else LLVM would end the process
-                return CompileResult._rebuild(target_context, *made)
+            key = (sig, processor, self.free)
+            try:
+                found = self._loaded(folder, key, target_context)
+            except MemoryError:
+                raise
+            except Exception:  # noqa: BLE001  of which a wrong file may raise any
+                store.drop(folder, self.name, key)
+            else:
+                if found is not None:
+                    return found
         return None
+
+    def _loaded(self, folder: Path, key: tuple[Any, ...], target_context: Any) -> Any:
+        found = store.load(folder, self.name, key)
+        if found is None:
+            return None
+        symbols, made = found
+        for symbol in symbols:
+            LINKED[symbol].link()  # else LLVM would end the process
+        return CompileResult._rebuild(target_context, *made)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel; without a place to write it serves this process alone."""
         key = (sig, data.library.codegen.magic_tuple(), self.free)
         code = data.library._final_module
         symbols = [f.name for f in code.functions if f.is_declaration and f.name in LINKED]
-        with suppress(OSError):
+        try:
             store.save(store.CACHE, self.name, key, (symbols, data._reduce()))
+        except OSError as error:
+            saying.unkept(f"{store.CACHE} cannot be written ({error.strerror or error})")
+        _note_use()
 
     def flush(self) -> None:
         """Keep what there is, which Numba asks to forget when it compiles a function again."""
@@ -56,3 +76,9 @@ def _described(value: Any) -> str:
     """Return what a free variable of a function is; a kernel by its name, not its address."""
     own = getattr(value, "_cache", None)
     return f"{own.name} {own.free}" if isinstance(own, KernelCache) else repr(value)
+
+
+def _note_use() -> None:
+    """Note once in a process that the folder is used."""
+    if store.CACHE not in _NOTED and aged.note_use(store.CACHE):
+        _NOTED.add(store.CACHE)

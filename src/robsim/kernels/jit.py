@@ -8,10 +8,12 @@ from numba.core import event
 
 from robsim.kernels.cache import KernelCache
 from robsim.kernels.notice import NOTICE
+from robsim.kernels.patience import Patience
 from robsim.kernels.uncollected import Uncollected
 
 for _listener in (NOTICE, Uncollected()):
     event.register("numba:compile", _listener)
+event.register("numba:compiler_lock", Patience())  # which is held for loading, too
 
 
 def kernel(

@@ -1,6 +1,5 @@
 """A line on stderr where compiling takes more than a second, and its progress on a terminal."""
 
-import os
 import sys
 import threading
 import time
@@ -8,15 +7,10 @@ from typing import Any
 
 from numba.core import event
 
-from robsim.kernels import prebuilt, store
+from robsim.kernels import prebuilt, saying, store
 from robsim.kernels.cache import KernelCache
 
 PATIENCE = 1.0  # seconds of compiling in this process, before which nothing is said
-
-
-def quiet() -> bool:
-    """Return whether nothing is to be said: `ROBSIM_QUIET` is set, or a test runs."""
-    return bool(os.environ.get("ROBSIM_QUIET") or os.environ.get("PYTEST_CURRENT_TEST"))
 
 
 class Notice(event.Listener):
@@ -64,11 +58,11 @@ class Notice(event.Listener):
         """Say what is compiled now, after a first line once in this process."""
         with self._lock:
             stack = self._stack[:]  # which the thread that compiles may change meanwhile
-            if quiet() or not stack:
+            if saying.quiet() or not stack:
                 return
             if not self._told:
                 self._told = True
-                _write(f"robsim: compiling kernels, {_where_kept()}\n")
+                _say_where()
             seconds = self.seconds + time.perf_counter() - stack[0][1]
             _rewrite(f"{len(self.compiled)} kernels in {seconds:.0f} s, now {stack[-1][0]}")
 
@@ -79,24 +73,19 @@ def _name(given: event.Event) -> str:
     return own.name.rpartition("-")[0] if isinstance(own, KernelCache) else ""
 
 
-def _where_kept() -> str:
-    kept = f"once: they are kept in {store.CACHE}"
-    if not store.writable():
-        kept = f"in each process anew: {store.CACHE} cannot be written"
-    return f"{kept} ({why})" if (why := prebuilt.why_not()) else kept
+def _say_where() -> None:
+    why = f" ({why})" if (why := prebuilt.why_not()) else ""
+    if store.writable():
+        saying.write(f"robsim: compiling kernels, once: they are kept in {store.CACHE}{why}\n")
+    else:
+        saying.unkept(f"{store.CACHE} cannot be written{why}")
 
 
 def _rewrite(text: str) -> None:
     """Write over the line, where one can: on a terminal, and in a notebook."""
     stream: Any = sys.stderr
     if stream and (stream.isatty() or type(stream).__module__.startswith("ipykernel")):
-        _write(f"\r{text[:78]:78}" + ("" if text else "\r"))
-
-
-def _write(text: str) -> None:
-    if sys.stderr:  # there is none in a program without a console
-        sys.stderr.write(text)
-        sys.stderr.flush()
+        saying.write(f"\r{text[:78]:78}" + ("" if text else "\r"))
 
 
 NOTICE = Notice()

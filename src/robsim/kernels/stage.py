@@ -10,6 +10,7 @@ from typing import Any
 
 from llvmlite import binding, ir
 from numba import types
+from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
@@ -36,10 +37,11 @@ class Stage:
         if not self._address:
             if not hasattr(self._compiled, "compile"):
                 raise RuntimeError("kernels need Numba's compiler: unset NUMBA_DISABLE_JIT")
-            self._compiled.compile(SIGNATURE)
-            made = self._compiled.overloads[SIGNATURE]
-            wrapper = made.fndesc.llvm_cfunc_wrapper_name
-            self._address = made.library.get_pointer_to_function(wrapper)
+            with global_compiler_lock:  # for Ctrl-C to wait until all is done
+                self._compiled.compile(SIGNATURE)
+                made = self._compiled.overloads[SIGNATURE]
+                wrapper = made.fndesc.llvm_cfunc_wrapper_name
+                self._address = made.library.get_pointer_to_function(wrapper)
         return self._address
 
     def link(self) -> None:

@@ -1,7 +1,8 @@
 """The files of machine code, in a folder whose name hashes all that shapes it.
 
-A file holds a digest of the rest, the key for which the code was compiled, and the code. It
-appears whole or not at all, under a name of its own: any number of processes may write here.
+A file holds a digest of the rest, the name of the kernel, the key for which it was compiled, and
+the code. It appears whole or not at all, under a name of its own: any number of processes may
+write here.
 """
 
 import hashlib
@@ -9,6 +10,7 @@ import os
 import pickle
 import sys
 import uuid
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +42,8 @@ def _user_cache() -> Path:
 
 
 KERNEL_HASH = _hash_of_sources()
-CACHE = _user_cache() / KERNEL_HASH
+USER_CACHE = _user_cache()
+CACHE = USER_CACHE / KERNEL_HASH
 SAVED: set[str] = set()  # the names of files that this process has written
 
 
@@ -51,35 +54,58 @@ def file_name(name: str, key: tuple[Any, ...]) -> str:
 
 
 def load(folder: Path, name: str, key: tuple[Any, ...]) -> Any:
-    """Return what was saved; None if there is no such file, or not whole, or of another key."""
+    """Return what was saved; None if there is no such file, or it cannot be read.
+
+    An error of any kind says that it is damaged, or that of another kernel.
+    """
     try:
         content = (folder / file_name(name, key)).read_bytes()
     except OSError:
         return None
     rest = content[_DIGEST:]
     if hashlib.sha256(rest).digest() != content[:_DIGEST]:
-        return None
-    saved, data = pickle.loads(rest)
-    return pickle.loads(data) if saved == key else None
+        raise ValueError("not as it was written")
+    (*saved, data) = pickle.loads(rest)
+    if saved != [name, key]:
+        raise ValueError("of another kernel")
+    return pickle.loads(data)
 
 
 def save(folder: Path, name: str, key: tuple[Any, ...], data: Any) -> None:
     """Write a file at once; OSError where that cannot be."""
-    rest: bytes = dumps((key, dumps(data)))
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{uuid.uuid4().hex}.tmp"
+    rest: bytes = dumps((name, key, dumps(data)))
+    path = _draft(folder, hashlib.sha256(rest).digest() + rest)
     try:
-        path.write_bytes(hashlib.sha256(rest).digest() + rest)
         path.replace(folder / file_name(name, key))
         SAVED.add(file_name(name, key))
     finally:
         path.unlink(missing_ok=True)
 
 
+def drop(folder: Path, name: str, key: tuple[Any, ...]) -> None:
+    """Delete a damaged file of the user's; what came with the package stays as it is."""
+    if folder == CACHE:
+        with suppress(OSError):
+            (folder / file_name(name, key)).unlink()
+
+
 def writable() -> bool:
-    """Return whether machine code can be kept."""
+    """Return whether machine code can be kept, as trying tells: permissions do not tell all."""
     try:
-        CACHE.mkdir(parents=True, exist_ok=True)
+        _draft(CACHE, bytes(65536)).unlink()
     except OSError:
         return False
-    return os.access(CACHE, os.W_OK)
+    return True
+
+
+def _draft(folder: Path, content: bytes) -> Path:
+    """Write a file that is not yet one of ours; OSError leaves nothing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{uuid.uuid4().hex}.tmp"
+    try:
+        path.write_bytes(content)
+    except OSError:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+        raise
+    return path

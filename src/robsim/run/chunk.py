@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,16 @@ class Chunk(Blocks):
         """Go on with some of the runs."""
         self.memory = _remembered(self.memory, going)
         super().keep(going)
+
+
+@dataclass(eq=False)
+class Going:
+    """A chunk of runs on its way: these rows of all runs, and the step that comes next."""
+
+    rows: NDArray[np.int64]
+    chunk: Chunk | None = None  # before it has begun, and after its end
+    step: int = 0
+    done: bool = False
 
 
 def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:

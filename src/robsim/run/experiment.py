@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from robsim.base import interrupt
+from robsim.base.arrays import flag
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
-from robsim.base.interrupt import undisturbed
 from robsim.base.values import unchanging
 from robsim.files.changes import Changes
 from robsim.files.toml import read_text
 from robsim.run import overview
 from robsim.run.changed import names_files
+from robsim.run.checkpoint import Keeper, identity
 from robsim.run.checks import whole_periods
 from robsim.run.instant import Instant, instants
 from robsim.run.loop import Loop
 from robsim.run.mission_run import MissionRun
-from robsim.run.origin import attributes_of, made_with
+from robsim.run.origin import attributes_of, made_with, one_run
 from robsim.run.staged import Staged
 from robsim.run.start_view import check_view
 from robsim.run.workers import Progress, advance
@@ -114,6 +116,8 @@ class Experiment(Written):
         *,
         threads: int | None = None,
         chunk: int = 256,
+        checkpoint: str | os.PathLike[str] | Keeper | None = None,
+        resume: bool = False,
         **changes: Any,
     ) -> Any:
         """Simulate, and return the run: an xarray.Dataset, or a `MissionRun` of a mission.
@@ -122,22 +126,47 @@ class Experiment(Written):
 
         `threads`, `chunk` and `progress` are as in `simulate`. The run keeps the text of the
         experiment, so that `replay` can repeat it.
+
+        `checkpoint` is a file that is written every ten seconds or so, and when a stop comes (see
+        `Interrupted`). With `resume` the run goes on from there, on this machine and with these
+        versions, and has the same bits as if it had not been stopped. Delete it when the run is
+        saved. FileError: it does not serve. FileWarning: it cannot be written.
+
+        >>> from robsim import examples
+        >>> experiment = load_scenario(examples.path("visp_tutorial"))
+        >>> run = experiment.run(checkpoint="run.checkpoint")  # once more with resume=True
         """
         if changes:
-            return self.with_(**changes).run(progress, threads=threads, chunk=chunk)
-        how: dict[str, Any] = {"threads": threads, "chunk": chunk, "progress": progress}
-        with self._named():
+            one = self.with_(**changes)
+            how: dict[str, Any] = {"threads": threads, "chunk": chunk}
+            return one.run(progress, checkpoint=checkpoint, resume=resume, **how)
+        keeper = self._keeper(checkpoint, resume)
+        how = {"threads": threads, "chunk": chunk, "progress": progress}
+        with interrupt.held(begun=False) as stops, self._named():
             if isinstance(self.task, Staged):
                 with self.keyed("task"):
-                    return self.task.simulated(self, **how)
-            loop = self.loop()
-            with self.keyed("task"):
-                finished = advance(loop, **how)
-        with undisturbed() as stops:
-            result = self.dataset(loop)
+                    result = self.task.simulated(self, checkpoint=keeper, **how)
+                finished = True
+            else:
+                loop = self.loop()
+                with self.keyed("task"):
+                    finished = advance(loop, keeper=keeper, **how)
+                result = self.dataset(loop)
         if stops or not finished:
             raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
         return result
+
+    def _keeper(self, checkpoint: Any, resume: bool) -> Keeper | None:
+        """Return what keeps checkpoints, if any are wanted; that of a mission serves its phases."""
+        if isinstance(checkpoint, Keeper):
+            return checkpoint
+        if checkpoint is None:
+            if resume:
+                raise InputError("resume: from which file? give checkpoint=path")
+            return None
+        with self._named():
+            identity(self)
+        return Keeper(checkpoint, self, flag(resume, "resume"))
 
     def steps(self) -> Iterator[Instant]:
         """Yield the instants of a single run one by one, so that you may watch, or stop.
@@ -179,8 +208,7 @@ class Experiment(Written):
     @cached_property
     def origin(self) -> dict[str, str]:
         """What a run says of its experiment: the text, or why there is none."""
-        several = bool(self.varied) or np.ndim(self.start) > 1
-        one = self.with_(start=None, varied={}) if several else self  # a text is of one run
+        one = one_run(self)
         try:
             exact = names_files(one.__dict__.get("tables"))  # the files may change
             return {"scenario": one.to_toml() if exact else one.text}

@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, is_any
 from robsim.base.errors import InputError, suggest
+from robsim.base.room import room
 from robsim.kernels import hiding, late
 from robsim.kernels import sensing as kernels
 from robsim.kernels.commanding import copied
@@ -18,7 +19,7 @@ from robsim.kernels.program import Blocks, Program
 from robsim.kernels.viewing import FIRST, MORE
 from robsim.robot.placed import Placed
 from robsim.run.plant import Plant
-from robsim.run.record import MEMORY_BUDGET
+from robsim.run.record import SMALL
 from robsim.servo.given import View, view
 from robsim.servo.sight import Sight
 from robsim.world.effects import FIRST_STREAM, Exposure, changed
@@ -230,8 +231,8 @@ def _check_memory(sensing: Sensing, sights: Sequence[Sight], length: int, runs: 
     """Raise InputError if the images that are on their way would be too many."""
     marks = sum(len(sight.target.marks) for sight in sights)
     estimate = 24.0 * marks * length * min(max(runs, WIDTH), TOGETHER)
-    if estimate > MEMORY_BUDGET:
+    if estimate > SMALL and estimate > (free := room()):
         raise InputError(
             f"latency: {length} images on their way at once need about {estimate / 1e9:.1f} GB, "
-            f"more than {MEMORY_BUDGET / 1e9:.0f} GB; the latency is {np.max(sensing.latency):g} s"
+            f"and {free / 1e9:.1f} GB are free; the latency is {np.max(sensing.latency):g} s"
         )

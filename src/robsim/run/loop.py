@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,7 +14,7 @@ from robsim.base.arrays import Array
 from robsim.declare.problems import under
 from robsim.kernels.program import Compiled, Own, Program
 from robsim.kernels.stage import advance
-from robsim.run.chunk import Chunk
+from robsim.run.chunk import Chunk, Going
 from robsim.run.drives import Drives
 from robsim.run.endings import Ending
 from robsim.run.images import check_sensing
@@ -27,12 +28,17 @@ from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
-BURST = 64  # steps that compiled stages take before Ctrl-C is looked for
+BURST = 64  # steps that compiled stages take at most before a stop is looked for
+LOOK = 0.05  # seconds that they take, about
+FIRST = 4096  # runs times steps of the first burst, before it is known how long they take
 
 
 @dataclass
 class Loop:
-    """The constants of a simulation, its record, and whether to stop, which all chunks share."""
+    """The constants of a simulation, its record, and whether to stop, which all chunks share.
+
+    Where it is `stopped` or `paused`, chunks are left after a step, from which they may go on.
+    """
 
     controller: Controller
     q0: Array  # (runs, nq)
@@ -48,6 +54,7 @@ class Loop:
     limited: bool = True  # whether joint limits end a run
     endings: tuple[Ending, ...] = ()
     stopped: bool = field(default=False, init=False)
+    paused: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
 
     def __post_init__(self) -> None:
@@ -68,36 +75,56 @@ class Loop:
         return self.controller.scene
 
     @cached_property
-    def sequence(self) -> Sequence:
+    def sequence(self) -> Steps:
         """The stages of a step, for all chunks."""
-        return Sequence(self)
+        return Steps(self)
 
-    def advance(self, rows: NDArray[np.int64], done: Callable[[float], None]) -> None:
-        """Simulate a chunk of runs from start to end, in lockstep."""
-        if self.stopped:
+    def advance(self, going: Going, done: Callable[[float], None]) -> None:
+        """Simulate a chunk of runs, in lockstep, to its end or until all are to wait."""
+        burst = min(max(FIRST // len(going.rows), 1), BURST)
+        while not (going.done or self.stopped or self.paused):
+            began = time.perf_counter()
+            self._take(going, burst)
+            self._settle(going)
+            done(1.0 if going.done else going.step / (self.steps + 1))
+            seconds = max(time.perf_counter() - began, 1e-9)
+            burst = min(max(int(burst * min(LOOK / seconds, 2.0)), 1), BURST)
+
+    def instants(self, rows: NDArray[np.int64]) -> Iterator[tuple[int, Chunk]]:
+        """Simulate a chunk of runs, and yield each step with the chunk."""
+        going = Going(rows)
+        while not going.done:
+            chunk = self._take(going, 1)
+            yield going.step - 1, chunk
+            self._settle(going)
+
+    def leave(self, chunks: Sequence[Going]) -> None:
+        """Keep the last instants of the runs that have begun, as they are."""
+        for going in chunks:
+            if going.chunk is not None:
+                self.sequence.stop(self.recorder, going.chunk, going.step - 1)
+
+    def _take(self, going: Going, burst: int) -> Chunk:
+        """Take some steps where all stages are compiled, else one."""
+        chunk = going.chunk = going.chunk or Chunk(self.sequence.program, going.rows)
+        steps = burst if self.sequence.compiled else 1
+        until = min(going.step + steps, self.steps + 1)
+        self.sequence.run(chunk, going.step, until)
+        going.step = until
+        return chunk
+
+    def _settle(self, going: Going) -> None:
+        """Go on with the runs that have not ended."""
+        if going.chunk is None:
             return
-        for step, _ in self.instants(rows, BURST):
-            done((step + 1) / (self.steps + 1))
-        done(1.0)
-
-    def instants(self, rows: NDArray[np.int64], burst: int = 1) -> Iterator[tuple[int, Chunk]]:
-        """Simulate a chunk of runs, and yield each step, or the last of some, with the chunk."""
-        sequence, step = self.sequence, 0
-        chunk = Chunk(sequence.program, rows)
-        while chunk.runs:
-            until = min(step + burst, self.steps + 1) if sequence.compiled else step + 1
-            sequence.run(chunk, step, until)
-            step = until
-            yield step - 1, chunk
-            if self.stopped:  # a chunk that has begun is left at a recorded instant
-                sequence.stop(self.recorder, chunk, step - 1)
-                return
-            alive = chunk.get(sequence.alive, 1)[0] != 0.0
-            if not alive.all():
-                chunk.keep(alive)
+        alive = going.chunk.get(self.sequence.alive, 1)[0] != 0.0
+        if not alive.any():
+            going.done, going.chunk = True, None
+        elif not alive.all():
+            going.chunk.keep(alive)
 
 
-class Sequence:
+class Steps:
     """The sequence of a step: motion, world, measurement, command, judgement, record."""
 
     def __init__(self, loop: Loop) -> None:
@@ -157,12 +184,8 @@ class Sequence:
         return False
 
     def stop(self, recorder: Recorder, chunk: Chunk, step: int) -> None:
-        """Keep the runs of a chunk that go on, as they are."""
-        alive = chunk.get(self.alive, 1)[0] != 0.0
-        if not alive.all():
-            chunk.keep(alive)
-        if chunk.runs:
-            recorder.stop(chunk, step, self.kept, self.judge.judged)
+        """Keep the runs of a chunk, all of which go on, as they are."""
+        recorder.stop(chunk, step, self.kept, self.judge.judged)
 
     def snapshot(self, chunk: Chunk) -> Snapshot:
         """Return the state of a chunk at this step, with what its cameras see."""

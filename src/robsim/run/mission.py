@@ -16,8 +16,11 @@ from robsim.run.mission_run import Leg, MissionRun
 from robsim.run.outcome import Outcome
 from robsim.run.phase import Phase
 from robsim.run.workers import Progress, check_progress
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from robsim.run.experiment import Experiment
 
 MOST = 1000  # phases
@@ -78,7 +81,8 @@ class Mission(Declared):
         The phases have the numbers first_run, first_run + 1, ..., and their noise by these.
         InputError: in the words of `simulate`, with the name of the phase in front. What turns out
         only on the way, such as a target that is out of sight where it was put down, ends the
-        mission and is its `problem`. Interrupted after Ctrl-C, with the legs so far in `.run`.
+        mission and is its `problem`. Interrupted after a stop, with the legs so far in `.run`, the
+        last one as far as it went.
         """
         check_progress(progress)
         self.checked(experiment, view=False)
@@ -91,7 +95,8 @@ class Mission(Declared):
         for i, phase in enumerate(self.phases):
             try:
                 legs.append(_leg(phase, one, legs, progress=self._share(i, progress), **how))
-            except Interrupted:
+            except Interrupted as stop:
+                legs += stop.run
                 raise Interrupted("stopped by the user", so_far()) from None
             except InputError as error:
                 if not legs:
@@ -153,10 +158,24 @@ def _of_phase(phase: Phase, experiment: Experiment) -> Experiment:
 
 
 def _leg(phase: Phase, experiment: Experiment, before: Sequence[Leg], **how: Any) -> Leg:
-    """Return how a phase goes that starts where the legs before it ended."""
+    """Return how a phase goes that starts where the legs before it ended.
+
+    Interrupted: a list with the leg as far as it went, which is empty if it has not begun.
+    """
     with naming(f"phase {phase.name!r}"):
         scene = phase.begun(experiment.scene, experiment.start)
-        run = _of_phase(phase, replace(experiment, scene=scene)).run(**how)
-    outcome, start = Outcome(int(run["outcome"])), before[-1].end if before else 0.0
+        own = _of_phase(phase, replace(experiment, scene=scene))
+    start = before[-1].end if before else 0.0
+    try:
+        with naming(f"phase {phase.name!r}"):
+            return _went(phase, scene, start, own.run(**how))
+    except Interrupted as stop:
+        began = np.isfinite(float(stop.run["end_time"]))
+        raise Interrupted("", [_went(phase, scene, start, stop.run)] if began else []) from None
+
+
+def _went(phase: Phase, scene: Scene, start: float, run: xr.Dataset) -> Leg:
+    """Return the leg of a phase that began at a time in seconds."""
+    outcome = Outcome(int(run["outcome"]))
     end = start + float(run["end_time"])
     return Leg(phase.name, outcome, outcome in phase.expects, start, end, run, scene)

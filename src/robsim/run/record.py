@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.base.room import room
 from robsim.kernels import keeping
 from robsim.kernels.program import Blocks, Program
 
@@ -34,7 +35,8 @@ class Track(NamedTuple):
     pixels: Array
 
 
-MEMORY_BUDGET = 4e9  # bytes
+COPIES = 3  # of the results at once: those in memory, those in the file, and one on the way
+SMALL = 5e7  # bytes, for which nobody asks how much is free
 LONGEST = 10_000_000  # steps
 
 
@@ -57,7 +59,7 @@ class Recorder:
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):
         self.every = every(record)
         instants = 0 if self.every is None else steps // self.every + 1
-        _check_memory(runs, instants, sum(widths))
+        _check_memory(runs, steps, self.every, widths)
         self.bounds = np.cumsum([0, *widths]).tolist()
         width = self.bounds[-1]
         self.table = np.full((runs, instants, width), np.nan)
@@ -127,15 +129,29 @@ class Recorder:
         return Track(*(table[..., a:b] for a, b in pairwise(self.bounds)))
 
 
-def _check_memory(runs: int, instants: int, width: int) -> None:
-    """Raise InputError if a record would be too large, before anything runs.
+def _check_memory(runs: int, steps: int, every: int | None, widths: tuple[int, ...]) -> None:
+    """Raise InputError if there is no room for the results of a record, before anything runs."""
 
-    Poses, velocities and errors come on top of what is stored.
+    instants = 0 if every is None else steps // every + 1
+    need, least = (_needed(runs, count, widths) for count in (instants, 0))
+    if need <= SMALL or need <= (free := room()):
+        return
+    advice = "simulate fewer runs"
+    if instants and least < free:
+        fit = int((free - least) / (need - least) * instants)  # instants
+        some = f"every n-th step (record={steps // fit + 1}) or " if fit else ""
+        advice = f"record {some}the end only (record='summary'), fewer runs or a shorter time"
+    raise InputError(
+        f"{runs} runs with {instants} recorded instants need about {need / 1e9:.1f} GB, "
+        f"and {free / 1e9:.1f} GB are free: {advice}"
+    )
+
+
+def _needed(runs: int, instants: int, widths: tuple[int, ...]) -> float:
+    """Return how many bytes results take until they are saved, as measured.
+
+    Of an instant there are what is recorded, the error (as wide as s) with its length and energy,
+    a pose and a twist; of a run its start and its end, in images and in space.
     """
-    estimate = 8.0 * runs * (instants + 1) * (2 * width + 32)
-    if estimate > MEMORY_BUDGET:
-        raise InputError(
-            f"{runs} runs with {instants} recorded instants need about {estimate / 1e9:.1f} GB, "
-            f"more than {MEMORY_BUDGET / 1e9:.0f} GB: record every n-th step (record=n) or the end "
-            "only (record='summary')"
-        )
+    width, k = sum(widths), widths[3]
+    return 8.0 * COPIES * runs * (instants * (width + k + 24) + 3 * width + 60)

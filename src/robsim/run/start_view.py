@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from robsim.base.errors import InputError
+from robsim.run.chunk import Going
 from robsim.run.loop import Loop
 from robsim.run.outcome import Outcome
 from robsim.vision.camera import Visibility
@@ -21,7 +22,7 @@ _WHERE = {
 def check_view(loop: Loop) -> None:
     """Raise InputError for the first start at which a camera lacks marks of the task."""
     first = replace(loop, steps=1)
-    first.advance(np.arange(len(loop.q0)), lambda share: None)
+    first.advance(Going(np.arange(len(loop.q0))), lambda share: None)
     ended = first.recorder
     blind = np.flatnonzero(np.isin(ended.outcome, _BLIND) & (ended.end_step == 0))
     if blind.size:

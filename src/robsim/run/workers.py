@@ -1,18 +1,20 @@
-"""Threads that take chunks of runs while the main one waits for Ctrl-C; short work needs none."""
+"""Threads that take chunks of runs while the main one waits for a stop; short work needs none."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base import interrupt
 from robsim.base.arrays import Array, whole
 from robsim.base.errors import InputError
 from robsim.base.threads import processors
+from robsim.run.checkpoint import Keeper
+from robsim.run.chunk import Going
 from robsim.run.loop import Loop
 
 SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of those in Python
@@ -20,8 +22,17 @@ SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of thos
 Progress = Callable[[float], None]
 
 
-def advance(loop: Loop, threads: int | None, chunk: int, progress: Progress | None) -> bool:
-    """Simulate all runs of a loop; return False if Ctrl-C stopped it."""
+def advance(
+    loop: Loop,
+    threads: int | None,
+    chunk: int,
+    progress: Progress | None,
+    keeper: Keeper | None = None,
+) -> bool:
+    """Simulate all runs of a loop; return False if a stop came before their end.
+
+    A keeper writes a checkpoint now and then, and when a stop comes.
+    """
     check_progress(progress)
     chunk = whole(chunk, "chunk", 1)
     threads = whole(processors() if threads is None else threads, "threads", 1, 1025)
@@ -29,52 +40,72 @@ def advance(loop: Loop, threads: int | None, chunk: int, progress: Progress | No
     loop.sequence  # noqa: B018 made once, before threads share it
     runs = len(loop.q0)
     chunk = min(chunk, math.ceil(runs / threads))
-    short = chunk == runs and runs * loop.steps <= SHORT and progress is None
-    if short and not interrupt.is_others():
-        return _alone(loop)
-    chunks = [np.arange(i, min(i + chunk, runs)) for i in range(0, runs, chunk)]
-    return _work(loop, threads, chunks, progress)
+    chunks = [Going(np.arange(i, min(i + chunk, runs))) for i in range(0, runs, chunk)]
+    if keeper:
+        chunks = keeper.begin(loop, chunks)
+    short = len(chunks) == 1 and runs * loop.steps <= SHORT and progress is None
+    with interrupt.held(partial(setattr, loop, "stopped", True)):
+        if short and not interrupt.is_others():
+            _alone(loop, chunks[0])
+        else:
+            _work(loop, threads, chunks, progress, keeper)
+        finished = all(each.done for each in chunks) and not loop.stopped
+        if keeper and not finished:
+            keeper.save()
+        loop.leave(chunks)
+        return finished
 
 
-def _alone(loop: Loop) -> bool:
-    """Simulate all runs in this thread; return False if Ctrl-C came, which ends them after a step.
+def _alone(loop: Loop, going: Going) -> None:
+    """Simulate all runs in this thread, until a stop ends them after a step.
 
     NumPy's errors are warnings or ignored as in a new thread, whatever the caller has set.
     """
-
-    def stop() -> None:
-        if loop.stopped:
-            raise KeyboardInterrupt
-        loop.stopped = True
-
-    with interrupt.caught(stop), np.errstate(all="warn", under="ignore"):
-        loop.advance(np.arange(len(loop.q0)), lambda share: None)
-    return not loop.stopped
+    with np.errstate(all="warn", under="ignore"):
+        loop.advance(going, lambda share: None)
 
 
 def _work(
-    loop: Loop, threads: int, chunks: list[NDArray[np.int64]], progress: Progress | None
-) -> bool:
-    """Let threads take chunks while this one waits for Ctrl-C; return False if it came."""
-    shares = np.zeros(len(chunks))
-    weights = np.array([len(rows) for rows in chunks]) / len(loop.q0)
-    jobs: list[Future[None]] = []
+    loop: Loop,
+    threads: int,
+    chunks: list[Going],
+    progress: Progress | None,
+    keeper: Keeper | None,
+) -> None:
+    """Let threads take chunks while this one waits for a stop, or for the time of a checkpoint."""
     with ThreadPoolExecutor(min(threads, len(chunks))) as pool:
-        try:
-            for i, rows in enumerate(chunks):
-                jobs.append(pool.submit(loop.advance, rows, _cell(shares, i)))
-            for _ in _until_done(jobs):
-                if progress:
-                    progress(float(shares @ weights))
-        except KeyboardInterrupt:
-            loop.stopped = True
-            wait(jobs)
-            return False
-        finally:
-            loop.stopped = True  # after an error in one chunk the others need not go on
-    for job in jobs:
-        job.result()
-    return True
+        while not (loop.stopped or all(each.done for each in chunks)):
+            if loop.paused and keeper:
+                keeper.save()
+            loop.paused = False
+            _round(loop, pool, chunks, progress, keeper)
+
+
+def _round(
+    loop: Loop,
+    pool: ThreadPoolExecutor,
+    chunks: list[Going],
+    progress: Progress | None,
+    keeper: Keeper | None,
+) -> None:
+    """Let threads go on with all chunks until they are done, or are to wait."""
+    shares = np.array([each.done or each.step / (loop.steps + 1) for each in chunks], dtype=float)
+    weights = np.array([len(each.rows) for each in chunks]) / len(loop.q0)
+    jobs: list[Future[None]] = []
+    try:
+        for i, each in enumerate(chunks):
+            jobs.append(pool.submit(loop.advance, each, _cell(shares, i)))
+        for _ in _until_done(jobs):
+            if progress:
+                progress(float(shares @ weights))
+            if keeper and keeper.is_due:
+                loop.paused = True
+    except KeyboardInterrupt:  # of a function of the caller's
+        loop.stopped = True
+        wait(jobs)
+    except BaseException:
+        loop.stopped = True  # the others need not go on
+        raise
 
 
 def _cell(shares: Array, i: int) -> Callable[[float], None]:
@@ -85,13 +116,13 @@ def _cell(shares: Array, i: int) -> Callable[[float], None]:
 
 
 def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
-    """Yield about ten times a second until every job is done or one has failed."""
+    """Yield about ten times a second until every job is done; raise the error of one that fails."""
     pending = set(jobs)
     while pending:
         done, pending = wait(pending, timeout=0.1, return_when=FIRST_EXCEPTION)
         yield
-        if any(job.exception() for job in done):
-            return
+        for job in done:
+            job.result()
 
 
 def check_progress(progress: object) -> None:

@@ -1,0 +1,70 @@
+"""How much memory there is for results, of the machine and of the limits on a process."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+UNKNOWN = 4e9  # bytes, where the system does not tell
+OWN = 2e8  # bytes, of what is still to be imported
+_CGROUP = Path("/sys/fs/cgroup")
+_PROCESS, _MACHINE = Path("/proc/self"), Path("/proc/meminfo")
+
+
+def room() -> float:
+    """Return how many bytes this process may still take: the least that any limit leaves."""
+    return max(min(_limits(), default=UNKNOWN) - OWN, 0.0)
+
+
+def _limits() -> Iterator[float]:
+    for each in (_of_process, _of_group, _of_old_group, _of_machine):
+        with suppress(ImportError, OSError, ValueError, KeyError, AttributeError):
+            yield each()
+
+
+def _of_process() -> float:
+    """Return what RLIMIT_AS leaves; a ValueError where there is no such limit."""
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit == resource.RLIM_INFINITY:
+        raise ValueError("no limit")
+    pages = int((_PROCESS / "statm").read_text().split()[0])
+    return limit - float(pages * resource.getpagesize())
+
+
+def _of_group() -> float:
+    """Return what the limit of a container leaves (cgroup v2); pages of files can be given up."""
+    group = _CGROUP / _name_of_group("0::").lstrip("/")
+    group = group if (group / "memory.max").exists() else _CGROUP
+    limit = float((group / "memory.max").read_text())  # "max" is no number
+    used = float((group / "memory.current").read_text())
+    return limit - used + _number_of(group / "memory.stat", "inactive_file")
+
+
+def _of_old_group() -> float:
+    """Return what the limit of a container leaves (cgroup v1)."""
+    group = _CGROUP / "memory"
+    limit = float((group / "memory.limit_in_bytes").read_text())
+    used = float((group / "memory.usage_in_bytes").read_text())
+    return limit - used + _number_of(group / "memory.stat", "total_inactive_file")
+
+
+def _of_machine() -> float:
+    """Return what is available, or where the system does not tell half of what there is."""
+    with suppress(OSError, KeyError):
+        return 1024.0 * _number_of(_MACHINE, "MemAvailable:")
+    return 0.5 * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def _name_of_group(kind: str) -> str:
+    lines = (_PROCESS / "cgroup").read_text().splitlines()
+    return next((line[len(kind) :] for line in lines if line.startswith(kind)), "")
+
+
+def _number_of(path: Path, name: str) -> float:
+    """Return the number that stands behind a name in a file of lines."""
+    found = dict(line.split()[:2] for line in path.read_text().splitlines())
+    return float(found[name])

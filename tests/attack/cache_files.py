@@ -1,0 +1,145 @@
+"""Damaged files of compiled kernels, places where none can be written, and full disks."""
+
+import hashlib
+import json
+import os
+import pickle
+import resource
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from attack.harness import Lost, Wrong
+
+from robsim.kernels import store
+
+NAME = "cache_files"
+CASES = 2
+PATIENCE = 120.0  # seconds: what is damaged is compiled anew
+DIGEST = 32  # bytes at the start of a file
+
+SIMULATE = """
+import json
+from robsim.kernels import store
+names, load = set(), store.load
+def noted(folder, name, key):
+    names.add(store.file_name(name, key))
+    return load(folder, name, key)
+store.load = noted
+import robsim as rs
+scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
+run = scenario.run(duration=0.4)
+bits = run.q.values.tobytes() + run.s.values.tobytes() + run.camera_pose.values.tobytes()
+print(json.dumps([sorted(names), bits.hex()]))
+"""
+
+
+def simulated(folder, limit=None):
+    """The names of the kernels that a short simulation loads, and its bits, with a cache folder."""
+    done = subprocess.run(
+        [sys.executable, "-c", SIMULATE],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "ROBSIM_CACHE_DIR": str(folder)},
+        preexec_fn=limit,
+    )
+    if done.returncode or done.stderr:
+        raise Wrong(f"status {done.returncode}: {done.stderr[-300:]}")
+    names, bits = json.loads(done.stdout)
+    return names, bits
+
+
+@cache
+def expected():
+    """The files that the simulation needs, {name: content}, and its bits."""
+    simulated(store.CACHE.parent)  # compiles what is missing
+    names, bits = simulated(store.CACHE.parent)
+    paths = {name: store.CACHE / name for name in names}
+    return {n: path.read_bytes() for n, path in paths.items() if path.exists()}, bits
+
+
+def case(seed):
+    """Damage some files, simulate, and simulate again."""
+    rng = np.random.default_rng(seed)
+    files, bits = expected()
+    with tempfile.TemporaryDirectory() as root:
+        place = Path(root) / "cache"
+        place.mkdir()
+        folder = place / store.KERNEL_HASH
+        folder.mkdir()
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
+        damage = DAMAGES[rng.integers(len(DAMAGES))]
+        limit = damage(rng, place, folder, sorted(files))
+        for _ in range(2):
+            if simulated(place, limit)[1] != bits:
+                raise Wrong(f"other numbers after {damage.__name__}")
+        left = [path.name for path in place.rglob("*.tmp")]
+        if left:
+            raise Lost(f"drafts after {damage.__name__}: {left}")
+    return True
+
+
+def some(rng, names):
+    """One to three names."""
+    return [str(name) for name in rng.choice(names, rng.integers(1, 4), replace=False)]
+
+
+def cut(rng, place, folder, names):
+    """Files end anywhere, or are empty."""
+    for name in some(rng, names):
+        content = (folder / name).read_bytes()
+        (folder / name).write_bytes(content[: rng.integers(len(content)) * rng.integers(2)])
+
+
+def flipped(rng, place, folder, names):
+    """Some bits are others."""
+    for name in some(rng, names):
+        content = bytearray((folder / name).read_bytes())
+        for at in rng.integers(len(content), size=rng.integers(1, 5)):
+            content[at] ^= 1 << rng.integers(8)
+        (folder / name).write_bytes(content)
+
+
+def swapped(rng, place, folder, names):
+    """Two kernels of one signature have each other's files."""
+    kinds = {}
+    for name in names:
+        kinds.setdefault(name.split(".")[-2], []).append(name)
+    group = max(kinds.values(), key=len)
+    one, other = (folder / str(name) for name in rng.choice(group, 2, replace=False))
+    contents = one.read_bytes(), other.read_bytes()
+    other.write_bytes(contents[0])
+    one.write_bytes(contents[1])
+
+
+def pickled(rng, place, folder, names):
+    """The digest is right, but what is in it is no kernel."""
+    for name in some(rng, names):
+        *key, data = pickle.loads((folder / name).read_bytes()[DIGEST:])
+        wrong = [None, ([], ()), (["robsim.none"], ()), ([], (1, 2, 3)), "text", b"\0"]
+        data = pickle.dumps(wrong[rng.integers(len(wrong))])
+        rest = [pickle.dumps((*key, data)), data, b"", pickle.dumps(0)][rng.integers(4)]
+        (folder / name).write_bytes(hashlib.sha256(rest).digest() + rest)
+
+
+def folders(rng, place, folder, names):
+    """Folders stand where files should."""
+    for name in some(rng, names):
+        (folder / name).unlink()
+        (folder / name).mkdir()
+
+
+def full(rng, place, folder, names):
+    """Some files are missing, and no file may be longer than some bytes."""
+    for name in some(rng, names):
+        (folder / name).unlink()
+    size = int(rng.integers(5000))
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+DAMAGES = [*[cut, flipped, swapped, pickled] * 3, *[folders, full] * 2]

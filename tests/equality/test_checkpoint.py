@@ -1,0 +1,223 @@
+"""A run that was stopped and taken up again has the bits of one that was not."""
+
+import os
+import signal
+import subprocess
+import sys
+import warnings
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.declare import register
+from robsim.files import examples
+from robsim.run import checkpoint, secret
+
+VISP = rs.load_scenario(examples.path("visp_tutorial"))
+NOISY = VISP.with_(sensing=rs.Sensing(noise=0.5, latency=0.1), duration=80.0)
+STARTS = VISP.start + np.outer(np.linspace(-0.02, 0.05, 13), np.eye(1, 7))
+MISSION = """
+schema = 1
+robots = [{ model = "planar_2r" }]
+run = { dt = "1 ms", duration = "2 s" }
+[task]
+kind = "mission"
+phases = [
+    { name = "there", task = { kind = "follow_joints", to = ["30 deg", "0.5 rad"], duration = "2 s" } },
+    { name = "back", task = { kind = "follow_joints", by = ["-0.5 rad", "-0.5 rad"], duration = "2 s" } },
+    { name = "on", task = { kind = "follow_joints", by = ["1 rad", "0.1 rad"], duration = "2 s" } },
+]
+"""  # noqa: E501
+
+
+@dataclass(frozen=True)
+class Remembering:
+    """A law that keeps the sum of all errors of each run, and uses it."""
+
+    def command(self, state):
+        total = state.memory.get("sum", np.zeros(state.error.shape)) + state.error
+        state.memory["sum"] = total
+        return -0.4 * state.error[:, :6] - 1e-4 * total[:, :6]
+
+
+def cases():
+    """Experiments by name."""
+    register("law", "remembering")(Remembering)
+    batch = NOISY.with_(start=STARTS)
+    return {
+        "single": NOISY,
+        "batch": batch,
+        "every fifth": batch.with_(record=5),
+        "summary": batch.with_(record="summary"),
+        "varied": NOISY.vary({"task.gain": np.linspace(0.3, 0.7, 9)}),
+        "a law in Python": batch.with_(task=rs.IBVS(VISP.task.goal, law=Remembering())),
+        "mission": rs.Experiment.from_text(MISSION),
+    }
+
+
+@cache
+def whole(name):
+    run = cases()[name].run()
+    return run if name != "mission" else run.run
+
+
+@pytest.fixture(autouse=True)
+def _often(monkeypatch, tmp_path):
+    """Checkpoints at every look of a tenth of a second, and Ctrl-C as Python has it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(checkpoint, "INTERVAL", 0.0)
+    monkeypatch.setattr(checkpoint, "SHARE", np.inf)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def stopped(experiment, at, monkeypatch, **how):
+    """Stop an experiment when a number of bursts has been taken; return what there is then."""
+    from robsim.run.loop import Loop
+
+    taken, take = [], Loop._take
+
+    def counted(self, going, burst):
+        taken.append(going)
+        if len(taken) == at:
+            self.stopped = True
+        return take(self, going, burst)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Loop, "_take", counted)
+        with pytest.raises(rs.Interrupted) as stop:
+            experiment.run(checkpoint="point", **how)
+    return stop.value.run
+
+
+@pytest.mark.covering(2)
+@pytest.mark.parametrize("name", list(cases()))
+@pytest.mark.parametrize("at", [1, 4, 9])
+@pytest.mark.parametrize("chunk", [3, 256])
+def test_what_is_taken_up_has_the_same_bits(name, at, chunk, monkeypatch):
+    experiment = cases()[name]
+    part = stopped(experiment, at, monkeypatch, chunk=chunk, threads=1)
+    if name != "mission":
+        assert (part.outcome == rs.Outcome.RUNNING).any()
+    run = experiment.run(checkpoint="point", resume=True, threads=2)
+    assert (run.run if name == "mission" else run).identical(whole(name))
+
+
+def test_a_mission_that_was_stopped_has_the_part_of_its_phase(monkeypatch):
+    run = stopped(cases()["mission"], 40, monkeypatch)
+    assert [leg.outcome.name for leg in run.legs] == ["CONVERGED", "RUNNING"]
+    done = run.run
+    np.testing.assert_array_equal(done.q, whole("mission").q[: done.sizes["time"]])
+
+
+def test_a_run_can_be_stopped_and_taken_up_again_and_again(monkeypatch):
+    batch = cases()["batch"]
+    stopped(batch, 2, monkeypatch, chunk=5)
+    for at in (3, 5):
+        stopped(batch, at, monkeypatch, resume=True)
+    assert batch.run(checkpoint="point", resume=True).identical(whole("batch"))
+
+
+KILLED = """
+import os, signal, sys
+import robsim as rs
+from robsim.run import checkpoint
+checkpoint.INTERVAL, checkpoint.SHARE = 0.0, 1.0
+save = checkpoint.Keeper.save
+def killed(self):
+    save(self)
+    os.kill(os.getpid(), signal.SIGKILL)
+checkpoint.Keeper.save = killed
+rs.load_scenario("long.toml").run(checkpoint="point")
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal here")
+def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint():
+    long = NOISY.with_(duration=20_000.0, record=1000)
+    Path("long.toml").write_text(long.to_toml(), encoding="utf-8")
+    done = subprocess.run([sys.executable, "-c", KILLED], check=False)
+    assert done.returncode == -signal.SIGKILL
+    long = rs.load_scenario("long.toml")
+    assert long.run(checkpoint="point", resume=True).identical(long.run())
+
+
+def refused(experiment=NOISY, path="point"):
+    with pytest.raises(rs.FileError) as error:
+        experiment.run(checkpoint=path, resume=True)
+    return str(error.value)
+
+
+def test_a_checkpoint_that_does_not_serve_is_refused_by_its_reason(monkeypatch):
+    stopped(NOISY, 3, monkeypatch)
+    content = Path("point").read_bytes()
+    assert refused(NOISY.with_(seed=1)) == "point is of another experiment, or of other settings"
+    assert refused(cases()["batch"]) == "point is of another experiment, or of other settings"
+    assert refused(path="none") == "no checkpoint none: run without resume"
+    for wrong in (
+        content[:-1],
+        content[:60],
+        bytes([*content[:-9], 1, *content[-8:]]),
+        content + b"x",
+    ):
+        Path("wrong").write_bytes(wrong)
+        assert refused(path="wrong").startswith("wrong is damaged, or was written by another user")
+    for wrong in (b"", b"mine", content[1:]):
+        Path("wrong").write_bytes(wrong)
+        assert refused(path="wrong") == "wrong is no checkpoint of this version of RobSim"
+    monkeypatch.setattr(checkpoint, "KERNEL_HASH", "0" * 16)
+    assert "cannot be taken up: RobSim was" in refused()
+
+
+def test_the_checkpoint_of_another_machine_is_refused(monkeypatch, tmp_path):
+    stopped(NOISY, 3, monkeypatch)
+    monkeypatch.setattr(checkpoint.llvm, "get_host_cpu_name", lambda: "abacus")
+    assert "the machine was" in refused() and "abacus" in refused()
+    monkeypatch.setattr(checkpoint, "secret", lambda: secret.secret(tmp_path / "other"))
+    assert "on another machine" in refused()
+
+
+def test_resume_needs_a_file():
+    with pytest.raises(rs.InputError, match="resume: from which file"):
+        NOISY.run(resume=True)
+
+
+def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
+    class Mine:
+        def command(self, state):
+            raise AssertionError("nothing runs")
+
+    with pytest.raises(rs.InputError):
+        NOISY.with_(task=rs.IBVS(VISP.task.goal, law=Mine())).run(checkpoint="point")
+
+
+def test_where_no_checkpoint_can_be_written_that_is_said_once_and_the_run_goes_on(monkeypatch):
+    Path("file").touch()
+    long = NOISY.with_(duration=20_000.0, record="summary")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        run = long.run(lambda share: None, checkpoint="file/point")
+    assert [each.category for each in said] == [rs.FileWarning]
+    assert str(said[0].message).startswith("no checkpoint: cannot write file/point")
+    assert run.identical(long.run())
+
+
+def test_the_secret_is_the_users_own_and_made_anew_where_it_is_not(tmp_path):
+    folder = tmp_path / "deep" / "cache"
+    first = secret.secret(folder)
+    path = folder / secret.NAME
+    assert len(first) == 32 and first == secret.secret(folder) == path.read_bytes()
+    assert [each.name for each in folder.iterdir()] == [secret.NAME]
+    if os.name != "nt":
+        assert path.stat().st_mode & 0o777 == 0o600
+        path.chmod(0o644)
+        assert secret.secret(folder) != first
+    path.write_bytes(b"short")
+    path.chmod(0o600)
+    assert len(secret.secret(folder)) == 32
+    (tmp_path / "file").touch()
+    with pytest.raises(rs.FileError, match="cannot keep"):
+        secret.secret(tmp_path / "file")

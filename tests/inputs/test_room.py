@@ -1,0 +1,63 @@
+"""How much memory is free, by the limits of the machine, of a container and of the process."""
+
+import sys
+
+import pytest
+
+from robsim.base import room as module
+from robsim.base.room import OWN, UNKNOWN, room
+
+STAT = "anon 5\ninactive_file 300000000\ntotal_inactive_file 200000000\n"
+
+
+@pytest.fixture
+def system(monkeypatch, tmp_path):
+    """A system without any limit, in which files can be put."""
+
+    def file(name, text):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+    monkeypatch.setattr(module, "_CGROUP", tmp_path / "cgroup")
+    monkeypatch.setattr(module, "_PROCESS", tmp_path / "self")
+    monkeypatch.setattr(module, "_MACHINE", tmp_path / "meminfo")
+    monkeypatch.setattr(module.os, "sysconf", lambda name: 10**6, raising=False)
+    return file
+
+
+def test_the_least_that_any_limit_leaves_counts(system):
+    assert room() == 0.5e12 - OWN  # half of what there is
+    system("meminfo", "MemTotal: 16000000 kB\nMemAvailable: 8000000 kB\n")
+    assert room() == 8192e6 - OWN
+    system("cgroup/memory/memory.limit_in_bytes", "6000000000\n")
+    system("cgroup/memory/memory.usage_in_bytes", "1000000000\n")
+    system("cgroup/memory/memory.stat", STAT)
+    assert room() == 5.2e9 - OWN
+    system("self/cgroup", "0::/mine\n")
+    for folder, limit in (("cgroup", "4000000000"), ("cgroup/mine", "max")):
+        system(f"{folder}/memory.max", limit)
+        system(f"{folder}/memory.current", "1000000000")
+        system(f"{folder}/memory.stat", STAT)
+    assert room() == 5.2e9 - OWN  # the group of the process has no limit of its own
+    system("cgroup/mine/memory.max", "2000000000\n")
+    assert room() == 1.3e9 - OWN
+    system("cgroup/mine/memory.current", "9000000000\n")
+    assert room() == 0.0
+
+
+def test_where_the_system_does_not_tell_there_are_a_few_gigabytes(system, monkeypatch):
+    def unknown(name):
+        raise ValueError("unrecognized configuration name")
+
+    monkeypatch.setattr(module.os, "sysconf", unknown)
+    assert room() == UNKNOWN - OWN
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
+def test_the_limit_on_the_addresses_of_a_process_counts(system, monkeypatch):
+    import resource
+
+    system("self/statm", "250000 1 1 1 1 1 1\n")
+    monkeypatch.setattr(resource, "getrlimit", lambda which: (3_000_000_000, -1))
+    assert room() == 3e9 - 250_000 * resource.getpagesize() - OWN
