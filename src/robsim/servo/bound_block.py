@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, last_view
 from robsim.base.errors import InputError
+from robsim.base.values import unchecked
 from robsim.features import Feature, Observation
 from robsim.features.compiled import Compiled
 from robsim.features.numeric import interaction
@@ -72,7 +73,7 @@ class BoundBlock:
         one = seen[first]
         for second in others:  # at most one
             between = relative(projections[first].T_w_c, projections[second].T_w_c)
-            one = replace(one, other=seen[second], between_last=between)
+            one = unchecked(one, other=seen[second], between_last=between)
         return one
 
     def stages(self, seen: Seen, with_L: bool = True) -> FeatureRows:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, positive, runs_first
 from robsim.base.errors import GoalError
+from robsim.base.values import unchecked
 from robsim.features import Observation
 from robsim.kernels.jacobian import Moves
 from robsim.kernels.sight import Projection
@@ -163,7 +164,7 @@ class Regulated:
     def _seen_at_goal(self) -> dict[Key, Observation]:
         """The observation of each sight at the goal, with the chosen depth."""
         return {
-            key: replace(goal, depth_last=self.depths.at_goal(goal.depth_last))
+            key: unchecked(goal, depth_last=self.depths.at_goal(goal.depth_last))
             for key, goal in self.goals.items()
         }
 

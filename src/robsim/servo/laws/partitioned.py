@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+from robsim.base.errors import InputError
 from robsim.declare import Declared, Quantity, described
 from robsim.kernels import commanding
 from robsim.kernels import partitioned as kernels
@@ -42,7 +43,11 @@ class PartitionedLaw(StagedLaw, Declared):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stage of the optical axis; return what adds those of the command at a gain."""
-        assert of.s >= 0
+        if of.s < 0 or of.k < 4:
+            raise InputError(
+                "the partitioned law needs the features s of a mark at least, an angle and an "
+                f"area; here are {of.k} of them" + (", without s" if of.s < 0 else "")
+            )
         program, k, numbers = of.program, of.k, of.program.constant([self.roll, self.advance])
         V, axis = program.rows(6), program.rows(6)
         program.add(kernels.along_axis, k, of.s, of.error, numbers, axis)
