@@ -21,7 +21,6 @@ RING = np.array([0.1, 0.7, 1.3, 2.4, 3.0, 3.3, 4.6, 5.5])  # angles of marks on 
 MARKS = 0.15 * np.stack([np.cos(RING), np.sin(RING), 0 * RING], axis=1)
 LENS = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
 NEAR = rs.GoalPose(rs.Pose.at(0.01, 0.02, 1, rpy=(0.1, -0.2, 0.05)))
-AT_GOAL = rs.Observation.of([[300.0, 200.0]], [1.0], LENS)
 
 
 def again(scene, task, **settings):
@@ -337,7 +336,6 @@ class Fast(rs.SpeedLimit):
         (rs.Switch(rs.IBVS(), rs.PBVS(), Mine()), "Mine is Python code"),
         (rs.Parallel([rs.IBVS(), rs.IBVS(features=Mine())]), "Mine is Python code"),
         (rs.IBVS(features=rs.Points(unit="mm")), "Points has a unit of its own"),
-        (rs.IBVS(features=rs.LogDepth().towards(AT_GOAL)), "LogDepth has a Z_goal of its own"),
         (rs.IBVS(features=rs.ThetaU(T_goal_o=NEAR.T_c_o)), "ThetaU has a T_goal_o of its own"),
         (rs.IBVS(secondary=rs.Posture([1.0])), "1 numbers for 7 joints"),
     ],
