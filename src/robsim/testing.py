@@ -117,6 +117,8 @@ def check_joint(
     central differences of it, whose error must shrink with the square of the step. Rows alone may
     differ by rounding, as with `check_feature`; with `bits` they must be the same.
     """
+    if not isinstance(kind, JointKind):
+        return [f"expected a JointKind, got {kind!r:.80}"]
     try:
         check_kind(kind)
     except InputError as reason:

@@ -14,7 +14,7 @@ FileWarning                          a file has oddities, which are left out or 
 """
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -63,6 +63,23 @@ class FileWarning(UserWarning):
     """A file was read in part: the message says, line by line, what was left out or changed."""
 
 
+def said(value: object) -> str:
+    """Return how a message shows a value that was given: its first eighty characters.
+
+    >>> said(10**5000)
+    'a number of more than 4000 digits'
+    """
+    try:
+        return f"{value!r:.80}"
+    except ValueError:  # Python writes no whole number that is as long
+        return "a number of more than 4000 digits"
+
+
+def is_one_of(name: object, exist: Container[str]) -> bool:
+    """Return whether this is a name that exists: an array, say, is none."""
+    return isinstance(name, str) and name in exist
+
+
 def suggest(name: object, exists: Iterable[str], kind: str) -> str:
     """Return the end of a message on an unknown name: the nearest name, and all that exist.
 
@@ -70,7 +87,7 @@ def suggest(name: object, exists: Iterable[str], kind: str) -> str:
     "did you mean 'tool'? frames: base, tool"
     """
     names = list(exists)
-    near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name if isinstance(name, str) else "", names, n=1, cutoff=0.5)
     guess = f"did you mean '{near[0]}'? " if near else ""
     return f"{guess}{kind}: {', '.join(names) or 'none'}"
 

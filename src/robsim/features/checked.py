@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.geometry.pose import as_pose
 from robsim.vision.camera import Camera
 
@@ -19,7 +19,7 @@ POSES = "guess_last", "between_last"
 def image_of_marks(pixels: ArrayLike, depth: ArrayLike, camera: Any) -> tuple[Array, Array, Array]:
     """Return pixels and points (N, 2, B) and depths (N, B) of pixels (B, N, 2), depths (B, N)."""
     if not isinstance(camera, Camera):
-        raise InputError(f"camera: expected a Camera, got {camera!r:.80}")
+        raise InputError(f"camera: expected a Camera, got {said(camera)}")
     x = numbers(pixels, "pixels", ("N", 2), gaps=True)
     Z = numbers(depth, "depth", ("N",), gaps=True)
     if x.ndim > 3 or not x.size or Z.shape != x.shape[:-1]:
@@ -47,7 +47,7 @@ def poses_last(pose: Any, what: str, runs: int) -> Array | None:
 def checked_parts(given: dict[str, Any]) -> dict[str, Any]:
     """Return the parts of an observation with arrays that are read-only and of one size."""
     if not isinstance(given["camera"], Camera):
-        raise InputError(f"camera: expected a Camera, got {given['camera']!r:.80}")
+        raise InputError(f"camera: expected a Camera, got {said(given['camera'])}")
     made = {name: _exactly(given[name], name, shape) for name, shape in MARKS.items()}
     N, _, B = made["pixels_last"].shape
     for name in POSES:
@@ -59,7 +59,7 @@ def checked_parts(given: dict[str, Any]) -> dict[str, Any]:
     other = given["other"]
     if other is not None:
         if type(other).__name__ != "Observation":
-            raise InputError(f"other: expected an Observation, got {other!r:.80}")
+            raise InputError(f"other: expected an Observation, got {said(other)}")
         sizes |= {"pixels_last of the other": other.pixels_last.shape}
         if given["between_last"] is None:
             raise InputError("other: a second camera needs `between`, its pose in the first")

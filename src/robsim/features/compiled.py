@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.features.feature import Observation, each_run
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.program import Program, evaluated
@@ -41,7 +41,7 @@ class Compiled(ABC):
         InputError: fewer marks than it needs, or another number of runs than at the goal.
         """
         if not isinstance(seen, Observation):
-            raise InputError(f"{type(self).__name__}: expected an Observation, got {seen!r:.80}")
+            raise InputError(f"{type(self).__name__}: expected an Observation, got {said(seen)}")
         pair, posed = seen.other is not None, getattr(self, "uses_pose", False)
         shapes: list[tuple[int, ...]] = []
 

@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array
 from robsim.base.values import unchecked
 from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import point_features as kernels
 
@@ -40,7 +40,7 @@ class LogDepth(Compiled, Declared):
 
     def towards(self, goal: Observation) -> LogDepth:
         """Return the feature relative to the depths at the goal."""
-        return unchecked(self, Z_goal=frozen(goal.depth_last.copy()))
+        return unchecked(self, Z_goal=at_goal(goal, "LogDepth").depth_last)
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last, shown_view
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.values import known, unchecked
 from robsim.declare import Number, family
 from robsim.features.checked import checked_parts, image_of_marks, poses_last
@@ -170,6 +170,13 @@ class Observation:
             model=None if self.model is None else frozen(self.model[marks]),
             other=None if self.other is None else self.other.some(marks),
         )
+
+
+def at_goal(given: Any, who: str) -> Observation:
+    """Return what is given for the view at the goal, or raise an InputError unless it is one."""
+    if not isinstance(given, Observation):
+        raise InputError(f"{who}.towards: expected an Observation, got {said(given)}")
+    return given
 
 
 def without_guess(T: Array, model: Array, points: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array, frozen
 from robsim.declare import Declared, Word, check_fields, register
 from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import moment_features as features
 from robsim.kernels import moments as kernels
@@ -25,7 +25,8 @@ F = TypeVar("F")
 
 def _at_goal(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
     """Return the centre (2, B) and centred moments at the goal."""
-    x = goal.points_last.copy()  # kernels are compiled for arrays that can be written to
+    # a copy, as kernels are compiled for arrays that can be written to
+    x = at_goal(goal, "DecoupledMoments").points_last.copy()
     centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3 if of_marks else ORDER_4, x.shape[2]))
     (kernels.marks if of_marks else kernels.region)(x, centre, mu)
     return centre, mu

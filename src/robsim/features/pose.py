@@ -13,7 +13,7 @@ from robsim.base.errors import GoalError
 from robsim.base.values import unchecked
 from robsim.declare import Word, check_fields, register
 from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import pose_features as kernels
@@ -36,7 +36,7 @@ class _PoseFeature(Compiled):
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature relative to the camera with this view of the target."""
-        if not np.isfinite(goal.pose).all():
+        if not np.isfinite(at_goal(goal, type(self).__name__).pose).all():
             raise GoalError("no pose of the target fits what is seen at the goal")
         return unchecked(self, T_goal_o=Pose(goal.pose[0] if len(goal.pose) == 1 else goal.pose))
 

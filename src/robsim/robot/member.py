@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.robot.joints.kind import JointKind
 
 
@@ -95,6 +95,6 @@ def _returned(kind: JointKind, method: str, given: Any, shape: tuple[int, ...]) 
     except (TypeError, ValueError):  # no numbers, or rows of unequal lengths
         values = np.empty(())
     if values.shape != shape:
-        got = f"shape {values.shape}" if values.ndim else f"{given!r:.80}"
+        got = f"shape {values.shape}" if values.ndim else f"{said(given)}"
         raise InputError(f"{type(kind).__name__}.{method}: expected shape {shape}, got {got}")
     return values

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, positive, runs_first
-from robsim.base.errors import GoalError
+from robsim.base.errors import GoalError, said
 from robsim.base.values import unchecked
 from robsim.features import Observation
 from robsim.kernels.jacobian import Moves
@@ -88,7 +88,7 @@ class Regulated:
             return self.given[:, None].copy()  # writeable, as s is: kernels are compiled for it
         if not s.size or not np.isfinite(s).all():
             raise GoalError(
-                f"{self.names}: s at the goal must be finite, got {s[:, 0]!r:.80}{self.reasons}"
+                f"{self.names}: s at the goal must be finite, got {said(s[:, 0])}{self.reasons}"
             )
         return s
 

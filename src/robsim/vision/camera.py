@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.values import Value, unchecked
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
@@ -93,7 +93,7 @@ class Camera(Value):
         if self.size is not None:
             object.__setattr__(self, "size", SIZE.check(self.size, "image size"))
         if not isinstance(self.body, CameraBody | None):
-            raise InputError(f"body: expected a CameraBody, got {self.body!r:.80}")
+            raise InputError(f"body: expected a CameraBody, got {said(self.body)}")
         object.__setattr__(self, "distortion", _checked_distortion(self.distortion))
 
     @classmethod

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, flag, frozen, numbers, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.servo.laws.inverse import Inverse
 
 SHAPES = {
@@ -39,13 +39,13 @@ def checked_state(given: dict[str, Any]) -> dict[str, Any]:
     for what in ("time", "dt"):
         number = numbers(given[what], what, ())
         if number.ndim:
-            raise InputError(f"{what}: expected a number, got {given[what]!r:.80}")
+            raise InputError(f"{what}: expected a number, got {said(given[what])}")
         made[what] = float(number)
     made["gain"] = _checked_gain(given["gain"], sizes["B"])
     if not isinstance(given["inverse"], get_args(Inverse)):
-        raise InputError(f"inverse: expected an inverse, got {given['inverse']!r:.80}")
+        raise InputError(f"inverse: expected an inverse, got {said(given['inverse'])}")
     if not isinstance(given["memory"], dict):
-        raise InputError(f"memory: expected a dictionary, got {given['memory']!r:.80}")
+        raise InputError(f"memory: expected a dictionary, got {said(given['memory'])}")
     made["one_motion"] = flag(given["one_motion"], "one_motion")
     return made
 

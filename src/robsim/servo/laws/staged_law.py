@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.kernels import commanding
 from robsim.kernels.program import Function, Program
 from robsim.servo.laws.inverse import Inverse, solved
@@ -51,7 +51,7 @@ class StagedLaw(ABC):
         """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
         if not hasattr(state, "error_last"):
             name = type(self).__name__
-            raise InputError(f"{name}.command: expected a ControlState, got {state!r:.80}")
+            raise InputError(f"{name}.command: expected a ControlState, got {said(state)}")
         runs = state.error_last.shape[-1]
         L, J, A = state.interaction_last, state.jacobian_last, state.task_jacobian_last
         gain, none = np.empty((1, runs)), np.empty((0, runs))

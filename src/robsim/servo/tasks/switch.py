@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import Declared, Flag, register
 from robsim.kernels import commanding
 from robsim.kernels import switching as kernels
@@ -142,6 +142,6 @@ def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[n
     if holds.shape != (runs,) or holds.dtype != np.bool_:
         raise InputError(
             f"{type(when).__name__}.holds: expected truth values of shape ({runs},), "
-            f"got {value!r:.80}"
+            f"got {said(value)}"
         )
     return holds
