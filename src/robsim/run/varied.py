@@ -76,8 +76,8 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
     made = {name: frozen(_shaped(name, values)) for name, values in given.items()}
     counts = {name: len(values) for name, values in made.items()}
     if len(set(counts.values())) > 1:
-        said = ", ".join(f"{count} of {name}" for name, count in counts.items())
-        raise InputError(f"vary: every name needs a number for each run, got {said}")
+        listed = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise InputError(f"vary: every name needs a number for each run, got {listed}")
     _check_imperfections(experiment, made)
     for name, values in made.items():
         for end in _ends(name, values):

@@ -19,7 +19,7 @@ from robsim.declare import Choice, Declared, Length, family, register
 from robsim.kernels import commanding
 from robsim.kernels.solve import product_scratch_of
 from robsim.servo.laws.checked import checked_state, last_of
-from robsim.servo.laws.inverse import Inverse, PseudoInverse, inverted, product
+from robsim.servo.laws.inverse import TWIST, Inverse, PseudoInverse, inverted, product
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised, times_gain
 
 LAWS = family("law")
@@ -173,7 +173,7 @@ class JointLaw(StagedLaw):
         transposed, damping, rcond = of.inverse.numbers
         program, k, n = of.program, of.k, of.n
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
-            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse))
+            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse, of.J))
         unit, rank = program.rows(n), program.rows()
         room = program.scratch(product_scratch_of(k, n))
         given = of.L, k, of.J, n, of.A, of.error, program.constant(rcond)
@@ -200,7 +200,7 @@ class CameraLaw(StagedLaw, Declared):
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
         program, unit, L = of.program, of.program.constant(self.length), of.program.rows(6 * of.k)
         program.add(commanding.in_units, of.L, of.k, 6, unit, 1, L)
-        V = inverted(program, (L, of.k, 6), of.error, of.inverse)
+        V = inverted(program, (L, of.k, 6), of.error, of.inverse, TWIST)
         program.add(commanding.in_units, V, 6, 1, unit, 2, V)
         return times_gain(of, realised(of, V, unit))
 

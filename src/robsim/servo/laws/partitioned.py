@@ -10,7 +10,7 @@ from robsim.declare import Declared, Quantity, described
 from robsim.kernels import commanding
 from robsim.kernels import partitioned as kernels
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.laws.inverse import inverted
+from robsim.servo.laws.inverse import ACROSS, inverted
 from robsim.servo.laws.law import UnitOfLength
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised
 
@@ -55,7 +55,7 @@ class PartitionedLaw(StagedLaw, Declared):
         def at(gain: int) -> int:
             rate, L = program.rows(k - 2), program.rows(4 * (k - 2))
             program.add(kernels.across_axis, k - 2, gain, of.error, of.L, axis, rate, L)
-            across = inverted(program, (L, k - 2, 4), rate, of.inverse)
+            across = inverted(program, (L, k - 2, 4), rate, of.inverse, ACROSS)
             for n, start, to in ((6, axis, 0), (2, across, 0), (2, across + 2, 3)):
                 program.add(commanding.copied, n, start, V + to)
             return realised(of, V, program.constant(self.length))

@@ -109,4 +109,4 @@ def realised(of: LawRows, V: int, length: int) -> int:
     program.add(commanding.in_units, V, 6, 1, length, 0, V)
     program.add(commanding.in_units, of.J, 6, of.n, length, 0, J)
     _, damping, rcond = of.inverse.numbers
-    return solved(program, (J, 6, of.n), V, damping, rcond)
+    return solved(program, (J, 6, of.n), V, damping, rcond, J)
