@@ -13,6 +13,7 @@ from robsim.kernels.linked import linked
 from robsim.kernels.stage import stage
 
 SWEEPS = 60  # at most; six or seven are usual
+FAR = 1e3  # metres; a camera that is as far, or as near as a millimetre, is out of scale
 STRAIGHT = 1e-15  # cosine of the angle between two columns that counts as zero
 
 
@@ -122,7 +123,10 @@ def in_metres(block, A, J, n, j):
 
 @part
 def unit_of_length(block, A, k, n, J):
-    """Return the length in whose unit columns of A per metre are as large as those per radian."""
+    """Return the length in whose unit columns of A per metre are as large as those per radian.
+
+    1 unless it is beyond FAR: what is within is as the user has it, who may choose another `rcond`.
+    """
     metres, radians = 0.0 * get(block, A), 0.0 * get(block, A)
     for j in range(n):
         square = get(block, A + j) * get(block, A + j)
@@ -130,7 +134,9 @@ def unit_of_length(block, A, k, n, J):
             square = square + get(block, A + i * n + j) * get(block, A + i * n + j)
         here = in_metres(block, A, J, n, j)
         metres, radians = metres + where(here, square, 0.0), radians + where(here, 0.0, square)
-    return where((metres > 0.0) & (radians > 0.0), sqrt(radians / metres), 1.0)
+    length = sqrt(radians / metres)
+    far = ((length > FAR) & (length < np.inf)) | ((length * FAR < 1.0) & (length > 0.0))
+    return where(far, length, 1.0)
 
 
 @stage

@@ -16,7 +16,7 @@ from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, align_stack, get, put, some, sqrt, where
 from robsim.kernels.linked import linked
 from robsim.kernels.singular import scratch_rows as truncated_rows
-from robsim.kernels.singular import truncated
+from robsim.kernels.singular import truncated, unit_of_length
 from robsim.kernels.stage import stage
 from robsim.kernels.unrolled import unrolled
 
@@ -207,7 +207,8 @@ def _truncate(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
     """
     other = scratch + truncated_rows(k, n)
     rank = truncated(block, A, k, n, y, rcond, other, -1, scratch)
-    if J != -1 and some(doubtful & (rank < full)):
+    asks = doubtful & (rank < full)
+    if J != -1 and some(asks & ~(unit_of_length(block, A, k, n, J) == 1.0)):
         another = other + n
         more = truncated(block, A, k, n, y, rcond, another, J, scratch)
         for i in range(n):
