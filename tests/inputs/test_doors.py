@@ -8,7 +8,7 @@ from robsim.testing import check_feature, check_joint, check_law
 
 UNIT = rs.Camera(np.eye(3))
 SCENARIO = rs.load_scenario(rs.examples.path("visp_tutorial"))
-SCENE = SCENARIO.scene
+SCENE, GOAL = SCENARIO.scene, SCENARIO.task.goal
 ARM = rs.robots.planar_2r()
 SQUARE = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
 SEEN = rs.Observation.of(SQUARE, np.ones(4), UNIT)
@@ -213,12 +213,12 @@ def test_a_focal_length_in_metres_is_refused():
     "features,least,below", [("pixels", 640.0, 600.0), ("points", 640 / 600, 1.0)]
 )
 def test_a_tolerance_above_the_image_is_refused(features, least, below):
-    eye = SCENE.camera()
+    eye, goal = SCENE.camera(), SCENARIO.task.goal
     sized = rs.Camera([[600, 0, 320], [0, 600, 240], [0, 0, 1]], size=(640, 480))
     scene = SCENE.replacing(rs.MountedCamera(eye.name, sized, on=eye.on, pose=eye.pose))
     with pytest.raises(rs.InputError, match="every start would have arrived"):
-        rs.IBVS(features=features, tolerance=least).bind(scene)
-    assert rs.IBVS(features=features, tolerance=below).bind(scene).tolerance == below
+        rs.IBVS(goal, features=features, tolerance=least).bind(scene)
+    assert rs.IBVS(goal, features=features, tolerance=below).bind(scene).tolerance == below
 
 
 class Takes:
@@ -259,10 +259,10 @@ class Takes:
 @pytest.mark.parametrize(
     "how",
     [
-        lambda own: {"task": rs.IBVS(features=own)},
-        lambda own: {"task": rs.IBVS(law=own)},
-        lambda own: {"task": rs.IBVS(secondary=own)},
-        lambda own: {"task": rs.Switch(rs.IBVS(), rs.PBVS(), own)},
+        lambda own: {"task": rs.IBVS(GOAL, features=own)},
+        lambda own: {"task": rs.IBVS(GOAL, law=own)},
+        lambda own: {"task": rs.IBVS(GOAL, secondary=own)},
+        lambda own: {"task": rs.Switch(rs.IBVS(GOAL), rs.PBVS(GOAL), own)},
         lambda own: {"endings": [own]},
         lambda own: {"sensing": rs.Sensing(effects=[own])},
         lambda own: {"actuation": rs.Actuation(effects=[own])},

@@ -130,10 +130,13 @@ class Observation:
     @classmethod
     def of_last(cls, pixels: Array, depth: Array, camera: Camera, **more: Any) -> Observation:
         """Return an observation of pixels (N, 2, B) at depths (N, B), known to be right."""
-        points = frozen(camera.points_of(pixels))
-        return known(
-            cls, pixels_last=pixels, points_last=points, depth_last=depth, camera=camera, **more
-        )
+        points = camera.points_of(pixels)
+        given = {"pixels_last": pixels, "points_last": points, "depth_last": depth, **more}
+        shown = {
+            name: frozen(part.view()) if isinstance(part, np.ndarray) else part
+            for name, part in given.items()
+        }
+        return known(cls, camera=camera, **shown)
 
     def blind(self, hidden: Sequence[NDArray[np.bool_]]) -> Observation:
         """Return the observation with NaN for marks that are hidden (N, B) from each camera."""
@@ -141,9 +144,9 @@ class Observation:
         gone = mine[:, None]
         return unchecked(
             self,
-            pixels_last=np.where(gone, np.nan, self.pixels_last),
-            points_last=np.where(gone, np.nan, self.points_last),
-            depth_last=np.where(mine, np.nan, self.depth_last),
+            pixels_last=frozen(np.where(gone, np.nan, self.pixels_last)),
+            points_last=frozen(np.where(gone, np.nan, self.points_last)),
+            depth_last=frozen(np.where(mine, np.nan, self.depth_last)),
             other=self.other and self.other.blind(others),
         )
 
@@ -152,21 +155,21 @@ class Observation:
         guess, between = self.guess_last, self.between_last
         return unchecked(
             self,
-            pixels_last=np.repeat(self.pixels_last, runs, axis=-1),
-            points_last=np.repeat(self.points_last, runs, axis=-1),
-            depth_last=np.repeat(self.depth_last, runs, axis=-1),
-            guess_last=None if guess is None else np.repeat(guess, runs, axis=-1),
+            pixels_last=frozen(np.repeat(self.pixels_last, runs, axis=-1)),
+            points_last=frozen(np.repeat(self.points_last, runs, axis=-1)),
+            depth_last=frozen(np.repeat(self.depth_last, runs, axis=-1)),
+            guess_last=None if guess is None else frozen(np.repeat(guess, runs, axis=-1)),
             other=self.other and self.other.repeated(runs),
-            between_last=None if between is None else np.repeat(between, runs, axis=-1),
+            between_last=None if between is None else frozen(np.repeat(between, runs, axis=-1)),
         )
 
     def some(self, marks: NDArray[np.int64]) -> Observation:
         """Return the observation of some of the marks, by number."""
         return unchecked(
             self,
-            pixels_last=self.pixels_last[marks],
-            points_last=self.points_last[marks],
-            depth_last=self.depth_last[marks],
+            pixels_last=frozen(self.pixels_last[marks]),
+            points_last=frozen(self.points_last[marks]),
+            depth_last=frozen(self.depth_last[marks]),
             model=None if self.model is None else frozen(self.model[marks]),
             other=None if self.other is None else self.other.some(marks),
         )

@@ -79,5 +79,5 @@ def _carried(seen: Observation, T: Array) -> Observation:
         pixels_last=frozen(pixels),
         points_last=frozen(points),
         depth_last=frozen(np.ascontiguousarray(X[:, 2])),
-        guess_last=guess,
+        guess_last=None if guess is None else frozen(guess),
     )

@@ -97,7 +97,7 @@ class Seen:
             camera=camera.of_runs(blocks.rows),
             model=frozen(model if (model != model[..., :1]).any() else model[..., 0].copy()),
             guess_last=frozen(get(self.guess, 3, 4)),
-            runs=blocks.rows,
+            runs=frozen(blocks.rows.view()),
         )
         if self.other is None:
             return seen

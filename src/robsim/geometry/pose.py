@@ -161,11 +161,11 @@ class Pose:
         if isinstance(other, Pose) or is_pose_like(other):
             right = as_pose(other)
             frames = joined_names(self.frames, right.frames)
-            try:
-                return _make(_told(self.matrix @ right.matrix, "product of poses"), frames)
-            except ValueError:
-                lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
-                raise InputError(f"cannot join batches of poses of shapes {lead}") from None
+            lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
+            common_lead(*lead, "poses that are joined")
+            with np.errstate(over="ignore", invalid="ignore"):  # which is told
+                product = self.matrix @ right.matrix
+            return _make(_told(product, "product of poses"), frames)
         points = numbers(other, "points", (3,))
         if points.ndim == 1:
             return (self.rotation @ points) + self.position

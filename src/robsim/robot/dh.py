@@ -81,7 +81,10 @@ def rigid(R: Array) -> Pose:
 
 def _spans(limits: ArrayLike, n: int) -> list[list[float]]:
     """Return limits (n, 2); those of a joint without limits are (-inf, inf)."""
-    given = np.asarray(limits)
+    try:
+        given = np.asarray(limits, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"limits: expected shape ({n}, 2), got {said(limits)}") from None
     free = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
     spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))
     return np.where(free, given, spans).tolist()  # type: ignore[no-any-return]

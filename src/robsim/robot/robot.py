@@ -52,6 +52,8 @@ class Robot(Kinematics):
     def __post_init__(self) -> None:
         checked_name(self.name, "robot")
         object.__setattr__(self, "base", one_pose(self.base, f"base of '{self.name}'"))
+        if not isinstance(self.on, str):
+            raise InputError(f"on: expected the name of a frame, got {said(self.on)}")
         given = (self.links,) if isinstance(self.links, Link) else self.links
         if not isinstance(given, Sequence) or not all(isinstance(link, Link) for link in given):
             raise InputError(f"robot '{self.name}' needs a list of Link, got {said(given)}")

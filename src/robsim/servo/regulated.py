@@ -164,7 +164,7 @@ class Regulated:
     def _seen_at_goal(self) -> dict[Key, Observation]:
         """The observation of each sight at the goal, with the chosen depth."""
         return {
-            key: unchecked(goal, depth_last=self.depths.at_goal(goal.depth_last))
+            key: unchecked(goal, depth_last=frozen(self.depths.at_goal(goal.depth_last)))
             for key, goal in self.goals.items()
         }
 

@@ -115,17 +115,19 @@ def inverted(program: Program, A: Matrix, y: int, inverse: Inverse, J: int = ANY
     return x
 
 
-def rank(A: Array, rcond: float = RCOND) -> Any:
-    """Return the rank (B,) of A (m, n, B).
+def rank(A: Array, moves: Array | int = ANY, rcond: float = RCOND) -> Any:
+    """Return the rank (B,) of A (m, n, B), whose columns are of `moves` (6, n, B), as in `solved`.
 
     It is the number of singular values above rcond times the largest.
     """
     m, n, runs = A.shape
+    given = [moves] if isinstance(moves, np.ndarray) else []
 
-    def add(program: Program, A: int, y: int) -> tuple[int]:
-        return (solved(program, (A, m, n), y, 0.0, rcond) + n,)
+    def add(program: Program, A: int, y: int, *J: int) -> tuple[int]:
+        known = J[0] if J else int(moves)
+        return (solved(program, (A, m, n), y, 0.0, rcond, known) + n,)
 
-    (found,) = evaluated(add, [A, np.zeros((m, runs))], [(1,)])
+    (found,) = evaluated(add, [A, np.zeros((m, runs)), *given], [(1,)])
     return found[0].astype(np.int64)
 
 

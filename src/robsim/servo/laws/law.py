@@ -19,7 +19,7 @@ from robsim.declare import Choice, Declared, Length, family, register
 from robsim.kernels import commanding
 from robsim.kernels.solve import product_scratch_of
 from robsim.servo.laws.checked import checked_state, last_of
-from robsim.servo.laws.inverse import TWIST, Inverse, PseudoInverse, inverted, product
+from robsim.servo.laws.inverse import ANY, TWIST, Inverse, PseudoInverse, inverted, product
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised, times_gain
 
 LAWS = family("law")
@@ -173,7 +173,8 @@ class JointLaw(StagedLaw):
         transposed, damping, rcond = of.inverse.numbers
         program, k, n = of.program, of.k, of.n
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
-            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse, of.J))
+            moves = of.J if of.one_motion else ANY
+            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse, moves))
         unit, rank = program.rows(n), program.rows()
         room = program.scratch(product_scratch_of(k, n))
         given = of.L, k, of.J, n, of.A, of.error, program.constant(rcond)

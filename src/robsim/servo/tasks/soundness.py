@@ -15,7 +15,7 @@ from robsim.servo.goals.goal import Goal, GoalFeatures
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depth
 from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward
-from robsim.servo.laws.inverse import JacobianTranspose, PseudoInverse, rank
+from robsim.servo.laws.inverse import TWIST, JacobianTranspose, PseudoInverse, rank
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
 from robsim.vision.camera import Camera
@@ -137,7 +137,9 @@ def fixed_motions(controller: Servo) -> tuple[int, int]:
     full = min(6 * regulated.motions, controller.columns.size)
     found = int(np.min(controller.full_rank))
     if regulated.q_goal is None and regulated.given is None and regulated.as_one:
-        found = min(found, int(rank(regulated.at_goal.L)[0]))  # there is no Jacobian at the goal
+        found = min(
+            found, int(rank(regulated.at_goal.L, TWIST)[0])
+        )  # there is no Jacobian at the goal
     return found, full
 
 
