@@ -11,25 +11,19 @@ from attack.harness import Wrong
 import robsim as rs
 
 NAME = "api calls"
-CASES = 1500
+CASES = 6000
 DOORS = ("classic", "curves", "examples", "robots", "testing", "trajectory", "units")
-INNER = (  # of the kernels' layout, or of what reads and writes files: not for users
-    "stages is_own of_last blind repeated some image_of points_of of_runs text_facts written_facts "
-    "text_check bind bound_law chosen columns regulated shaping sights warn_of_wheels with_inner "
-    "loop dataset checked simulated begun constants fits source_limits limits following within "
-    "bounds check scaled concerns periods drift"
-).split()
-SLOW = [
-    "explain",
-    "equilibria",
-    "workspace",
-    "compare",
-    "clearance",
-    "run",
-    "ik",
-    "simulate",
+INNER = (  # of the kernels' layout, or of files: not for users
+    "stages", "is_own", "of_last", "blind", "repeated", "some", "image_of", "points_of",
+    "of_runs", "text_facts", "written_facts", "text_check", "bind", "bound_law", "chosen",
+    "columns", "regulated", "shaping", "sights", "warn_of_wheels", "with_inner", "loop",
+    "dataset", "checked", "simulated", "begun", "constants", "fits", "source_limits", "limits",
+    "following", "within", "bounds", "check", "scaled", "concerns", "periods", "drift",
+)  # fmt: skip
+SLOW = (
+    "explain", "equilibria", "workspace", "compare", "clearance", "run", "ik", "simulate",
     "replay",
-]
+)  # fmt: skip
 RESULTS = ("HomographyMotions", "PoseEstimate", "Triangulation", "IKResult", "ClosedIK")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, said
 from robsim.files.table import Run
 
 TITLES = ("RobSim run", "RobSim mission")
@@ -26,7 +26,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     True
     """
     if not isinstance(run, xr.Dataset):
-        raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
+        raise InputError(f"expected a run, a Dataset of simulate, got {said(run)}")
     try:
         target = Path(path)
         if not target.name:

@@ -18,7 +18,7 @@ from robsim.robot.joint import FIXED, Joint
 def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
     """Return one or several primitives as a tuple, or raise an InputError that names the owner."""
     shapes = (given,) if isinstance(given, Primitive) else given
-    if not isinstance(shapes, Iterable) or not all(isinstance(s, Primitive) for s in shapes):
+    if not isinstance(shapes, list | tuple) or not all(isinstance(s, Primitive) for s in shapes):
         raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {said(given)}")
     return tuple(shapes)
 
