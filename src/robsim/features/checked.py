@@ -53,7 +53,7 @@ def checked_parts(given: dict[str, Any]) -> dict[str, Any]:
     for name in POSES:
         made[name] = given[name] if given[name] is None else _exactly(given[name], name, (3, 4, B))
     if given["model"] is not None:
-        each = np.ndim(given["model"]) > 2
+        each = numbers(given["model"], "model", (), gaps=True).ndim > 2
         made["model"] = _exactly(given["model"], "model", (N, 3, B) if each else (N, 3))
     sizes = {name: made[name].shape for name in MARKS}
     other = given["other"]
