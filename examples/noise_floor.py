@@ -20,7 +20,7 @@ def interaction():
     """L (8, 6) of the pixels of the marks at the goal."""
     scene = rs.load_scenario(rs.examples.path("noise_floor")).scene
     view = scene.view(GOAL.q, points="plate")
-    seen = rs.Observation.of(view.pixels[..., None], view.depth[:, None], scene.camera().camera)
+    seen = rs.Observation.of(view.pixels, view.depth, scene.camera().camera)
     return rs.PixelPoints().interaction(seen)[0]
 
 

@@ -14,8 +14,8 @@ LIMIT = 0.25**2 / (0.25**2 + 1)
 
 def eigenvalues(error):
     """(6,) of L^+ L at the goal, with wrong depths in the first L: negative is unstable."""
-    marks, depths = SQUARE[:, :, None], (1 + error * PATTERN, np.ones(4))
-    views = [Observation.of(marks, Z[:, None], rs.Camera(np.eye(3))) for Z in depths]
+    depths = 1 + error * PATTERN, np.ones(4)
+    views = [Observation.of(SQUARE, Z, rs.Camera(np.eye(3))) for Z in depths]
     wrong, true = (rs.Points().interaction(view)[0] for view in views)
     return np.linalg.eigvals(np.linalg.pinv(wrong) @ true).real
 

@@ -58,8 +58,11 @@ class ClassicCamera(CameraBody):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        given = numbers(self.intrinsics, "intrinsics (f, px, py, alpha, u0, v0)", (6,))
+        if given.ndim > 1:
+            raise InputError(f"intrinsics: expected six numbers, got shape {given.shape}")
+        object.__setattr__(self, "intrinsics", tuple(given.tolist()))
         chapter_intrinsics(*self.intrinsics)  # raises InputError for invalid parameters
-        object.__setattr__(self, "intrinsics", tuple(float(value) for value in self.intrinsics))
 
     @cached_property
     def Ki(self) -> Array:

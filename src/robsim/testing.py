@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers, runs_last
+from robsim.base.arrays import Array, frozen, numbers, runs_last, whole
 from robsim.base.errors import InputError
 from robsim.features.feature import Feature, Observation
 from robsim.geometry.pose import Pose, homogeneous
@@ -23,6 +23,7 @@ from robsim.servo.laws.law import ControlState, Law
 from robsim.vision.camera import Camera
 
 RUNS, MARKS = 5, 4
+MOST = 10_000  # runs, marks, joints or features
 CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])
 OTHER_CAMERA = Camera([[700, 3, 330], [0, 690, 250], [0, 0, 1]], distortion=(-0.1, 0.02, 0, 0))
 BETWEEN = Pose.at(0.25, 0.02, -0.03, rpy=(0.02, -0.15, 0.05))  # the second camera in the first
@@ -78,16 +79,16 @@ def check_law(
     may differ from the same run in a batch as with `check_feature`. Only with the same `bits` do
     the runs of a simulation not depend on how they are divided among threads.
     """
-    rng = np.random.default_rng(seed)
+    joints, features = whole(joints, "joints", 1, MOST), whole(features, "features", 1, MOST)
+    rng = np.random.default_rng(whole(seed, "seed", 0))
     e = rng.normal(size=(features, RUNS))
     L, J = rng.normal(size=(features, 6, RUNS)), rng.normal(size=(6, joints, RUNS))
     at = rng.normal(size=(joints, RUNS))
 
     def state(rows: Any, scale: float = 1.0) -> ControlState:
-        error, M, N, q = (np.ascontiguousarray(a[..., rows]) for a in (scale * e, L, J, at))
-        return ControlState(
-            error, M, N, product(M, N), 1.0, PseudoInverse(), s_last=error.copy(), q_last=q
-        )
+        error, M, N, q = (a[..., rows] for a in (scale * e, L, J, at))
+        A = product(*map(np.ascontiguousarray, (M, N)))
+        return ControlState(error, M, N, A, 1.0, PseudoInverse(), s_last=error, q_last=q)
 
     name = type(law).__name__
     qd, failures = _call(law, "command", state(slice(None)), (RUNS, joints))
@@ -116,11 +117,15 @@ def check_joint(
     central differences of it, whose error must shrink with the square of the step. Rows alone may
     differ by rounding, as with `check_feature`; with `bits` they must be the same.
     """
+    if not isinstance(kind, JointKind):
+        return [f"expected a JointKind, got {kind!r:.80}"]
     try:
         check_kind(kind)
     except InputError as reason:
         return [str(reason)]
-    q = kind.sample(np.random.default_rng(seed), runs, kind.rest, kind.ranges(None, None))
+    runs = whole(runs, "runs", 1, MOST)
+    rng = np.random.default_rng(whole(seed, "seed", 0))
+    q = kind.sample(rng, runs, kind.rest, kind.ranges(None, None))
     nv, name = len(kind.velocities), type(kind).__name__
     T, problems = _call(kind, "motion", q, (runs, 4, 4))
     V, failures = _call(kind, "twists", q, (runs, nv, 6))
@@ -149,13 +154,16 @@ class _Views:
     @classmethod
     def random(cls, marks: Any, seed: int, runs: int, rotation: float = 0.6) -> _Views:
         """Return views with the target 1.2 to 1.8 m ahead, turned by up to `rotation` rad."""
-        rng = np.random.default_rng(seed)
+        rng, runs = np.random.default_rng(whole(seed, "seed", 0)), whole(runs, "runs", 1, MOST)
         if isinstance(marks, int):
-            marks = rng.uniform(-0.3, 0.3, size=(marks, 3))
+            marks = rng.uniform(-0.3, 0.3, size=(whole(marks, "marks", 1, MOST), 3))
         turn = rng.uniform(-rotation, rotation, (runs, 3))
         T = np.array(Pose.exp(np.concatenate([np.zeros((runs, 3)), turn], axis=1)).matrix)
         T[:, :3, 3] = rng.uniform([-0.2, -0.2, 1.2], [0.2, 0.2, 1.8], (runs, 3))
-        return cls(numbers(marks, "marks", ("N", 3)), runs_last(T[:, :3], 2))
+        given = numbers(marks, "marks", ("N", 3))
+        if given.ndim != 2 or not given.size:
+            raise InputError(f"marks: expected (N, 3), or how many, got shape {given.shape}")
+        return cls(given, runs_last(T[:, :3], 2))
 
     def some(self, rows: Any) -> _Views:
         """Return the views of some runs."""
@@ -168,22 +176,21 @@ class _Views:
 
     def observed(self, feature: Feature) -> Observation:
         """Return the observation that the feature gets."""
-        seen = self._by(CAMERA)
-        if getattr(feature, "cameras", 1) == 2:
-            T = BETWEEN.inv().matrix @ homogeneous(self.T_c_o)
-            seen.other = _Views(self.marks, runs_last(T[:, :3], 2))._by(OTHER_CAMERA)
-            constant = np.broadcast_to(BETWEEN.matrix[:3, :, None], self.T_c_o.shape)
-            seen.between_last = np.ascontiguousarray(constant)
-        return seen
+        if getattr(feature, "cameras", 1) != 2:
+            return self._by(CAMERA)
+        T = BETWEEN.inv().matrix @ homogeneous(self.T_c_o)
+        other = _Views(self.marks, runs_last(T[:, :3], 2))._by(OTHER_CAMERA)
+        between = np.broadcast_to(BETWEEN.matrix[:3, :, None], self.T_c_o.shape)
+        return self._by(CAMERA, other=other, between_last=frozen(between.copy()))
 
-    def _by(self, camera: Camera) -> Observation:
+    def _by(self, camera: Camera, **more: Any) -> Observation:
         T = self.T_c_o
         x, y, z = np.moveaxis(self.marks[..., None, None], 1, 0)  # the same bits in any batch
         X = ((T[:, 0] * x + T[:, 1] * y) + T[:, 2] * z) + T[:, 3]
         pixels, _ = camera.image_of(X)
-        seen = Observation.of(pixels, np.ascontiguousarray(X[:, 2]), camera)
-        seen.model, seen.guess_last = self.marks, self.T_c_o
-        return seen
+        more |= {"model": self.marks, "guess_last": self.T_c_o}
+        depth = frozen(np.ascontiguousarray(X[:, 2]))
+        return Observation.of_last(frozen(pixels), depth, camera, **more)
 
 
 def _attributes(feature: Feature) -> list[str]:

@@ -336,7 +336,6 @@ class Fast(rs.SpeedLimit):
         (rs.Switch(rs.IBVS(), rs.PBVS(), Mine()), "Mine is Python code"),
         (rs.Parallel([rs.IBVS(), rs.IBVS(features=Mine())]), "Mine is Python code"),
         (rs.IBVS(features=rs.Points(unit="mm")), "Points has a unit of its own"),
-        (rs.IBVS(features=rs.LogDepth(Z_goal=np.ones((8, 1)))), "LogDepth has a Z_goal of its own"),
         (rs.IBVS(features=rs.ThetaU(T_goal_o=NEAR.T_c_o)), "ThetaU has a T_goal_o of its own"),
         (rs.IBVS(secondary=rs.Posture([1.0])), "1 numbers for 7 joints"),
     ],

@@ -52,8 +52,8 @@ ALTERNATING = np.array([1, -1, 1, -1])
 
 def eigenvalues(factors, slope):
     """(B, 6) of Lhat^+ L at the goal; `slope` is half side over distance."""
-    Z = np.transpose(factors)
-    marks = np.repeat(slope * SQUARE[:, :, None], Z.shape[1], axis=2)
+    Z = np.asarray(factors)
+    marks = np.tile(slope * SQUARE, (len(Z), 1, 1))
     wrong, true = (
         rs.Points().interaction(Observation.of(marks, each, rs.Camera(np.eye(3))))
         for each in (Z, np.ones_like(Z))

@@ -74,7 +74,7 @@ def test_a_law_may_be_checked_that_reads_features_and_coordinates():
 
 
 def test_an_observation_without_a_model_has_no_pose():
-    seen = rs.Observation.of(np.zeros((3, 2, 1)), np.ones((3, 1)), rs.Camera(np.eye(3)))
+    seen = rs.Observation.of(np.zeros((3, 2)), np.ones(3), rs.Camera(np.eye(3)))
     with pytest.raises(rs.InputError, match="a pose needs the model of the target"):
         seen.pose  # noqa: B018
     with pytest.raises(rs.InputError, match="what a second camera sees"):
@@ -139,8 +139,8 @@ def test_with_a_constant_interaction_matrix_a_feature_is_asked_once_an_instant()
             Counted.calls += 1
             return rs.Points().measure(seen)
 
-    corners = np.array([[-1, -1], [1, -1], [1, 2], [-1, 1]])[..., None] / 10
-    L = rs.Points().interaction(rs.Observation.of(corners, np.ones((4, 1)), UNIT))[0]
+    corners = np.array([[-1, -1], [1, -1], [1, 2], [-1, 1]]) / 10
+    L = rs.Points().interaction(rs.Observation.of(corners, np.ones(4), UNIT))[0]
     task = rs.IBVS(features=Counted(), interaction=L)
     task.bind(SCENE)
     before, Counted.calls = Counted.calls, 0

@@ -33,8 +33,7 @@ def observed(camera, points, T_w_c):
     """What the camera at T_w_c makes of world points (runs, marks, 3): through the projection."""
     pixels = camera.project(points, T_w_c)
     depth = (rs.Pose(T_w_c).inv() @ points)[..., 2]
-    last = np.ascontiguousarray(np.moveaxis(pixels, 0, -1))
-    return rs.Observation.of(last, np.ascontiguousarray(depth.T), camera)
+    return rs.Observation.of(pixels, depth, camera)
 
 
 def seen_from_here(camera, X):
@@ -226,12 +225,10 @@ def test_run_first_names_are_views_of_the_run_last_arrays():
 def test_each_run_of_a_batch_has_the_bits_that_it_has_alone(feature):
     X = scattered(runs=7)
     camera = BENT
-    pixels = np.moveaxis(camera.project(HERE @ X, HERE), 0, -1)
-    depth = np.ascontiguousarray(X[..., 2].T)
+    pixels, depth = camera.project(HERE @ X, HERE), X[..., 2]
 
     def of(runs):
-        cut = np.ascontiguousarray(pixels[..., runs]), np.ascontiguousarray(depth[:, runs])
-        seen = rs.Observation.of(*cut, camera)
+        seen = rs.Observation.of(pixels[runs], depth[runs], camera)
         return feature.measure(seen), feature.interaction(seen)
 
     s, L = of(slice(None))

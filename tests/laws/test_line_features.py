@@ -32,8 +32,7 @@ def close(a, b, tolerance):
 def seen(X):
     """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
     X = np.asarray(X, float)
-    pixels = np.ascontiguousarray(np.moveaxis(X[..., :2] / X[..., 2:], 0, -1))
-    return rs.Observation.of(pixels, np.ascontiguousarray(X[..., 2].T), PINHOLE)
+    return rs.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
 
 def in_image(*points, Z=1.0):

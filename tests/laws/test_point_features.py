@@ -30,8 +30,7 @@ def close(a, b, tolerance):
 def seen(X):
     """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
     X = np.asarray(X, float)
-    pixels = np.ascontiguousarray(np.moveaxis(X[..., :2] / X[..., 2:], 0, -1))
-    return rs.Observation.of(pixels, np.ascontiguousarray(X[..., 2].T), PINHOLE)
+    return rs.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
 
 def at_angle(*theta, rho=0.4, Z=1.5):
@@ -200,15 +199,13 @@ def test_a_mark_at_the_principal_point_has_no_finite_polar_interaction_matrix():
 
 
 def test_a_depth_of_zero_or_less_has_no_finite_logarithm():
-    x = np.zeros((2, 2, 1))
-    behind = rs.Observation.of(x, np.array([[0.0], [-1.0]]), PINHOLE)
+    behind = rs.Observation.of(np.zeros((2, 2)), [0.0, -1.0], PINHOLE)
     assert not np.isfinite(LogDepth().measure(behind)).any()
 
 
 @EACH
 def test_marks_without_an_image_are_not_finite(feature):
-    x, Z = np.full((2, 2, 1), np.nan), np.full((2, 1), np.nan)
-    lost = rs.Observation.of(x, Z, PINHOLE)
+    lost = rs.Observation.of(np.full((2, 2), np.nan), np.full(2, np.nan), PINHOLE)
     assert not np.isfinite(feature.measure(lost)).any()
 
 

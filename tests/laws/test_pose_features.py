@@ -1,5 +1,7 @@
 """The pose of a target from its image, and the features of position-based servoing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -56,11 +58,8 @@ def seen_at(T, guess=None):
     """What a camera observes of CLOUD at poses (runs) of it."""
     pixels = CAMERA.project(CLOUD, T.inv())
     depth = (T @ np.broadcast_to(CLOUD, (len(T.matrix), *CLOUD.shape)))[..., 2]
-    seen = rs.Observation.of(
-        np.ascontiguousarray(np.moveaxis(pixels, 0, -1)), np.ascontiguousarray(depth.T), CAMERA
-    )
-    seen.model, seen.guess_last = CLOUD, last(T if guess is None else guess)
-    return seen
+    guess = T if guess is None else guess
+    return rs.Observation.of(pixels, depth, CAMERA, model=CLOUD, guess=guess)
 
 
 # the fit
@@ -92,8 +91,7 @@ def test_the_fit_of_a_noisy_image_is_stationary(seed):
     assert np.isfinite(found).all()
     X = np.einsum("rcb,nc->bnr", found[:, :3], CLOUD) + np.moveaxis(found[:, 3], -1, 0)[:, None]
     error = (X[..., :2] / X[..., 2:]).reshape(20, -1) - np.moveaxis(x, -1, 0).reshape(20, -1)
-    points = np.ascontiguousarray(np.moveaxis(X[..., :2] / X[..., 2:], 0, -1))
-    seen = rs.Observation.of(points, np.ascontiguousarray(X[..., 2].T), rs.Camera(np.eye(3)))
+    seen = rs.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], rs.Camera(np.eye(3)))
     close(np.einsum("bkc,bk->bc", rs.Points().interaction(seen), error), 0, 1e-10)
 
 
@@ -181,9 +179,8 @@ def second_derivatives(T, x):
 
 
 def error_and_interaction(T, x):
-    seen = seen_at(T)
     points = image(T)
-    seen.points_last = points
+    seen = replace(seen_at(T), points_last=points)
     return (points - x)[..., 0].ravel(), rs.Points().interaction(seen)[0]
 
 
@@ -242,8 +239,7 @@ def test_theta_u_goes_with_the_turn_of_the_camera(angle):
 
     def s(step):
         T = (start @ rs.Pose.exp([0, 0, 0, *(step * along)])).inv()
-        seen = seen_at(poses(0, 1))
-        seen.pose_last = last(T.matrix[None])
+        seen = rs.Observation.of(np.ones((3, 2)), np.ones(3), CAMERA, pose=T)
         return ThetaU().measure(seen)[0], ThetaU().interaction(seen)[0, :, 3:]
 
     (s0, L0), (s1, L1), (s2, _) = s(0), s(h), s(2 * h)
@@ -292,7 +288,7 @@ def test_a_goal_may_be_given_as_a_pose():
 
 def test_a_goal_that_no_pose_fits_is_an_error():
     seen = seen_at(poses(3, 1))
-    seen.pose_last = np.full((3, 4, 1), np.nan)
+    vars(seen)["pose_last"] = np.full((3, 4, 1), np.nan)
     with pytest.raises(GoalError, match="no pose of the target fits what is seen at the goal"):
         ThetaU().towards(seen)
 

@@ -3,6 +3,8 @@
 Nothing of RobSim is in what they are compared with, but poses of its robots in two tests.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -210,8 +212,8 @@ def test_the_partitioned_law_gives_its_twist_to_five_joints_in_its_unit_of_lengt
     rng = np.random.default_rng(3)
     state = states(3, inverse, 10, 5)
     area, wanted = rng.uniform(0.1, 0.2, (2, RUNS))
-    state.s_last = np.vstack([np.zeros((9, RUNS)), area])
-    state.error_last[-1] = area - wanted
+    error = np.vstack([state.error_last[:-1], area - wanted])
+    state = replace(state, s_last=np.vstack([np.zeros((9, RUNS)), area]), error_last=error)
     back = PseudoInverse() if isinstance(inverse, JacobianTranspose) else inverse
     U = np.diag([0.1] * 3 + [1.0] * 3)
     for b, qd in enumerate(PartitionedLaw(2.0, 0.5, 0.1).command(state)):

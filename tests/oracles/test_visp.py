@@ -56,7 +56,7 @@ def seen(marks):
 def posed(T):
     """An observation whose pose of the target is T (B, 4, 4)."""
     view = seen(np.ones((len(T), 3, 3)))
-    view.pose_last = runs_last(T[:, :3], 2)
+    vars(view)["pose_last"] = runs_last(T[:, :3], 2)
     return view
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Ball, Block, CameraBody, Primitive, Wheel
 from robsim.world.scene import Scene
@@ -63,7 +63,7 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
     2.0
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene, got {scene!r:.80}")
+        raise InputError(f"scene: expected a Scene, got {said(scene)}")
     values = scene.coordinates(q, limits=False)
     rows = values.reshape(math.prod(values.shape[:-1]), scene.nq)
     mine, theirs = _hulls(scene, one), _hulls(scene, other)

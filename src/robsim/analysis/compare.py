@@ -14,7 +14,7 @@ from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
 from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
 from robsim.base import interrupt
-from robsim.base.errors import InputError, Interrupted, naming, suggest
+from robsim.base.errors import InputError, Interrupted, naming, said, suggest
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
@@ -109,10 +109,10 @@ _OURS = ("scene", "task", "start", "varied", "source", "title")  # fields that a
 
 def _by_name(value: Any, wanted: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping) or not value:
-        raise InputError(f"expected {wanted}, got {value!r:.80}")
+        raise InputError(f"expected {wanted}, got {said(value)}")
     for name in value:
         if not isinstance(name, str) or not name:
-            raise InputError(f"a scheme is called by a text, got {name!r:.80}")
+            raise InputError(f"a scheme is called by a text, got {said(name)}")
     return value
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from robsim.analysis.repeated import Repeated, case_of, repeated
 from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
+from robsim.base.values import unchecked
 from robsim.run.experiment import Experiment
 from robsim.servo.basis import Basis
 from robsim.servo.laws.inverse import RCOND
@@ -168,7 +168,8 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
         used = L, task_jacobian, state.interaction_last, state.task_jacobian_last
         if not all(np.isfinite(array).all() for array in used):
             continue
-        twist = replace(state, task_jacobian_last=state.interaction_last)  # as if it were commanded
+        # as if the twist were commanded
+        twist = unchecked(state, task_jacobian_last=state.interaction_last)
         found["stability"][t] = least_eigenvalue(L @ -law_map(JointLaw(), twist))
         if linear:
             M = over_motions(-law_map(controller.law, state), task_jacobian)
@@ -186,7 +187,7 @@ def law_map(law: Law, state: ControlState) -> Array:
     def wide(array: Array) -> Array:
         return np.ascontiguousarray(np.repeat(array, k, axis=-1))
 
-    unit = replace(
+    unit = unchecked(
         state,
         error_last=np.eye(k),
         interaction_last=wide(state.interaction_last),

@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.analysis.draws import PROBES, uniform
 from robsim.base.arrays import Array, positive
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.robot.robot import Robot
 
 Axes = Literal["all", "linear", "angular"]
@@ -102,9 +102,9 @@ def singular_values(
     Arguments as in `manipulability`.
     """
     if not isinstance(robot, Robot):
-        raise InputError(f"expected a Robot, got {robot!r:.80}")
+        raise InputError(f"expected a Robot, got {said(robot)}")
     if not isinstance(axes, str) or axes not in ROWS:
-        raise InputError(f"no axes {axes!r:.80}; {suggest(axes, ROWS, 'axes')}")
+        raise InputError(f"no axes {said(axes)}; {suggest(axes, ROWS, 'axes')}")
     unit = positive(length, "length (metres)")
     q = robot.coordinates(q, limits=False)
     rank = _rank(_spectrum(robot, _tried(robot), link, axes, 1.0))

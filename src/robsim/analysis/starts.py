@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.analysis.field import Field
 from robsim.base.arrays import Array, numbers, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.geometry.pose import Pose, homogeneous
 
 ROUNDS = 100  # of draws at most
@@ -38,10 +38,10 @@ def _cap(distance: Any, cone: Any) -> tuple[float, float, float]:
     if pair.ndim != 1 or not 0 < pair[0] <= pair[1]:
         raise InputError(
             "distance: expected (nearest, farthest) above 0, in units of the distance at the "
-            f"goal, got {distance!r:.80}"
+            f"goal, got {said(distance)}"
         )
     if angle.ndim or not 0 <= angle <= np.pi:
-        raise InputError(f"cone: expected a half angle from 0 to pi radians, got {cone!r:.80}")
+        raise InputError(f"cone: expected a half angle from 0 to pi radians, got {said(cone)}")
     return float(pair[0]), float(pair[1]), float(angle)
 
 

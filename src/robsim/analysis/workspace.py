@@ -9,7 +9,7 @@ import numpy as np
 from robsim.analysis.draws import WORKSPACE, uniform
 from robsim.analysis.manipulability import Axes, manipulability
 from robsim.base.arrays import Array, frozen, whole
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.values import Value
 from robsim.robot.robot import Robot
 
@@ -77,7 +77,7 @@ def workspace(
     linear manipulability up to 1
     """
     if not isinstance(robot, Robot):
-        raise InputError(f"expected a Robot, got {robot!r:.80}")
+        raise InputError(f"expected a Robot, got {said(robot)}")
     count, seed = whole(count, "count", 1, MOST), whole(seed, "seed", 0, 2**64)
     low, high = _ranges(robot)
     q = low + (high - low) * uniform(seed, WORKSPACE, count, robot.nq)

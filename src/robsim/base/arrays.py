@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 
 Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
@@ -60,7 +60,7 @@ def _converted(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Arr
         return np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
     except (TypeError, ValueError, OverflowError):
         kind = f"numbers of shape {_wanted(shape)}" if shape else "a number"
-        raise InputError(f"{what}: expected {kind}, got {value!r:.80}") from None
+        raise InputError(f"{what}: expected {kind}, got {said(value)}") from None
 
 
 def _check_shape(array: Array, what: str, shape: tuple[int | str, ...]) -> None:
@@ -155,38 +155,46 @@ def one_or_each(
     return tuple(given.tolist()) if given.ndim else float(given)
 
 
+def number(value: Any, what: str) -> float:
+    """Return a finite number, or raise an InputError that names `what`."""
+    array = numbers(value, what, ())
+    if array.ndim:
+        raise InputError(f"{what}: expected a number, got {said(value)}")
+    return float(array)
+
+
 def positive(value: Any, what: str) -> float:
     """Return a finite number above zero, or raise an InputError that names `what`."""
     if type(value) is float and 0.0 < value < math.inf:
         return value
-    number = numbers(value, what, ())
-    if number.ndim or not number > 0:
-        raise InputError(f"{what} must be a positive number, got {value!r}")
-    return float(number)
+    array = numbers(value, what, ())
+    if array.ndim or not array > 0:
+        raise InputError(f"{what} must be a positive number, got {said(value)}")
+    return float(array)
 
 
 def not_negative(value: Any, what: str) -> float:
     """Return a finite number of at least zero, or raise an InputError that names `what`."""
-    number = numbers(value, what, ())
-    if number.ndim or number < 0:
-        raise InputError(f"{what} must be a number not below 0, got {value!r:.80}")
-    return float(number)
+    array = numbers(value, what, ())
+    if array.ndim or array < 0:
+        raise InputError(f"{what} must be a number not below 0, got {said(value)}")
+    return float(array)
 
 
 def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
     """Return a whole number of at least `low`, or raise an InputError that names `what`."""
     if type(value) is int and low <= value < (EXACT if below is None else min(below, EXACT)):
         return value  # as below, without the time that it takes
-    number = numbers(value, what, ())
-    if isinstance(value, bool) or number.ndim or number != np.round(number) or number < low:
-        raise InputError(f"{what} must be a whole number from {low} on, got {value!r}")
+    array = numbers(value, what, ())
+    if isinstance(value, bool) or array.ndim or array != np.round(array) or array < low:
+        raise InputError(f"{what} must be a whole number from {low} on, got {said(value)}")
     if below is not None and int(value) >= below:
-        raise InputError(f"{what} must be below {below}, got {value!r}")
+        raise InputError(f"{what} must be below {below}, got {said(value)}")
     return int(value)
 
 
 def flag(value: Any, what: str) -> bool:
     """Return a truth value, or raise an InputError that names `what`."""
     if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{what} must be True or False, got {value!r:.80}")
+        raise InputError(f"{what} must be True or False, got {said(value)}")
     return bool(value)

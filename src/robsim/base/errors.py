@@ -15,7 +15,7 @@ ReplayWarning                        a run that is simulated again is another on
 """
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -79,6 +79,23 @@ class ReplayWarning(UserWarning):
     """A run has other numbers than the same simulation has now; the message says the first."""
 
 
+def said(value: object) -> str:
+    """Return how a message shows a value that was given: its first eighty characters.
+
+    >>> said(10**5000)
+    'a number of more than 4000 digits'
+    """
+    try:
+        return f"{value!r:.80}"
+    except ValueError:  # Python writes no whole number that is as long
+        return "a number of more than 4000 digits"
+
+
+def is_one_of(name: object, exist: Container[str]) -> bool:
+    """Return whether this is a name that exists: an array, say, is none."""
+    return isinstance(name, str) and name in exist
+
+
 def suggest(name: object, exists: Iterable[str], kind: str) -> str:
     """Return the end of a message on an unknown name: the nearest name, and all that exist.
 
@@ -86,7 +103,7 @@ def suggest(name: object, exists: Iterable[str], kind: str) -> str:
     "did you mean 'tool'? frames: base, tool"
     """
     names = list(exists)
-    near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name if isinstance(name, str) else "", names, n=1, cutoff=0.5)
     guess = f"did you mean '{near[0]}'? " if near else ""
     return f"{guess}{kind}: {', '.join(names) or 'none'}"
 

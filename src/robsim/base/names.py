@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 
 LONGEST_NAME = 64
 NAME_PATTERN = rf"[A-Za-z][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}"
@@ -15,7 +15,7 @@ def checked_name(name: object, what: str) -> str:
     """Return a name that is safe in files, figures and paths, or raise an InputError."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
-            f"{what} {name!r}: a name starts with a letter and has up to {LONGEST_NAME} letters, "
-            "digits, _ or -"
+            f"{what} {said(name)}: a name starts with a letter and has up to {LONGEST_NAME} "
+            "letters, digits, _ or -"
         )
     return name

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.declare.families import Family, plural
 from robsim.declare.fields import fields_of
 from robsim.declare.phrases import either_of, methods_of
@@ -71,7 +71,7 @@ class Choice(Spec):
         more = f", or {self.other.words()}" if self.other else ""
         more += f", or an object with {methods_of(self.protocol)}" if self.protocol else ""
         named = isinstance(value, str)
-        wrong = f"no {self.family.noun} {value!r:.80}" if named else self._not_one(value)
+        wrong = f"no {self.family.noun} {said(value)}" if named else self._not_one(value)
         raise InputError(f"{what}: {wrong}; {hint}{more}")
 
     def read(self, raw: Raw, c: Context) -> Any:
@@ -236,7 +236,7 @@ class Choice(Spec):
 
     def _not_one(self, value: object) -> str:
         made = ", not the class" if isinstance(value, type) else ""
-        return f"expected {self._article}{made}, got {value!r:.80}"
+        return f"expected {self._article}{made}, got {said(value)}"
 
     @property
     def _bare(self) -> list[str]:

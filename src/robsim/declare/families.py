@@ -12,7 +12,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any, TypeVar
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.base.names import checked_name
 from robsim.declare.parameters import described
 
@@ -33,7 +33,7 @@ class Family:
             _load_entry_points()
         if not isinstance(name, str) or name not in self.kinds:
             hint = suggest(str(name)[:64], self.kinds, plural(self.noun))
-            raise InputError(f"no {self.noun} {name!r:.80}; {hint}")
+            raise InputError(f"no {self.noun} {said(name)}; {hint}")
         return self.kinds[name]
 
     def name_of(self, value: object) -> str | None:
@@ -79,14 +79,14 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
 
     def named(kind: K) -> K:
         if not isinstance(kind, type):
-            raise InputError(f"{noun}: expected a class, got {kind!r:.80}")
+            raise InputError(f"{noun}: expected a class, got {said(kind)}")
         own = checked_name(getattr(kind, "name", None) if name is None else name, noun)
         if not kind.__module__.startswith("robsim."):
             _load_shipped()
         elif noun not in _FAMILIES:
             family(noun)  # whose own module may be imported after those of its kinds
         if noun not in _FAMILIES:
-            raise InputError(f"no family {noun!r:.80}; {suggest(noun, _FAMILIES, 'families')}")
+            raise InputError(f"no family {said(noun)}; {suggest(noun, _FAMILIES, 'families')}")
         known = _FAMILIES[noun].kinds.get(own)
         if known is not None and known.__qualname__ != kind.__qualname__:
             raise InputError(f"there is a {noun} {own!r} already: {known.__qualname__}")

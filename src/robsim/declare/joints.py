@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from robsim.base import units
 from robsim.base.arrays import frozen, numbers, one_or_each
-from robsim.base.errors import InputError, UnitError
+from robsim.base.errors import InputError, UnitError, said
 from robsim.declare.problems import Broken, shown, under
 from robsim.declare.quantities import DIMENSIONS, EXAMPLES, SI, coordinate, either, written
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
@@ -95,7 +95,7 @@ class PerJoint(Spec):
             )
         if self.above is not None and not (array > self.above).all():
             raise InputError(
-                f"{what}: every number must be above {self.above:g}, got {value!r:.80}"
+                f"{what}: every number must be above {self.above:g}, got {said(value)}"
             )
         return frozen(array)
 
@@ -225,7 +225,7 @@ class OfJoint(Spec):
     def check(self, value: Any, what: str) -> float:
         number = numbers(value, what, ())
         if number.ndim or (self.above is not None and not number > self.above):
-            raise InputError(f"{what} must be {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what} must be {self.words()}, got {said(value)}")
         return float(number)
 
     def read(self, raw: Raw, c: Context) -> float:

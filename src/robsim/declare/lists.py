@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.declare.problems import Broken, shown, under
 from robsim.declare.spec import Context, Raw, Spec, expected
 from robsim.declare.tables import keys_of
@@ -32,7 +32,7 @@ class ListOf(Spec):
         if self.alone and not listed:
             value, listed = [value], True
         if not listed or not self.least <= len(value) <= self.most:
-            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
         return tuple(self.item.check(each, what) for each in value)
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 
@@ -32,7 +32,7 @@ class OneOf(Spec):
                 return spec.check(value, what)
             except InputError:
                 continue
-        raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+        raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
 
     def read(self, raw: Raw, c: Context) -> Any:
         fits = [spec for spec in self.specs if _form(raw) in (spec.forms or (spec.form,))]

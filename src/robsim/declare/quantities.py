@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from robsim.base import units
 from robsim.base.arrays import numbers
-from robsim.base.errors import InputError, UnitError
+from robsim.base.errors import InputError, UnitError, said
 from robsim.declare.problems import shown
 from robsim.declare.scalars import LARGEST, Number
 from robsim.declare.spec import Context, Raw, Spec, expected
@@ -58,7 +58,7 @@ class Quantity(Number):
     def check(self, value: Any, what: str) -> float:
         number = numbers(value, what, ())
         if isinstance(value, bool) or number.ndim or self._outside(float(number)):
-            raise InputError(f"{what} must be {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what} must be {self.words()}, got {said(value)}")
         return float(number)
 
     def read(self, raw: Raw, c: Context) -> float:

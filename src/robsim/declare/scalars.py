@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import flag, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
@@ -30,7 +30,7 @@ class Number(Spec):
         number = numbers(value, what, ())
         if isinstance(value, bool) or number.ndim or self._outside(float(number)):
             unit = f" ({self.unit})" if self.unit else ""
-            raise InputError(f"{what}{unit} must be {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what}{unit} must be {self.words()}, got {said(value)}")
         return float(number)
 
     def read(self, raw: Raw, c: Context) -> float:
@@ -116,7 +116,7 @@ class Whole(Spec):
         number = numbers(value, what, ())
         whole = not isinstance(value, bool) and not number.ndim and number == np.round(number)
         if not whole or not self.least <= int(value) <= self.most:
-            raise InputError(f"{what} must be {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what} must be {self.words()}, got {said(value)}")
         return int(value)
 
     def read(self, raw: Raw, c: Context) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.problems import Broken, shown, under
@@ -123,7 +123,7 @@ class Table(Spec):
 
     def check(self, value: Any, what: str) -> Any:
         if not isinstance(value, self.kind):
-            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
         return value
 
     def read(self, raw: Raw, c: Context) -> Any:

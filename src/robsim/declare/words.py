@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.base.names import NAME_PATTERN, checked_name
 from robsim.declare.families import plural
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
@@ -23,7 +23,7 @@ class Text(Spec):
 
     def check(self, value: Any, what: str) -> str:
         if not isinstance(value, str):
-            raise InputError(f"{what}: expected a text, got {value!r:.80}")
+            raise InputError(f"{what}: expected a text, got {said(value)}")
         return value
 
     def read(self, raw: Raw, c: Context) -> str:
@@ -37,7 +37,7 @@ class Text(Spec):
 
     def write(self, value: Any, c: Context) -> str:
         if not isinstance(value, str):
-            raise NoText(f"{value!r:.40} is not a text")
+            raise NoText(f"{said(value)} is not a text")
         return value
 
     def words(self) -> str:
@@ -83,7 +83,7 @@ class ColorSpec(Text):
 
     def write(self, value: Any, c: Context) -> str:
         if not isinstance(value, str):
-            raise NoText(f"the color {value!r:.40} is not a text")
+            raise NoText(f"the color {said(value)} is not a text")
         return value
 
 
@@ -101,7 +101,7 @@ class Word(Spec):
     def check(self, value: Any, what: str) -> str:
         if not isinstance(value, str) or value not in self.choices:
             hint = suggest(value, self.choices, plural(self.noun))
-            raise InputError(f"{what}: no {self.noun} {value!r:.80}; {hint}")
+            raise InputError(f"{what}: no {self.noun} {said(value)}; {hint}")
         return value
 
     def read(self, raw: Raw, c: Context) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
+from robsim.base.errors import InputError, said
 from robsim.features.feature import Observation, each_run
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.program import Program, evaluated
@@ -34,7 +36,12 @@ class Compiled(ABC):
         return first_view(self._evaluated(seen)[1])
 
     def _evaluated(self, seen: Observation) -> list[Array]:
-        """Return s (k, B) and L (k, 6, B)."""
+        """Return s (k, B) and L (k, 6, B).
+
+        InputError: fewer marks than it needs, or another number of runs than at the goal.
+        """
+        if not isinstance(seen, Observation):
+            raise InputError(f"{type(self).__name__}: expected an Observation, got {said(seen)}")
         pair, posed = seen.other is not None, getattr(self, "uses_pose", False)
         shapes: list[tuple[int, ...]] = []
 
@@ -49,9 +56,20 @@ class Compiled(ABC):
                 shown = replace(shown, other=other, between=more[1])
             made = self.stages(shown)
             shapes.extend([(made.k,), (made.k, 6)])
+            _check_sizes(self, program.runs, seen)
             return made.s, made.L
 
         return evaluated(add, _arrays(seen, posed), shapes, seen.runs)
+
+
+def _check_sizes(feature: Any, runs: int, seen: Observation) -> None:
+    """Raise InputError where too few marks are seen, or other runs than a goal has numbers of."""
+    name, least = type(feature).__name__, getattr(feature, "least_marks", 1)
+    N, _, there = seen.pixels_last.shape
+    if least > N:
+        raise InputError(f"{name} needs at least {least} marks; {N} are seen")
+    if runs > 1 and seen.runs is None and runs != there:
+        raise InputError(f"{name}: the goal is of {runs} runs, and {there} are seen")
 
 
 def _arrays(seen: Observation, posed: bool) -> list[Array]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array
+from robsim.base.values import unchecked
 from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import point_features as kernels
 
@@ -26,24 +27,24 @@ class LogDepth(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> pixels, camera = np.array([[[0.1], [0.2]]]), Camera(np.eye(3))
-    >>> far, near = (Observation.of(pixels, np.array([[Z]]), camera) for Z in (2.0, 0.5))
+    >>> pixels, camera = [[0.1, 0.2]], Camera(np.eye(3))
+    >>> far, near = (Observation.of(pixels, [Z], camera) for Z in (2.0, 0.5))
     >>> LogDepth().towards(near).measure(far).round(4)  # log 4
     array([[1.3863]])
     """
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
-    Z_goal: Array | None = field(default=None, repr=False)  # (N, B) metres, of `towards`
+    Z_goal: Array | None = field(default=None, init=False, repr=False)  # (N, B) m, of `towards`
     measures_depth: ClassVar[bool] = True
 
     def towards(self, goal: Observation) -> LogDepth:
         """Return the feature relative to the depths at the goal."""
-        return replace(self, Z_goal=frozen(goal.depth_last.copy()))
+        return unchecked(self, Z_goal=at_goal(goal, "LogDepth").depth_last)
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        Z_goal = seen.program.each(np.ones((seen.N, 1)) if self.Z_goal is None else self.Z_goal)
+        Z_goal = seen.goal(np.ones((seen.N, 1)) if self.Z_goal is None else self.Z_goal, seen.N)
         rows = seen.room(seen.N)
         seen.program.add(
             kernels.log_depth_stage, seen.N, seen.points, seen.depth, Z_goal, rows.s, rows.L

@@ -29,8 +29,8 @@ class Ellipse(Compiled, Declared):
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> t = np.arange(5) * 2 * np.pi / 5
-    >>> circle = np.stack([0.1 + 0.2 * np.cos(t), 0.2 * np.sin(t)], 1)[..., None]
-    >>> seen = Observation.of(circle, np.ones((5, 1)), Camera(np.eye(3)))
+    >>> circle = np.stack([0.1 + 0.2 * np.cos(t), 0.2 * np.sin(t)], 1)
+    >>> seen = Observation.of(circle, np.ones(5), Camera(np.eye(3)))
     >>> Ellipse().measure(seen).round(12) + 0.0
     array([[0.1 , 0.  , 0.01, 0.  , 0.01]])
     """

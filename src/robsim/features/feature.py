@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.arrays import Array, frozen, runs_first, runs_last, shown_view
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last, shown_view
+from robsim.base.errors import InputError, said
+from robsim.base.values import known, unchecked
 from robsim.declare import Number, family
+from robsim.features.checked import checked_parts, image_of_marks, poses_last
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.pose import fit_pose
 from robsim.vision.camera import Camera
@@ -24,12 +26,15 @@ Tolerance = Annotated[
 ]
 
 
-@dataclass(eq=False)  # not frozen: one is made in every step
+@dataclass(frozen=True, eq=False)
 class Observation:
     """The controller's knowledge of N marks at one instant, for B runs.
 
-    Names that end in `_last` are in the kernels' layout, the run last; the properties beside them
-    are run-first views of the same numbers, for features written in plain NumPy.
+    `Observation.of` makes one. Names that end in `_last` are in the kernels' layout, the run last;
+    the properties beside them are run-first views of the same numbers, for features written in
+    plain NumPy. All of them are read-only.
+
+    InputError: arrays of no runs or marks, of unequal numbers of them, or with infinite numbers.
     """
 
     pixels_last: Array  # (N, 2, B) measured pixels (column, row)
@@ -41,6 +46,9 @@ class Observation:
     other: Observation | None = None  # the same marks, as the second camera of a pair sees them
     between_last: Array | None = None  # (3, 4, B) pose of the second camera in this one
     runs: NDArray[np.int64] | None = None  # (B,) numbers of the runs, where these are not all
+
+    def __post_init__(self) -> None:
+        vars(self).update(checked_parts(vars(self)))
 
     @property
     def pixels(self) -> Array:
@@ -72,51 +80,106 @@ class Observation:
         """The pose T_c_o (3, 4, B); without the guess where that is behind the camera."""
         if self.model is None or self.guess_last is None:
             raise InputError("a pose needs the model of the target and a guess; here are none")
-        T = np.empty_like(self.guess_last)
-        marks = each_run(self.model, self.points_last.shape[-1])
-        fit_pose(marks, self.points_last, self.guess_last, T)
-        return without_guess(T, self.model, self.points_last)
+        T, points = np.empty_like(self.guess_last), self.points_last.copy()
+        fit_pose(each_run(self.model, points.shape[-1]), points, self.guess_last.copy(), T)
+        return frozen(without_guess(T, self.model, points))
 
     @classmethod
-    def of(cls, pixels: Array, depth: Array, camera: Camera) -> Observation:
-        """Return an observation of pixels (N, 2, B) at depths (N, B) in metres by a camera."""
-        return cls(pixels, camera.points_of(pixels), depth, camera)
+    def of(
+        cls,
+        pixels: ArrayLike,
+        depth: ArrayLike,
+        camera: Camera,
+        *,
+        model: ArrayLike | None = None,
+        guess: Any = None,
+        pose: Any = None,
+        other: Observation | None = None,
+        between: Any = None,
+    ) -> Observation:
+        """Return an observation of pixels (B, N, 2) at depths (B, N) in metres by a camera.
+
+        Of a single run (N, 2) and (N,) do. NaN stands for marks that are not seen.
+
+        model     marks (N, 3) in axes of the target, metres
+        guess     pose T_c_o (4, 4) or (B, 4, 4) from which the estimate of the target's starts
+        pose      that pose itself, where it is known
+        other     the same marks as a second camera sees them
+        between   pose (4, 4) or (B, 4, 4) of the second camera in the first
+
+        InputError: unequal numbers of runs or marks, infinite numbers.
+
+        >>> seen = Observation.of([[0.1, 0.2], [0.3, 0.4]], [1.0, 2.0], Camera(np.eye(3)))
+        >>> seen.points.shape, seen.depth
+        ((1, 2, 2), array([[1., 2.]]))
+        """
+        given = image_of_marks(pixels, depth, camera)
+        runs = given[0].shape[-1]
+        made = cls(
+            *given,
+            camera,
+            None if model is None else numbers(model, "model", ("N", 3)),
+            poses_last(guess, "guess", runs),
+            other,
+            poses_last(between, "between", runs),
+        )
+        if pose is not None:
+            vars(made)["pose_last"] = poses_last(pose, "pose", runs)
+        return made
+
+    @classmethod
+    def of_last(cls, pixels: Array, depth: Array, camera: Camera, **more: Any) -> Observation:
+        """Return an observation of pixels (N, 2, B) at depths (N, B), known to be right."""
+        points = camera.points_of(pixels)
+        given = {"pixels_last": pixels, "points_last": points, "depth_last": depth, **more}
+        shown = {
+            name: frozen(part.view()) if isinstance(part, np.ndarray) else part
+            for name, part in given.items()
+        }
+        return known(cls, camera=camera, **shown)
 
     def blind(self, hidden: Sequence[NDArray[np.bool_]]) -> Observation:
         """Return the observation with NaN for marks that are hidden (N, B) from each camera."""
         mine, *others = hidden
         gone = mine[:, None]
-        return replace(
+        return unchecked(
             self,
-            pixels_last=np.where(gone, np.nan, self.pixels_last),
-            points_last=np.where(gone, np.nan, self.points_last),
-            depth_last=np.where(mine, np.nan, self.depth_last),
+            pixels_last=frozen(np.where(gone, np.nan, self.pixels_last)),
+            points_last=frozen(np.where(gone, np.nan, self.points_last)),
+            depth_last=frozen(np.where(mine, np.nan, self.depth_last)),
             other=self.other and self.other.blind(others),
         )
 
     def repeated(self, runs: int) -> Observation:
         """Return the observation of a single run as one of so many that see the same."""
         guess, between = self.guess_last, self.between_last
-        return replace(
+        return unchecked(
             self,
-            pixels_last=np.repeat(self.pixels_last, runs, axis=-1),
-            points_last=np.repeat(self.points_last, runs, axis=-1),
-            depth_last=np.repeat(self.depth_last, runs, axis=-1),
-            guess_last=None if guess is None else np.repeat(guess, runs, axis=-1),
+            pixels_last=frozen(np.repeat(self.pixels_last, runs, axis=-1)),
+            points_last=frozen(np.repeat(self.points_last, runs, axis=-1)),
+            depth_last=frozen(np.repeat(self.depth_last, runs, axis=-1)),
+            guess_last=None if guess is None else frozen(np.repeat(guess, runs, axis=-1)),
             other=self.other and self.other.repeated(runs),
-            between_last=None if between is None else np.repeat(between, runs, axis=-1),
+            between_last=None if between is None else frozen(np.repeat(between, runs, axis=-1)),
         )
 
     def some(self, marks: NDArray[np.int64]) -> Observation:
         """Return the observation of some of the marks, by number."""
-        return replace(
+        return unchecked(
             self,
-            pixels_last=self.pixels_last[marks],
-            points_last=self.points_last[marks],
-            depth_last=self.depth_last[marks],
+            pixels_last=frozen(self.pixels_last[marks]),
+            points_last=frozen(self.points_last[marks]),
+            depth_last=frozen(self.depth_last[marks]),
             model=None if self.model is None else frozen(self.model[marks]),
             other=None if self.other is None else self.other.some(marks),
         )
+
+
+def at_goal(given: Any, who: str) -> Observation:
+    """Return what is given for the view at the goal, or raise an InputError unless it is one."""
+    if not isinstance(given, Observation):
+        raise InputError(f"{who}.towards: expected an Observation, got {said(given)}")
+    return given
 
 
 def without_guess(T: Array, model: Array, points: Array) -> Array:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from robsim.base.arrays import Array, frozen, last_view
+from robsim.base.values import unchecked
 from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
@@ -33,19 +34,19 @@ class Lines(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> pixels, depth = np.array([[[0.1], [0.0]], [[0.1], [0.3]]]), np.ones((2, 1))
+    >>> pixels, depth = [[0.1, 0.0], [0.1, 0.3]], [1.0, 1.0]
     >>> Lines().measure(Observation.of(pixels, depth, Camera(np.eye(3))))  # x = 0.1, downwards
     array([[0.1, 0. ]])
     """
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
-    goal: Array | None = field(default=None, repr=False)  # (N, 1) s there; set by `towards`
+    goal: Array | None = field(default=None, init=False, repr=False)  # (N, 1) of `towards`
     least_marks: ClassVar[int] = 2
 
     def towards(self, goal: Observation) -> Lines:
         """Return the feature with theta within half a turn of that at the goal."""
-        return replace(self, goal=frozen(last_view(self.measure(goal))))
+        return unchecked(self, goal=frozen(last_view(self.measure(goal))))
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
@@ -56,7 +57,7 @@ class Lines(Compiled, Declared):
             seen.N,
             seen.points,
             seen.depth,
-            seen.goal(self.goal),
+            seen.goal(self.goal, seen.N),
             rows.s,
             rows.L,
         )
@@ -78,8 +79,8 @@ class VanishingPoint(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> rails = np.array([[-1, 1], [-0.5, 0.5], [1, 1], [0.5, 0.5]])[..., None]
-    >>> VanishingPoint().measure(Observation.of(rails, np.ones((4, 1)), Camera(np.eye(3))))
+    >>> rails = [[-1, 1], [-0.5, 0.5], [1, 1], [0.5, 0.5]]
+    >>> VanishingPoint().measure(Observation.of(rails, np.ones(4), Camera(np.eye(3))))
     array([[0., 0.]])
     """
 

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array, frozen
 from robsim.declare import Declared, Word, check_fields, register
 from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels import moment_features as features
 from robsim.kernels import moments as kernels
@@ -25,7 +25,8 @@ F = TypeVar("F")
 
 def _at_goal(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
     """Return the centre (2, B) and centred moments at the goal."""
-    x = goal.points_last
+    # a copy, as kernels are compiled for arrays that can be written to
+    x = at_goal(goal, "DecoupledMoments").points_last.copy()
     centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3 if of_marks else ORDER_4, x.shape[2]))
     (kernels.marks if of_marks else kernels.region)(x, centre, mu)
     return centre, mu
@@ -34,7 +35,7 @@ def _at_goal(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
 def _plane(goal: Observation) -> Array:
     """Return (A, B, C) (3, B) of the plane 1/Z = A x + B y + C through the marks."""
     ABC = np.empty((3, goal.points_last.shape[2]))
-    kernels.plane(goal.points_last, goal.depth_last, ABC)
+    kernels.plane(goal.points_last.copy(), goal.depth_last.copy(), ABC)
     return ABC
 
 
@@ -70,7 +71,7 @@ class _Basic(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows, program = seen.room(4), seen.program
-        goal = seen.goal(self.alpha_goal)
+        goal = seen.goal(self.alpha_goal, 1)
         moments = _moments(seen, self.of_marks)
         program.add(features.basic_stage, self.of_marks, *moments, goal, rows.s, rows.L)
         return rows
@@ -102,8 +103,8 @@ class RegionMoments(_Basic):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> corners = np.array([[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]])[..., None]
-    >>> seen = Observation.of(corners, np.ones((4, 1)), Camera(np.eye(3)))
+    >>> corners = [[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]]
+    >>> seen = Observation.of(corners, np.ones(4), Camera(np.eye(3)))
     >>> np.round(RegionMoments().measure(seen), 12) + 0.0
     array([[0.08, 0.2 , 0.1 , 0.  ]])
     """
@@ -126,8 +127,8 @@ class PointMoments(_Basic):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> marks = np.array([[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]])[..., None]
-    >>> seen = Observation.of(marks, np.ones((4, 1)), Camera(np.eye(3)))
+    >>> marks = [[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]]
+    >>> seen = Observation.of(marks, np.ones(4), Camera(np.eye(3)))
     >>> np.round(PointMoments().measure(seen), 12) + 0.0
     array([[0.2, 0.2, 0.1, 0. ]])
     """
@@ -158,8 +159,8 @@ class DecoupledMoments(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> marks = np.array([[0, 0], [0.4, 0], [0, 0.2]])[..., None]
-    >>> seen = Observation.of(marks, np.full((3, 1), 2.0), Camera(np.eye(3)))
+    >>> marks = [[0, 0], [0.4, 0], [0, 0.2]]
+    >>> seen = Observation.of(marks, np.full(3, 2.0), Camera(np.eye(3)))
     >>> DecoupledMoments().towards(seen).measure(seen).round(3)[0, :3]
     array([0.267, 0.133, 2.   ])
     """

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, frozen
+from robsim.base.values import unchecked
 from robsim.features.feature import Feature, Observation
 from robsim.kernels import se3
 from robsim.kernels.motion import carry
@@ -51,7 +51,8 @@ def moved(seen: Observation, axis: int, step: float) -> Observation:
     after = _carried(seen, T)
     if seen.other is not None:
         assert seen.between_last is not None
-        after.other = _carried(seen.other, _seen_from(seen.between_last, T))
+        other = _carried(seen.other, _seen_from(seen.between_last.copy(), T))
+        return unchecked(after, other=other)
     return after
 
 
@@ -66,18 +67,17 @@ def _seen_from(B: Array, T: Array) -> Array:
 
 def _carried(seen: Observation, T: Array) -> Observation:
     """Return the observation after everything in front of the camera moved by T (3, 4, B)."""
-    x = seen.points_last
+    x = seen.points_last.copy()  # kernels are compiled for arrays that can be written to
     X = np.empty((x.shape[0], 3, x.shape[-1]))
-    carry(x, seen.depth_last, T, X)
-    guess = seen.guess_last
+    carry(x, seen.depth_last.copy(), T, X)
+    guess = None if seen.guess_last is None else np.empty_like(T)
     (pixels, _), (points, _) = seen.camera.image_of(X), UNIT.image_of(X)
-    if guess is not None:
-        guess = np.empty_like(T)
-        se3.compose(T, seen.guess_last, guess)
-    return replace(
+    if seen.guess_last is not None:
+        se3.compose(T, seen.guess_last.copy(), guess)
+    return unchecked(
         seen,
-        pixels_last=pixels,
-        points_last=points,
-        depth_last=np.ascontiguousarray(X[:, 2]),
-        guess_last=guess,
+        pixels_last=frozen(pixels),
+        points_last=frozen(points),
+        depth_last=frozen(np.ascontiguousarray(X[:, 2])),
+        guess_last=None if guess is None else frozen(guess),
     )

@@ -20,7 +20,7 @@ class Points(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> pixels, depth = np.array([[[0.1], [0.2]]]), np.array([[2.0]])
+    >>> pixels, depth = [[0.1, 0.2]], [2.0]
     >>> Points().measure(Observation.of(pixels, depth, Camera(np.eye(3))))
     array([[0.1, 0.2]])
     """
@@ -43,7 +43,7 @@ class PixelPoints(Compiled, Declared):
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
-    >>> seen = Observation.of(np.array([[[400.0], [240.0]]]), np.array([[2.0]]), camera)
+    >>> seen = Observation.of([[400, 240]], [2.0], camera)
     >>> PixelPoints().interaction(seen)[0, 0, :3]
     array([-400.,    0.,   40.])
     """

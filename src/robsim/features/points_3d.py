@@ -21,7 +21,7 @@ class Points3D(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> pixels, depth = np.array([[[0.1], [0.2]]]), np.array([[2.0]])
+    >>> pixels, depth = [[0.1, 0.2]], [2.0]
     >>> Points3D().measure(Observation.of(pixels, depth, Camera(np.eye(3))))
     array([[0.2, 0.4, 2. ]])
     """

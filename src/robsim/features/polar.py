@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from robsim.base.arrays import Array, frozen, last_view
+from robsim.base.values import unchecked
 from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
@@ -29,18 +30,18 @@ class Polar(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> pixels, depth = np.array([[[0.3], [0.4]]]), np.array([[2.0]])
+    >>> pixels, depth = [[0.3, 0.4]], [2.0]
     >>> Polar().measure(Observation.of(pixels, depth, Camera(np.eye(3)))).round(4)
     array([[0.5   , 0.9273]])
     """
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
-    goal: Array | None = field(default=None, repr=False)  # (2N, 1) s there; set by `towards`
+    goal: Array | None = field(default=None, init=False, repr=False)  # (2N, 1) of `towards`
 
     def towards(self, goal: Observation) -> Polar:
         """Return the feature with theta within half a turn of that at the goal."""
-        return replace(self, goal=frozen(last_view(self.measure(goal))))
+        return unchecked(self, goal=frozen(last_view(self.measure(goal))))
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
@@ -50,7 +51,7 @@ class Polar(Compiled, Declared):
             seen.N,
             seen.points,
             seen.depth,
-            seen.goal(self.goal),
+            seen.goal(self.goal, 2 * seen.N),
             rows.s,
             rows.L,
         )

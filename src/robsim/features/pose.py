@@ -13,7 +13,7 @@ from robsim.base.errors import GoalError
 from robsim.base.values import unchecked
 from robsim.declare import Word, check_fields, register
 from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
+from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import pose_features as kernels
@@ -36,7 +36,7 @@ class _PoseFeature(Compiled):
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature relative to the camera with this view of the target."""
-        if not np.isfinite(goal.pose).all():
+        if not np.isfinite(at_goal(goal, type(self).__name__).pose).all():
             raise GoalError("no pose of the target fits what is seen at the goal")
         return unchecked(self, T_goal_o=Pose(goal.pose[0] if len(goal.pose) == 1 else goal.pose))
 
@@ -62,8 +62,8 @@ class ThetaU(_PoseFeature):
     Chaumette and Boudet 1999). theta is in [0, pi]; beyond, u turns round.
 
     >>> from robsim.vision.camera import Camera
-    >>> seen = Observation.of(np.zeros((3, 2, 1)), np.ones((3, 1)), Camera(np.eye(3)))
-    >>> seen.pose_last = Pose.at(0, 0, 2, rotvec=(-0.5, 0, 0)).matrix[:3, :, None].copy()
+    >>> image, pose = np.zeros((3, 2)), Pose.at(0, 0, 2, rotvec=(-0.5, 0, 0))
+    >>> seen = Observation.of(image, np.ones(3), Camera(np.eye(3)), pose=pose)
     >>> np.round(ThetaU().measure(seen), 12) + 0.0
     array([[0.5, 0. , 0. ]])
     """
@@ -90,8 +90,8 @@ class Translation(_PoseFeature):
     Both are in Chaumette and Hutchinson 2006, the section on position-based servoing.
 
     >>> from robsim.vision.camera import Camera
-    >>> seen = Observation.of(np.zeros((3, 2, 1)), np.ones((3, 1)), Camera(np.eye(3)))
-    >>> seen.pose_last = Pose.at(0.1, 0.2, 2).matrix[:3, :, None].copy()
+    >>> image, pose = np.zeros((3, 2)), Pose.at(0.1, 0.2, 2)
+    >>> seen = Observation.of(image, np.ones(3), Camera(np.eye(3)), pose=pose)
     >>> Translation(T_goal_o=Pose.at(0.2, 0.1, 1)).measure(seen)
     array([[ 0.1, -0.1, -1. ]])
     >>> Translation("camera").measure(seen)

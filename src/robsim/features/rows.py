@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, runs_last
+from robsim.base.errors import InputError
+from robsim.base.values import known, unchecked
 from robsim.features.feature import Observation, without_guess
 from robsim.kernels import commanding
 from robsim.kernels.pose import fit, room_of
@@ -65,8 +67,13 @@ class Seen:
             blocks.put(T, without_guess(blocks.get(T, 3, 4), model, points))
             blocks.put(lost, np.zeros((1, blocks.runs)))
 
-    def goal(self, values: Array | None) -> int:
-        """Return the rows of numbers (n, B) at the goal, or -1 where none are known."""
+    def goal(self, values: Array | None, count: int) -> int:
+        """Return the rows of so many numbers (n, B) at the goal, or -1 where none are known.
+
+        InputError where the goal had another number of marks.
+        """
+        if values is not None and len(values) != count:
+            raise InputError(f"{self.N} marks are seen here, and another number was at the goal")
         return -1 if values is None else self.program.each(values)
 
     def pose_goal(self, T: Array) -> int:
@@ -82,16 +89,21 @@ class Seen:
         camera, *others = cameras
         get, N = blocks.get, self.N
         model = get(self.model, N, 3)
-        model = model if (model != model[..., :1]).any() else frozen(model[..., 0].copy())
-        seen = Observation(
-            get(self.pixels, N, 2), get(self.points, N, 2), get(self.depth, N),
-            camera.of_runs(blocks.rows), model, get(self.guess, 3, 4), runs=blocks.rows,
-        )  # fmt: skip
+        seen = known(
+            Observation,
+            pixels_last=frozen(get(self.pixels, N, 2)),
+            points_last=frozen(get(self.points, N, 2)),
+            depth_last=frozen(get(self.depth, N)),
+            camera=camera.of_runs(blocks.rows),
+            model=frozen(model if (model != model[..., :1]).any() else model[..., 0].copy()),
+            guess_last=frozen(get(self.guess, 3, 4)),
+            runs=frozen(blocks.rows.view()),
+        )
         if self.other is None:
             return seen
-        between = get(self.between, 3, 4)
+        between = frozen(get(self.between, 3, 4))
         other = self.other.observation(blocks, others)
-        return replace(seen, other=other, between_last=between)
+        return unchecked(seen, other=other, between_last=between)
 
     def some(self, marks: NDArray[np.int64]) -> Seen:
         """Return the rows of some of the marks, with the stage that copies them."""

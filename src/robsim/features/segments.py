@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from robsim.base.arrays import Array, frozen, last_view
+from robsim.base.values import unchecked
 from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
@@ -29,19 +30,19 @@ class Segments(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> pixels, depth = np.array([[[0.1], [0.2]], [[0.4], [0.6]]]), np.ones((2, 1))
+    >>> pixels, depth = [[0.1, 0.2], [0.4, 0.6]], [1.0, 1.0]
     >>> Segments().measure(Observation.of(pixels, depth, Camera(np.eye(3)))).round(4)
     array([[0.25  , 0.4   , 0.5   , 0.9273]])
     """
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
-    goal: Array | None = field(default=None, repr=False)  # (2N, 1) s there; set by `towards`
+    goal: Array | None = field(default=None, init=False, repr=False)  # (2N, 1) of `towards`
     least_marks: ClassVar[int] = 2
 
     def towards(self, goal: Observation) -> Segments:
         """Return the feature with angles within half a turn of those at the goal."""
-        return replace(self, goal=frozen(last_view(self.measure(goal))))
+        return unchecked(self, goal=frozen(last_view(self.measure(goal))))
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
@@ -52,7 +53,7 @@ class Segments(Compiled, Declared):
             seen.N,
             seen.points,
             seen.depth,
-            seen.goal(self.goal),
+            seen.goal(self.goal, 2 * seen.N),
             rows.s,
             rows.L,
         )

@@ -25,8 +25,8 @@ class Sphere(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> centre = np.array([[[0.1], [-0.2]]])
-    >>> seen = Observation.of(centre, np.array([[2.0]]), Camera(np.eye(3)))
+    >>> centre = [[0.1, -0.2]]
+    >>> seen = Observation.of(centre, [2.0], Camera(np.eye(3)))
     >>> Sphere(radius=0.5).measure(seen)
     array([[ 0.4, -0.8,  4. ]])
     """

@@ -21,7 +21,7 @@ class Spherical(Compiled, Declared):
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
-    >>> pixels, depth = np.array([[[0.75], [0.0]]]), np.array([[2.0]])
+    >>> pixels, depth = [[0.75, 0.0]], [2.0]
     >>> Spherical().measure(Observation.of(pixels, depth, Camera(np.eye(3))))
     array([[0.6, 0. , 0.8]])
     """

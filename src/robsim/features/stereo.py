@@ -21,15 +21,11 @@ class StereoPoints(Compiled, Declared):
     L = [-I, [X]x] for each mark, as Xdot = -v - omega x X (Chaumette and Hutchinson 2006). NaN
     where the rays of both cameras to a mark are parallel.
 
-    >>> import numpy as np
-    >>> from robsim import Camera, Observation
-    >>> left, right = np.array([[[0.1], [0.0]]]), np.array([[[0.0], [0.0]]])
-    >>> camera, depth = Camera(np.eye(3)), np.array([[2.0]])
-    >>> seen = Observation.of(left, depth, camera)
-    >>> seen.other = Observation.of(right, depth, camera)
-    >>> seen.between_last = np.eye(4)[:3, :, None] + 0.0
-    >>> seen.between_last[0, 3] = 0.2
-    >>> StereoPoints().measure(seen)
+    >>> from robsim import Camera, Observation, Pose
+    >>> camera = Camera(np.eye(3))
+    >>> right = Observation.of([[0.0, 0.0]], [2.0], camera)
+    >>> pair = {"other": right, "between": Pose.at(0.2, 0, 0)}
+    >>> StereoPoints().measure(Observation.of([[0.1, 0.0]], [2.0], camera, **pair))
     array([[0.2, 0. , 2. ]])
     """
 

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, said
 from robsim.base.output import refused, write_whole
 from robsim.files import index, seal
 from robsim.files.content import TITLES, check_content
@@ -36,7 +36,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     True
     """
     if not isinstance(run, xr.Dataset):
-        raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
+        raise InputError(f"expected a run, a Dataset of simulate, got {said(run)}")
     with refused(path):
         return write_whole(path, sealed(run).getbuffer())
 

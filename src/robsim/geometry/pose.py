@@ -66,7 +66,7 @@ class Pose:
                 raise InputError("rpy and rotvec: give one rotation only")
             turn = numbers(rotvec, "rotvec", (3,))
             warn_of_degrees(turn, "rotvec")
-            rotation = cls.exp(np.concatenate([np.zeros(turn.shape), turn], -1)).rotation
+            rotation = _exp(np.concatenate([np.zeros(turn.shape), turn], -1), "rotvec").rotation
         else:
             turn = numbers(rpy, "rpy", (3,))
             warn_of_degrees(turn, "rpy")
@@ -82,14 +82,12 @@ class Pose:
     def exp(cls, twist: ArrayLike) -> Pose:
         """Return the motion of a twist (..., 6) = (v, omega) that is held for one unit of time.
 
+        InputError: a twist so large that its motion cannot be told, from about 1e154 on.
+
         >>> Pose.exp([1, 0, 0, 0, 0, 0]).position
         array([1., 0., 0.])
         """
-        V = numbers(twist, "twist", (6,))
-        columns = runs_last(V, 1)
-        T = np.empty((3, 4, columns.shape[-1]))
-        se3.exp(columns, T)
-        return _make(homogeneous(T, V.shape[:-1]), None)
+        return _exp(numbers(twist, "twist", (6,)), "twist")
 
     @classmethod
     def from_quaternion(cls, position: ArrayLike, quaternion: ArrayLike) -> Pose:
@@ -163,11 +161,11 @@ class Pose:
         if isinstance(other, Pose) or is_pose_like(other):
             right = as_pose(other)
             frames = joined_names(self.frames, right.frames)
-            try:
-                return _make(self.matrix @ right.matrix, frames)
-            except ValueError:
-                lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
-                raise InputError(f"cannot join batches of poses of shapes {lead}") from None
+            lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
+            common_lead(*lead, "poses that are joined")
+            with np.errstate(over="ignore", invalid="ignore"):  # which is told
+                product = self.matrix @ right.matrix
+            return _make(_told(product, "product of poses"), frames)
         points = numbers(other, "points", (3,))
         if points.ndim == 1:
             return (self.rotation @ points) + self.position
@@ -217,6 +215,21 @@ class Pose:
             return f"<Pose{name} batch {self.matrix.shape[:-2]}>"
         p, w = np.round(self.position, 4) + 0.0, np.round(self.rotvec, 4) + 0.0
         return f"<Pose{name} position {p.tolist()} rotvec {w.tolist()}>"
+
+
+def _exp(V: Array, what: str) -> Pose:
+    """Return the motions of twists (..., 6); InputError names `what` if one is not finite."""
+    columns = runs_last(V, 1)
+    T = np.empty((3, 4, columns.shape[-1]))
+    se3.exp(columns, T)
+    return _make(homogeneous(_told(T, what), V.shape[:-1]), None)
+
+
+def _told(T: Array, what: str) -> Array:
+    """Return an array, or raise an InputError that names `what` if it overflowed."""
+    if not np.isfinite(T).all():
+        raise InputError(f"{what}: too large, so that the pose is not finite")
+    return T
 
 
 def _position(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Array:

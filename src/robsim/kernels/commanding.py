@@ -124,8 +124,8 @@ def transpose(p, w, step):
 
 @stage
 def solve(p, w, step):
-    """Compute x = A^+ y: (A, k, n, y, damping or -1, rcond, x, rank, scratch)."""
-    rank = solve_block(w, p[0], p[1], p[2], p[3], p[4], get(w, p[5]), p[6], p[8])
+    """Compute x = A^+ y: (A, k, n, y, damping or -1, rcond, x, rank, J, scratch)."""
+    rank = solve_block(w, p[0], p[1], p[2], p[3], p[4], get(w, p[5]), p[6], p[8], p[9])
     put(w, p[7], rank)
 
 

@@ -152,7 +152,7 @@ def stalls(p, w, step):
             put(w, y + i, 0.0)
             for j in range(n):
                 put(w, scaled + n * i + j, get(w, A + n * i + j) * get(w, p[3] + i))
-        rank = truncated(w, scaled, k, n, y, get(w, p[4]), y + k, y + k + n)
+        rank = truncated(w, scaled, k, n, y, get(w, p[4]), y + k, -1, y + k + n)
         lost = stalled & (rank < get(w, p[5]))
         put(w, p[6], where(lost, 1.0 * SINGULAR, get(w, p[6])))
 

@@ -107,7 +107,7 @@ def _squares(w, error, ahead, rows):
 @part
 def _leave(w, L, N, error, rcond, lost, back, other, scratch):
     """Let an update be L^+ e, without the motions that the image hardly shows, in lost runs."""
-    solve_block(w, L, 2 * N, 6, error, -1, rcond, other, scratch)
+    solve_block(w, L, 2 * N, 6, error, -1, rcond, other, -4, scratch)
     _take(w, lost, other, back, 6)
 
 

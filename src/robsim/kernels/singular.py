@@ -13,6 +13,7 @@ from robsim.kernels.linked import linked
 from robsim.kernels.stage import stage
 
 SWEEPS = 60  # at most; six or seven are usual
+FAR = 1e3  # metres; a camera that is as far, or as near as a millimetre, is out of scale
 STRAIGHT = 1e-15  # cosine of the angle between two columns that counts as zero
 
 
@@ -107,20 +108,55 @@ def scratch_of(k: int, n: int) -> int:
 scratch_rows = part(scratch_of)
 
 
+@part
+def in_metres(block, A, J, n, j):
+    """Return where column j of A (k, n) is per metre of a motion that does not turn.
+
+    The motions are the columns of J (6, n), or J is -1 - c, and the first c of them are such.
+    """
+    none = 0.0 * get(block, A)
+    if J < 0:
+        return none == (0.0 if j < -1 - J else 1.0)
+    turns = absolute(get(block, J + 3 * n + j)) + absolute(get(block, J + 4 * n + j))
+    return turns + absolute(get(block, J + 5 * n + j)) == none
+
+
+@part
+def unit_of_length(block, A, k, n, J):
+    """Return the length in whose unit columns of A per metre are as large as those per radian.
+
+    1 unless it is beyond FAR: what is within is as the user has it, who may choose another `rcond`.
+    """
+    metres, radians = 0.0 * get(block, A), 0.0 * get(block, A)
+    for j in range(n):
+        square = get(block, A + j) * get(block, A + j)
+        for i in range(1, k):
+            square = square + get(block, A + i * n + j) * get(block, A + i * n + j)
+        here = in_metres(block, A, J, n, j)
+        metres, radians = metres + where(here, square, 0.0), radians + where(here, 0.0, square)
+    length = sqrt(radians / metres)
+    far = ((length > FAR) & (length < np.inf)) | ((length * FAR < 1.0) & (length > 0.0))
+    return where(far, length, 1.0)
+
+
 @stage
 def truncate(p, block, step):
-    """Compute x = A^+ y without small singular values: (A, k, n, y, x, scratch).
+    """Compute x = A^+ y without small singular values: (A, k, n, y, x, J, scratch).
 
     The first row of `scratch` holds the share of the largest singular value below which they count
-    as zero, and then the rank.
+    as zero, and then the rank. Where J says which columns of A are per metre (see `in_metres`),
+    these are in the unit of length in which they are as large as the others: x is
+    D (A D)^+ y with D = diag(length or 1), and world and robot may be of any size.
     """
-    A, k, n, y, x, scratch = p[0], p[1], p[2], p[3], p[4], p[5]
+    A, k, n, y, x, J, scratch = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    length = unit_of_length(block, A, k, n, J)
     wide, q, tall = k < n, min(k, n), max(k, n)
     rcond, G = get(block, scratch), scratch + 1
     V, sigma = G + tall * q, G + tall * q + q * q
     for j in range(q):
         for i in range(tall):
-            put(block, G + j * tall + i, get(block, A + (j * n + i if wide else i * n + j)))
+            size = where(in_metres(block, A, J, n, i if wide else j), length, 1.0)
+            put(block, G + j * tall + i, get(block, A + (j * n + i if wide else i * n + j)) * size)
     decompose(block, G, tall, q, V, sigma)
     least = rcond * greatest(block, sigma, q)
     left, height, right, width = (V, q, G, tall) if wide else (G, tall, V, q)
@@ -137,6 +173,8 @@ def truncate(p, block, step):
         along = where(counts, along / (size * size), 0.0)
         for i in range(n):
             put(block, x + i, get(block, x + i) + get(block, right + j * width + i) * along)
+    for i in range(n):
+        put(block, x + i, get(block, x + i) * where(in_metres(block, A, J, n, i), length, 1.0))
     put(block, scratch, rank)
 
 
@@ -144,13 +182,14 @@ _truncate = linked(truncate)
 
 
 @part
-def truncated(block, A, k, n, y, rcond, x, scratch):
+def truncated(block, A, k, n, y, rcond, x, J, scratch):
     """Compute x = A^+ y without singular values below rcond * largest, and return the rank.
 
-    `scratch_of` says how many rows `scratch` has.
+    `scratch_of` says how many rows `scratch` has. J says which columns are per metre (see
+    `in_metres`); with -1 no unit of length is sought.
     """
     put(block, scratch, rcond)
-    _truncate(block, (A, k, n, y, x, scratch))
+    _truncate(block, (A, k, n, y, x, J, scratch))
     return get(block, scratch)
 
 

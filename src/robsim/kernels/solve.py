@@ -16,7 +16,7 @@ from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, align_stack, get, put, some, sqrt, where
 from robsim.kernels.linked import linked
 from robsim.kernels.singular import scratch_rows as truncated_rows
-from robsim.kernels.singular import truncated
+from robsim.kernels.singular import truncated, unit_of_length
 from robsim.kernels.stage import stage
 from robsim.kernels.unrolled import unrolled
 
@@ -128,7 +128,8 @@ def _solve_wide(block, V, rows, n, inverse, y, x, count):
 def scratch_of(k: int, n: int) -> int:
     """Return how many rows `solve_block` needs to work in."""
     m, p = min(k, n), max(k, n)
-    return 1 + (p + m + HEIGHT - 1 + m) * (m + 1) + m * m
+    by_triangle = 1 + (p + m + HEIGHT - 1 + m) * (m + 1) + m * m
+    return max(by_triangle, 1 + p * m + m * m + m + 2 * n)
 
 
 scratch_rows = part(scratch_of)
@@ -198,13 +199,22 @@ def _by_triangle(block, A, k, n, y, damping, x, scratch):
 
 
 @part
-def _truncate(block, A, k, n, y, rcond, doubtful, x, full, scratch):
+def _truncate(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
     """Replace x of the doubtful runs by that of their singular values; return the rank.
 
+    What only the unit of length makes singular is not, see `robsim.kernels.singular.truncate`.
     A run whose A is not finite is NaN.
     """
     other = scratch + truncated_rows(k, n)
-    rank = truncated(block, A, k, n, y, rcond, other, scratch)
+    rank = truncated(block, A, k, n, y, rcond, other, -1, scratch)
+    asks = doubtful & (rank < full)
+    if J != -1 and some(asks & ~(unit_of_length(block, A, k, n, J) == 1.0)):
+        another = other + n
+        more = truncated(block, A, k, n, y, rcond, another, J, scratch)
+        for i in range(n):
+            one, two = get(block, other + i), get(block, another + i)
+            put(block, other + i, where(more > rank, two, one))
+        rank = where(more > rank, more, rank)
     total = 0.0 * get(block, A)
     for i in range(1, k * n):
         total = total + 0.0 * get(block, A + i)
@@ -214,17 +224,19 @@ def _truncate(block, A, k, n, y, rcond, doubtful, x, full, scratch):
 
 
 @part
-def solve_block(block, A, k, n, y, damping, rcond, x, scratch):
+def solve_block(block, A, k, n, y, damping, rcond, x, J, scratch):
     """Compute x = argmin ||A x - y||^2 + damping^2 ||x||^2 for A[k, n], and return the rank of A.
 
     A stands row by row. Without damping (-1, else a row) singular values below
-    rcond * largest are truncated. A damped rank is not examined and reads as full.
+    rcond * largest are truncated, in whatever unit of length leaves the more of them: J says which
+    columns are per metre (see `robsim.kernels.singular.in_metres`). A damped rank is not examined
+    and reads as full.
     """
     bound = _by_triangle(block, A, k, n, y, damping, x, scratch)
     doubtful = ~(bound * rcond < 1.0)
     rank = 0.0 * rcond + min(k, n)
     if damping < 0 and some(doubtful):
-        rank = _truncate(block, A, k, n, y, rcond, doubtful, x, rank, scratch)
+        rank = _truncate(block, A, k, n, y, rcond, doubtful, x, rank, J, scratch)
     return rank
 
 
@@ -245,7 +257,7 @@ def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
     bound = bound * _by_triangle(block, C, 6, n, z, -1, x, rest)
     doubtful, rank = ~(bound * rcond < 1.0), 0.0 * rcond + 6.0
     if some(doubtful):
-        rank = _truncate(block, A, k, n, y, rcond, doubtful, x, rank, scratch)
+        rank = _truncate(block, A, k, n, y, rcond, doubtful, x, rank, C, scratch)
     return rank
 
 
@@ -269,7 +281,9 @@ def least_squares(A, y, damping, rcond, x, rank):
         gather_rows(y, b, wanted, block)
         damped = given if damping > 0.0 else -1
         share = get(block, given + 1)
-        put(block, given + 2, solve_block(block, 0, k, n, wanted, damped, share, found, scratch))
+        put(
+            block, given + 2, solve_block(block, 0, k, n, wanted, damped, share, found, -1, scratch)
+        )
         scatter_rows(block, found, b, x)
         for lane in range(min(WIDTH, runs - b)):
             rank[b + lane] = int(block[(given + 2) * WIDTH + lane])

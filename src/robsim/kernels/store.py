@@ -26,7 +26,8 @@ _DIGEST = 32  # bytes of SHA-256
 
 
 def _hash_of_sources() -> str:
-    digest = hashlib.sha256(f"numba {numba.__version__} llvmlite {llvmlite.__version__}".encode())
+    made_with = f"numba {numba.__version__} llvmlite {llvmlite.__version__}"
+    digest = hashlib.sha256(f"{made_with} bounds {numba.config.BOUNDSCHECK}".encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.name.encode() + source.read_bytes())
     return digest.hexdigest()[:16]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import Array, flag, numbers
 from robsim.base.values import Value
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import as_pose, is_pose_like
@@ -86,7 +86,7 @@ class Coordinates(Value):
         InputError: wrong length, not finite, quaternion without length 1, outside the limits.
         UnitWarning: an angle that looks like degrees.
         """
-        values = self._valid(q, what, limits)
+        values = self._valid(q, what, flag(limits, "limits"))
         warn_of_degrees(values[..., self._angles], what)
         return values
 

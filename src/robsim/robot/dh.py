@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, is_one_of, said
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
@@ -37,9 +37,9 @@ def dh_links(
     if limits is not None:
         spans = [None if np.isinf(span).all() else span for span in _spans(limits, n)]
     if links is not None and (isinstance(links, str) or not isinstance(links, Sequence)):
-        raise InputError(f"links: expected a list of {n} names, got {links!r:.80}")
+        raise InputError(f"links: expected a list of {n} names, got {said(links)}")
     names = ["base", *(links or [f"link{i + 1}" for i in range(n)])]
-    drawn = [tuple(s) for s in (shapes or [()] * (n + 1))]
+    drawn = _shapes([()] * (n + 1) if shapes is None else shapes)
     if len(names) != n + 1 or len(drawn) != n + 1:
         raise InputError(f"{n} DH rows need {n} link names and {n + 1} lists of shapes")
     parts = [Link("base", shapes=drawn[0])]
@@ -50,17 +50,26 @@ def dh_links(
     return tuple(parts)
 
 
+def _shapes(given: Any) -> list[tuple[Primitive, ...]]:
+    """Return the shapes of each link, from a list of lists."""
+    rows = given if isinstance(given, list | tuple) else [given]
+    for row in rows:
+        if not isinstance(row, list | tuple):
+            raise InputError(f"shapes: expected a list of shapes for each link, got {said(row)}")
+    return [tuple(row) for row in rows]
+
+
 def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
     """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
     theta, d, a, alpha = np.moveaxis(row, -1, 0)
     turns = KINDS[kind].turns
     turn, rise = rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
     reach = Pose.at(a, 0, 0) @ rigid(axis_rotation("x", alpha))
+    if not is_one_of(convention, ("standard", "modified")):
+        raise InputError(f"DH convention must be 'standard' or 'modified', got {said(convention)}")
     if convention == "standard":
         return (turn, rise @ reach) if turns else (turn @ rise, reach)
-    if convention == "modified":
-        return (reach @ turn, rise) if turns else (reach @ turn @ rise, IDENTITY)
-    raise InputError(f"DH convention must be 'standard' or 'modified', got {convention!r}")
+    return (reach @ turn, rise) if turns else (reach @ turn @ rise, IDENTITY)
 
 
 def rigid(R: Array) -> Pose:
@@ -72,7 +81,10 @@ def rigid(R: Array) -> Pose:
 
 def _spans(limits: ArrayLike, n: int) -> list[list[float]]:
     """Return limits (n, 2); those of a joint without limits are (-inf, inf)."""
-    given = np.asarray(limits)
+    try:
+        given = np.asarray(limits, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"limits: expected shape ({n}, 2), got {said(limits)}") from None
     free = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
     spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))
     return np.where(free, given, spans).tolist()  # type: ignore[no-any-return]

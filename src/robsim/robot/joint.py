@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from robsim.base.arrays import numbers, positive
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.names import checked_name
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
@@ -147,13 +147,13 @@ class Joint:
             kind = next(name for name, kind in KINDS.items() if kind.needs == part)
             raise InputError(f"a {self.model.name} joint has no {part}: that is for a {kind}")
         if value is not None and not isinstance(value, expected):
-            raise InputError(f"{part}: expected a {expected.__name__}, got {value!r:.80}")
+            raise InputError(f"{part}: expected a {expected.__name__}, got {said(value)}")
 
     def _check_follows(self) -> None:
         if self.follows is None:
             return
         if not isinstance(self.follows, Coupling):
-            raise InputError(f"follows: expected Mimic, Chord, ..., got {self.follows!r:.80}")
+            raise InputError(f"follows: expected Mimic, Chord, ..., got {said(self.follows)}")
         if not self.model.follower:
             can = ", ".join(SINGLE)
             raise InputError(f"a {self.model.name} joint cannot follow others; {can} can")

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, flag, is_ready, numbers, runs_first, runs_last
-from robsim.base.errors import FrameError, suggest
+from robsim.base.arrays import Array, flag, is_ready, number, numbers, runs_first, runs_last
+from robsim.base.errors import FrameError, InputError, is_one_of, said, suggest
 from robsim.geometry.pose import common_lead
 from robsim.robot.coordinates import Coordinates
 from robsim.robot.ik.arm import Arm
@@ -164,16 +164,18 @@ class Kinematics(Coordinates):
         lead = common_lead(start.shape[:-1], rate.shape[:-1], "q and v")
         moved = runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
         rates = runs_last(np.broadcast_to(rate, (*lead, self.nv)), 1)
-        self.tree.advance(moved, rates, float(numbers(dt, "dt", ())))
+        self.tree.advance(moved, rates, number(dt, "dt"))
+        if not np.isfinite(moved).all():
+            raise InputError("q, v and dt: too large, so that where they lead is not finite")
         return runs_first(moved, lead)
 
     def _link(self, name: str | None) -> str:
         if name is None:
             return self.tip
         names = [link.name for link in self.links]
-        if name not in names:
+        if not is_one_of(name, names):
             raise FrameError(
-                f"no frame {name!r} in robot '{self.name}'; {suggest(name, names, 'frames')}"
+                f"no frame {said(name)} in robot '{self.name}'; {suggest(name, names, 'frames')}"
             )
         return name
 

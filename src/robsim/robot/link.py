@@ -8,7 +8,7 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.names import checked_name
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Primitive
@@ -18,8 +18,8 @@ from robsim.robot.joint import FIXED, Joint
 def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
     """Return one or several primitives as a tuple, or raise an InputError that names the owner."""
     shapes = (given,) if isinstance(given, Primitive) else given
-    if not isinstance(shapes, Iterable) or not all(isinstance(s, Primitive) for s in shapes):
-        raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {given!r:.80}")
+    if not isinstance(shapes, list | tuple) or not all(isinstance(s, Primitive) for s in shapes):
+        raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {said(given)}")
     return tuple(shapes)
 
 
@@ -47,10 +47,10 @@ class Link:
     def __post_init__(self) -> None:
         checked_name(self.name, "link")
         if not isinstance(self.joint, Joint):
-            raise InputError(f"link '{self.name}': expected a Joint, got {self.joint!r:.80}")
+            raise InputError(f"link '{self.name}': expected a Joint, got {said(self.joint)}")
         object.__setattr__(self, "shapes", checked_shapes(self.shapes, f"link '{self.name}'"))
         if self.inertia is not None and not isinstance(self.inertia, Inertia):
-            raise InputError(f"link '{self.name}': expected an Inertia, got {self.inertia!r:.80}")
+            raise InputError(f"link '{self.name}': expected an Inertia, got {said(self.inertia)}")
 
     @property
     def inertial(self) -> Inertia | None:

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError, said
 from robsim.robot.joints.kind import JointKind
 
 
@@ -75,6 +75,8 @@ def _called(kind: JointKind, method: str, shape: tuple[int, ...], q: Array, *oth
 
     InputError if it is of another shape.
     """
+    for array in (q, *others[:-1]):
+        frozen(array)
     fine = np.isfinite(q).all(axis=1)
     for other in others[:-1]:
         fine &= np.isfinite(other).all(axis=1)
@@ -82,7 +84,7 @@ def _called(kind: JointKind, method: str, shape: tuple[int, ...], q: Array, *oth
         return _returned(kind, method, getattr(kind, method)(q, *others), (len(q), *shape))
     out = np.full((len(q), *shape), np.nan)
     if fine.any():
-        some = (array[fine] for array in (q, *others[:-1]))
+        some = (frozen(array[fine]) for array in (q, *others[:-1]))
         given = getattr(kind, method)(*some, *others[-1:])
         out[fine] = _returned(kind, method, given, (int(fine.sum()), *shape))
     return out
@@ -95,6 +97,6 @@ def _returned(kind: JointKind, method: str, given: Any, shape: tuple[int, ...]) 
     except (TypeError, ValueError):  # no numbers, or rows of unequal lengths
         values = np.empty(())
     if values.shape != shape:
-        got = f"shape {values.shape}" if values.ndim else f"{given!r:.80}"
+        got = f"shape {values.shape}" if values.ndim else f"{said(given)}"
         raise InputError(f"{type(kind).__name__}.{method}: expected shape {shape}, got {got}")
     return values

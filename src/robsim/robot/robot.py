@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, flag, frozen
-from robsim.base.errors import FileWarning, InputError, suggest
+from robsim.base.errors import FileWarning, InputError, said, suggest
 from robsim.base.names import checked_name
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
@@ -52,9 +52,11 @@ class Robot(Kinematics):
     def __post_init__(self) -> None:
         checked_name(self.name, "robot")
         object.__setattr__(self, "base", one_pose(self.base, f"base of '{self.name}'"))
+        if not isinstance(self.on, str):
+            raise InputError(f"on: expected the name of a frame, got {said(self.on)}")
         given = (self.links,) if isinstance(self.links, Link) else self.links
         if not isinstance(given, Sequence) or not all(isinstance(link, Link) for link in given):
-            raise InputError(f"robot '{self.name}' needs a list of Link, got {given!r:.80}")
+            raise InputError(f"robot '{self.name}' needs a list of Link, got {said(given)}")
         if not given:
             raise InputError(f"robot '{self.name}' needs at least one Link, its base")
         object.__setattr__(self, "links", tuple(given))
@@ -68,7 +70,8 @@ class Robot(Kinematics):
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
         _ = self.tree  # an unknown parent is an error now, not later
-        object.__setattr__(self, "tip", self._link(self.tip or self.links[-1].name))
+        last = isinstance(self.tip, str) and not self.tip
+        object.__setattr__(self, "tip", self._link(self.links[-1].name if last else self.tip))
         check_ranges(self._ranges, self.coordinate_names, self.name)
         home = self._full_home(f"{self.name}.home")
         if home.ndim != 1:
@@ -178,7 +181,9 @@ class Robot(Kinematics):
         array([0., 0., 1.])
         """
         moved = one_pose(pose, f"base of '{self.name}'")
-        return replace(self, base=moved @ self.base if on is None else moved, on=on or self.on)
+        if on is None:
+            return replace(self, base=moved @ self.base)
+        return replace(self, base=moved, on=on)
 
     def named(self, name: str) -> Robot:
         """Return a copy with another name, for a second one in a scene."""
@@ -202,7 +207,7 @@ class Robot(Kinematics):
         ('opening', 'tip')
         """
         if not isinstance(tool, Robot):
-            raise InputError(f"tool: expected a Robot, got {tool!r:.80}")
+            raise InputError(f"tool: expected a Robot, got {said(tool)}")
         if tool.on != "world":
             raise InputError(
                 f"the tool '{tool.name}' stands on '{tool.on}', not on '{self.name}'; give the "
@@ -223,7 +228,7 @@ class Robot(Kinematics):
         for name in given:
             if name not in names:
                 hint = suggest(name, names, "coordinates")
-                raise InputError(f"{what}: no coordinate {name!r:.80}; {hint}")
+                raise InputError(f"{what}: no coordinate {said(name)}; {hint}")
         nearest = np.clip(self.rest, *self.limits.T).tolist()
         full = [given.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
         home = self._valid(full, what)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, runs_last
-from robsim.base.errors import FrameError, suggest
+from robsim.base.errors import FrameError, is_one_of, said, suggest
 from robsim.kernels import jacobian as jacobians
 from robsim.kernels import joints as motions
 from robsim.kernels import tree as kernels
@@ -61,8 +61,8 @@ class Tree:
 
     def find(self, name: str) -> tuple[int, Array]:
         """Return the body that carries a frame, and the frame's constant pose in it."""
-        if name not in self.where:
-            raise FrameError(f"no frame {name!r}; {suggest(name, self.where, 'frames')}")
+        if not is_one_of(name, self.where):
+            raise FrameError(f"no frame {said(name)}; {suggest(name, self.where, 'frames')}")
         return self.where[name]
 
     def bodies(self, q: Array, runs: Runs = None) -> kernels.Bodies:

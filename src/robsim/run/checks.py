@@ -6,7 +6,7 @@ import math
 from typing import Any, TypeVar
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare.spec import with_article
 from robsim.run.record import LONGEST
 from robsim.servo.tasks.task import ServoTask, Task
@@ -18,7 +18,7 @@ T = TypeVar("T")
 def of_kind(value: Any, kind: type[T], what: str) -> T:
     """Return a value of a class; InputError names `what`."""
     if not isinstance(value, kind):
-        raise InputError(f"{what}: expected {with_article(kind.__name__)}, got {value!r:.80}")
+        raise InputError(f"{what}: expected {with_article(kind.__name__)}, got {said(value)}")
     return value
 
 
@@ -27,7 +27,7 @@ def a_task(value: Any, kinds: Any = Task) -> Any:
     if isinstance(value, ServoTask):  # to search a protocol takes longer
         return value
     if isinstance(value, type) or not isinstance(value, kinds):
-        raise InputError(f"task: expected a task such as IBVS(...), got {value!r:.80}")
+        raise InputError(f"task: expected a task such as IBVS(...), got {said(value)}")
     return value
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.kernels.program import Blocks, Program
 
 
@@ -54,6 +54,6 @@ def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
     if array.shape[:1] != (runs,):
         raise InputError(
             f"memory {name!r}: expected an array with a row for each of {runs} runs, "
-            f"got {value!r:.80}"
+            f"got {said(value)}"
         )
     return array

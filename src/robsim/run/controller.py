@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers, runs_last
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, number, numbers, runs_last
+from robsim.base.errors import InputError, said
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
 from robsim.servo.sight import Key, Sight
@@ -37,7 +37,7 @@ class Controller:
 
     def __init__(self, experiment: Experiment) -> None:
         if not isinstance(experiment, Experiment):
-            raise InputError(f"expected an Experiment, got {experiment!r:.80}")
+            raise InputError(f"expected an Experiment, got {said(experiment)}")
         if isinstance(experiment.task, Staged):
             raise InputError("a mission has a controller for each phase: take one of its tasks")
         if experiment.varied:
@@ -93,9 +93,9 @@ class Controller:
 
     def _number(self, t: Any) -> int:
         """Return the number of the period that begins at a time."""
-        periods = float(numbers(t, "t (seconds)", ())) / self.dt
+        periods = number(t, "t (seconds)") / self.dt
         if periods < 0 or abs(periods - round(periods)) > 1e-6 * max(periods, 1.0):
-            raise InputError(f"t: expected a multiple of the period {self.dt:g} s, got {t!r:.40}")
+            raise InputError(f"t: expected a multiple of the period {self.dt:g} s, got {said(t)}")
         return round(periods)
 
     def _image(self, sight: Sight, pixels: Any) -> Array:

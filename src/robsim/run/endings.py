@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, length, shown_view
-from robsim.base.errors import FrameError, InputError
+from robsim.base.errors import FrameError, InputError, said
 from robsim.declare import Choice, Declared, Flag, Length, ListOf, Vector, family, register
 from robsim.declare.words import Reference
 from robsim.geometry.pose import homogeneous
@@ -152,6 +152,6 @@ def _truths(ending: Ending, now: Moment) -> NDArray[np.bool_]:
     if holds.shape != (len(now.q),) or holds.dtype != np.bool_:
         raise InputError(
             f"{type(ending).__name__}.holds: expected truth values of shape ({len(now.q)},), "
-            f"got {value!r:.80}"
+            f"got {said(value)}"
         )
     return holds

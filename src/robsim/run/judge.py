@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robsim.base.arrays import shown_view
+from robsim.base.arrays import frozen, shown_view
 from robsim.kernels import endings as kernels
 from robsim.kernels import judging
 from robsim.kernels.program import Blocks, Program
@@ -82,7 +82,7 @@ class Judge:
             get(sensor.images.true, sensor.images.N, 2),
         )
         q, qd, error, pixels = (shown_view(array) for array in arrays)
-        now = Moment(step * plant.seconds, scene, q, qd, error, pixels, blocks.rows)
+        now = Moment(step * plant.seconds, scene, q, qd, error, pixels, frozen(blocks.rows.view()))
         found = which(self.endings, now)
         outcome = get(self.outcome, 1)[0]
         open_ = (outcome == kernels.RUNNING) | (outcome == kernels.TIME_LIMIT)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.arrays import whole
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.files.content import MISSION
 from robsim.run.mission_run import MissionRun
 
@@ -24,7 +24,7 @@ def attributes_of(run: Any) -> dict[str, Any]:
     attrs = getattr(run, "attrs", None)
     a_run = isinstance(run, MissionRun) or hasattr(run, "data_vars")
     if not a_run or not isinstance(attrs, dict):
-        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {run!r:.80}")
+        raise InputError(f"expected a run, a Dataset of simulate or open_run, got {said(run)}")
     return attrs
 
 

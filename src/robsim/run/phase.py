@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, naming
+from robsim.base.errors import InputError, naming, said
 from robsim.declare import Declared, Text, Time, Word
 from robsim.declare.lists import Names
 from robsim.declare.spec import Context, Raw, Spec, expected
@@ -48,7 +48,7 @@ class Hangings(Spec):
 
     def check(self, value: Any, what: str) -> dict[str, str]:
         if not isinstance(value, Mapping):
-            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
         return {
             Reference.check(thing, what): Reference.check(frame, f"{what} of {thing!r}")
             for thing, frame in value.items()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.room import room
 from robsim.kernels import keeping
 from robsim.kernels.program import Blocks, Program
@@ -47,7 +47,7 @@ def every(record: Record) -> int | None:
             return 1 if record == "all" else None
     elif isinstance(record, int | np.integer) and record is not True and 1 <= record <= LONGEST:
         return int(record)
-    raise InputError(f"record must be 'all', 'summary' or every n-th step, got {record!r:.80}")
+    raise InputError(f"record must be 'all', 'summary' or every n-th step, got {said(record)}")
 
 
 class Recorder:

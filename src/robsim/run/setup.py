@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from robsim.base.arrays import flag, positive, whole
-from robsim.base.errors import GoalError, InputError
+from robsim.base.errors import GoalError, InputError, said
 from robsim.base.values import Value
 from robsim.declare.problems import joined, under
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
@@ -70,7 +70,7 @@ class Setup(Value):
         with self.keyed("run", "duration"):
             whole_periods(self.dt, self.duration)
         if self.title is not None and not isinstance(self.title, str):
-            raise InputError(f"title: expected a text, got {self.title!r:.80}")
+            raise InputError(f"title: expected a text, got {said(self.title)}")
 
     @property
     def settings(self) -> dict[str, Any]:

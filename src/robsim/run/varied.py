@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.values import unchecked
 from robsim.geometry.pose import Pose
 from robsim.robot.dh import dh_constants, rigid
@@ -66,7 +66,7 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
     The lowest and the highest of each must be valid, and so are those between.
     """
     if not isinstance(given, Mapping) or not given:
-        raise InputError(f"vary: expected {{name: numbers}}, got {given!r:.80}")
+        raise InputError(f"vary: expected {{name: numbers}}, got {said(given)}")
     kind = type(experiment.task)
     if not isinstance(experiment.task, ServoTask) or kind.bound_law is not ServoTask.bound_law:
         wanted = "one servo task, whose law does not depend on the scene"
@@ -76,8 +76,8 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
     made = {name: frozen(_shaped(name, values)) for name, values in given.items()}
     counts = {name: len(values) for name, values in made.items()}
     if len(set(counts.values())) > 1:
-        said = ", ".join(f"{count} of {name}" for name, count in counts.items())
-        raise InputError(f"vary: every name needs a number for each run, got {said}")
+        listed = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise InputError(f"vary: every name needs a number for each run, got {listed}")
     _check_imperfections(experiment, made)
     for name, values in made.items():
         for end in _ends(name, values):
@@ -105,7 +105,7 @@ def _shaped(name: Any, values: Any) -> Array:
     """Return the numbers (runs, ...) of a name; InputError if it cannot differ from run to run."""
     shapes = _shapes(str(name).split("."))
     if shapes is None:
-        raise InputError(f"vary: {name!r:.80} cannot differ from run to run; what may: {MAY}")
+        raise InputError(f"vary: {said(name)} cannot differ from run to run; what may: {MAY}")
     array = numbers(values, str(name), ())
     fits = array.ndim and len(array) and any(_fits(array.shape[1:], shape) for shape in shapes)
     if not fits:

@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.base import interrupt
 from robsim.base.arrays import Array, whole
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.threads import processors
 from robsim.run.checkpoint import Keeper
 from robsim.run.chunk import Going
@@ -128,4 +128,4 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
 def check_progress(progress: object) -> None:
     """Raise InputError unless a value is a function, or None."""
     if progress is not None and not callable(progress):
-        raise InputError(f"progress: expected a function of the share done, got {progress!r:.80}")
+        raise InputError(f"progress: expected a function of the share done, got {said(progress)}")

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from robsim.base.arrays import whole
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, said
 from robsim.declare.problems import shown
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, write
@@ -125,6 +125,8 @@ class Written(Setup):
 
         FileError: there is no such name, with the nearest; or the value is not valid there.
         """
+        if not isinstance(name, str | Mapping):
+            raise InputError(f"expected a dotted name such as 'task.gain', got {said(name)}")
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
         several = np.ndim(self.start) > 1  # which no table says
         own = {key: x for key, x in self.tables.items() if not (several and key == "start")}

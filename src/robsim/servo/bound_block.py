@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, last_view
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
+from robsim.base.values import unchecked
 from robsim.features import Feature, Observation
 from robsim.features.compiled import Compiled
 from robsim.features.numeric import interaction
@@ -44,7 +45,7 @@ class BoundBlock:
             return self
         feature = towards(goal)
         if not isinstance(feature, Feature):
-            raise InputError(f"{self.name}.towards returned {feature!r:.80}, and no feature")
+            raise InputError(f"{self.name}.towards returned {said(feature)}, and no feature")
         return replace(self, feature=feature)
 
     def counted(self, goal: Observation) -> BoundBlock:
@@ -72,7 +73,7 @@ class BoundBlock:
         one = seen[first]
         for second in others:  # at most one
             between = relative(projections[first].T_w_c, projections[second].T_w_c)
-            one = replace(one, other=seen[second], between_last=between)
+            one = unchecked(one, other=seen[second], between_last=between)
         return one
 
     def stages(self, seen: Seen, with_L: bool = True) -> FeatureRows:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import (
     Choice,
     Declared,
@@ -58,7 +58,7 @@ class Cameras(OneOf):
         names = tuple(value) if isinstance(value, list | tuple) else ()
         texts = all(isinstance(name, str) for name in names)
         if len(names) != 2 or not texts or len(set(names)) < 2:
-            raise InputError(f"{what}: expected a name, or two different ones, got {value!r:.80}")
+            raise InputError(f"{what}: expected a name, or two different ones, got {said(value)}")
         return names
 
     def words(self) -> str:
@@ -83,7 +83,7 @@ class Indices(ListOf):
         numbers = tuple(value) if listed else ()
         whole = all(isinstance(n, int | np.integer) and n is not True and n >= 0 for n in numbers)
         if not numbers or not whole or len(set(numbers)) < len(numbers):
-            raise InputError(f"{what}: expected {self.words()}, got {value!r:.80}")
+            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
         return tuple(int(n) for n in numbers)
 
     def read(self, raw: Raw, c: Context) -> tuple[int, ...]:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, positive, runs_first
-from robsim.base.errors import GoalError
+from robsim.base.errors import GoalError, said
+from robsim.base.values import unchecked
 from robsim.features import Observation
 from robsim.kernels.jacobian import Moves
 from robsim.kernels.sight import Projection
@@ -87,7 +88,7 @@ class Regulated:
             return self.given[:, None].copy()  # writeable, as s is: kernels are compiled for it
         if not s.size or not np.isfinite(s).all():
             raise GoalError(
-                f"{self.names}: s at the goal must be finite, got {s[:, 0]!r:.80}{self.reasons}"
+                f"{self.names}: s at the goal must be finite, got {said(s[:, 0])}{self.reasons}"
             )
         return s
 
@@ -163,7 +164,7 @@ class Regulated:
     def _seen_at_goal(self) -> dict[Key, Observation]:
         """The observation of each sight at the goal, with the chosen depth."""
         return {
-            key: replace(goal, depth_last=self.depths.at_goal(goal.depth_last))
+            key: unchecked(goal, depth_last=frozen(self.depths.at_goal(goal.depth_last)))
             for key, goal in self.goals.items()
         }
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 
 
 def returned(value: Any, who: str, wanted: tuple[int | str, ...]) -> Array:
@@ -21,7 +21,7 @@ def returned(value: Any, who: str, wanted: tuple[int | str, ...]) -> Array:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
-            f"{who} returned {value!r:.80} where numbers are needed; see robsim.testing"
+            f"{who} returned {said(value)} where numbers are needed; see robsim.testing"
         ) from None
     sizes = zip(wanted, array.shape, strict=False)
     fits = array.ndim == len(wanted) and array.size > 0

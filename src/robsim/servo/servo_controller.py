@@ -15,7 +15,7 @@ from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.feed_forward import FeedForward
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import RCOND, Inverse, JacobianTranspose, rank
+from robsim.servo.laws.inverse import ANY, RCOND, Inverse, JacobianTranspose, rank
 from robsim.servo.laws.law import ControlState, Law
 from robsim.servo.regulated import Regulated
 from robsim.servo.returned import returned
@@ -82,7 +82,7 @@ def rank_at_goal(regulated: Regulated) -> Any:
     goal = regulated.at_goal
     if regulated.q_goal is None:
         return int(min(*goal.task_jacobian.shape[:2], 6 * regulated.motions))
-    found = rank(goal.task_jacobian)
+    found = rank(goal.task_jacobian, goal.J if regulated.as_one else ANY)
     return found if len(found) > 1 else int(found[0])
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, frozen
+from robsim.base.values import known
 from robsim.kernels import broyden, commanding
 from robsim.kernels.program import Blocks
 from robsim.kernels.stage import Stage
@@ -183,19 +184,20 @@ class ServoStages:
         """Return what the law is given, with an error in rows from the first."""
         c, get, k, n = self.controller, blocks.get, self.k, self.n
         constant = isinstance(c.gain, float)
-        return ControlState(
-            get(error, k),
-            get(self.L, k, 6),
-            get(self.of.first, 6, n),
-            get(self.A, k, n),
-            c.gain if constant else get(self.gain, 1)[0][:, None],
-            c.inverse,
-            get(self.of.s, k),
-            get(self.given.q, c.scene.nq),
-            step * self.given.seconds,
-            self.given.seconds,
-            memory,
-            c.one_motion,
+        return known(
+            ControlState,
+            error_last=frozen(get(error, k)),
+            interaction_last=frozen(get(self.L, k, 6)),
+            jacobian_last=frozen(get(self.of.first, 6, n)),
+            task_jacobian_last=frozen(get(self.A, k, n)),
+            gain=c.gain if constant else frozen(get(self.gain, 1)[0][:, None]),
+            inverse=c.inverse,
+            s_last=frozen(get(self.of.s, k)),
+            q_last=frozen(get(self.given.q, c.scene.nq)),
+            time=step * self.given.seconds,
+            dt=self.given.seconds,
+            memory=memory,
+            one_motion=c.one_motion,
         )
 
     def decision(self, blocks: Blocks) -> Decision:

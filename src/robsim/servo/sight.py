@@ -119,9 +119,8 @@ class Sight:
 
     def observation(self, pixels: Array, depth: Array, T_c_o: Array | None) -> Observation:
         """Return the observation of pixels (N, 2, B) at depths (N, B), near the pose T_c_o."""
-        seen = Observation.of(pixels, depth, self.eye.camera)
-        seen.model, seen.guess_last = self.target.marks, T_c_o
-        return seen
+        more = {"model": self.target.marks, "guess_last": T_c_o}
+        return Observation.of_last(pixels, depth, self.eye.camera, **more)
 
     def moves(self, columns: NDArray[np.int64]) -> jacobians.Moves:
         """Return some velocities as the kernels take them, read-only."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.values import Value
 from robsim.trajectory.straight import Straight
 from robsim.trajectory.timing import checked_times
@@ -33,7 +33,7 @@ class Path(Value):
     def __post_init__(self) -> None:
         parts = tuple(self.parts) if isinstance(self.parts, list | tuple) else ()
         if not parts or not all(isinstance(part, Straight) for part in parts):
-            raise InputError(f"path: expected a list of Straight, got {self.parts!r:.80}")
+            raise InputError(f"path: expected a list of Straight, got {said(self.parts)}")
         for i, part in enumerate(parts):
             if part.start.matrix.ndim + part.end.matrix.ndim != 4:
                 raise InputError(f"path: part {i} is several motions at once; give single poses")

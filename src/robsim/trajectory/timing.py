@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import family
 from robsim.kernels import timing as kernels
 
@@ -59,7 +59,7 @@ def checked_times(t: Any) -> Array:
     try:
         times = np.asarray(t, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"time (seconds): expected numbers, got {t!r:.80}") from None
+        raise InputError(f"time (seconds): expected numbers, got {said(t)}") from None
     if np.isnan(times).any():
         raise InputError("time (seconds): every time must be a number, got nan")
     return times

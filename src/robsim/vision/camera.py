@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.values import Value, unchecked
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
@@ -92,8 +92,9 @@ class Camera(Value):
         object.__setattr__(self, "K", frozen(_checked_intrinsics(self.K)))
         if self.size is not None:
             object.__setattr__(self, "size", SIZE.check(self.size, "image size"))
+            check_focal(self.K[0, 0], self.K[1, 1])
         if not isinstance(self.body, CameraBody | None):
-            raise InputError(f"body: expected a CameraBody, got {self.body!r:.80}")
+            raise InputError(f"body: expected a CameraBody, got {said(self.body)}")
         object.__setattr__(self, "distortion", _checked_distortion(self.distortion))
 
     @classmethod
@@ -253,6 +254,16 @@ class Camera(Value):
         inv = Pose(T).inv()
         X = runs_last(np.broadcast_to(inv @ p, (*lead, p.shape[-2], 3)), 2)
         return *self.image_of(X), lead
+
+
+def check_focal(fx: float, fy: float) -> None:
+    """Raise InputError for focal lengths below a pixel, which no lens before an image has."""
+    least = min(fx, fy)
+    if least < 1.0:
+        raise InputError(
+            f"a focal length of {least:g} pixels: is it in metres? In pixels it is that divided by "
+            f"the size of a pixel, {least:g} / 1e-5 = {least / 1e-5:g} for pixels of 10 micrometres"
+        )
 
 
 def _checked_intrinsics(given: Any) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers, positive, runs_first, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.kernels import camera as kernels
 from robsim.vision.camera import Camera
 
@@ -18,7 +18,7 @@ LARGEST = 1e100  # metres or pixels: its square must be finite
 def measured(pixels: ArrayLike, what: str, camera: Any, count: int | str = "N") -> Array:
     """Return checked pixels (..., count, 2), with NaN where a mark is not seen."""
     if not isinstance(camera, Camera):
-        raise InputError(f"{what}: expected a Camera that saw them, got {camera!r:.80}")
+        raise InputError(f"{what}: expected a Camera that saw them, got {said(camera)}")
     return numbers(pixels, what, (count, 2), gaps=True)
 
 

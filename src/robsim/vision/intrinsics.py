@@ -9,6 +9,7 @@ from typing import Any
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number
 from robsim.declare.spec import MISSING, Context, Raw, Spec
+from robsim.vision.camera import check_focal
 
 FOCAL_LENGTH = Number(above=0, unit="px")
 PAIR = ListOf(Number(unit="px"), 2, 2)
@@ -117,5 +118,6 @@ def _matrix(values: Mapping[str, Any], size: Any) -> list[list[float]]:
         )
     if "center" not in values and size is None:
         raise InputError("center is missing: give it, or size, whose middle it then is")
+    check_focal(*values["focal"])
     (fx, fy), (cx, cy) = values["focal"], values.get("center") or [(n - 1) / 2 for n in size or ()]
     return [[fx, values.get("skew", 0.0), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import numbers, positive
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.pose import Pose, one_pose
 from robsim.robot.joint import Joint
 from robsim.robot.link import Link
@@ -32,12 +32,12 @@ def wrong_camera(
     """Return a camera with wrong intrinsics and a wrong mount, see `Scene.believe`."""
     K, factor = np.array(eye.camera.K), numbers(focal, "focal (a factor)", ())
     if factor.shape not in ((), (2,)) or not (factor > 0).all():
-        raise InputError(f"focal: expected one factor above 0, or two, got {focal!r:.80}")
+        raise InputError(f"focal: expected one factor above 0, or two, got {said(focal)}")
     with np.errstate(over="ignore"):  # the camera refuses numbers that are not finite
         K[[0, 1], [0, 1]] *= factor
     shift = numbers(center, "center (pixels)", (2,))
     if shift.ndim != 1:
-        raise InputError(f"center (pixels): expected (column, row), got {center!r:.80}")
+        raise InputError(f"center (pixels): expected (column, row), got {said(center)}")
     K[:2, 2] += shift
     lens = eye.camera.distortion if distortion is None else distortion
     believed = Camera(K, eye.camera.size, body=eye.camera.body, distortion=lens)
@@ -48,7 +48,7 @@ def wrong_robot(robot: Robot, dh: Any, convention: str, base: Any) -> Robot:
     """Return a robot with wrong link parameters and a wrong base, see `Scene.believe`."""
     dh = {} if dh is None else dh
     if not isinstance(dh, Mapping):
-        raise InputError(f"dh: expected {{link: {{'a': metres, ...}}}}, got {dh!r:.80}")
+        raise InputError(f"dh: expected {{link: {{'a': metres, ...}}}}, got {said(dh)}")
     names = [link.name for link in robot.links]
     for name in dh:
         if name not in names:
@@ -69,7 +69,7 @@ def _wrong(link: Link, errors: Any, convention: str) -> Joint:
     """
     if not isinstance(errors, Mapping) or not set(errors) <= set(ROW):
         raise InputError(
-            f"dh of '{link.name}': expected errors of {', '.join(ROW)}, got {errors!r:.80}"
+            f"dh of '{link.name}': expected errors of {', '.join(ROW)}, got {said(errors)}"
         )
     theta, d, a, alpha = (_number(errors.get(name, 0.0), f"{link.name}.{name}") for name in ROW)
     joint = link.joint
@@ -98,5 +98,5 @@ def _moved(pose: Pose, error: Any, what: str) -> Pose:
 def _number(value: Any, what: str) -> float:
     number = numbers(value, f"dh of {what}", ())
     if number.ndim:
-        raise InputError(f"dh of {what}: expected a number, got {value!r:.80}")
+        raise InputError(f"dh of {what}: expected a number, got {said(value)}")
     return float(number)

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, first_view, last_view, numbers
+from robsim.base.arrays import Array, first_view, last_view, numbers, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, family
 from robsim.kernels import random
@@ -62,7 +62,7 @@ EFFECT = Choice(IMAGE_EFFECTS, protocol=ImageEffect)
 
 def changed(effect: ImageEffect, pixels: Array, exposure: Exposure) -> Array:
     """Return pixels (N, 2, B) after an effect; InputError for a result of another shape."""
-    before = first_view(pixels.copy())
+    before = shown_view(pixels)
     name = type(effect).__name__
     found = numbers(effect.seen(before, exposure), f"{name}.seen", before.shape[1:], gaps=True)
     if found.shape != before.shape:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from robsim.base.errors import FrameError, suggest
+from robsim.base.errors import FrameError, said, suggest
 from robsim.base.values import unchecked
 from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose
@@ -41,7 +41,7 @@ def check_hanging(frames: Sequence[Frame], thing: Object, to: Any) -> None:
     above = {frame.name: frame.parent for frame in frames}
     known = ["world", *above]
     if not isinstance(to, str) or to not in known:
-        raise FrameError(f"no frame {to!r:.80}; {suggest(to, known, 'frames')}")
+        raise FrameError(f"no frame {said(to)}; {suggest(to, known, 'frames')}")
     frame = to
     while frame != "world":
         if frame == thing.name:

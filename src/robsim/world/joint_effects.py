@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.declare import Choice, family
 from robsim.kernels import random
@@ -62,7 +62,8 @@ EFFECT = Choice(JOINT_EFFECTS, protocol=JointEffect)
 def driven(effect: JointEffect, wanted: Array, drive: Drive) -> Array:
     """Return velocities (B, n) after an effect; InputError for a result of another shape."""
     name = type(effect).__name__
-    found = numbers(effect.driven(wanted.copy(), drive), f"{name}.driven", (wanted.shape[1],))
+    given = effect.driven(frozen(wanted.view()), drive)
+    found = numbers(given, f"{name}.driven", (wanted.shape[1],))
     if found.shape != wanted.shape:
         raise InputError(f"{name}.driven: expected shape {wanted.shape}, got {found.shape}")
     return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.base.units import Dimension
 from robsim.base.values import Value
 from robsim.declare import described
@@ -61,7 +61,7 @@ class Motion(Value):
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, str):
-            raise InputError(f"a motion needs the name of a robot, got {self.robot!r:.80}")
+            raise InputError(f"a motion needs the name of a robot, got {said(self.robot)}")
         if not callable(self.rates):
             rates = numbers(self.rates, f"rates of '{self.robot}'", ("nv",))
             if rates.ndim != 1:

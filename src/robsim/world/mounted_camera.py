@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.names import checked_name
 from robsim.declare import ListOf, Name, Number, Table
 from robsim.declare.problems import under
@@ -73,5 +73,5 @@ class MountedCamera:
     def __post_init__(self) -> None:
         checked_name(self.name, "camera")
         if not isinstance(self.camera, Camera):
-            raise InputError(f"camera '{self.name}' needs a Camera, got {self.camera!r:.80}")
+            raise InputError(f"camera '{self.name}' needs a Camera, got {said(self.camera)}")
         object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))

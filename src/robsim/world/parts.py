@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.robot.robot import Robot
 from robsim.world.motion import Motion
 from robsim.world.mounted_camera import MountedCamera
@@ -33,8 +33,8 @@ def pick(parts: Sequence[T], name: str | None, kind: str) -> T:
         return parts[0]
     if name is None:
         raise InputError(f"name the {kind}: the scene has {len(parts)} ({', '.join(names)})")
-    if name not in names:
-        raise InputError(f"no {kind} {name!r} in the scene; {suggest(name, names, kind + 's')}")
+    if not is_one_of(name, names):
+        raise InputError(f"no {kind} {said(name)} in the scene; {suggest(name, names, kind + 's')}")
     return parts[names.index(name)]
 
 
@@ -42,7 +42,7 @@ def put_in_place(parts: dict[str, list[Any]], part: Any) -> None:
     """Replace the part with the same name and kind; raise InputError if there is none."""
     kind = next((kind for kind in KINDS if isinstance(part, KINDS[kind])), None)
     if kind is None:
-        raise InputError(f"expected a Robot, Object, MountedCamera or Motion, got {part!r:.80}")
+        raise InputError(f"expected a Robot, Object, MountedCamera or Motion, got {said(part)}")
     known = [p.name for p in parts[kind]]
     if part.name not in known:
         raise InputError(

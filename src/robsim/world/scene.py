@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers, runs_last
-from robsim.base.errors import FrameError, InputError
+from robsim.base.arrays import Array, flag, numbers, runs_last
+from robsim.base.errors import FrameError, InputError, is_one_of, said
 from robsim.declare import ListOf, Table, described
 from robsim.declare.problems import under
 from robsim.declare.spec import Context
@@ -93,7 +93,7 @@ class Scene(Coordinates):
             given = getattr(self, kind)
             parts = (given,) if isinstance(given, part) else given
             if not isinstance(parts, Iterable) or not all(isinstance(p, part) for p in parts):
-                raise InputError(f"{kind} must be a list of {part.__name__}, got {given!r:.80}")
+                raise InputError(f"{kind} must be a list of {part.__name__}, got {said(given)}")
             object.__setattr__(self, kind, tuple(parts))
         object.__setattr__(self, "display", one_pose(self.display, "display"))
         kind_of = self._check_names()
@@ -129,8 +129,8 @@ class Scene(Coordinates):
 
     def object(self, name: str | None = None) -> Object:
         """Return the object with a name, or the only one that has marks."""
-        candidates = self.objects if name else tuple(o for o in self.objects if len(o.marks))
-        return pick(candidates, name, "object")
+        with_marks = tuple(thing for thing in self.objects if len(thing.marks))
+        return pick(with_marks if name is None else self.objects, name, "object")
 
     def camera(self, name: str | None = None) -> MountedCamera:
         """Return the camera with a name, or the only one."""
@@ -190,8 +190,8 @@ class Scene(Coordinates):
         >>> Scene(cameras=eye).believe(focal=1.5).camera().camera.K[0]
         array([1200.,    0.,  320.])
         """
-        if convention not in ("standard", "modified"):
-            raise InputError(f"convention must be 'standard' or 'modified', got {convention!r:.80}")
+        if not is_one_of(convention, ("standard", "modified")):
+            raise InputError(f"convention must be 'standard' or 'modified', got {said(convention)}")
         wrong: list[Robot | Object | MountedCamera] = []
         lens = differs(focal, 1.0) or differs(center, (0.0, 0.0)) or distortion is not None
         if camera is not None or lens or hand_eye is not None:
@@ -238,7 +238,7 @@ class Scene(Coordinates):
         if isinstance(q, Mapping):
             for name in q:
                 self.robot(name)
-        return coordinates_of(self.robots, q, what, limits)
+        return coordinates_of(self.robots, q, what, flag(limits, "limits"))
 
     def pose(self, frame: str, q: Any = None) -> Pose:
         """Return the pose of a frame in the world."""
@@ -248,6 +248,8 @@ class Scene(Coordinates):
 
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
         """Return the view of a camera of an object's marks (by name) or world points (N, 3).
+
+        Pixels of points behind the camera are NaN.
 
         >>> from robsim import Camera
         >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))

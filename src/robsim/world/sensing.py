@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from robsim.base.arrays import numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.base.units import Dimension
 from robsim.declare import Declared, ListOf, Number, Quantity, Table, Time, Whole, described
 from robsim.declare.spec import Context, Raw, Spec
@@ -27,7 +27,8 @@ class Forever(Quantity):
     dimension: Dimension = "time"
 
     def check(self, value: Any, what: str) -> float:
-        return math.inf if value == math.inf else super().check(value, what)
+        forever = isinstance(value, float) and value == math.inf
+        return math.inf if forever else super().check(value, what)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value != math.inf:
@@ -44,7 +45,7 @@ class Marks(ListOf):
     def check(self, value: Any, what: str) -> tuple[int, ...]:
         flat = numbers(value, what, ())
         if flat.ndim > 1 or not flat.size or (flat != flat.round()).any() or (flat < 0).any():
-            raise InputError(f"{what}: expected numbers from 0 on, got {value!r:.80}")
+            raise InputError(f"{what}: expected numbers from 0 on, got {said(value)}")
         return tuple(int(n) for n in flat.reshape(-1))
 
 

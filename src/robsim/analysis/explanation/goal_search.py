@@ -103,8 +103,8 @@ class _Search:
         regulated = self.servo.regulated
         (sight,) = regulated.sights
         depth, pixels = self.image(T)
-        seen = Observation.of(pixels, depth, sight.eye.camera)
-        seen.model, seen.guess_last = sight.target.marks, np.ascontiguousarray(T)
+        more = {"model": sight.target.marks, "guess_last": np.ascontiguousarray(T)}
+        seen = Observation.of_last(pixels, depth, sight.eye.camera, **more)
         views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
         each = list(zip(regulated.parts, views_, strict=True))
         s = np.concatenate([part.measure(view) for part, view in each])

@@ -16,7 +16,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, is_one_of, suggest
 
 if TYPE_CHECKING:
     from robsim.robot.robot import Robot
@@ -30,7 +30,7 @@ def names() -> tuple[str, ...]:
 
 def file(name: str) -> Path:
     """Return the file of a robot of the library. InputError: there is none of that name."""
-    if name not in names():
+    if not is_one_of(name, names()):
         raise InputError(
             f"no robot {name!r:.80} in the library; {suggest(name, names(), 'robots')}"
         )

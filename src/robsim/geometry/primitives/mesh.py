@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import ListOf, Number, Text, register
 from robsim.declare.spec import Spec
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive
@@ -87,14 +87,14 @@ def _check_mesh_name(name: object) -> None:
     """Raise InputError unless the name stays within its package, or that of the model."""
     good = 'expected "package://name/..." or a name relative to the folder of the file'
     if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
-        raise InputError(f"mesh {name!r:.80}: {good}")
+        raise InputError(f"mesh {said(name)}: {good}")
     package = name.startswith("package://")
     path = PurePosixPath(name.removeprefix("package://").lstrip("/") if package else name)
     parts = path.parts
     if path.is_absolute() or "\\" in name or ":" in str(path) or len(parts) < 1 + package:
-        raise InputError(f"mesh {name!r:.80}: absolute, or not a file name; {good}")
+        raise InputError(f"mesh {said(name)}: absolute, or not a file name; {good}")
     depth = -1 if package else 1  # the first part names the package
     for part in parts:
         depth += -1 if part == ".." else 1
         if depth < 0:
-            raise InputError(f"mesh {name!r:.80}: leaves its package by '..'; {good}")
+            raise InputError(f"mesh {said(name)}: leaves its package by '..'; {good}")

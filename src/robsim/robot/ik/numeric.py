@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels import ik as kernels
 from robsim.robot.ik.arm import FARTHEST, Arm
@@ -93,7 +93,7 @@ def _weights(mask: Any) -> Array:
     weight = numbers(mask, "mask: weights of (v, omega) in base axes", (6,))
     if weight.ndim > 1 or (weight < 0).any() or not weight.any():
         raise InputError(
-            f"mask: expected six weights not below 0 and not all 0, got {weight.tolist()!r:.80}"
+            f"mask: expected six weights not below 0 and not all 0, got {said(weight.tolist())}"
         )
     weight = weight / weight.max()
     if (weight[weight > 0] < LIGHTEST).any():

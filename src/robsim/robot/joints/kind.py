@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.kernels import joints as kernels
 
 AROUND = 0.5  # metres either way of home, for joints without limits; angles have a full turn
@@ -167,7 +167,7 @@ def check_kind(kind: JointKind) -> None:
     """Raise InputError unless a kind of the user's own is complete and consistent."""
     who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
-        raise InputError(f"{who}.name: expected a word such as 'helical', got {kind.name!r:.80}")
+        raise InputError(f"{who}.name: expected a word such as 'helical', got {said(kind.name)}")
     if kind.code != kernels.OWN:
         raise InputError(f"{who} derives from a kind that is compiled; derive from JointKind")
     for method in ("motion", "twists"):
@@ -176,13 +176,13 @@ def check_kind(kind: JointKind) -> None:
     _check_counts(kind, who)
     for unit in kind.units:
         if unit not in UNITS:
-            raise InputError(f"{who}.units: expected {', '.join(UNITS)}, got {unit!r:.80}")
+            raise InputError(f"{who}.units: expected {', '.join(UNITS)}, got {said(unit)}")
     starts = (".",) if len(kind.coordinates) > 1 else (".", "")
     for ending in (*kind.coordinates, *kind.velocities):
         if not isinstance(ending, str) or ending[:1] not in starts:
             raise InputError(
                 f"{who}: names of several coordinates follow that of the joint after a dot, as in "
-                f"'.roll', got {ending!r:.80}"
+                f"'.roll', got {said(ending)}"
             )
 
 

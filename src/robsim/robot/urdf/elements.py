@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from robsim.base.errors import FileError
+from robsim.base.errors import FileError, said
 
 LARGEST_FILE = 4_000_000  # bytes; the largest published robots take a tenth of it
 MOST_PARTS = 100_000  # elements and attributes
@@ -32,7 +32,7 @@ class Element:
     def label(self) -> str:
         """The name of the element in messages, as in <joint 'elbow'> <limit>."""
         name = self.attributes.get("name")
-        own = f"<{self.tag:.40}>" if name is None else f"<{self.tag:.40} {name!r:.80}>"
+        own = f"<{self.tag:.40}>" if name is None else f"<{self.tag:.40} {said(name)}>"
         if name is not None or self.owner is None or self.owner.owner is None:
             return own
         return f"{self.owner.label} {own}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.base.errors import suggest
+from robsim.base.errors import said, suggest
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.robot.joint import SINGLE, Joint, Kind, Mimic
 from robsim.robot.urdf.elements import Element
@@ -72,7 +72,7 @@ def hinge(element: Element, tails: Mapping[str, Element], findings: Findings) ->
 def _kind(element: Element, findings: Findings) -> str | None:
     kind = needed(element, "type", findings)
     if kind is not None and kind not in KINDS:
-        findings.error(element, f"no joint type {kind!r:.40}; {suggest(kind[:40], KINDS, 'types')}")
+        findings.error(element, f"no joint type {said(kind)}; {suggest(kind[:40], KINDS, 'types')}")
         return None
     return kind
 

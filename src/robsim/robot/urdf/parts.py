@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
 from robsim.robot.urdf.elements import Element
@@ -175,10 +175,10 @@ def _box(element: Element, findings: Findings) -> Block | None:
 def _mesh(element: Element, findings: Findings) -> Mesh | None:
     name, scale = element.attributes.get("filename", ""), element.attributes.get("scale", "1 1 1")
     if is_expression(name):
-        findings.odd(element, f"filename = {name!r:.80}: {XACRO}; left out")
+        findings.odd(element, f"filename = {said(name)}: {XACRO}; left out")
         return None
     if len(split(scale, 3)) != 3:
-        findings.odd(element, f"scale = {scale!r:.80}: expected 3 numbers; left out")
+        findings.odd(element, f"scale = {said(scale)}: expected 3 numbers; left out")
         return None
     factors = vector(element, "scale", findings, "1 1 1")
     if needed(element, "filename", findings) is None or factors is None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import inf
 from typing import TypeVar
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, said
 from robsim.robot.joint import SINGLE, Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.tip import Tip, find_tip
@@ -52,7 +52,7 @@ def _tip(root: Element, links: Sequence[Link], findings: Findings) -> Tip:
     name = None if element is None else needed(element, "tip", findings)
     names = [link.name for link in links]
     if element is not None and name is not None and name not in names:
-        findings.error(element, f"tip: no link {name!r:.80}; {hint(name, names)}")
+        findings.error(element, f"tip: no link {said(name)}; {hint(name, names)}")
     findings.stop()
     return find_tip(links) if name is None else Tip(name)
 
@@ -208,12 +208,12 @@ def _check_ends(links: Links, hinges: Iterable[Hinge], findings: Findings) -> bo
     for h in hinges:
         for what, name in (("parent", h.parent), ("child", h.child)):
             if name not in links:
-                findings.error(h.element, f"{what}: no link {name!r:.80}; {hint(name, links)}")
+                findings.error(h.element, f"{what}: no link {said(name)}; {hint(name, links)}")
         if h.parent == h.child:
-            findings.error(h.element, f"parent and child are both {h.child!r:.80}; join two links")
+            findings.error(h.element, f"parent and child are both {said(h.child)}; join two links")
         elif h.child in carried:
             other = carried[h.child].element
-            text = f"{h.child!r:.80} is also the child of {other.label} in line {other.line}"
+            text = f"{said(h.child)} is also the child of {other.label} in line {other.line}"
             findings.error(h.element, f"{text}; a link has one parent")
         carried[h.child] = h
     return len(findings.errors) == before
@@ -230,7 +230,7 @@ def _check_loops(links: Iterable[str], above: dict[str, Hinge], findings: Findin
             name = above[name].parent
         if name in path:
             findings.error(
-                above[name].element, f"a loop: {name!r:.80} hangs from itself in the end"
+                above[name].element, f"a loop: {said(name)} hangs from itself in the end"
             )
         done.update(path)
 
@@ -274,7 +274,7 @@ def _check_chain(h: Hinge, joints: Mapping[str, Hinge], findings: Findings) -> N
 
 def _check_source(h: Hinge, of: str, joints: dict[str, Hinge], findings: Findings) -> None:
     if of not in joints:
-        findings.error(h.element, f"mimic: no joint {of!r:.80}; {hint(of, joints)}")
+        findings.error(h.element, f"mimic: no joint {said(of)}; {hint(of, joints)}")
     elif joints[of].joint.kind not in SINGLE:
         kind = joints[of].joint.kind
         findings.error(h.element, f"mimic: '{of}' is {kind}, and has not one coordinate to follow")

@@ -10,7 +10,7 @@ from itertools import chain, count
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
@@ -59,7 +59,7 @@ def check(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ())
             wrong.append(f"'{link.name}' follows by {kind}, not Mimic")
         for color in (shape.color for shape in link.shapes):
             if not isinstance(color, str) or not color.isprintable():
-                wrong.append(f"'{link.name}' has a colour that is no word: {color!r:.40}")
+                wrong.append(f"'{link.name}' has a colour that is no word: {said(color)}")
     wrong += more
     if wrong:
         raise InputError(f"robot '{name}' cannot be written as {what}: {'; '.join(wrong)}")

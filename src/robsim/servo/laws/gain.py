@@ -7,7 +7,7 @@ from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, Word, family, register
 from robsim.kernels import gain as kernels
@@ -54,10 +54,11 @@ class AdaptiveGain(Declared):
             )
 
     def at(self, size: Array) -> Array:
-        """Return the gains (B,) per second at sizes (B,) of the error or the command."""
-        gain = np.empty(size.shape)
-        kernels.adaptive(self.at_zero, self.at_infinity, self.slope, size, gain)
-        return gain
+        """Return the gains (..., B) per second at sizes (..., B) of the error or the command."""
+        given = numbers(size, "size", ("B",))
+        gain = np.empty(given.size)
+        kernels.adaptive(self.at_zero, self.at_infinity, self.slope, given.ravel(), gain)
+        return gain.reshape(given.shape)
 
     @property
     def least(self) -> float:

@@ -89,38 +89,45 @@ INVERSE = Choice(
 
 
 Matrix = tuple[int, int, int]  # the first row of A (m, n), m and n
+ANY, TWIST, ACROSS = -1, -4, -3  # for the kernels: how many columns are per metre, less -1
 
 
-def solved(program: Program, A: Matrix, y: int, damping: float, rcond: float) -> int:
-    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows, then its rank's."""
+def solved(program: Program, A: Matrix, y: int, damping: float, rcond: float, J: int = ANY) -> int:
+    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows, then its rank's.
+
+    Singular values are compared in the unit of length in which all columns of A count alike, where
+    J says which of them are per metre: the row of a Jacobian (6, n), TWIST or ACROSS.
+    """
     m, n = A[1:]
     x, damped = program.rows(n + 1), program.constant(damping) if damping > 0.0 else -1
     room = program.scratch(scratch_of(m, n))
-    program.add(commanding.solve, *A, y, damped, program.constant(rcond), x, x + n, room)
+    program.add(commanding.solve, *A, y, damped, program.constant(rcond), x, x + n, J, room)
     return x
 
 
-def inverted(program: Program, A: Matrix, y: int, inverse: Inverse) -> int:
+def inverted(program: Program, A: Matrix, y: int, inverse: Inverse, J: int = ANY) -> int:
     """Add the stage of x = A^+ y by a choice of inverse, or of A' y; return its rows."""
     transposed, damping, rcond = inverse.numbers
     if not transposed:
-        return solved(program, A, y, damping, rcond)
+        return solved(program, A, y, damping, rcond, J)
     x = program.rows(A[2])
     program.add(commanding.transpose, *A, y, x)
     return x
 
 
-def rank(A: Array, rcond: float = RCOND) -> Any:
-    """Return the rank (B,) of A (m, n, B).
+def rank(A: Array, moves: Array | int = ANY, rcond: float = RCOND) -> Any:
+    """Return the rank (B,) of A (m, n, B), whose columns are of `moves` (6, n, B), as in `solved`.
 
     It is the number of singular values above rcond times the largest.
     """
     m, n, runs = A.shape
+    given = [moves] if isinstance(moves, np.ndarray) else []
 
-    def add(program: Program, A: int, y: int) -> tuple[int]:
-        return (solved(program, (A, m, n), y, 0.0, rcond) + n,)
+    def add(program: Program, A: int, y: int, *J: int) -> tuple[int]:
+        known = J[0] if J else int(moves)
+        return (solved(program, (A, m, n), y, 0.0, rcond, known) + n,)
 
-    (found,) = evaluated(add, [A, np.zeros((m, runs))], [(1,)])
+    (found,) = evaluated(add, [A, np.zeros((m, runs)), *given], [(1,)])
     return found[0].astype(np.int64)
 
 

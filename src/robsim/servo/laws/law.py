@@ -10,11 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from robsim.base.arrays import Array, shown_view
+from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Length, family, register
 from robsim.kernels import commanding
 from robsim.kernels.solve import product_scratch_of
-from robsim.servo.laws.inverse import Inverse, inverted
+from robsim.servo.laws.checked import checked_state, last_of
+from robsim.servo.laws.inverse import ANY, TWIST, Inverse, PseudoInverse, inverted, product
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised, times_gain
 
 LAWS = family("law")
@@ -23,14 +28,17 @@ UnitOfLength = Annotated[
 ]
 
 
-@dataclass(eq=False)  # not frozen: one is made in every step
+@dataclass(frozen=True, eq=False)
 class ControlState:
     """What a law is given: error, interaction matrix and Jacobian, as the controller models them.
 
-    Names that end in `_last` have the run last, as the kernels do; the others are run-first views.
-    J maps the commanded joint velocities to the camera's twist relative to the target, so that
-    sdot = L J qdot. `memory` keeps what a law puts there, arrays with the run first, until the
-    next instant of the same runs; it is empty at the start.
+    `ControlState.of` makes one. Names that end in `_last` have the run last, as the kernels do;
+    the others are run-first views, all read-only. J maps the commanded joint velocities to the
+    camera's twist relative to the target, so that sdot = L J qdot. `memory` keeps what a law puts
+    there, arrays with the run first, until the next instant of the same runs; it is empty at the
+    start.
+
+    InputError: arrays of unequal numbers of runs, features or joints, or not finite.
     """
 
     error_last: Array  # (k, B)
@@ -45,6 +53,58 @@ class ControlState:
     dt: float = 0.04  # seconds for which the command is held
     memory: dict[str, Any] = field(default_factory=dict)
     one_motion: bool = False  # whether L J is the product of `interaction` and `jacobian`
+
+    def __post_init__(self) -> None:
+        vars(self).update(checked_state(vars(self)))
+
+    @classmethod
+    def of(
+        cls,
+        error: ArrayLike,
+        interaction: ArrayLike,
+        jacobian: ArrayLike,
+        *,
+        gain: Any = 1.0,
+        inverse: Inverse | None = None,
+        s: ArrayLike | None = None,
+        q: ArrayLike | None = None,
+        time: float = 0.0,
+        dt: float = 0.04,
+    ) -> ControlState:
+        """Return a state from an error (B, k), L (B, k, 6) and J (B, 6, n); of one run without B.
+
+        gain      per second, or (B,) of each run its own
+        inverse   by default the pseudo-inverse
+        s, q      features (B, k) and coordinates (B, nq), for laws that read them
+        time, dt  seconds since the start, and of the period
+
+        InputError: unequal numbers of runs, features or joints, or a number that is not finite.
+
+        >>> state = ControlState.of([1.0, 2.0], np.eye(2, 6), np.eye(6, 2), gain=0.5)
+        >>> JointLaw().command(state)
+        array([[-0.5, -1. ]])
+        """
+        e = last_of(error, "error", ("k",))
+        L = last_of(interaction, "interaction", ("k", 6))
+        J = last_of(jacobian, "jacobian", (6, "n"))
+        if L.shape[::2] != e.shape or J.shape[2] != e.shape[1]:
+            raise InputError(
+                "expected error (B, k), interaction (B, k, 6) and jacobian (B, 6, n), got "
+                f"{np.shape(error)}, {np.shape(interaction)} and {np.shape(jacobian)}"
+            )
+        return cls(
+            e,
+            L,
+            J,
+            product(L, J),
+            gain,
+            PseudoInverse() if inverse is None else inverse,
+            None if s is None else last_of(s, "s", ("k",)),
+            None if q is None else last_of(q, "q", ("nq",)),
+            time,
+            dt,
+            one_motion=True,
+        )
 
     @property
     def error(self) -> Array:
@@ -69,14 +129,19 @@ class ControlState:
     @property
     def s(self) -> Array:
         """The features s (B, k) as measured."""
-        assert self.s_last is not None
-        return shown_view(self.s_last)
+        return shown_view(_given(self.s_last, "features s"))
 
     @property
     def q(self) -> Array:
         """The coordinates q (B, nq) of all robots of the scene."""
-        assert self.q_last is not None
-        return shown_view(self.q_last)
+        return shown_view(_given(self.q_last, "coordinates q"))
+
+
+def _given(array: Array | None, what: str) -> Array:
+    """Return an array, or raise InputError where there is none."""
+    if array is None:
+        raise InputError(f"the law reads {what}, and the state has none")
+    return array
 
 
 @runtime_checkable
@@ -108,7 +173,8 @@ class JointLaw(StagedLaw):
         transposed, damping, rcond = of.inverse.numbers
         program, k, n = of.program, of.k, of.n
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
-            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse))
+            moves = of.J if of.one_motion else ANY
+            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse, moves))
         unit, rank = program.rows(n), program.rows()
         room = program.scratch(product_scratch_of(k, n))
         given = of.L, k, of.J, n, of.A, of.error, program.constant(rcond)
@@ -135,7 +201,7 @@ class CameraLaw(StagedLaw, Declared):
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
         program, unit, L = of.program, of.program.constant(self.length), of.program.rows(6 * of.k)
         program.add(commanding.in_units, of.L, of.k, 6, unit, 1, L)
-        V = inverted(program, (L, of.k, 6), of.error, of.inverse)
+        V = inverted(program, (L, of.k, 6), of.error, of.inverse, TWIST)
         program.add(commanding.in_units, V, 6, 1, unit, 2, V)
         return times_gain(of, realised(of, V, unit))
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+from robsim.base.errors import InputError
 from robsim.declare import Declared, Quantity, described
 from robsim.kernels import commanding
 from robsim.kernels import partitioned as kernels
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.laws.inverse import inverted
+from robsim.servo.laws.inverse import ACROSS, inverted
 from robsim.servo.laws.law import UnitOfLength
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised
 
@@ -42,7 +43,11 @@ class PartitionedLaw(StagedLaw, Declared):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stage of the optical axis; return what adds those of the command at a gain."""
-        assert of.s >= 0
+        if of.s < 0 or of.k < 4:
+            raise InputError(
+                "the partitioned law needs the features s of a mark at least, an angle and an "
+                f"area; here are {of.k} of them" + (", without s" if of.s < 0 else "")
+            )
         program, k, numbers = of.program, of.k, of.program.constant([self.roll, self.advance])
         V, axis = program.rows(6), program.rows(6)
         program.add(kernels.along_axis, k, of.s, of.error, numbers, axis)
@@ -50,7 +55,7 @@ class PartitionedLaw(StagedLaw, Declared):
         def at(gain: int) -> int:
             rate, L = program.rows(k - 2), program.rows(4 * (k - 2))
             program.add(kernels.across_axis, k - 2, gain, of.error, of.L, axis, rate, L)
-            across = inverted(program, (L, k - 2, 4), rate, of.inverse)
+            across = inverted(program, (L, k - 2, 4), rate, of.inverse, ACROSS)
             for n, start, to in ((6, axis, 0), (2, across, 0), (2, across + 2, 3)):
                 program.add(commanding.copied, n, start, V + to)
             return realised(of, V, program.constant(self.length))

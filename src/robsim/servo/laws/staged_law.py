@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
+from robsim.base.errors import InputError, said
 from robsim.kernels import commanding
 from robsim.kernels.program import Function, Program
 from robsim.servo.laws.inverse import Inverse, solved
@@ -48,6 +49,9 @@ class StagedLaw(ABC):
 
     def command(self, state: ControlState) -> Array:
         """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
+        if not hasattr(state, "error_last"):
+            name = type(self).__name__
+            raise InputError(f"{name}.command: expected a ControlState, got {said(state)}")
         runs = state.error_last.shape[-1]
         L, J, A = state.interaction_last, state.jacobian_last, state.task_jacobian_last
         gain, none = np.empty((1, runs)), np.empty((0, runs))
@@ -105,4 +109,4 @@ def realised(of: LawRows, V: int, length: int) -> int:
     program.add(commanding.in_units, V, 6, 1, length, 0, V)
     program.add(commanding.in_units, of.J, 6, of.n, length, 0, J)
     _, damping, rcond = of.inverse.numbers
-    return solved(program, (J, 6, of.n), V, damping, rcond)
+    return solved(program, (J, 6, of.n), V, damping, rcond, J)

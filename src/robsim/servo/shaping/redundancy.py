@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError, said
 from robsim.declare import Choice, Declared, Number, family, register
 from robsim.declare.joints import PerJoint, commanded, per
 from robsim.kernels import redundancy as kernels
@@ -99,6 +100,14 @@ class Secondary(Protocol):
         """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
 
 
+def _limits(limits: ArrayLike, count: int) -> Array:
+    """Return limits (n, 2), which may be infinite; InputError unless there are so many."""
+    given = np.asarray(limits)
+    if given.shape != (count, 2) or given.dtype.kind not in "iuf" or np.isnan(given).any():
+        raise InputError(f"limits: expected shape ({count}, 2), got {said(limits)}")
+    return given.astype(np.float64)
+
+
 SECONDARIES = family("secondary motion")
 Gain = Annotated[float, PER_SECOND, "Gain of the secondary motion."]
 
@@ -126,8 +135,9 @@ class AvoidLimits(Declared):
 
     def velocity(self, q: Array, limits: Array) -> Array:
         """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
-        low, high = self.bounds(limits)
-        wish: Array = self.gain * (np.clip(q, low, high) - q)
+        at = numbers(q, "q", ("n",))
+        low, high = self.bounds(_limits(limits, at.shape[-1]))
+        wish: Array = self.gain * (np.clip(at, low, high) - at)
         return wish
 
     def bounds(self, limits: Array) -> tuple[Array, Array]:
@@ -164,7 +174,7 @@ class Posture(Declared):
 
     def velocity(self, q: Array, limits: Array) -> Array:
         """Return wished velocities (B, n) at commanded coordinates q (B, n) of any limits."""
-        wish: Array = self.gain * (self.q - q)
+        wish: Array = self.gain * (self.q - numbers(q, "q", (len(self.q),)))
         return wish
 
     def bounds(self, limits: Array) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.tables import write_table
 from robsim.world.scene import Scene
@@ -23,7 +23,7 @@ class Belief(Spec):
 
     def check(self, value: Any, what: str) -> Scene:
         if not isinstance(value, Scene):
-            raise InputError(f"{what}: expected a Scene, got {value!r:.80}")
+            raise InputError(f"{what}: expected a Scene, got {said(value)}")
         return value
 
     def read(self, raw: Raw, c: Context) -> Scene:

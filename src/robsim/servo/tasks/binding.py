@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare.problems import under
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.feature_block import FeatureBlock
@@ -99,7 +99,7 @@ def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> Bou
 def _check_cameras(feature: Any, sights: Sequence[Sight]) -> None:
     needed = getattr(feature, "cameras", 1)
     if needed not in (1, 2):
-        raise InputError(f"{type(feature).__name__}.cameras must be 1 or 2, got {needed!r:.40}")
+        raise InputError(f"{type(feature).__name__}.cameras must be 1 or 2, got {said(needed)}")
     if needed != len(sights):
         given = "', '".join(sight.eye.name for sight in sights)
         wanted = "two cameras, as in camera=('left', 'right')" if needed == 2 else "one camera"
@@ -124,7 +124,7 @@ def _integers(numbers: tuple[int, ...] | None) -> NDArray[np.int64] | None:
 def _believed(belief: Any, scene: Scene, truth: Found) -> Found:
     """Return the same sights in the belief, which may differ in numbers, but not in its parts."""
     if not isinstance(belief, Scene):
-        raise InputError(f"expected a Scene (see Scene.replacing), got {belief!r:.80}")
+        raise InputError(f"expected a Scene (see Scene.replacing), got {said(belief)}")
     there, here = _joints(belief), _joints(scene)
     if there != here:
         raise InputError(f"the belief has the joints {there}, the scene {here}")

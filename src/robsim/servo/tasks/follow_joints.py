@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import Choice, Declared, Number, Time, register
 from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
 from robsim.declare.problems import Broken
@@ -253,12 +253,12 @@ class FollowJoints(Declared):
                 )
             return frozen(goal)
         if not way or not all(isinstance(name, str) for name in way):
-            raise InputError(f"{what}: expected the names of joints, got {way!r:.80}")
+            raise InputError(f"{what}: expected the names of joints, got {said(way)}")
         if self.joints is not None:
             raise InputError(f"{what} names its joints: leave joints out")
         goals = {name: numbers(value, f"{what}[{name!r}]", ()) for name, value in way.items()}
         if any(value.ndim for value in goals.values()):
-            raise InputError(f"{what}: expected one number for each joint, got {way!r:.80}")
+            raise InputError(f"{what}: expected one number for each joint, got {said(way)}")
         return {name: float(value) for name, value in goals.items()}
 
     def _check_plan(self) -> None:

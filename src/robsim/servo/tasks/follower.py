@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robsim.base.arrays import not_negative
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.kernels import following
 from robsim.servo.controller import Controller
 from robsim.servo.given import Given
@@ -34,5 +34,5 @@ class Follower(Controller):
 def check_trajectory(value: Any, what: str) -> None:
     """Raise InputError unless a value has at(t) and a duration."""
     if isinstance(value, type) or not callable(getattr(value, "at", None)):
-        raise InputError(f"{what}: expected an object with duration and at(t), got {value!r:.80}")
+        raise InputError(f"{what}: expected an object with duration and at(t), got {said(value)}")
     not_negative(getattr(value, "duration", math.nan), f"{what}.duration (seconds)")

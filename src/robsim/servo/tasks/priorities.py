@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import repeat
 from typing import Annotated, Any
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import ListOf, register
 from robsim.kernels.program import Blocks
 from robsim.servo.command import Command
@@ -61,7 +61,7 @@ class Priorities(OfTasks, Shaped):
             if not isinstance(task, ServoTask) or type(task.law) is not JointLaw:
                 raise InputError(
                     "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
-                    f"got {task!r:.80}"
+                    f"got {said(task)}"
                 )
             if task.joints or task.secondary or task.smooth_start or task.limit:
                 raise InputError(

@@ -10,13 +10,15 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
 from robsim.base.warned import callers
+from robsim.features import PixelPoints, Points
 from robsim.servo.goals.goal import Goal, GoalFeatures
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depth
 from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward
-from robsim.servo.laws.inverse import JacobianTranspose, PseudoInverse, rank
+from robsim.servo.laws.inverse import TWIST, JacobianTranspose, PseudoInverse, rank
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
+from robsim.vision.camera import Camera
 
 
 def check_law(
@@ -102,13 +104,42 @@ def check_goal(goal: Goal, depth: Depth, interaction: Any, regulated: Regulated)
         )
 
 
+def check_tolerance(tolerances: Array, regulated: Regulated) -> None:
+    """Raise InputError if any two images are within the tolerance (k,) of a feature.
+
+    Of marks as points of an image with borders that is known: no error is larger than the image.
+    """
+    first = 0
+    for part in regulated.parts:
+        given, first = tolerances[first : first + part.size], first + part.size
+        widest = _widest(part.feature, part.sights[0].eye.camera)
+        if len(given) and given.min() >= widest:
+            unit = part.feature.unit
+            raise InputError(
+                f"a tolerance of {given.min():g} {unit} for {part.name}, and no two points of the "
+                f"image are more than {widest:g} {unit} apart: every start would have arrived"
+            )
+
+
+def _widest(feature: Any, camera: Camera) -> float:
+    """Return how far two marks may be apart, along an axis of the image; infinity if unknown."""
+    if camera.size is None or type(feature) not in (Points, PixelPoints) or camera.K.ndim > 2:
+        return np.inf
+    corners = np.array(np.meshgrid(*camera.border)).reshape(2, -1).T
+    seen = corners if isinstance(feature, PixelPoints) else camera.normalise(corners)
+    sides = np.ptp(seen, axis=0)
+    return float(sides.max()) if np.isfinite(sides).all() else np.inf
+
+
 def fixed_motions(controller: Servo) -> tuple[int, int]:
     """Return how many motions the features fix at the goal, and how many the joints can make."""
     regulated = controller.regulated
     full = min(6 * regulated.motions, controller.columns.size)
     found = int(np.min(controller.full_rank))
     if regulated.q_goal is None and regulated.given is None and regulated.as_one:
-        found = min(found, int(rank(regulated.at_goal.L)[0]))  # there is no Jacobian at the goal
+        found = min(
+            found, int(rank(regulated.at_goal.L, TWIST)[0])
+        )  # there is no Jacobian at the goal
     return found, full
 
 

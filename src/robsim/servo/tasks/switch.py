@@ -9,7 +9,8 @@ from typing import Annotated, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError
+from robsim.base.arrays import frozen
+from robsim.base.errors import InputError, said
 from robsim.declare import Flag, register
 from robsim.kernels import commanding
 from robsim.kernels import switching as kernels
@@ -127,9 +128,11 @@ def _comparison(
 ) -> Comparison:
     """Return what a condition of a user's is shown of one scheme."""
     get, k = blocks.get, part.k
+    n = part.columns.size
     views = (get(pixels, N, 2) for pixels, N in images)
     pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *views])
-    return Comparison(get(one.s, k), get(one.error, k), get(one.qd, part.columns.size), pixels)
+    seen = get(one.s, k), get(one.error, k), get(one.qd, n), pixels
+    return Comparison(*map(frozen, seen))
 
 
 def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[np.bool_]:
@@ -142,6 +145,6 @@ def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[n
     if holds.shape != (runs,) or holds.dtype != np.bool_:
         raise InputError(
             f"{type(when).__name__}.holds: expected truth values of shape ({runs},), "
-            f"got {value!r:.80}"
+            f"got {said(value)}"
         )
     return holds

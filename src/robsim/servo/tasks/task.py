@@ -31,6 +31,7 @@ from robsim.servo.tasks.soundness import (
     check_goal,
     check_law,
     check_own_law,
+    check_tolerance,
     warn_of_rank,
     warn_of_wheels,
 )
@@ -159,6 +160,8 @@ class ServoTask(Shaped):
         s_goal = regulated.s_goal
         check_goal(self.goal, self.depth, self.interaction, regulated)
         own = regulated.tolerances
+        tolerance = own if self.tolerance is None else np.full(own.shape, self.tolerance)
+        check_tolerance(tolerance, regulated)
         return Servo(
             scene,
             truths[0].eye.name,
@@ -166,7 +169,7 @@ class ServoTask(Shaped):
             columns,
             s_goal,
             regulated.units,
-            own if self.tolerance is None else np.full(own.shape, self.tolerance),
+            tolerance,
             regulated.goal_pixels,
             pace(regulated, self.gain, self.inverse),
             rank_at_goal(regulated),

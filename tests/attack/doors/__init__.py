@@ -1,0 +1,1 @@
+"""Right and odd arguments of the public calls."""

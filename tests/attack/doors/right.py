@@ -1,0 +1,141 @@
+"""Right arguments, by the name of the parameter, and an object of each class that has methods."""
+
+from functools import cache
+
+import numpy as np
+
+import robsim as rs
+
+MARKS = np.array([[-0.1, -0.1, 0], [0.1, -0.12, 0], [0.11, 0.1, 0.02], [-0.1, 0.12, 0], [0, 0, 0]])
+CAMERA = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+FEATURES = (
+    "DecoupledMoments", "Ellipse", "Lines", "LogDepth", "PixelPoints", "PointMoments", "Points",
+    "Points3D", "Polar", "RegionMoments", "Segments", "Sphere", "Spherical", "StereoPoints",
+    "ThetaU", "Translation", "VanishingPoint",
+)  # fmt: skip
+POSE = rs.Pose.at(0.1, -0.05, 1.2, rpy=(0.1, 0.2, -0.1))
+
+
+@cache
+def scenario():
+    return rs.load_scenario(rs.examples.path("visp_tutorial"))
+
+
+@cache
+def arm():
+    return rs.robots.puma560()
+
+
+@cache
+def run():
+    return scenario().run(duration=0.2)
+
+
+def observed(N=4, B=1, pair=False):
+    """What a camera sees of so many marks, in so many runs."""
+    rng = np.random.default_rng(N)
+    x, Z = rng.uniform(-0.3, 0.3, (B, N, 2)), rng.uniform(1, 2, (B, N))
+    camera, marks = rs.Camera(np.eye(3)), rng.uniform(-0.2, 0.2, (N, 3))
+    if (
+        not hasattr(rs.Observation, "of_last")
+        and "model" not in rs.Observation.of.__code__.co_varnames
+    ):
+        last = np.ascontiguousarray(np.moveaxis(x, 0, -1)), np.ascontiguousarray(Z.T)
+        return rs.Observation.of(*last, camera)  # of a RobSim of before
+    more = {"model": marks, "guess": POSE}
+    if pair:
+        more |= {"other": rs.Observation.of(x - 0.1, Z, camera), "between": rs.Pose.at(0.2)}
+    return rs.Observation.of(x, Z, camera, **more)
+
+
+def state(k=8, n=6, B=1):
+    """What a law is given of so many features, joints and runs."""
+    rng = np.random.default_rng(k)
+    e, L, J = (rng.normal(size=(*shape, B)) for shape in ((k,), (k, 6), (6, n)))
+    A = np.einsum("kcb,cnb->knb", L, J)
+    q = rng.normal(size=(n, B))
+    return rs.ControlState(e, L, J, A, 1.0, rs.PseudoInverse(), s_last=e + 1.0, q_last=q)
+
+
+def limits(n=6):
+    return np.tile([-2.0, 2.0], (n, 1))
+
+
+RIGHT = {
+    "acceleration": 1.0, "alpha": 0.0, "angle": 1.0, "at_infinity": 0.5, "at_zero": 2.0,
+    "attach": None, "axes": "position", "base": None, "bits": False, "by": None,
+    "camera": lambda: CAMERA, "centre": (0, 0, 0), "chunk": 2, "color": "k", "columns": None,
+    "components": (0, 1), "cone": 0.5, "corner": 0.01, "count": 3, "damping": 0.01,
+    "dimension": "length", "distance": 0.2, "distortion": (-0.1, 0.01, 0, 0), "dt": 0.04,
+    "duration": 0.2, "end": lambda: np.ones(3), "error": lambda: np.ones(8), "f": 0.008,
+    "feature": rs.Points, "features": "points", "filename": "none.stl", "frame": "wrist",
+    "frames": None, "gain": 1.0, "goal": observed, "H": lambda: np.eye(3),
+    "height": 0.1, "high": 0.3, "interaction": "current", "inverse": "pseudo_inverse",
+    "jacobian": lambda: np.eye(6), "joints": None, "K": lambda: CAMERA.K,
+    "kind": lambda: rs.JointKind, "lag": 0.1, "law": "joint", "length": 1.0,
+    "limits": limits, "link": None, "links": lambda: arm().links,
+    "low": 0.1, "margin": 0.1, "marks": lambda: MARKS, "mass": 1.0, "matrix": lambda: np.eye(4),
+    "name": "puma560", "n": 16, "noise": 0.5, "now": None, "of": "points", "on": None,
+    "other": "puma560.base", "one": "puma560.tool", "parts": None, "path": "none.file",
+    "pixels": lambda: CAMERA.project(MARKS, POSE.inv()), "points": lambda: MARKS,
+    "points_a": lambda: CAMERA.project(MARKS, POSE.inv()),
+    "points_b": lambda: CAMERA.project(MARKS, rs.Pose.at(z=1.0).inv()),
+    "pose": lambda: POSE, "position": (0.1, 0.2, 0.3), "px": 1e-5, "py": 1e-5,
+    "q": lambda: scenario().scene.home, "q0": lambda: scenario().scene.home,
+    "qd": lambda: np.ones((1, 6)),
+    "quaternion": (0, 0, 0, 1), "radius": 0.05, "rates": lambda: np.zeros(6),
+    "robot": arm, "rows": [[0, 0.1, 0.2, 1.5], [0, 0, 0.3, 0]], "run": run,
+    "s": lambda: np.ones(8), "scene": lambda: scenario().scene, "seconds": 0.5, "seed": 1,
+    "seen": observed, "slope": 10.0, "speed": 1.0, "start": lambda: np.zeros(3),
+    "state": state, "T": lambda: arm().fk(arm().home), "T_c_o": lambda: POSE,
+    "T_left_right": lambda: rs.Pose.at(0.2), "T_w_c": lambda: rs.Pose.at(z=-1.0), "t": 0.0,
+    "task": lambda: scenario().task, "tasks": lambda: [scenario().task, rs.PBVS()],
+    "text": "3 cm", "tolerance": 1e-3, "twist": (0.1, 0, 0, 0, 0, 0.2), "u0": 240, "v0": 320,
+    "v": lambda: np.ones(6), "value": 0.5, "velocity": 1.0, "width": 0.1, "x": 0.1, "y": 0.2,
+    "z": 1.0, "left": lambda: CAMERA, "right": lambda: CAMERA, "threads": 1, "tool": arm,
+    "pixels_left": lambda: CAMERA.project(MARKS, POSE.inv()), "trials": 1, "experiment": scenario,
+    "pixels_right": lambda: CAMERA.project(MARKS, (POSE.inv() @ rs.Pose.at(0.2))),
+    "depth": lambda: np.ones(len(MARKS)), "size": (640, 480), "to": None, "rotvec": (0, 0, 1.0),
+    "rpy": (0, 0, 0.1), "first": rs.IBVS, "second": rs.PBVS, "restarts": 1,
+    "when": lambda: rs.ErrorBelow(0.1), "iterations": 20, "roll": 1.0, "advance": 1.0,
+    "share": 0.5, "tensor": lambda: np.eye(3) * 0.01, "R": lambda: np.eye(3), "W": 0.1, "L": 0.1,
+}  # fmt: skip
+OWN = {  # where a name has another meaning
+    "Scene.view.camera": None, "Scene.camera.name": None, "Scene.object.name": None,
+    "Scene.pose.frame": "camera", "Robot.from_dh.joints": None, "Robot.from_dh.limits": None,
+    "ControlState.of.error": lambda: np.ones(6), "ControlState.of.interaction": lambda: np.eye(6),
+    "ControlState.of.inverse": None, "Observation.of.pose": None, "GoalFeatures.s": (0.0,) * 8,
+    "ControlState.of.s": None, "ControlState.of.q": None, "Robot.jacobian.q": lambda: arm().home,
+    "Robot.fk.q": lambda: arm().home, "Robot.frames.q": lambda: arm().home, "Posture.q": (0.0,) * 6,
+    "Robot.integrate.q": lambda: arm().home, "Robot.ik.q0": lambda: arm().home,
+    "check_law.law": rs.JointLaw, "check_law.features": 8, "check_law.joints": 6,
+    "check_feature.marks": 4, "MountedCamera.on": "free_camera.body", "IBVS.goal": None,
+    "manipulability.q": lambda: arm().home, "condition_number.q": lambda: arm().home,
+    "singularity_distance.q": lambda: arm().home, "AvoidLimits.velocity.q": lambda: np.ones((1, 6)),
+    "Posture.velocity.q": lambda: np.ones((1, 6)), "Scene.attached.name": "target",
+    "Robot.at.pose": lambda: POSE, "FeatureBlock.marks": (0, 1), "Occlusion.marks": (0,),
+    "Occlusion.start": 0.1, "Mission.phases": (), "Arc.radius": 1.0, "Path.parts": (),
+    "Catenary.start": (0, 0, 0), "Catenary.end": (1, 0, 0), "Catenary.length": 1.5,
+    "check_joint.kind": lambda: rs.JointKind, "Robot.coordinates.q": lambda: arm().home,
+    "Scene.believe.base": None, "Scene.believe.robot": None, "load.name": "ur5e",
+    "check_feature.feature": rs.Points, "table.of": None, "examples.path.name": "eye_in_hand",
+}  # fmt: skip
+
+
+def made(value):
+    """Return an argument, which may be a function that makes it."""
+    return value() if callable(value) else value
+
+
+OBJECTS = {
+    "Pose": lambda: POSE, "Camera": lambda: CAMERA, "Robot": arm,
+    "Scene": lambda: scenario().scene, "Experiment": scenario,
+    "Controller": lambda: rs.Controller(scenario()), "AvoidLimits": rs.AvoidLimits,
+    "AdaptiveGain": lambda: rs.AdaptiveGain(2, 0.5, 10), "Inertia": lambda: rs.Inertia(1.0),
+    "Ball": lambda: rs.Ball(0.1), "Block": lambda: rs.Block(1, 1, 1),
+    "Wheel": lambda: rs.Wheel(1, 1), "CameraBody": lambda: rs.CameraBody(1, 1, 1),
+    "Motion": lambda: rs.Motion("free_camera", np.zeros(6)), "JointLaw": rs.JointLaw,
+    "CameraLaw": rs.CameraLaw, "PartitionedLaw": rs.PartitionedLaw,
+    "Posture": lambda: rs.Posture((0.0,) * 6), "Sensing": rs.Sensing,
+    **{name: (lambda name=name: getattr(rs, name)()) for name in FEATURES},
+}  # fmt: skip
