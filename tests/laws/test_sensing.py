@@ -185,8 +185,9 @@ def test_each_run_may_have_a_latency_of_its_own(task):
             np.testing.assert_array_equal(getattr(loop.recorder.series, name)[i], alone[name])
 
 
-def test_too_many_images_on_their_way_are_refused_before_anything_runs():
-    with pytest.raises(rs.InputError, match=r"latency: 9000000 images on .* 6.9 GB, more than 4"):
+def test_too_many_images_on_their_way_are_refused_before_anything_runs(monkeypatch):
+    monkeypatch.setattr("robsim.run.images.room", lambda: 4e9)
+    with pytest.raises(rs.InputError, match=r"latency: 9000000 images .* 6.9 GB, and 4.0 GB are"):
         closed(latency=9.0, duration=10.0, dt=1e-6)
 
 

@@ -481,7 +481,7 @@ def test_a_point_or_a_pose_that_is_none_is_an_error(p3D, T_c, message):
         (lambda: init_cam(8, 4, 3, 0, 1, 1, 0, 0, 0, "b"), "f must be a positive number"),
         (lambda: init_cam(8, 4, 3, 1, 1, -1, 0, 0, 0, "b"), "py must be a positive number"),
         (lambda: init_cam(8, 4, 3, 1, 1, 1, 90, 0, 0, "b"), "alpha is the skew angle in radians"),
-        (lambda: init_cam(8, 4, 3, 1, 1, 1, 0, np.nan, 0, "b"), "alpha, u0, v0: nan"),
+        (lambda: init_cam(8, 4, 3, 1, 1, 1, 0, np.nan, 0, "b"), r"alpha, u0, v0\): nan"),
     ],
 )
 def test_a_size_or_an_intrinsic_parameter_out_of_range_is_an_error(make, message):

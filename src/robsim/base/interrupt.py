@@ -87,6 +87,7 @@ def listening() -> Iterator[None]:
     Afterwards they are ignored: there is nothing left but Python's own end.
     """
     mine = [number for number in SIGNALS if _is_default(number, _handler(number))]
+    _State.first, _State.raised = int(signal.SIGINT), -LEAVING
     _State.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _unraised
     for number in mine:
         signal.signal(number, _heard)

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from robsim.base.arrays import flag
 from robsim.base.errors import FileError, InputError, said
 from robsim.base.output import refused, write_whole
 from robsim.files import index, seal
@@ -54,6 +55,7 @@ def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Data
     ...
     robsim.base.errors.FileError: no file nothing.nc
     """
+    flag(unsealed, "unsealed")
     with refused(path, "read"):
         exists = Path(path).is_file()
     if not exists:

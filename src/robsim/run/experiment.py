@@ -14,6 +14,7 @@ import numpy as np
 from robsim.base import interrupt
 from robsim.base.arrays import flag
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
+from robsim.base.output import refused
 from robsim.base.values import unchanging
 from robsim.files.changes import Changes
 from robsim.files.toml import read_text
@@ -164,9 +165,11 @@ class Experiment(Written):
             if resume:
                 raise InputError("resume: from which file? give checkpoint=path")
             return None
+        again = flag(resume, "resume")
         with self._named():
             identity(self)
-        return Keeper(checkpoint, self, flag(resume, "resume"))
+        with refused(checkpoint, "keep"):
+            return Keeper(checkpoint, self, again)
 
     def steps(self) -> Iterator[Instant]:
         """Yield the instants of a single run one by one, so that you may watch, or stop.
