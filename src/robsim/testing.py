@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers, runs_last, whole
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, flag, frozen, numbers, runs_last, whole
+from robsim.base.errors import InputError, said
 from robsim.features.feature import Feature, Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.robot.joints.kind import JointKind, check_kind
@@ -42,7 +42,11 @@ def check_feature(
     `bits` it must be the same to the last bit, as of RobSim's own features.
     `marks` are (N, 3) in axes of the target, or how many, scattered; `runs` views are random.
     """
-    least = 0.0 if bits else ROUNDING
+    least = 0.0 if flag(bits, "bits") else ROUNDING
+    if isinstance(feature, type) or not isinstance(feature, Feature):
+        raise InputError(
+            f"expected a feature, with measure, unit and tolerance, got {said(feature)}"
+        )
     views = _Views.random(marks, seed, runs)
     if hasattr(feature, "towards"):
         goal = _Views.random(views.marks, seed + 1, 1, rotation=0.3)
@@ -94,7 +98,7 @@ def check_law(
     qd, failures = _call(law, "command", state(slice(None)), (RUNS, joints))
     if failures:
         return failures
-    least = 0.0 if bits else ROUNDING
+    least = 0.0 if flag(bits, "bits") else ROUNDING
     problems = _batch(lambda rows: law.command(state(rows)), qd, f"{name}.command", least)
     at_rest, failures = _call(law, "command", state(slice(None), 0.0), (RUNS, joints))
     if failures or np.abs(at_rest).max() > 1e-12:
@@ -139,7 +143,7 @@ def check_joint(
         ]
     for j, errors in enumerate(_twist_errors(kind, q, V)):
         problems += _second_order(f"{name}.twists, velocity '{kind.velocities[j]}'", *errors)
-    least = 0.0 if bits else ROUNDING
+    least = 0.0 if flag(bits, "bits") else ROUNDING
     problems += _batch(lambda rows: kind.motion(q[rows]), T, f"{name}.motion", least)
     return problems + _batch(lambda rows: kind.twists(q[rows]), V, f"{name}.twists", least)
 

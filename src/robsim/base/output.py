@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from robsim.base.errors import FileError
+from robsim.base.errors import FileError, said
 
 _DRAFT = re.compile(r"\.robsim-(\d+)-[0-9a-f]{32}")
 ABANDONED = 86400.0  # seconds, after which a draft is nobody's, whatever has its process number
@@ -53,7 +53,8 @@ def refused(path: object, doing: str = "write") -> Iterator[None]:
         raise
     except (OSError, TypeError, ValueError) as error:  # the latter of odd paths, as with a NUL
         reason = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot {doing} {path!s:.300}: {reason}") from None
+        name = str(path) if isinstance(path, str | os.PathLike) else said(path)
+        raise FileError(f"cannot {doing} {name:.300}: {reason}") from None
 
 
 def clear_drafts(folder: Path) -> None:

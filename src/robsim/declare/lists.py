@@ -28,7 +28,8 @@ class ListOf(Spec):
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
         if isinstance(value, Iterator):
             value = list(value)
-        listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+        rows = isinstance(value, np.ndarray) and value.ndim > 0
+        listed = rows or (isinstance(value, Sequence) and not isinstance(value, str))
         if self.alone and not listed:
             value, listed = [value], True
         if not listed or not self.least <= len(value) <= self.most:

@@ -71,6 +71,17 @@ POSITIVE, FLAGS = ("dt", "duration"), ("hold", "single", "succeeded")
 OF_IMAGES = ("image_size", "image_centre")  # or such a name with that of a camera behind it
 
 
+def dimensions(name: str, axes: int) -> tuple[str, ...]:
+    """Return the dimensions of a variable of so many axes; those of the runs may be left out.
+
+    >>> dimensions("q_end", 2), dimensions("q_end", 1)
+    (('run', 'coordinate'), ('coordinate',))
+    """
+    timed = ("run", "time") if name in INSTANTS else ("run",)
+    every = (*timed, *{**INSTANTS, **ENDS}[name])
+    return every[len(every) - axes :]
+
+
 def check_content(run: xr.Dataset) -> None:
     """Raise ValueError, which says the first problem, unless a Dataset is a run or a mission's."""
     title = run.attrs.get("title")

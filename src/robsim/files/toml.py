@@ -34,7 +34,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
             data = file.read(LARGEST_FILE + 1)
     except (OSError, TypeError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise FileError(f"{shown(str(path))}: cannot be read: {reason}") from None
+        raise FileError(f"{_name(path)}: cannot be read: {reason}") from None
     if len(data) > LARGEST_FILE:
         raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
     try:
@@ -45,6 +45,10 @@ def read_text(path: str | os.PathLike[str]) -> str:
             f"{path}: not text: byte {error.start} (line {line}) is not UTF-8; expected a TOML "
             "file in UTF-8"
         ) from None
+
+
+def _name(path: object) -> str:
+    return shown(str(path) if isinstance(path, str | os.PathLike) else path)
 
 
 def parse(text: str, source: str) -> Tables:

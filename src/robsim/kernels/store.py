@@ -27,7 +27,8 @@ _DIGEST = 32  # bytes of SHA-256
 
 def _hash_of_sources() -> str:
     made_with = f"numba {numba.__version__} llvmlite {llvmlite.__version__}"
-    digest = hashlib.sha256(f"{made_with} bounds {numba.config.BOUNDSCHECK}".encode())
+    bounds: Any = vars(numba.config)["BOUNDSCHECK"]  # indices may be looked at, for a test
+    digest = hashlib.sha256(f"{made_with} bounds {bounds}".encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.name.encode() + source.read_bytes())
     return digest.hexdigest()[:16]

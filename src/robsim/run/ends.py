@@ -35,20 +35,20 @@ DESCRIPTIONS = {
 }
 
 
-def variables(loop: Loop) -> dict[str, Any]:
-    """Return the variables of a run that have one value for each run, as (dims, data)."""
+def variables(loop: Loop) -> dict[str, NDArray[Any]]:
+    """Return the variables of a run that have one value for each run, which come first."""
     recorder, goal_pixels = loop.recorder, loop.controller.goal_pixels
     pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape[-2:])
     return {
-        "outcome": (["run"], recorder.outcome),
-        "end_time": (["run"], recorder.end_step * loop.dt),
-        "path_length": (["run"], recorder.path_length),
-        "pixel_error": (["run"], _farthest(pixels_end - goal_pixels)),
-        "q0": (["run", "coordinate"], loop.q0),
-        "q_end": (["run", "coordinate"], recorder.last.q[:, 0]),
-        "pixels_end": (["run", "mark", "axis"], pixels_end),
+        "outcome": recorder.outcome,
+        "end_time": recorder.end_step * loop.dt,
+        "path_length": recorder.path_length,
+        "pixel_error": _farthest(pixels_end - goal_pixels),
+        "q0": loop.q0,
+        "q_end": recorder.last.q[:, 0],
+        "pixels_end": pixels_end,
         **goal_variables(loop.controller, recorder.last.q[:, 0], loop.q0),
-        **({"ending": (["run"], recorder.ending)} if loop.endings else {}),
+        **({"ending": recorder.ending} if loop.endings else {}),
     }
 
 
@@ -59,7 +59,7 @@ def _farthest(away: Array) -> Array:
     return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
 
 
-def goal_variables(controller: Controller, q_end: Array, q0: Array) -> dict[str, Any]:
+def goal_variables(controller: Controller, q_end: Array, q0: Array) -> dict[str, Array]:
     """Return the variables of a run that say how far from its goal it ended.
 
     The frame is the camera; where the camera stands still, the target; without a camera, what is
@@ -73,9 +73,9 @@ def goal_variables(controller: Controller, q_end: Array, q0: Array) -> dict[str,
     poses = homogeneous(goal)
     poses[np.isnan(away)] = np.nan
     return {
-        "goal_pose": (["run", "row", "column"], poses),
-        "distance_to_goal": (["run"], away),
-        "angle_to_goal": (["run"], turn),
+        "goal_pose": poses,
+        "distance_to_goal": away,
+        "angle_to_goal": turn,
     }
 
 

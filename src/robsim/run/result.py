@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import Array
-from robsim.files.content import RUN
+from robsim.files.content import RUN, dimensions
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.store import KERNEL_HASH
@@ -85,18 +85,18 @@ def _record(loop: Loop, scene: Scene, varied: Mapping[str, Array]) -> xr.Dataset
     """Return the variables of a simulation."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _simulated(recorder)
-    tall = ["run", "time"]
     s_goal = controller.s_goal.T  # (1, k), or (runs, k)
     with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
         variables = {
-            **_motion(controller, series, tall),
-            **_features(series, s_goal[:, None], tall),
-            "pixels": ([*tall, "mark", "axis"], series.pixels.reshape(*series.q.shape[:2], -1, 2)),
-            "pixels_goal": _of_all(["mark", "axis"], controller.goal_pixels),
-            "s_goal": _of_all(["feature"], s_goal if len(s_goal) > 1 else s_goal[0]),
+            **_motion(controller, series),
+            **_features(series, s_goal[:, None]),
+            "pixels": series.pixels.reshape(*series.q.shape[:2], -1, 2),
+            "pixels_goal": controller.goal_pixels,
+            "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **ends.variables(loop),
-            **{name: _varied(name, values) for name, values in varied.items()},
         }
+    whole = {name: (dimensions(name, data.ndim), data) for name, data in variables.items()}
+    whole |= {name: _varied(name, values) for name, values in varied.items()}
     attributes = {**_attributes(controller, scene), **dict.fromkeys(varied, VARIED)}
     attributes["ending"] = _flags(["none", *(type(each).__name__ for each in loop.endings)], -1)
     absent = {dim for dim, gone in (("run", loop.single), ("time", recorder.every is None)) if gone}
@@ -104,22 +104,17 @@ def _record(loop: Loop, scene: Scene, varied: Mapping[str, Array]) -> xr.Dataset
     if recorder.every is None:
         del coordinates["time"]
     return xr.Dataset(
-        {name: (*_without(absent, *v), attributes[name]) for name, v in variables.items()},
+        {name: (*_without(absent, *v), attributes[name]) for name, v in whole.items()},
         {name: _without(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
     )
 
 
-def _varied(name: str, values: Array) -> tuple[list[str], Array]:
+def _varied(name: str, values: Array) -> tuple[tuple[str, ...], Array]:
     """Return the variable of numbers of which each run has its own."""
-    return ["run", *(f"{name}.{i}" for i in range(1, values.ndim))], values
+    return ("run", *(f"{name}.{i}" for i in range(1, values.ndim))), values
 
 
-def _of_all(dims: list[str], data: Array) -> tuple[list[str], Array]:
-    """Return a variable that all runs have in common, or that has a leading axis of runs."""
-    return ["run", *dims][-data.ndim :], data
-
-
-def _without(absent: set[str], dims: list[str], data: Any) -> tuple[list[str], Any]:
+def _without(absent: set[str], dims: Sequence[str], data: Any) -> tuple[Sequence[str], Any]:
     """Return a variable without some dimensions, of size one."""
     if absent.isdisjoint(dims):
         return dims, data
@@ -135,22 +130,22 @@ def _simulated(recorder: Recorder) -> Track:
     return Track(*(part[:, :kept] for part in recorder.series))
 
 
-def _motion(controller: Controller, series: Track, tall: list[str]) -> dict[str, Any]:
+def _motion(controller: Controller, series: Track) -> dict[str, Array]:
     """Return q, qd, and the poses and twists of the camera, or of the frame that is moved."""
     follows = series.rates.shape[-1] == 0
     scene, whose = controller.scene, "camera" if controller.sights else "frame"
     rates = series.qd if follows else series.rates
     poses, twists = _frame_motion(scene, controller.frame, series.q, rates)
     return {
-        "q": ([*tall, "coordinate"], series.q),
-        "qd": ([*tall, "velocity"], series.qd),
-        **({} if follows else {"qd_actual": ([*tall, "velocity"], series.rates)}),
-        f"{whose}_pose": ([*tall, "row", "column"], poses),
-        f"{whose}_velocity": ([*tall, "twist"], twists),
+        "q": series.q,
+        "qd": series.qd,
+        **({} if follows else {"qd_actual": series.rates}),
+        f"{whose}_pose": poses,
+        f"{whose}_velocity": twists,
     }
 
 
-def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
+def _features(series: Track, s_goal: Array) -> dict[str, Array]:
     """Return s and what follows from it.
 
     Sums go feature by feature, so that they are the same in any batch.
@@ -160,10 +155,10 @@ def _features(series: Track, s_goal: Array, tall: list[str]) -> dict[str, Any]:
     for i in range(error.shape[2]):
         square += error[..., i] ** 2
     return {
-        "s": ([*tall, "feature"], series.s),
-        "error": ([*tall, "feature"], error),
-        "error_norm": (tall, np.sqrt(square)),
-        "lyapunov": (tall, 0.5 * square),
+        "s": series.s,
+        "error": error,
+        "error_norm": np.sqrt(square),
+        "lyapunov": 0.5 * square,
     }
 
 

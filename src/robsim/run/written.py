@@ -46,6 +46,8 @@ class Written(Setup):
         ... ''').task.gain
         2.0
         """
+        if not isinstance(source, str):
+            raise InputError(f"source: expected a text, got {shown(source)}")
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {shown(text)}")
         tables = parse(text, source)
