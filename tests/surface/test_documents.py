@@ -35,6 +35,14 @@ def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
         exec(compile(block, document.name, "exec"), names)
 
 
+def test_the_tests_that_hold_the_promises_exist():
+    named = re.findall(r"`(tests/[\w/.]+)(?:::(\w+))?`", (ROOT / "docs/promises.md").read_text())
+    assert len(named) > 25
+    for path, test in named:
+        assert (ROOT / path).exists(), path
+        assert not test or f"def {test}(" in (ROOT / path).read_text(), test
+
+
 def test_the_written_pages_say_what_the_code_says():
     """In a process of its own, where no test has registered a kind."""
     check = [sys.executable, ROOT / "docs/build.py", "--check"]

@@ -98,8 +98,8 @@ class RegionMoments(_Basic):
     normalised image coordinates; alpha = atan2(2 mu11, mu20 - mu02) / 2 is the angle of its longer
     principal axis in rad, which has no head: it is known modulo pi, and of a region that has equal
     axes, such as a square, it is noise. L needs the plane 1/Z = A x + B y + C, fitted to the marks.
-    Chaumette 2004, Image moments: a general and useful set of features for visual servoing,
-    IEEE T-RO 20(4).
+    Of marks at one place s is NaN: there is no region. Chaumette 2004, Image moments: a general and
+    useful set of features for visual servoing, IEEE T-RO 20(4).
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
@@ -121,9 +121,9 @@ class PointMoments(_Basic):
 
     a = mu20 + mu02 with mu_ij = sum of (x - xg)^i (y - yg)^j over the marks, in normalised image
     coordinates; alpha in rad is as for `RegionMoments`. The order of the marks does not matter. L
-    uses the depth of every mark, so they need not lie in one plane. Tahri and Chaumette 2005,
-    Point-based and region-based image moments for visual servoing of planar objects,
-    IEEE T-RO 21(6).
+    uses the depth of every mark, so they need not lie in one plane; of marks at one place it is not
+    finite. Tahri and Chaumette 2005, Point-based and region-based image moments for visual servoing
+    of planar objects, IEEE T-RO 21(6).
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
@@ -155,7 +155,7 @@ class DecoupledMoments(Compiled, Declared):
     the independence of rotation moment invariants, Pattern Recognition 33. They also serve
     objects with one axis of symmetry. They are useless where p = 0 (objects that look the same
     after some turn, such as a rectangle or a regular polygon), and where the principal axes are
-    equal, since alpha is noise then.
+    equal, since alpha is noise then. Of marks at one place s is NaN or infinite.
 
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
