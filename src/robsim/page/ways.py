@@ -1,0 +1,77 @@
+"""What is drawn beside the things themselves: ghosts of goal, start and belief, and trails."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.page.bodies import Stage, shape, solids
+from robsim.plot import ghost, palette, wireframe
+from robsim.plot.picture import STILL
+from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def ghosts(
+    stage: Stage, scene: Scene, task: Any, run: xr.Dataset, depth: float
+) -> list[dict[str, Any]]:
+    """Return the outlines of the goal, of the start, and of what is believed to be elsewhere."""
+    q = run["q"].values
+    here = np.repeat(np.eye(4)[None], len(q), axis=0)
+    goal = [
+        {
+            "frame": stage.frame("goal", "goal", here),
+            "label": f"goal of {wire.label}",
+            "color": palette.GOAL,
+            **shape(stage, wire),
+        }
+        for wire in ghost.ghosts(scene, None, run, q[-1], depth)
+    ]
+    start = np.repeat(q[:1], len(q), axis=0)
+    began = solids(stage, scene, start, depth, "start")
+    return [*goal, *_moved(stage, began), *_believed(stage, scene, task, q, depth)]
+
+
+def _moved(stage: Stage, began: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return those parts of the start whose frames move."""
+    names = {(frame["name"], frame["group"]): i for i, frame in enumerate(stage.frames)}
+    found = []
+    for part in began:
+        true = names[stage.frames[part["frame"]]["name"], "true"]
+        if np.ptp(stage.poses[true], axis=0).max() > STILL:
+            found.append(part)
+    return found
+
+
+def _believed(
+    stage: Stage, scene: Scene, task: Any, q: Array, depth: float
+) -> list[dict[str, Any]]:
+    """Return the parts of the belief that are not where the true ones are."""
+    belief = getattr(task, "belief", None)
+    if belief is None or belief == scene or belief.nq != scene.nq:
+        return []
+    parts = solids(stage, belief, q, depth, "belief")
+    names = {(frame["name"], frame["group"]): i for i, frame in enumerate(stage.frames)}
+    found = []
+    for part in parts:
+        true = names.get((stage.frames[part["frame"]]["name"], "true"))
+        mine = stage.poses[part["frame"]]
+        if true is None or np.abs(mine - stage.poses[true]).max() > STILL:
+            found.append(part)
+    return found
+
+
+def trails(stage: Stage, scene: Scene, q: Array) -> list[dict[str, Any]]:
+    """Return the frames of cameras and objects that move, whose ways are drawn."""
+    things = [part.name for part in (*scene.cameras, *scene.objects)]
+    poses = {name: wireframe.displayed(scene, name, q) for name in things}
+    moving = [n for n in things if np.ptp(poses[n][:, :3, 3], axis=0).max() > STILL]
+    colors = [palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN]
+    return [
+        {"frame": stage.frame(name, "true", poses[name]), "color": colors[i % len(colors)]}
+        for i, name in enumerate(moving)
+    ]
