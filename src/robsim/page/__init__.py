@@ -1,1 +1,1 @@
-"""The page that shows runs, scenes and robots in a browser: recordings of them, and what draws them."""
+"""The page that shows runs, scenes and robots in a browser."""

@@ -45,8 +45,9 @@ def _embedded(value: Any) -> str:
 
 def _policy() -> str:
     own = {"script-src": _hash(_script()), "style-src": _hash(_style())}
-    rest = {"img-src": "data: blob:", "font-src": "data:", "connect-src": "'none'", "base-uri": "'none'"}
-    rules = {"default-src": "'none'", **own, **rest, "form-action": "'none'"}
+    data = {"img-src": "data: blob:", "font-src": "data:"}
+    never = dict.fromkeys(("connect-src", "base-uri", "form-action"), "'none'")
+    rules = {"default-src": "'none'", **own, **data, **never}
     return "; ".join(f"{name} {value}" for name, value in rules.items())
 
 

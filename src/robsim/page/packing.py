@@ -69,7 +69,7 @@ def _array(entry: dict[str, Any], flat: bytes) -> NDArray[Any]:
         return values.reshape(shape)
     rows = np.cumsum(values.reshape(-1, shape[0]), axis=1, dtype=np.uint16).T
     found = np.asarray(entry["low"]) + rows * np.asarray(entry["step"])
-    return found.reshape(shape).astype(np.float32)
+    return np.asarray(found.reshape(shape), dtype=np.float32)
 
 
 def check_size(arrays: dict[str, NDArray[Any]]) -> None:

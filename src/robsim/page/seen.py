@@ -22,16 +22,14 @@ SIDE = 12  # points along each side of the border of an image, which a lens bend
 
 def frustum_depth(scene: Scene, q: Array) -> float:
     """Return how deep the view of a camera is drawn, in metres."""
-    names = [part.name for part in (*scene.objects, *scene.cameras)]
+    names = [thing.name for thing in scene.objects] + [eye.name for eye in scene.cameras]
     names += [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
     at = [wireframe.displayed(scene, name, q)[..., :3, 3].reshape(-1, 3) for name in names]
     points = np.concatenate([np.empty((0, 3)), *at])
     return FRUSTUM * (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or FRUSTUM
 
 
-def marks_of(
-    stage: Stage, scene: Scene, q: Array, first: dict[str, int]
-) -> list[dict[str, Any]]:
+def marks_of(stage: Stage, scene: Scene, q: Array, first: dict[str, int]) -> list[dict[str, Any]]:
     """Return the marks of all objects, with the colours that they have in the images."""
     found = []
     for thing in scene.objects:
@@ -73,15 +71,12 @@ def _lens(camera: Camera) -> dict[str, Any]:
 
 def _rim(camera: Camera) -> Array:
     """Return the ends (n, 3) of lines at unit depth: around the image, and to its corners."""
-    if camera.size is None:
-        rays = wireframe.corner_rays(camera)
-    else:
-        rays = _rays(camera)
+    rays = wireframe.corner_rays(camera) if camera.size is None else _rays(camera)
     around = np.stack([rays, np.roll(rays, -1, axis=0)], axis=1)
     corners = rays[:: len(rays) // 4]
     spokes = np.stack([np.zeros_like(corners), corners], axis=1)
     lines = np.concatenate([around, spokes])
-    return lines[np.isfinite(lines).all(axis=(1, 2))].reshape(-1, 3)
+    return np.asarray(lines[np.isfinite(lines).all(axis=(1, 2))].reshape(-1, 3))
 
 
 def _rays(camera: Camera) -> Array:

@@ -27,7 +27,9 @@ def curves(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
     units = sorted(set(run["feature_unit"].values.tolist()))
     grey = [palette.BLACK, *[palette.GREY] * (error.shape[1] - 1)]
     return [
-        _panel(stage, "error", "" if units == ["1"] else ", ".join(units), names, grey, error, True),
+        _panel(
+            stage, "error", "" if units == ["1"] else ", ".join(units), names, grey, error, True
+        ),
         _panel(stage, f"{whose} v", "m/s", [f"v{a}" for a in AXES], vector, twist[:, :3]),
         _panel(stage, f"{whose} ω", "rad/s", [f"ω{a}" for a in AXES], vector, twist[:, 3:]),
         *_joints(stage, run),
@@ -41,7 +43,12 @@ def _joints(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _panel(
-    stage: Stage, title: str, unit: str, names: list[str], colors: list[str], values: Any,
+    stage: Stage,
+    title: str,
+    unit: str,
+    names: list[str],
+    colors: list[str],
+    values: Any,
     logarithmic: bool = False,
 ) -> dict[str, Any]:
     return {

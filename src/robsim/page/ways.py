@@ -67,7 +67,7 @@ def _believed(
 
 def trails(stage: Stage, scene: Scene, q: Array) -> list[dict[str, Any]]:
     """Return the frames of cameras and objects that move, whose ways are drawn."""
-    things = [part.name for part in (*scene.cameras, *scene.objects)]
+    things = [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
     poses = {name: wireframe.displayed(scene, name, q) for name in things}
     moving = [n for n in things if np.ptp(poses[n][:, :3, 3], axis=0).max() > STILL]
     colors = [palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN]

@@ -36,7 +36,7 @@ export class Chart {
         scales: { x: { time: false }, y: this.log ? { distr: 3 } : {} },
         axes: [
           { ...axis, size: 26, space: 60 },
-          { ...axis, size: 46, space: 26, values: (_, splits) => splits.map(label) },
+          { ...axis, size: 46, space: 26, ...(this.log ? { splits: decades, filter: (_, s) => s } : {}), values: (_, splits) => splits.map(label) },
         ],
         series: [
           {},
@@ -82,6 +82,15 @@ export class Chart {
 
 function shownValue(value, log) {
   return Number.isFinite(value) && (!log || value > 0) ? value : null;
+}
+
+// Powers of ten, six at the most.
+function decades(plot, axis, low, high) {
+  const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
+  const step = Math.max(1, Math.ceil((last - first) / 5));
+  const found = [];
+  for (let power = first; power <= last; power += step) found.push(10 ** power);
+  return found;
 }
 
 function label(value) {

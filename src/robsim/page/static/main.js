@@ -84,6 +84,7 @@ function pictureOf(camera, arrays) {
   caption.textContent = camera.name;
   figure.append(caption);
   find("pictures").append(figure);
+  find("pictures").classList.toggle("several", find("pictures").children.length > 1);
   return new Picture(figure, camera, arrays);
 }
 
