@@ -45,16 +45,49 @@ def _numbers(T: Array) -> Array:
     return np.concatenate([found.position, quaternion * signs[:, None]], axis=-1)
 
 
-def solids(stage: Stage, scene: Scene, q: Array, depth: float, group: str) -> list[dict[str, Any]]:
-    """Return the parts of a scene over coordinates q (T, nq), as entries of a header."""
-    return [_entry(stage, scene, part, q, group) for part in parts(scene, depth)]
+@dataclass(frozen=True)
+class Moving:
+    """A scene over time: at q (T, nq), or several scenes of the same things, one after another."""
+
+    spells: tuple[tuple[Scene, Array], ...]
+
+    @classmethod
+    def of(cls, scene: Scene, q: Array) -> Moving:
+        """Return one scene at q (T, nq)."""
+        return cls(((scene, q),))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene at the start."""
+        return self.spells[0][0]
+
+    @property
+    def things(self) -> list[str]:
+        """The names of cameras and objects."""
+        scene = self.scene
+        return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+
+    def poses(self, frame: str) -> Array:
+        """Return the poses (T, 4, 4) of a frame in that of the figures."""
+        return np.concatenate([displayed(scene, frame, q) for scene, q in self.spells])
+
+    def at_start(self) -> Moving:
+        """Return the scene as it stands at the start, for as long."""
+        count = sum(len(q) for _, q in self.spells)
+        scene, q = self.spells[0]
+        return Moving.of(scene, np.repeat(q[:1], count, axis=0))
 
 
-def _entry(stage: Stage, scene: Scene, part: Part, q: Array, group: str) -> dict[str, Any]:
-    place = stage.frame(part.frame, group, displayed(scene, part.frame, q))
+def solids(stage: Stage, moving: Moving, depth: float, group: str) -> list[dict[str, Any]]:
+    """Return the parts of a scene over time, as entries of a header."""
+    return [_entry(stage, moving, part, group) for part in parts(moving.scene, depth)]
+
+
+def _entry(stage: Stage, moving: Moving, part: Part, group: str) -> dict[str, Any]:
+    place = stage.frame(part.frame, group, moving.poses(part.frame))
     entry = {"frame": place, "label": part.wire.label, "color": part.wire.color}
     if part.to:
-        return {**entry, "to": stage.frame(part.to, group, displayed(scene, part.to, q))}
+        return {**entry, "to": stage.frame(part.to, group, moving.poses(part.to))}
     return {**entry, **shape(stage, part.wire), "sheer": part.wire.sheer}
 
 

@@ -29,14 +29,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.page.bodies import Stage, solids
+from robsim.page.bodies import Moving, Stage, solids
 from robsim.page.seen import cameras, frustum_depth, marks_of
-from robsim.page.told import curves, events, texts
+from robsim.page.told import curves, events, joint_curves, texts
 from robsim.page.ways import ghosts, trails
 from robsim.plot import history
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
+from robsim.run.mission_run import MissionRun
+from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -65,6 +68,8 @@ def recording_of(shown: Any, experiment: Experiment | None = None) -> Recording:
     if isinstance(shown, Experiment):
         q = None if shown.start is None else np.atleast_2d(shown.start)[0]
         return _still(shown.scene, shown.title or "experiment", q)
+    if isinstance(shown, MissionRun):
+        return _of_mission(shown)
     if hasattr(shown, "data_vars"):
         return _of_run(shown, experiment)
     raise InputError(f"expected a run, an experiment, a scene or a robot, got {shown!r:.80}")
@@ -72,20 +77,8 @@ def recording_of(shown: Any, experiment: Experiment | None = None) -> Recording:
 
 def _still(scene: Scene, title: str, q: Any = None) -> Recording:
     values = scene.coordinates(scene.home if q is None else q, limits=False)[None]
-    stage = Stage()
-    depth = frustum_depth(scene, values)
-    header = {
-        "title": title,
-        "outcome": "",
-        "texts": {},
-        "parts": solids(stage, scene, values, depth, "true"),
-        "marks": marks_of(stage, scene, values, {}),
-        "cameras": cameras(stage, scene, values, depth, None),
-        "trails": [],
-        "curves": [],
-        "events": [],
-    }
-    return _made(stage, header, np.zeros(1))
+    filmed = _Filmed(Moving.of(scene, values))
+    return filmed.recording(title, np.zeros(1))
 
 
 def _of_run(run: xr.Dataset, experiment: Experiment | None) -> Recording:
@@ -93,33 +86,63 @@ def _of_run(run: xr.Dataset, experiment: Experiment | None) -> Recording:
     made = Experiment.of(run) if experiment is None else experiment
     scene, q = made.scene, one["q"].values
     history.configurations(one, scene)  # a run of another scene is refused
-    stage = Stage()
-    depth = frustum_depth(scene, q)
-    header = {
-        "title": made.title or "run",
-        "outcome": _outcome(one),
+    belief = getattr(made.task, "belief", None)
+    believed = None if belief in (None, scene) else Moving.of(belief, q)
+    filmed = _Filmed(Moving.of(scene, q), one)
+    filmed.parts += ghosts(filmed.stage, filmed.moving, believed, one, filmed.depth)
+    told = {
+        "outcome": Outcome(int(one["outcome"])).name,
         "texts": texts(run, made),
-        "parts": [
-            *solids(stage, scene, q, depth, "true"),
-            *ghosts(stage, scene, made.task, one, depth),
-        ],
-        "marks": marks_of(stage, scene, q, history.first_numbers(one)),
-        "cameras": cameras(stage, scene, q, depth, one),
-        "trails": trails(stage, scene, q),
-        "curves": curves(stage, one),
+        "curves": curves(filmed.stage, one),
         "events": events(one),
     }
-    return _made(stage, header, one["time"].values)
+    return filmed.recording(made.title or "run", one["time"].values, **told)
 
 
-def _outcome(one: xr.Dataset) -> str:
-    from robsim.run.outcome import Outcome
+def _of_mission(mission: MissionRun) -> Recording:
+    """Return the motion of all phases; images are those of its phases alone."""
+    joined, legs = mission.run, mission.legs
+    counts = [int(sum(joined["phase"].values == leg.name)) for leg in legs]
+    spells = np.split(joined["q"].values, np.cumsum(counts)[:-1])
+    scenes = [leg.scene for leg in legs]
+    filmed = _Filmed(Moving(tuple(zip(scenes, spells, strict=True))))
+    text = mission.attrs.get("scenario", "")
+    told = {
+        "outcome": legs[-1].outcome.name,
+        "texts": {"mission": str(mission), "experiment": text},
+        "curves": joint_curves(filmed.stage, joined),
+        "events": [{"time": leg.start, "text": leg.name} for leg in legs],
+    }
+    title = Experiment.of(mission).title if text else None
+    return filmed.recording(title or "mission", joined["time"].values, **told)
 
-    return Outcome(int(one["outcome"])).name
 
+class _Filmed:
+    """A scene over time as the entries of a header, with the images of a run if there is one."""
 
-def _made(stage: Stage, header: dict[str, Any], time: NDArray[Any]) -> Recording:
-    stage.array("time", time)
-    stage.array("poses", np.stack(stage.poses, axis=1) if stage.poses else np.zeros((1, 0, 7)))
-    own = {"format": FORMAT, "version": VERSION, "frames": stage.frames}
-    return Recording({**own, **header}, stage.arrays)
+    def __init__(self, moving: Moving, run: xr.Dataset | None = None) -> None:
+        self.moving, self.stage = moving, Stage()
+        self.depth = frustum_depth(moving)
+        first = {} if run is None else history.first_numbers(run)
+        self.parts = solids(self.stage, moving, self.depth, "true")
+        self.marks = marks_of(self.stage, moving, first)
+        self.cameras = cameras(self.stage, moving, self.depth, run)
+        self.trails = trails(self.stage, moving)
+
+    def recording(self, title: str, time: Array, **told: Any) -> Recording:
+        """Return the recording, with what there is to tell."""
+        stage, poses = self.stage, self.stage.poses
+        stage.array("time", time)
+        stage.array("poses", np.stack(poses, axis=1) if poses else np.zeros((len(time), 0, 7)))
+        header = {
+            "format": FORMAT,
+            "version": VERSION,
+            "title": title,
+            **{"outcome": "", "texts": {}, "curves": [], "events": [], **told},
+            "frames": stage.frames,
+            "parts": self.parts,
+            "marks": self.marks,
+            "cameras": self.cameras,
+            "trails": self.trails,
+        }
+        return Recording(header, stage.arrays)

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Stage
+from robsim.page.bodies import Moving, Stage
 from robsim.plot import history, palette, wireframe
 from robsim.plot.picture import FRUSTUM
 from robsim.vision.camera import Camera
 from robsim.world.mounted_camera import MountedCamera
-from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,25 +19,24 @@ if TYPE_CHECKING:
 SIDE = 12  # points along each side of the border of an image, which a lens bends
 
 
-def frustum_depth(scene: Scene, q: Array) -> float:
+def frustum_depth(moving: Moving) -> float:
     """Return how deep the view of a camera is drawn, in metres."""
-    names = [thing.name for thing in scene.objects] + [eye.name for eye in scene.cameras]
-    names += [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
-    at = [wireframe.displayed(scene, name, q)[..., :3, 3].reshape(-1, 3) for name in names]
+    robots = moving.scene.robots
+    links = [f"{robot.name}.{link.name}" for robot in robots for link in robot.links]
+    at = [moving.poses(name)[:, :3, 3] for name in (*moving.things, *links)]
     points = np.concatenate([np.empty((0, 3)), *at])
     return FRUSTUM * (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or FRUSTUM
 
 
-def marks_of(stage: Stage, scene: Scene, q: Array, first: dict[str, int]) -> list[dict[str, Any]]:
+def marks_of(stage: Stage, moving: Moving, first: dict[str, int]) -> list[dict[str, Any]]:
     """Return the marks of all objects, with the colours that they have in the images."""
     found = []
-    for thing in scene.objects:
+    for thing in moving.scene.objects:
         if len(thing.marks):
             number = first.get(thing.name, 0)
-            T = wireframe.displayed(scene, thing.name, q)
             found.append(
                 {
-                    "frame": stage.frame(thing.name, "true", T),
+                    "frame": stage.frame(thing.name, "true", moving.poses(thing.name)),
                     "points": stage.array(f"{thing.name}.marks", thing.marks),
                     "colors": [palette.nth(number + i) for i in range(len(thing.marks))],
                 }
@@ -47,15 +45,15 @@ def marks_of(stage: Stage, scene: Scene, q: Array, first: dict[str, int]) -> lis
 
 
 def cameras(
-    stage: Stage, scene: Scene, q: Array, depth: float, run: xr.Dataset | None
+    stage: Stage, moving: Moving, depth: float, run: xr.Dataset | None
 ) -> list[dict[str, Any]]:
     """Return the cameras of a scene; those that have a part in the run with their images."""
     used = [] if run is None else list(dict.fromkeys(run["mark_camera"].values.tolist()))
-    order = sorted(scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
+    order = sorted(moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
         {
             "name": eye.name,
-            "frame": stage.frame(eye.name, "true", wireframe.displayed(scene, eye.name, q)),
+            "frame": stage.frame(eye.name, "true", moving.poses(eye.name)),
             "frustum": stage.array(f"{eye.name}.frustum", 2 * depth * _rim(eye.camera)),
             **_lens(eye.camera),
             **(_image(stage, run, eye) if run is not None and eye.name in used else {}),

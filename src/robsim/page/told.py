@@ -32,11 +32,12 @@ def curves(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
         ),
         _panel(stage, f"{whose} v", "m/s", [f"v{a}" for a in AXES], vector, twist[:, :3]),
         _panel(stage, f"{whose} ω", "rad/s", [f"ω{a}" for a in AXES], vector, twist[:, 3:]),
-        *_joints(stage, run),
+        *joint_curves(stage, run),
     ]
 
 
-def _joints(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
+def joint_curves(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the panel of the velocities that are commanded."""
     names = run["velocity"].values.tolist()
     colors = [palette.nth(i) for i in range(len(names))]
     return [_panel(stage, "joint velocities", "", names, colors, run["qd"].values)]

@@ -6,22 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array
-from robsim.page.bodies import Stage, shape, solids
-from robsim.plot import ghost, palette, wireframe
+from robsim.page.bodies import Moving, Stage, shape, solids
+from robsim.plot import ghost, palette
 from robsim.plot.picture import STILL
-from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def ghosts(
-    stage: Stage, scene: Scene, task: Any, run: xr.Dataset, depth: float
+    stage: Stage, moving: Moving, belief: Moving | None, run: xr.Dataset, depth: float
 ) -> list[dict[str, Any]]:
     """Return the outlines of the goal, of the start, and of what is believed to be elsewhere."""
-    q = run["q"].values
-    here = np.repeat(np.eye(4)[None], len(q), axis=0)
+    scene, q = moving.spells[-1]
+    here = np.repeat(np.eye(4)[None], len(stage.poses[0]), axis=0)
     goal = [
         {
             "frame": stage.frame("goal", "goal", here),
@@ -31,9 +29,8 @@ def ghosts(
         }
         for wire in ghost.ghosts(scene, None, run, q[-1], depth)
     ]
-    start = np.repeat(q[:1], len(q), axis=0)
-    began = solids(stage, scene, start, depth, "start")
-    return [*goal, *_moved(stage, began), *_believed(stage, scene, task, q, depth)]
+    began = solids(stage, moving.at_start(), depth, "start")
+    return [*goal, *_moved(stage, began), *_believed(stage, belief, depth)]
 
 
 def _moved(stage: Stage, began: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -47,14 +44,11 @@ def _moved(stage: Stage, began: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def _believed(
-    stage: Stage, scene: Scene, task: Any, q: Array, depth: float
-) -> list[dict[str, Any]]:
+def _believed(stage: Stage, belief: Moving | None, depth: float) -> list[dict[str, Any]]:
     """Return the parts of the belief that are not where the true ones are."""
-    belief = getattr(task, "belief", None)
-    if belief is None or belief == scene or belief.nq != scene.nq:
+    if belief is None:
         return []
-    parts = solids(stage, belief, q, depth, "belief")
+    parts = solids(stage, belief, depth, "belief")
     names = {(frame["name"], frame["group"]): i for i, frame in enumerate(stage.frames)}
     found = []
     for part in parts:
@@ -65,13 +59,12 @@ def _believed(
     return found
 
 
-def trails(stage: Stage, scene: Scene, q: Array) -> list[dict[str, Any]]:
+def trails(stage: Stage, moving: Moving) -> list[dict[str, Any]]:
     """Return the frames of cameras and objects that move, whose ways are drawn."""
-    things = [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
-    poses = {name: wireframe.displayed(scene, name, q) for name in things}
-    moving = [n for n in things if np.ptp(poses[n][:, :3, 3], axis=0).max() > STILL]
+    poses = {name: moving.poses(name) for name in moving.things}
+    along = [n for n, T in poses.items() if np.ptp(T[:, :3, 3], axis=0).max() > STILL]
     colors = [palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN]
     return [
         {"frame": stage.frame(name, "true", poses[name]), "color": colors[i % len(colors)]}
-        for i, name in enumerate(moving)
+        for i, name in enumerate(along)
     ]

@@ -33,7 +33,7 @@ export class Chart {
         padding: [6, 8, 0, 0],
         legend: { show: false },
         cursor: { drag: { x: false, y: false }, points: { show: false } },
-        scales: { x: { time: false }, y: this.log ? { distr: 3 } : {} },
+        scales: { x: { time: false }, y: this.log ? { distr: 3 } : { range: aroundData } },
         axes: [
           { ...axis, size: 26, space: 60 },
           { ...axis, size: 46, space: 26, ...(this.log ? { splits: decades, filter: (_, s) => s } : {}), values: (_, splits) => splits.map(label) },
@@ -82,6 +82,14 @@ export class Chart {
 
 function shownValue(value, log) {
   return Number.isFinite(value) && (!log || value > 0) ? value : null;
+}
+
+// A range with a margin, also around what is constant.
+function aroundData(plot, low, high) {
+  if (low === null) return [-1, 1];
+  const rounding = 1e-9; // what differs by less is constant
+  const margin = high - low > rounding ? 0.06 * (high - low) : Math.abs(high) || 1;
+  return [low - margin, high + margin];
 }
 
 // Powers of ten, six at the most.

@@ -29,7 +29,8 @@ async function start() {
   timeControls(clock);
   keys(clock, space);
   theme(() => {
-    space.paint(getComputedStyle(document.body).getPropertyValue("--sky").trim());
+    const dark = document.documentElement.dataset.theme === "dark";
+    space.paint(getComputedStyle(document.body).getPropertyValue("--sky").trim(), dark);
     for (const each of [...pictures, ...charts]) each.build ? each.build() : each.draw();
   });
   let shown = -1;

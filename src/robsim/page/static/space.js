@@ -246,8 +246,9 @@ export class Space {
     this.dirty = true;
   }
 
-  paint(background) {
+  paint(background, dark) {
     this.scene.background = new THREE.Color(background);
+    this.grid.material.opacity = dark ? 0.15 : 0.6;
     this.dirty = true;
   }
 
