@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import json
 import os
 import re
 import sys
 import tempfile
 import webbrowser
+import zlib
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -64,7 +64,7 @@ def open_recording(path: str | os.PathLike[str]) -> Recording:
             raise ValueError(f"version {header['version']!r:.40}, and this reads {VERSION}")
         numbers = base64.b64decode(_part(text, "text/plain", "numbers"))
         return Recording(header, unpacked(header.pop("arrays"), numbers))
-    except (ValueError, KeyError, TypeError, EOFError, OSError, binascii.Error) as reason:
+    except (ValueError, LookupError, TypeError, AttributeError, zlib.error) as reason:
         raise FileError(f"{path}: not a page of RobSim: {reason}") from None
 
 

@@ -8,6 +8,8 @@ range of each component, of which the differences from instant to instant are st
 from __future__ import annotations
 
 import gzip
+import math
+import zlib
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 
 LEVELS = 65535  # steps in the range of a quantised component
+KINDS = ("f4", "u4", "u2")
 MOST_BYTES = 1 << 30  # of an unpacked recording
 
 
@@ -34,9 +37,23 @@ def packed(arrays: dict[str, NDArray[Any]], quantised: set[str]) -> tuple[dict[s
 
 
 def unpacked(table: dict[str, Any], data: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of `packed` bytes."""
-    flat = gzip.decompress(data)
+    """Return the arrays of `packed` bytes. ValueError: the table is not one, or does not fit."""
+    size = max((entry["at"] + _bytes(entry) for entry in table.values()), default=0)
+    flat = zlib.decompressobj(wbits=31).decompress(data, size + 1) if size else b""
+    if len(flat) != size:
+        raise ValueError("its numbers are not as many as it says")
     return {name: _array(entry, flat) for name, entry in table.items()}
+
+
+def _bytes(entry: dict[str, Any]) -> int:
+    """Return how many bytes an array takes, once where it stands is known to make sense."""
+    places = [entry["at"], *entry["shape"]]
+    if entry["kind"] not in KINDS or not all(type(n) is int and n >= 0 for n in places):
+        raise ValueError(f"no array: {entry!r:.80}")
+    size: int = math.prod(entry["shape"]) * np.dtype(entry["kind"]).itemsize
+    if entry["at"] + size > MOST_BYTES:
+        raise ValueError(f"its numbers need more than {MOST_BYTES} bytes")
+    return size
 
 
 def _plain(array: NDArray[Any]) -> tuple[dict[str, Any], bytes]:
@@ -62,7 +79,7 @@ def _shuffled(array: NDArray[Any]) -> bytes:
 
 def _array(entry: dict[str, Any], flat: bytes) -> NDArray[Any]:
     kind, shape = np.dtype(f"<{entry['kind']}"), tuple(entry["shape"])
-    count = int(np.prod(shape))
+    count = math.prod(shape)
     part = np.frombuffer(flat, np.uint8, count * kind.itemsize, entry["at"])
     values = np.ascontiguousarray(part.reshape(kind.itemsize, -1).T).view(kind).ravel()
     if entry["kind"] != "u2":
