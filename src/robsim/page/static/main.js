@@ -60,8 +60,17 @@ function run(clock, space) {
   if (!still && clock.times.length > 1) clock.toggle();
 }
 
+// What stands for the scene where the browser cannot draw in 3-D.
+const FLAT = { frames: [], place() {}, paint() {}, draw() {}, home() {} };
+
 function spaceOf(header, arrays) {
-  const space = new Space(find("space"), header, arrays);
+  let space;
+  try {
+    space = new Space(find("space"), header, arrays);
+  } catch (error) {
+    find("space").textContent = `This browser cannot draw in 3-D: ${error.message}`;
+    return FLAT;
+  }
   const gui = new GUI({ container: find("options"), title: "show", injectStyles: false });
   const groups = new Set(header.frames.map((frame) => frame.group));
   const there = {

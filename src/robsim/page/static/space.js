@@ -15,7 +15,7 @@ export class Space {
     this.header = header;
     this.arrays = arrays;
     this.shown = { belief: true, goal: true, start: false, trails: true, views: true, rays: false, frames: false, ground: true };
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ antialias: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
@@ -53,7 +53,7 @@ export class Space {
   }
 
   addPart(part) {
-    const group = header_group(this.header, part.frame);
+    const group = groupOf(this.header, part.frame);
     const look = GHOSTS[group];
     if ("to" in part) {
       this.addStick(part, group);
@@ -271,7 +271,7 @@ export class Space {
   }
 }
 
-function header_group(header, frame) {
+function groupOf(header, frame) {
   return header.frames[frame].group;
 }
 
