@@ -144,6 +144,24 @@ def test_it_lives_in_a_frame_of_a_notebook(opened, demo_page, tmp_path):
     assert "6.1" in frame.locator("h1").inner_text()
 
 
+def test_a_notebook_shows_a_run_also_once_it_is_a_page_of_its_own(chromium, tmp_path):
+    import nbformat
+    from nbconvert import HTMLExporter
+    from nbconvert.preprocessors import ExecutePreprocessor
+
+    code = "import robsim as rs\nrs.load_scenario(rs.examples.path('visp_tutorial')).run()"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(code)])
+    ExecutePreprocessor(timeout=120, kernel_name="python3").preprocess(notebook, {})
+    html, _ = HTMLExporter(template_name="basic").from_notebook_node(notebook)
+    (tmp_path / "notebook.html").write_text(html)
+    page = chromium.new_page(offline=True, reduced_motion="reduce")
+    page.goto((tmp_path / "notebook.html").as_uri())
+    frame = page.frame_locator("iframe")
+    frame.locator("body[data-ready=yes]").wait_for()
+    assert frame.locator("h1").inner_text() == "ViSP's tutorial case"
+    page.context.close()
+
+
 @pytest.mark.parametrize("name", rs.examples.names())
 def test_every_example_opens(name, opened, tmp_path):
     run = rs.load_scenario(rs.examples.path(name)).run()

@@ -9,7 +9,7 @@ import click
 
 from robsim import __version__
 from robsim.base.errors import RobSimError
-from robsim.cli import check, compare, demo, examples, explain, robots, run, schema, warm
+from robsim.cli import check, compare, demo, examples, explain, export, robots, run, schema, warm
 from robsim.cli.progress import STOPPED
 
 BAD_INPUT = 2  # exit status
@@ -22,7 +22,7 @@ def cli() -> None:
     """Model, simulate and see robots that are guided by cameras."""
 
 
-for _each in (demo, run, compare, check, explain, examples, robots, schema, warm):
+for _each in (demo, run, compare, check, explain, export, examples, robots, schema, warm):
     cli.add_command(_each.command)
 
 

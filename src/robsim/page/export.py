@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import importlib
 import json
 import os
 import re
@@ -14,7 +15,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from robsim.base.errors import FileError
+from robsim.base.errors import FileError, InputError
 from robsim.base.output import refused, write_whole
 from robsim.page.document import document
 from robsim.page.packing import unpacked
@@ -75,9 +76,8 @@ def show(shown: Any, experiment: Experiment | None = None) -> None:
     """
     page = document(recording_of(shown, experiment))
     if _in_notebook():
-        from IPython.display import HTML, display  # type: ignore[import-not-found]
-
-        display(HTML(framed(page)))
+        notebook: Any = importlib.import_module("IPython.display")
+        notebook.display(notebook.HTML(framed(page)))
         return
     folder = Path(tempfile.mkdtemp(prefix="robsim-"))
     open_page(write_whole(folder / "run.html", page))
@@ -95,6 +95,15 @@ def has_browser() -> bool:
     windows = sys.platform in ("win32", "darwin")
     display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     return not remote and bool(windows or display)
+
+
+def in_notebook(shown: Any) -> str:
+    """Return what a notebook shows of a value: the page, or a table where it has none."""
+    try:
+        return framed(document(recording_of(shown, trials=False)))
+    except InputError:
+        table = getattr(shown, "_repr_html_", None)
+        return str(table()) if table else f"<pre>{escape(repr(shown))}</pre>"
 
 
 def framed(page: str) -> str:

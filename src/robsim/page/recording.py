@@ -56,8 +56,12 @@ class Recording:
     arrays: dict[str, NDArray[Any]]
 
 
-def recording_of(shown: Any, experiment: Experiment | None = None) -> Recording:
+def recording_of(
+    shown: Any, experiment: Experiment | None = None, *, trials: bool = True
+) -> Recording:
     """Return the recording of a run, an experiment at its start, a scene, or a robot at home.
+
+    What `explain` says of a run stands in it, with what it tries where `trials` are wanted.
 
     InputError: anything else, several runs, or a run of Python code without its experiment.
     """
@@ -71,7 +75,7 @@ def recording_of(shown: Any, experiment: Experiment | None = None) -> Recording:
     if isinstance(shown, MissionRun):
         return _of_mission(shown)
     if hasattr(shown, "data_vars"):
-        return _of_run(shown, experiment)
+        return _of_run(shown, experiment, trials)
     raise InputError(f"expected a run, an experiment, a scene or a robot, got {shown!r:.80}")
 
 
@@ -81,7 +85,7 @@ def _still(scene: Scene, title: str, q: Any = None) -> Recording:
     return filmed.recording(title, np.zeros(1))
 
 
-def _of_run(run: xr.Dataset, experiment: Experiment | None) -> Recording:
+def _of_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Recording:
     one = history.single(run)
     made = Experiment.of(run) if experiment is None else experiment
     scene, q = made.scene, one["q"].values
@@ -92,7 +96,7 @@ def _of_run(run: xr.Dataset, experiment: Experiment | None) -> Recording:
     filmed.parts += ghosts(filmed.stage, filmed.moving, believed, one, filmed.depth)
     told = {
         "outcome": Outcome(int(one["outcome"])).name,
-        "texts": texts(run, made),
+        "texts": texts(run, made, trials),
         "curves": curves(filmed.stage, one),
         "events": events(one),
     }

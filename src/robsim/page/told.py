@@ -68,13 +68,13 @@ def events(run: xr.Dataset) -> list[dict[str, Any]]:
     return [{"time": end, "text": history.ending(run)}] if np.isfinite(end) else []
 
 
-def texts(run: xr.Dataset, experiment: Experiment) -> dict[str, str]:
+def texts(run: xr.Dataset, experiment: Experiment, trials: bool) -> dict[str, str]:
     """Return the explanation and the text of the experiment, where there are such."""
     from robsim.analysis.explain import explain
 
     found = {}
     try:
-        found["explanation"] = str(explain(run, experiment))
+        found["explanation"] = str(explain(run, experiment, trials=trials))
     except InputError as reason:
         found["explanation"] = f"not explained: {reason}"
     try:
