@@ -7,6 +7,7 @@ array([0., 0., 1.])
 
 import ast
 import importlib
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -39,3 +40,36 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """Return the public names: classes, functions, and the modules that are doors."""
     return __all__
+
+
+_SHOWN = {
+    "files.table": "Run",
+    "run.mission_run": "MissionRun",
+    "world.scene": "Scene",
+    "robot.robot": "Robot",
+}
+
+
+def _shown_in_notebooks() -> None:
+    """Let IPython, where it runs, show runs, scenes and robots as the page of `export_html`."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if shell is None:
+        return
+    html = shell.display_formatter.formatters["text/html"]
+    for kind in (
+        "files.table.Run",
+        "run.mission_run.MissionRun",
+        "world.scene.Scene",
+        "robot.robot.Robot",
+    ):
+        module, _, name = f"{__name__}.{kind}".rpartition(".")
+        html.for_type_by_name(module, name, _page)
+
+
+def _page(shown: Any) -> str:
+    from robsim.page.export import in_notebook
+
+    return in_notebook(shown)
+
+
+_shown_in_notebooks()

@@ -17,6 +17,7 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.scene import Scene
 
 MOST_LINKS = 16  # of a robot with a legend entry for each link, at most
+HERE = IDENTITY.matrix
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
 
@@ -40,23 +41,46 @@ class Wire:
         return self.segments.reshape(-1, 3)
 
 
-def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
-    """Return all solids at q (nq,), with a pyramid for a camera without a body.
+@dataclass(frozen=True)
+class Part:
+    """A solid in the axes of the frame of a scene that carries it, or a line to another frame."""
+
+    frame: str
+    wire: Wire
+    to: str = ""
+
+
+def parts(scene: Scene, depth: float) -> list[Part]:
+    """Return all solids of a scene, with a pyramid for a camera without a body.
 
     The pyramid is `depth` metres deep.
 
     A black camera among other black things gets an unused colour.
     """
-    drawn = [wire for robot in scene.robots for wire in _robot(scene, robot, q)]
+    found = [part for robot in scene.robots for part in _robot(scene, robot)]
     for thing in scene.objects:
-        T = displayed(scene, thing.name, q)
-        drawn += [shape_wire(thing.name, shape, T) for shape in thing.shapes if len(shape.edges)]
+        shapes = [shape for shape in thing.shapes if len(shape.edges)]
+        found += [Part(thing.name, shape_wire(thing.name, shape, HERE)) for shape in shapes]
     for eye in scene.cameras:
-        wire = camera(eye, displayed(scene, eye.name, q), depth)
-        taken = {other.color for other in drawn}
+        wire = camera(eye, HERE, depth)
+        taken = {other.wire.color for other in found}
         free = palette.unused(taken) if wire.color == palette.BLACK else wire.color
-        drawn.append(replace(wire, color=free))
-    return drawn
+        found.append(Part(eye.name, replace(wire, color=free)))
+    return found
+
+
+def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
+    """Return the `parts` of a scene where they are at q (nq,), in the frame of the figures."""
+    return [_placed(scene, part, q) for part in parts(scene, depth)]
+
+
+def _placed(scene: Scene, part: Part, q: Array) -> Wire:
+    T = displayed(scene, part.frame, q)
+    if part.to:
+        there = displayed(scene, part.to, q)
+        return replace(part.wire, segments=np.stack([T[:3, 3], there[:3, 3]])[None])
+    faces = tuple(_moved(face, T) for face in part.wire.faces)
+    return replace(part.wire, segments=_moved(part.wire.segments, T), faces=faces)
 
 
 def marks(scene: Scene, q: Array) -> Array:
@@ -83,7 +107,7 @@ def displayed(scene: Scene, frame: str, q: Array) -> Array:
     return T
 
 
-def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
+def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
     """Yield the shapes of a robot link by link; without any, lines from frame to frame.
 
     Among several robots each has one colour, and one entry in the legend. Meshes are not drawn.
@@ -95,13 +119,11 @@ def _robot(scene: Scene, robot: Robot, q: Array) -> Iterator[Wire]:
     whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
     for i, link in enumerate(robot.links):
         own = palette.nth(scene.robots.index(robot)) if several else palette.link(i)
-        label = robot.name if whole else link.name
-        T = displayed(scene, f"{robot.name}.{link.name}", q)
+        label, frame = robot.name if whole else link.name, f"{robot.name}.{link.name}"
         for shape in drawn[link.name]:
-            yield shape_wire(label, shape, T, own if plain else None)
+            yield Part(frame, shape_wire(label, shape, HERE, own if plain else None))
         if not shapes and link.parent and not link.joint.model.roams:
-            above = displayed(scene, f"{robot.name}.{link.parent}", q)
-            yield Wire(label, own, np.stack([above[:3, 3], T[:3, 3]])[None])
+            yield Part(f"{robot.name}.{link.parent}", Wire(label, own, np.empty((0, 2, 3))), frame)
 
 
 def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None) -> Wire:
@@ -117,15 +139,15 @@ def camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
     """Return the body of a camera at T (4, 4), or the pyramid of its field of view."""
     body = eye.camera.drawn(T)
     if body is not None:
-        return shape_wire(eye.name, body, IDENTITY.matrix)
-    centre, rim = T[:3, 3], _moved(depth * _corner_rays(eye.camera), T)
+        return shape_wire(eye.name, body, HERE)
+    centre, rim = T[:3, 3], _moved(depth * corner_rays(eye.camera), T)
     sides = [(rim[i], rim[(i + 1) % 4]) for i in range(4)]
     edges = np.array([(centre, corner) for corner in rim] + sides)
     faces = tuple(np.stack([centre, *side]) for side in sides)
     return Wire(eye.name, palette.BLACK, edges, faces, sheer=True)
 
 
-def _corner_rays(camera: Camera) -> Array:
+def corner_rays(camera: Camera) -> Array:
     """Return the points (4, 3) at unit depth on the rays through the image corners."""
     corners = np.array(_BORDERLESS)
     if camera.size is not None:
@@ -135,6 +157,6 @@ def _corner_rays(camera: Camera) -> Array:
 
 
 def _moved(points: Array, T: Array) -> Array:
-    """Return points (N, 3) transformed by T."""
+    """Return points (..., 3) transformed by T."""
     out: Array = points @ T[:3, :3].T + T[:3, 3]
     return out

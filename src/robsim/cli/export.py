@@ -1,0 +1,50 @@
+"""The command `export`: write the page of a run, a scenario or a robot as one HTML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from robsim.base.errors import FileError, InputError
+from robsim.cli.files import exists, free_file
+from robsim.cli.options import force
+from robsim.cli.tell import tell
+
+
+@click.command("export")
+@click.argument("shown", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument("page", required=False, type=click.Path(path_type=Path))
+@force
+def command(shown: Path, page: Path | None, force: bool) -> None:
+    """Write RUN, a run.nc or the folder of one, as a page: one file for any browser, offline.
+
+    A scenario, a .toml file, or a robot, a .urdf file, is shown as it stands at the start.
+    """
+    from robsim.page.export import export_html
+
+    path = shown / "run.nc" if exists(shown) and shown.is_dir() else shown
+    target = free_file(page, f"{shown.stem}.html", force)
+    try:
+        export_html(_opened(path), target)
+    except FileError:
+        raise
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    tell(f"open {target} in any browser")
+
+
+def _opened(path: Path) -> Any:
+    """Return what a file holds, by the end of its name."""
+    if path.suffix == ".toml":
+        from robsim.run.experiment import load_scenario
+
+        return load_scenario(path)
+    if path.suffix == ".urdf":
+        from robsim.robot.robot import Robot
+
+        return Robot.from_urdf(path)
+    from robsim.files.netcdf import open_run
+
+    return open_run(path)

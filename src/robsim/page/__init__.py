@@ -1,0 +1,1 @@
+"""The page that shows runs, scenes and robots in a browser."""

@@ -1,0 +1,98 @@
+"""What the cameras of a recording see: their images, the lines of their view, and the marks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.page.bodies import Moving, Stage
+from robsim.plot import history, palette, wireframe
+from robsim.plot.picture import FRUSTUM
+from robsim.vision.camera import Camera
+from robsim.world.mounted_camera import MountedCamera
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SIDE = 12  # points along each side of the border of an image, which a lens bends
+
+
+def frustum_depth(moving: Moving) -> float:
+    """Return how deep the view of a camera is drawn, in metres."""
+    robots = moving.scene.robots
+    links = [f"{robot.name}.{link.name}" for robot in robots for link in robot.links]
+    at = [moving.poses(name)[:, :3, 3] for name in (*moving.things, *links)]
+    points = np.concatenate([np.empty((0, 3)), *at])
+    return FRUSTUM * (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or FRUSTUM
+
+
+def marks_of(stage: Stage, moving: Moving, first: dict[str, int]) -> list[dict[str, Any]]:
+    """Return the marks of all objects, with the colours that they have in the images."""
+    found = []
+    for thing in moving.scene.objects:
+        if len(thing.marks):
+            number = first.get(thing.name, 0)
+            found.append(
+                {
+                    "frame": stage.frame(thing.name, "true", moving.poses(thing.name)),
+                    "points": stage.array(f"{thing.name}.marks", thing.marks),
+                    "colors": [palette.nth(number + i) for i in range(len(thing.marks))],
+                }
+            )
+    return found
+
+
+def cameras(
+    stage: Stage, moving: Moving, depth: float, run: xr.Dataset | None
+) -> list[dict[str, Any]]:
+    """Return the cameras of a scene; those that have a part in the run with their images."""
+    used = [] if run is None else list(dict.fromkeys(run["mark_camera"].values.tolist()))
+    order = sorted(moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
+    return [
+        {
+            "name": eye.name,
+            "frame": stage.frame(eye.name, "true", moving.poses(eye.name)),
+            "frustum": stage.array(f"{eye.name}.frustum", 2 * depth * _rim(eye.camera)),
+            **_lens(eye.camera),
+            **(_image(stage, run, eye) if run is not None and eye.name in used else {}),
+        }
+        for eye in order
+    ]
+
+
+def _lens(camera: Camera) -> dict[str, Any]:
+    centre = np.atleast_3d(camera.K)[:2, 2, 0].tolist()
+    return {"size": None if camera.size is None else list(camera.size), "centre": centre}
+
+
+def _rim(camera: Camera) -> Array:
+    """Return the ends (n, 3) of lines at unit depth: around the image, and to its corners."""
+    rays = wireframe.corner_rays(camera) if camera.size is None else _rays(camera)
+    around = np.stack([rays, np.roll(rays, -1, axis=0)], axis=1)
+    corners = rays[:: len(rays) // 4]
+    spokes = np.stack([np.zeros_like(corners), corners], axis=1)
+    lines = np.concatenate([around, spokes])
+    return np.asarray(lines[np.isfinite(lines).all(axis=(1, 2))].reshape(-1, 3))
+
+
+def _rays(camera: Camera) -> Array:
+    """Return points (4 SIDE, 3) at unit depth on the rays through the border of the image."""
+    (left, right), (top, bottom) = camera.border
+    corners = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
+    share = np.arange(SIDE)[:, None] / SIDE
+    sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
+    points = camera.normalise(np.concatenate(sides))
+    return np.column_stack([points, np.ones(len(points))])
+
+
+def _image(stage: Stage, run: xr.Dataset, eye: MountedCamera) -> dict[str, Any]:
+    view = history.seen_by(run, eye.name)
+    numbers = view["mark_number"].values.tolist()
+    return {
+        "pixels": stage.array(f"{eye.name}.pixels", view["pixels"].values),
+        "goal": stage.array(f"{eye.name}.goal", view["pixels_goal"].values),
+        "colors": [palette.nth(number) for number in numbers],
+        "targets": view["mark_target"].values.tolist(),
+    }

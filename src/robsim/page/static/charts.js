@@ -1,0 +1,114 @@
+// Curves over time, with a line at the instant that is shown.
+
+import { uPlot } from "./vendor.js";
+
+export class Chart {
+  constructor(element, curve, arrays, clock) {
+    Object.assign(this, { element, curve, clock });
+    this.times = Array.from(clock.times);
+    const { shape, values } = arrays[curve.values];
+    this.columns = curve.names.map((_, i) =>
+      this.times.map((_, t) => shownValue(values[t * shape[1] + i], curve.log)),
+    );
+    this.log = curve.log && this.columns[0].some((value) => value !== null);
+    new ResizeObserver(() => this.build()).observe(element);
+  }
+
+  build() {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    if (!width || !height) return;
+    const key = `${width} ${height} ${document.documentElement.dataset.theme}`;
+    if (this.key === key) return;
+    this.key = key;
+    this.plot?.destroy();
+    const style = getComputedStyle(this.element);
+    const ink = style.getPropertyValue("--ink").trim();
+    const line = { stroke: style.getPropertyValue("--line").trim(), width: 1 };
+    const axis = { stroke: ink, grid: line, ticks: { ...line, size: 4 }, font: "11px system-ui", gap: 3 };
+    const { curve } = this;
+    this.plot = new uPlot(
+      {
+        width,
+        height,
+        padding: [6, 8, 0, 0],
+        legend: { show: false },
+        cursor: { drag: { x: false, y: false }, points: { show: false } },
+        scales: { x: { time: false }, y: this.log ? { distr: 3 } : { range: aroundData } },
+        axes: [
+          { ...axis, size: 26, space: 60 },
+          { ...axis, size: 46, space: 26, ...(this.log ? { splits: decades, filter: (_, s) => s } : {}), values: (_, splits) => splits.map(label) },
+        ],
+        series: [
+          {},
+          ...curve.names.map((name, i) => ({
+            label: name,
+            stroke: inked(curve.colors[i], ink),
+            width: this.log && i > 0 ? 0.7 : 1.6,
+            points: { show: this.times.length === 1 },
+          })),
+        ],
+        hooks: { draw: [(plot) => this.drawNow(plot, ink)] },
+      },
+      [this.times, ...this.columns],
+      this.element,
+    );
+    const over = this.plot.over;
+    const seek = (event) => this.clock.seek(this.plot.posToVal(event.offsetX, "x"));
+    over.addEventListener("pointerdown", (event) => {
+      over.setPointerCapture(event.pointerId);
+      seek(event);
+    });
+    over.addEventListener("pointermove", (event) => event.buttons && seek(event));
+  }
+
+  place() {
+    this.plot?.redraw(false, false);
+  }
+
+  drawNow(plot, ink) {
+    const x = plot.valToPos(this.clock.seconds, "x", true);
+    const { top, height } = plot.bbox;
+    plot.ctx.save();
+    plot.ctx.strokeStyle = ink;
+    plot.ctx.lineWidth = 1.5;
+    plot.ctx.setLineDash([4, 3]);
+    plot.ctx.beginPath();
+    plot.ctx.moveTo(x, top);
+    plot.ctx.lineTo(x, top + height);
+    plot.ctx.stroke();
+    plot.ctx.restore();
+  }
+}
+
+function shownValue(value, log) {
+  return Number.isFinite(value) && (!log || value > 0) ? value : null;
+}
+
+// A range with a margin, also around what is constant.
+function aroundData(plot, low, high) {
+  if (low === null) return [-1, 1];
+  const rounding = 1e-9; // what differs by less is constant
+  const margin = high - low > rounding ? 0.06 * (high - low) : Math.abs(high) || 1;
+  return [low - margin, high + margin];
+}
+
+// Powers of ten, six at the most.
+function decades(plot, axis, low, high) {
+  const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
+  const step = Math.max(1, Math.ceil((last - first) / 5));
+  const found = [];
+  for (let power = first; power <= last; power += step) found.push(10 ** power);
+  return found;
+}
+
+function label(value) {
+  if (value === null) return "";
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-3 || size >= 1e5)) return value.toExponential(0).replace("e+", "e");
+  return String(Number(value.toPrecision(4)));
+}
+
+// Black lines are drawn in the ink of the theme.
+function inked(color, ink) {
+  return color === "#000000" ? ink : color;
+}

@@ -1,0 +1,138 @@
+// The image of a camera: marks, their ways and their goals, in pixels.
+
+const MARGIN = 0.05; // of the image, around it
+
+export class Picture {
+  constructor(element, camera, arrays) {
+    this.camera = camera;
+    this.pixels = arrays[camera.pixels];
+    this.goal = arrays[camera.goal].values;
+    this.count = camera.colors.length;
+    this.canvas = document.createElement("canvas");
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", `image of ${camera.name}`);
+    element.append(this.canvas);
+    this.canvas.addEventListener("dblclick", () => this.canvas.requestFullscreen?.());
+    this.bounds = this.boundsOf();
+    this.index = 0;
+    new ResizeObserver(() => this.draw()).observe(element);
+  }
+
+  // Left, top, width and height in pixels of what is shown.
+  boundsOf() {
+    let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
+    const { size } = this.camera;
+    if (size) [left, top, right, bottom] = [-0.5, -0.5, size[0] - 0.5, size[1] - 0.5];
+    else
+      for (const values of [this.pixels.values, this.goal])
+        for (let i = 0; i < values.length; i += 2) {
+          if (!Number.isFinite(values[i])) continue;
+          [left, right] = [Math.min(left, values[i]), Math.max(right, values[i])];
+          [top, bottom] = [Math.min(top, values[i + 1]), Math.max(bottom, values[i + 1])];
+        }
+    if (!(right > left)) [left, right] = [left - 1, left + 1];
+    if (!(bottom > top)) [top, bottom] = [top - 1, top + 1];
+    const edge = MARGIN * Math.max(right - left, bottom - top);
+    return [left - edge, top - edge, right - left + 2 * edge, bottom - top + 2 * edge];
+  }
+
+  place(index) {
+    this.index = index;
+    this.draw();
+  }
+
+  draw() {
+    const [left, top, width, height] = this.bounds;
+    const room = this.canvas.parentElement.clientWidth;
+    if (!room) return;
+    const ratio = Math.min(window.devicePixelRatio, 2);
+    const tall = (room * height) / width;
+    if (this.canvas.width !== Math.round(room * ratio)) {
+      this.canvas.width = Math.round(room * ratio);
+      this.canvas.height = Math.round(tall * ratio);
+    }
+    this.scale = (room * ratio) / width;
+    this.pen = this.canvas.getContext("2d");
+    this.pen.setTransform(this.scale, 0, 0, this.scale, -left * this.scale, -top * this.scale);
+    this.unit = ratio / this.scale; // a pixel of the screen, in those of the image
+    const style = getComputedStyle(this.canvas);
+    this.ink = style.getPropertyValue("--ink");
+    this.pen.clearRect(left, top, width, height);
+    this.drawBorder(style.getPropertyValue("--paper"));
+    for (let mark = 0; mark < this.count; mark++) this.drawWay(mark);
+    this.drawGoals();
+    for (let mark = 0; mark < this.count; mark++) this.drawMark(mark);
+  }
+
+  drawBorder(paper) {
+    const { pen, unit } = this;
+    const { size, centre } = this.camera;
+    pen.strokeStyle = this.ink;
+    pen.lineWidth = unit;
+    if (size) {
+      pen.fillStyle = paper;
+      pen.fillRect(-0.5, -0.5, size[0], size[1]);
+      pen.strokeRect(-0.5, -0.5, size[0], size[1]);
+    }
+    pen.globalAlpha = 0.5;
+    pen.beginPath();
+    pen.moveTo(centre[0] - 6 * unit, centre[1]);
+    pen.lineTo(centre[0] + 6 * unit, centre[1]);
+    pen.moveTo(centre[0], centre[1] - 6 * unit);
+    pen.lineTo(centre[0], centre[1] + 6 * unit);
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  at(index, mark) {
+    const i = 2 * (index * this.count + mark);
+    return [this.pixels.values[i], this.pixels.values[i + 1]];
+  }
+
+  drawWay(mark) {
+    const { pen, unit } = this;
+    pen.strokeStyle = this.camera.colors[mark];
+    for (const [from, to, alpha] of [[0, this.pixels.shape[0] - 1, 0.25], [0, this.index, 0.9]]) {
+      pen.globalAlpha = alpha;
+      pen.lineWidth = 1.6 * unit;
+      pen.beginPath();
+      let down = false;
+      for (let t = from; t <= to; t++) {
+        const [x, y] = this.at(t, mark);
+        if (!Number.isFinite(x)) down = false;
+        else if (down) pen.lineTo(x, y);
+        else {
+          pen.moveTo(x, y);
+          down = true;
+        }
+      }
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+  }
+
+  drawGoals() {
+    const { pen, unit } = this;
+    pen.lineWidth = 1.5 * unit;
+    const side = 11 * unit;
+    this.camera.colors.forEach((color, mark) => {
+      const [x, y] = [this.goal[2 * mark], this.goal[2 * mark + 1]];
+      if (!Number.isFinite(x)) return;
+      pen.strokeStyle = color;
+      pen.strokeRect(x - side / 2, y - side / 2, side, side);
+    });
+  }
+
+  drawMark(mark) {
+    const { pen, unit } = this;
+    const [x, y] = this.at(this.index, mark);
+    if (!Number.isFinite(x)) return;
+    pen.fillStyle = this.camera.colors[mark];
+    pen.strokeStyle = this.ink;
+    pen.lineWidth = 0.8 * unit;
+    pen.beginPath();
+    pen.arc(x, y, 4.5 * unit, 0, 2 * Math.PI);
+    pen.fill();
+    pen.stroke();
+  }
+}

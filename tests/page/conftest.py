@@ -1,0 +1,157 @@
+"""A real browser, with graphics in software and without a network."""
+
+import base64
+import itertools
+import json
+import os
+import re
+import shutil
+import subprocess
+import time
+
+import pytest
+
+import robsim as rs
+from robsim.page.export import export_html
+
+SWITCHES = (
+    *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+)
+
+
+def until(page, expression):
+    """Wait until an expression of JavaScript is true, which the page's policy leaves to us."""
+    for _ in range(200):
+        if page.evaluate(expression):
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError(f"never true: {expression}")
+
+
+@pytest.fixture(scope="session")
+def playwright():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        yield driver
+
+
+@pytest.fixture(scope="session")
+def chromium(playwright):
+    """Chromium, driven by Playwright."""
+    browser = launched(playwright)
+    yield browser
+    browser.close()
+
+
+def launched(playwright, *switches):
+    path = shutil.which("chromium")
+    return playwright.chromium.launch(executable_path=path, args=[*SWITCHES, *switches])
+
+
+@pytest.fixture
+def chromium_flat(playwright):
+    """Open an address in a Chromium that has no 3-D graphics."""
+    browser = launched(playwright, "--disable-3d-apis")
+
+    def open_page(address):
+        page = browser.new_page(reduced_motion="reduce", offline=True)
+        page.goto(address)
+        until(page, "document.body.dataset.ready")
+        return page
+
+    yield open_page
+    browser.close()
+
+
+@pytest.fixture
+def firefox(tmp_path):
+    """Open an address in Firefox on a virtual screen, and return a picture of it as PNG."""
+    from websockets.sync.client import connect
+
+    (tmp_path / "user.js").write_text('user_pref("webgl.force-enabled", true);\n')
+    reading, writing = os.pipe()
+    screen = ("-screen", "0", "1280x800x24", "-displayfd", str(writing))
+    xvfb = subprocess.Popen(["Xvfb", *screen], pass_fds=[writing], stderr=subprocess.DEVNULL)
+    display = f":{os.read(reading, 10).decode().strip()}"
+    own = {
+        "HOME": str(tmp_path),
+        "DISPLAY": display,
+        "MOZ_X11_EGL": "1",
+        "PATH": os.environ["PATH"],
+    }
+    browser = subprocess.Popen(
+        ["firefox-esr", "--no-remote", "--profile", tmp_path, "--remote-debugging-port", "0"],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=own,
+    )
+    said = iter(browser.stderr.readline, "")
+    listening = (re.search(r"listening on (ws://\S+)", line) for line in said)
+    address = next(found[1] for found in listening if found)
+    with connect(f"{address}/session", max_size=None) as socket:
+        yield lambda page, ready: seen_by_firefox(socket, page, ready)
+    for process in (browser, xvfb):
+        process.kill()
+        process.wait()
+    browser.stderr.close()
+    os.close(reading)
+    os.close(writing)
+
+
+def seen_by_firefox(socket, address, ready):
+    """Open an address by the WebDriver BiDi protocol, and return what is seen once it is ready."""
+    numbers = itertools.count()
+
+    def call(method, **params):
+        number = next(numbers)
+        socket.send(json.dumps({"id": number, "method": method, "params": params}))
+        while True:
+            answer = json.loads(socket.recv(timeout=60))
+            if answer.get("id") == number:
+                return answer["result"]
+
+    call("session.new", capabilities={})
+    context = call("browsingContext.getTree")["contexts"][0]["context"]
+    call("browsingContext.navigate", context=context, url=address, wait="complete")
+    where = {"target": {"context": context}, "awaitPromise": False}
+    for _ in range(100):
+        if call("script.evaluate", expression=ready, **where)["result"].get("value"):
+            time.sleep(0.5)  # a frame or two
+            shot = call("browsingContext.captureScreenshot", context=context)
+            return base64.b64decode(shot["data"])
+        time.sleep(0.1)
+    raise AssertionError(f"never true in Firefox: {ready}")
+
+
+@pytest.fixture
+def opened(chromium):
+    """Open an address without a network, and fail where the page complains or asks for more."""
+    contexts, complaints = [], []
+
+    def open_page(address, **options):
+        look = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
+        context = chromium.new_context(**{**look, **options}, offline=True)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda said: complaints.append(said.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on(
+            "request", lambda asked: complaints.append(asked.url) if asked.url != address else 0
+        )
+        page.goto(address)
+        until(page, "document.body.dataset.ready")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert not complaints
+
+
+@pytest.fixture(scope="session")
+def demo_page(tmp_path_factory):
+    """The page of the demo."""
+    run = rs.load_scenario(rs.examples.path("chapter_6_1")).run()
+    return export_html(run, tmp_path_factory.mktemp("page") / "demo.html")

@@ -1,0 +1,185 @@
+"""A page in a real browser: what is drawn, and what the controls do."""
+
+import io
+import re
+
+import numpy as np
+import pytest
+from page.conftest import until
+
+import robsim as rs
+from robsim.page.export import export_html, framed
+
+pytestmark = pytest.mark.browser
+FRAME = "robsim.space.frames.find((f) => f.name === '{}')"
+
+
+def picture(page, of="#space"):
+    """The pixels (height, width, 3) of an element as it is drawn."""
+    from matplotlib.image import imread
+
+    page.wait_for_timeout(150)
+    return imread(io.BytesIO(page.locator(of).screenshot()), format="png")[..., :3]
+
+
+def position(page, frame="camera"):
+    return page.evaluate(f"{FRAME.format(frame)}.position.toArray()")
+
+
+def test_the_arm_stands_where_the_run_has_it(opened, demo_page):
+    page = opened(demo_page.as_uri())
+    scene = rs.load_scenario(rs.examples.path("chapter_6_1"))
+    run, T = scene.run(), scene.scene.display.matrix
+    for index in (0, 60, round(float(run.end_time) / 0.04)):
+        page.evaluate(f"robsim.clock.step({index} - robsim.clock.index)")
+        true = (T @ scene.scene.pose("camera", run.q.values[index]).matrix)[:3, 3]
+        assert np.abs(np.array(position(page)) - true).max() < 1e-4
+        assert page.locator("#seconds").inner_text() == f"{index * 0.04:.2f} s"
+
+
+def test_the_slider_moves_what_is_drawn(opened, demo_page):
+    page = opened(demo_page.as_uri())
+    before = picture(page)
+    page.locator("#slider").fill("150")
+    after = picture(page)
+    assert before.std() > 0.05 and (np.abs(after - before).max(axis=2) > 0.1).mean() > 0.005
+    page.locator("#slider").fill("0")
+    assert np.abs(picture(page) - before).max() < 0.02
+
+
+def test_keys_step_play_and_pause(opened, demo_page):
+    page = opened(demo_page.as_uri())
+    for key, index in (("ArrowRight", 1), ("Shift+ArrowRight", 11), ("ArrowLeft", 10), ("Home", 0)):
+        page.keyboard.press(key)
+        assert page.evaluate("robsim.clock.index") == index
+    page.keyboard.press(" ")
+    until(page, "robsim.clock.index > 5")
+    page.keyboard.press(" ")
+    there = page.evaluate("robsim.clock.index")
+    page.wait_for_timeout(200)
+    assert page.evaluate("robsim.clock.index") == there
+
+
+def test_speed_is_what_it_says(opened, demo_page):
+    page = opened(demo_page.as_uri())
+    page.locator("#speed").select_option("4")
+    page.evaluate("robsim.clock.pass(0)")
+    page.evaluate(
+        "robsim.clock.playing = true; robsim.clock.pass(0.5); robsim.clock.playing = false"
+    )
+    assert page.evaluate("robsim.clock.seconds") >= 2.0
+
+
+def test_a_click_on_a_curve_goes_to_its_instant(opened, demo_page):
+    page = opened(demo_page.as_uri())
+    box = page.locator("#charts .u-over").first.bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    half = page.evaluate("robsim.clock.seconds / robsim.clock.end")
+    assert abs(half - 0.5) < 0.02
+
+
+def test_ghosts_are_shown_and_hidden(opened, tmp_path):
+    run = rs.load_scenario(rs.examples.path("wrong_dh")).run()
+    page = opened(export_html(run, tmp_path / "run.html").as_uri())
+    with_ghost = picture(page)
+    page.locator(".lil-gui .lil-title").click()
+    page.locator(".lil-gui .lil-name", has_text=re.compile("^belief$")).click()
+    page.locator(".lil-gui .lil-title").click()
+    page.wait_for_timeout(400)
+    assert (np.abs(picture(page) - with_ghost).max(axis=2) > 0.05).mean() > 0.001
+
+
+def test_dark_and_light_are_both_readable(opened, demo_page):
+    for scheme in ("light", "dark"):
+        page = opened(demo_page.as_uri(), color_scheme=scheme)
+        texts = page.locator("h1, #outcome, figcaption, summary, #seconds")
+        for style in texts.evaluate_all("all => all.map(e => getComputedStyle(e).color)"):
+            paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
+            assert contrast(style, paper) > 4.5
+
+
+def contrast(*colors):
+    """The contrast of two colours by the rule of WCAG 2."""
+    light = []
+    for color in colors:
+        rgb = np.array([int(n) for n in re.findall(r"\d+", color)[:3]]) / 255
+        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        light.append(linear @ (0.2126, 0.7152, 0.0722) + 0.05)
+    return max(light) / min(light)
+
+
+def test_a_phone_shows_everything_one_below_the_other(opened, demo_page):
+    page = opened(demo_page.as_uri(), viewport={"width": 390, "height": 844}, has_touch=True)
+    parts = ["#space", "#pictures canvas", "#charts figure:last-child", "footer"]
+    for box in (page.locator(part).first.bounding_box() for part in parts):
+        assert box["x"] >= 0 and box["x"] + box["width"] <= 390 and box["height"] > 20
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_it_plays_at_once_unless_motion_is_unwanted(opened, demo_page):
+    page = opened(demo_page.as_uri(), reduced_motion="no-preference")
+    until(page, "robsim.clock.index > 3")
+
+
+def test_a_title_with_script_is_text(opened, tmp_path):
+    bad = "<img src=x onerror=alert(1)></script><script>document.title='ran'</script>"
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(title=bad)
+    page = opened(export_html(experiment.run(duration=0.4), tmp_path / "run.html").as_uri())
+    assert page.locator("h1").inner_text() == bad and page.title() == bad
+
+
+def test_a_damaged_page_says_so(opened, demo_page, tmp_path):
+    text = demo_page.read_text()
+    at = text.index('id="numbers">') + 500
+    (tmp_path / "bad.html").write_text(text[:at] + "AAAA" + text[at + 4 :])
+    page = opened((tmp_path / "bad.html").as_uri())
+    assert "cannot be shown" in page.locator("#problem").inner_text()
+
+
+def test_it_lives_in_a_frame_of_a_notebook(opened, demo_page, tmp_path):
+    (tmp_path / "notebook.html").write_text(f"<body data-ready=1>{framed(demo_page.read_text())}")
+    page = opened((tmp_path / "notebook.html").as_uri())
+    frame = page.frame_locator("iframe")
+    frame.locator("body[data-ready=yes]").wait_for()
+    assert "6.1" in frame.locator("h1").inner_text()
+
+
+def test_a_notebook_shows_a_run_also_once_it_is_a_page_of_its_own(chromium, tmp_path):
+    import nbformat
+    from nbconvert import HTMLExporter
+    from nbconvert.preprocessors import ExecutePreprocessor
+
+    code = "import robsim as rs\nrs.load_scenario(rs.examples.path('visp_tutorial')).run()"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(code)])
+    ExecutePreprocessor(timeout=120, kernel_name="python3").preprocess(notebook, {})
+    html, _ = HTMLExporter(template_name="basic").from_notebook_node(notebook)
+    (tmp_path / "notebook.html").write_text(html)
+    page = chromium.new_page(offline=True, reduced_motion="reduce")
+    page.goto((tmp_path / "notebook.html").as_uri())
+    frame = page.frame_locator("iframe")
+    frame.locator("body[data-ready=yes]").wait_for()
+    assert frame.locator("h1").inner_text() == "ViSP's tutorial case"
+    page.context.close()
+
+
+@pytest.mark.parametrize("name", rs.examples.names())
+def test_every_example_opens(name, opened, tmp_path):
+    run = rs.load_scenario(rs.examples.path(name)).run()
+    page = opened(export_html(run, tmp_path / "run.html").as_uri())
+    assert page.evaluate("document.body.dataset.ready") == "yes"
+    assert picture(page).std() > 0.02
+
+
+def test_firefox_draws_it_too(firefox, demo_page):
+    from matplotlib.image import imread
+
+    shot = firefox(demo_page.as_uri(), "document.body.dataset.ready === 'yes'")
+    assert imread(io.BytesIO(shot))[100:500, 50:850, :3].std() > 0.05
+
+
+def test_without_graphics_the_image_and_the_curves_are_left(chromium_flat, demo_page):
+    page = chromium_flat(demo_page.as_uri())
+    assert "cannot draw in 3-D" in page.locator("#space").inner_text()
+    page.locator("#slider").fill("100")
+    assert page.locator("#seconds").inner_text() == "4.00 s"
+    assert picture(page, "#pictures canvas").std() > 0.05

@@ -1,0 +1,140 @@
+"""Recordings: the poses, images and curves of a run, in a page that is read back."""
+
+import hashlib
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim import page
+from robsim.page.document import MODULES
+from robsim.page.export import export_html, framed, open_recording
+from robsim.page.recording import recording_of
+
+STATIC = Path(page.__file__).parent / "static"
+
+
+def run_of(name, **changes):
+    return rs.load_scenario(rs.examples.path(name)).run(**changes)
+
+
+@pytest.fixture(scope="module")
+def demo():
+    return run_of("chapter_6_1", duration=2.0)
+
+
+def poses(recording, frame, group="true"):
+    """(T, 4, 4) of a frame."""
+    number = recording.header["frames"].index({"name": frame, "group": group})
+    numbers = recording.arrays["poses"][:, number].astype(float)
+    turns = numbers[:, 3:] / np.linalg.norm(numbers[:, 3:], axis=1, keepdims=True)
+    return rs.Pose.from_quaternion(numbers[:, :3], turns).matrix
+
+
+def test_frames_are_where_the_scene_has_them(demo, tmp_path):
+    scene = rs.Experiment.of(demo).scene
+    back = open_recording(export_html(demo, tmp_path / "run.html"))
+    for frame in ("camera", "cube", "rhino_xr4.tool"):
+        true = scene.display.matrix @ scene.pose(frame, demo.q.values).matrix
+        assert np.abs(poses(back, frame) - true).max() < 1e-4
+
+
+def test_numbers_come_back_as_float32(demo, tmp_path):
+    back = open_recording(export_html(demo, tmp_path / "run.html"))
+    assert np.array_equal(back.arrays["camera.pixels"], demo.pixels.values.astype(np.float32))
+    assert np.array_equal(back.arrays["time"], demo.time.values.astype(np.float32))
+    error = back.arrays["curve error"]
+    assert np.array_equal(error[:, 0], demo.error_norm.values.astype(np.float32))
+    made = recording_of(demo)
+    assert back.header == json.loads(json.dumps(made.header))
+
+
+def test_the_same_run_gives_the_same_bytes(demo, tmp_path):
+    first, second = (export_html(demo, tmp_path / name).read_bytes() for name in ("a", "b"))
+    assert first == second and len(first) < 3_000_000
+
+
+def test_ten_thousand_instants_of_an_arm_stay_below_three_megabytes(tmp_path):
+    long = run_of("wrong_calibration", duration=400.0, hold=True)
+    assert long.sizes["time"] == 10_001
+    assert export_html(long, tmp_path / "run.html").stat().st_size < 3_000_000
+
+
+def test_what_is_believed_elsewhere_is_a_ghost_and_what_is_not_is_none():
+    wrong = recording_of(run_of("wrong_dh", duration=0.4)).header
+    groups = [wrong["frames"][part["frame"]]["group"] for part in wrong["parts"]]
+    assert groups.count("belief") > 3 and "goal" in groups
+    right = recording_of(run_of("visp_tutorial", duration=0.4)).header
+    assert "belief" not in [frame["group"] for frame in right["frames"]]
+
+
+def test_a_mission_is_shown_as_a_whole():
+    mission = run_of("inspection_a")
+    made = recording_of(mission)
+    assert made.arrays["time"].size == mission.run.sizes["time"]
+    assert [event["text"] for event in made.header["events"]] == [leg.name for leg in mission.legs]
+
+
+def test_robots_scenes_and_experiments_stand_still():
+    arm = rs.robots.puma560()
+    for shown in (arm, rs.Scene(arm), rs.load_scenario(rs.examples.path("car"))):
+        assert recording_of(shown).arrays["poses"].shape[0] == 1
+
+
+def test_no_text_can_leave_its_place(tmp_path):
+    bad = "</script><script>alert(1)</script><!-- \u2028 {policy}"
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(title=bad)
+    page = export_html(experiment.run(duration=0.2), tmp_path / "run.html").read_text()
+    assert page.count("</script>") == 3 and "alert(1)</" not in page
+    assert open_recording(tmp_path / "run.html").header["title"] == bad
+    assert framed(page).count("<") == 2
+
+
+@pytest.mark.parametrize("shown", [None, 3, "run.nc", np.zeros(3)])
+def test_what_cannot_be_shown_is_told(shown, tmp_path):
+    with pytest.raises(rs.InputError, match="expected a run, an experiment, a scene or a robot"):
+        export_html(shown, tmp_path / "run.html")
+
+
+def test_several_runs_are_told_to_be_several(tmp_path):
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    several = experiment.vary({"task.gain": [1.0, 2.0]}).run(duration=0.2)
+    with pytest.raises(rs.InputError, match="pick one"):
+        export_html(several, tmp_path / "run.html")
+
+
+def test_damaged_pages_are_refused(demo, tmp_path):
+    path = export_html(demo, tmp_path / "run.html")
+    whole, rng = path.read_text(), np.random.default_rng(3)
+    start = whole.index('id="numbers"')
+    for at in rng.integers(start, whole.index("</script>", start), 20):
+        path.write_text(f"{whole[:at]}!!{whole[at + 1 :]}")
+        with pytest.raises(rs.FileError, match=r"run\.html"):
+            open_recording(path)
+    for old, new in (
+        ('"kind":"f4"', '"kind":"O"'),
+        ('"shape":[', '"shape":[99999999,'),
+        ('"at":0', '"at":-1'),
+    ):
+        path.write_text(whole.replace(old, new, 1))
+        with pytest.raises(rs.FileError, match=r"run\.html: not a page of RobSim"):
+            open_recording(path)
+
+
+def test_the_libraries_are_those_that_are_listed():
+    listed = json.loads((STATIC / "vendor.json").read_text())
+    for name, digest in listed["sha256"].items():
+        assert hashlib.sha256((STATIC / name).read_bytes()).hexdigest() == digest
+    assert {each["license"] for each in listed["packages"].values()} == {"MIT"}
+
+
+def test_modules_share_one_scope_without_two_equal_names():
+    names = []
+    for module in MODULES:
+        text = (STATIC / f"{module}.js").read_text()
+        found = r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+)"
+        names += re.findall(found, text, re.MULTILINE)
+    assert len(names) > 20 and len(set(names)) == len(names)
