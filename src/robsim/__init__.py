@@ -67,9 +67,8 @@ def _shown_in_notebooks() -> None:
 
 
 def _page(shown: Any) -> str:
-    from robsim.page.export import in_notebook
-
-    return in_notebook(shown)
+    found: str = importlib.import_module(f"{__name__}.page.export").in_notebook(shown)
+    return found
 
 
 _shown_in_notebooks()
