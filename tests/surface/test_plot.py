@@ -1165,3 +1165,9 @@ def test_what_is_no_diagnosis_is_refused(given, run):
         plot.diagnosis(given)
     with pytest.raises(rs.InputError, match="got Run"):
         plot.diagnosis(run)
+
+
+def test_a_scene_beyond_all_measure_is_told():
+    far = rs.Object("far", rs.Block(1, 1, 1), pose=rs.Pose.at(1e31, 0, 0))
+    with pytest.raises(rs.InputError, match=r"1e\+31 m wide cannot be drawn"):
+        rs.plot.scene(rs.Scene(objects=[rs.Object("near", rs.Block(1, 1, 1)), far]))

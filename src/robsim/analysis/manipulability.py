@@ -114,8 +114,11 @@ def singular_values(
 def _spectrum(robot: Robot, q: Array, link: str | None, axes: Axes, unit: float) -> Array:
     """Return all singular values of J, with lengths in units of `unit` metres."""
     J = robot.jacobian(q, link)
-    J[..., :3, :] /= unit
-    J[..., [name == "m/s" for name in robot.velocity_units]] *= unit
+    with np.errstate(over="ignore", invalid="ignore"):
+        J[..., :3, :] /= unit
+        J[..., [name == "m/s" for name in robot.velocity_units]] *= unit
+    if not np.isfinite(J).all():
+        raise InputError(f"length (metres): {unit:g} makes a Jacobian that is not finite")
     return np.asarray(np.linalg.svd(J[..., ROWS[axes], :], compute_uv=False), dtype=np.float64)
 
 

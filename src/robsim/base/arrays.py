@@ -1,6 +1,7 @@
 """Conversion between a user's arrays, whose first axes are the runs, and the kernels', run last."""
 
 import math
+from collections.abc import Iterable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -96,6 +97,13 @@ def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
     """Return an array (a, b, run) as a contiguous one (*lead, a, b)."""
     first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
     return first.reshape(*lead, *array.shape[:-1])
+
+
+def is_listed(value: object) -> bool:
+    """Return whether a value has items: a text is one value, and so is an array without axes."""
+    if isinstance(value, np.ndarray):
+        return value.ndim > 0
+    return isinstance(value, Iterable) and not isinstance(value, str)
 
 
 def is_any(value: Any) -> bool:

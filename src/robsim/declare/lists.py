@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare.problems import Broken, shown, under
 from robsim.declare.spec import Context, Raw, Spec, expected
@@ -28,8 +29,7 @@ class ListOf(Spec):
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
         if isinstance(value, Iterator):
             value = list(value)
-        rows = isinstance(value, np.ndarray) and value.ndim > 0
-        listed = rows or (isinstance(value, Sequence) and not isinstance(value, str))
+        listed = isinstance(value, Sequence | np.ndarray) and is_listed(value)
         if self.alone and not listed:
             value, listed = [value], True
         if not listed or not self.least <= len(value) <= self.most:

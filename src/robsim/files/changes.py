@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError
 from robsim.declare.lookup import NAMED
 from robsim.declare.problems import shown
@@ -21,7 +22,7 @@ def pairs(changes: Changes) -> list[tuple[str, Any]]:
         return [(key, value_of(text)) for key, text in changes.items()]
     if isinstance(changes, str):
         changes = [changes]
-    if not isinstance(changes, Iterable):
+    if not is_listed(changes):
         raise InputError(f"{shown(changes)}: expected key=value, or several of them")
     return [_pair(change) for change in changes]
 

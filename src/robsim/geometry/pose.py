@@ -62,7 +62,7 @@ class Pose:
         array([0., 0., 1.])
         """
         if rotvec is not None:
-            if np.any(rpy):
+            if numbers(rpy, "rpy", (3,)).any():
                 raise InputError("rpy and rotvec: give one rotation only")
             turn = numbers(rotvec, "rotvec", (3,))
             warn_of_degrees(turn, "rotvec")
@@ -235,7 +235,7 @@ def _told(T: Array, what: str) -> Array:
 def _position(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Array:
     """Return positions (..., 3) from numbers or batches of numbers."""
     given: Any = (x, y, z)
-    if not any(map(np.ndim, given)):
+    if all(isinstance(each, int | float) for each in given):
         return numbers(given, "position", (3,))
     each = [
         numbers(value, f"position {name}", ()) for name, value in zip("xyz", given, strict=True)

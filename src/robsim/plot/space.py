@@ -15,6 +15,7 @@ from robsim.plot import palette
 
 VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
 FLATTEST = 0.4  # the shortest side of the drawn box, as a share of its longest
+WIDEST = 1e30  # metres, beyond which projections are not finite
 FILLED = 0.72  # share of the user's axes that the box takes; the rest is for its labels
 LABELS = (0.3, 0.52, 0.68, 0.1)  # inches left, below, right and above of the box, for its labels
 GROUND = "#f4f4f1"
@@ -57,7 +58,7 @@ def box(points: Array, bounds: Any = None) -> tuple[Array, Array]:
     No side is too short, and the lowest point is on the floor. `bounds` (2, 3) overrides the
     corners.
 
-    InputError: bounds that are not two corners, the lower one first.
+    InputError: bounds that are not two corners, the lower one first; points too far apart.
     """
     if bounds is not None:
         given = numbers(bounds, "bounds (lowest, highest) in metres", (2, 3))
@@ -66,6 +67,8 @@ def box(points: Array, bounds: Any = None) -> tuple[Array, Array]:
         return given[0], given[1]
     low, high = points.min(axis=0), points.max(axis=0)
     longest = float((high - low).max()) or 1.0
+    if not longest < WIDEST:
+        raise InputError(f"a scene that is {longest:.3g} m wide cannot be drawn")
     grow = np.maximum(FLATTEST * longest - (high - low), 0.06 * longest)
     return low - grow * (0.5, 0.5, 0), high + grow * (0.5, 0.5, 1)
 

@@ -161,11 +161,11 @@ class Experiment(Written):
         """Return what keeps checkpoints, if any are wanted; that of a mission serves its phases."""
         if isinstance(checkpoint, Keeper):
             return checkpoint
+        again = flag(resume, "resume")
         if checkpoint is None:
-            if resume:
+            if again:
                 raise InputError("resume: from which file? give checkpoint=path")
             return None
-        again = flag(resume, "resume")
         with self._named():
             identity(self)
         with refused(checkpoint, "keep"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from typing import Any, Self
@@ -136,6 +136,8 @@ class Setup(Value):
     def _check_runs(self) -> None:
         """Raise InputError unless there is a start for each run, or one for all."""
         what = "starts" if np.ndim(self.start) > 1 else "runs"
+        if not isinstance(self.varied, Mapping):
+            raise InputError(f"varied: expected {{name: numbers}}, got {said(self.varied)}")
         for name, values in self.varied.items():
             if len(values) != self.runs:
                 raise InputError(

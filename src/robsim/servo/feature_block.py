@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
+from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said
 from robsim.declare import (
     Choice,
@@ -79,8 +79,7 @@ class Indices(ListOf):
     least: int = 1
 
     def check(self, value: Any, what: str) -> tuple[int, ...]:
-        listed = isinstance(value, Iterable) and not isinstance(value, str)
-        numbers = tuple(value) if listed else ()
+        numbers = tuple(value) if is_listed(value) else ()
         whole = all(isinstance(n, int | np.integer) and n is not True and n >= 0 for n in numbers)
         if not numbers or not whole or len(set(numbers)) < len(numbers):
             raise InputError(f"{what}: expected {self.words()}, got {said(value)}")

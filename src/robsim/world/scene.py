@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from robsim.base.arrays import Array, flag, numbers, runs_last
+from robsim.base.arrays import Array, flag, is_listed, numbers, runs_last
 from robsim.base.errors import FrameError, InputError, is_one_of, said
 from robsim.declare import ListOf, Table, described
 from robsim.declare.problems import under
@@ -92,7 +92,7 @@ class Scene(Coordinates):
         for kind, part in KINDS.items():
             given = getattr(self, kind)
             parts = (given,) if isinstance(given, part) else given
-            if not isinstance(parts, Iterable) or not all(isinstance(p, part) for p in parts):
+            if not is_listed(parts) or not all(isinstance(p, part) for p in parts):
                 raise InputError(f"{kind} must be a list of {part.__name__}, got {said(given)}")
             object.__setattr__(self, kind, tuple(parts))
         object.__setattr__(self, "display", one_pose(self.display, "display"))

@@ -56,6 +56,8 @@ class AdaptiveGain(Declared):
     def at(self, size: Array) -> Array:
         """Return the gains (..., B) per second at sizes (..., B) of the error or the command."""
         given = numbers(size, "size", ("B",))
+        if (given < 0).any():
+            raise InputError(f"size: a length is not below 0, got {given.min():g}")
         gain = np.empty(given.size)
         kernels.adaptive(self.at_zero, self.at_infinity, self.slope, given.ravel(), gain)
         return gain.reshape(given.shape)

@@ -102,7 +102,10 @@ class Secondary(Protocol):
 
 def _limits(limits: ArrayLike, count: int) -> Array:
     """Return limits (n, 2), which may be infinite; InputError unless there are so many."""
-    given = np.asarray(limits)
+    try:
+        given = np.asarray(limits)
+    except ValueError:  # rows of unequal lengths
+        given = np.empty(())
     if given.shape != (count, 2) or given.dtype.kind not in "iuf" or np.isnan(given).any():
         raise InputError(f"limits: expected shape ({count}, 2), got {said(limits)}")
     return given.astype(np.float64)
