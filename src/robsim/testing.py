@@ -122,7 +122,7 @@ def check_joint(
     differ by rounding, as with `check_feature`; with `bits` they must be the same.
     """
     if not isinstance(kind, JointKind):
-        return [f"expected a JointKind, got {kind!r:.80}"]
+        return [f"expected a JointKind, got {said(kind)}"]
     try:
         check_kind(kind)
     except InputError as reason:

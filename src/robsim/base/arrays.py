@@ -158,7 +158,7 @@ def one_or_each(
     if given.ndim > 1 or not given.size or not fits:
         kind = "number not below 0" if zero else "positive number"
         raise InputError(
-            f"{what} must be a {kind}, or one for each {owner}, got {given.tolist()!r:.80}"
+            f"{what} must be a {kind}, or one for each {owner}, got {said(given.tolist())}"
         )
     return tuple(given.tolist()) if given.ndim else float(given)
 

@@ -15,6 +15,7 @@ ReplayWarning                        a run that is simulated again is another on
 """
 
 import difflib
+import reprlib
 from collections.abc import Container, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -80,15 +81,29 @@ class ReplayWarning(UserWarning):
 
 
 def said(value: object) -> str:
-    """Return how a message shows a value that was given: its first eighty characters.
+    """Return how a message shows a value that was given: short, and on one line.
 
-    >>> said(10**5000)
-    'a number of more than 4000 digits'
+    >>> said("cm" * 1000), said(10**5000)
+    ("'cmcmcmcmcmcmcmcmcmcmcmcmcm...mcmcmcmcmcmcmcmcmcmcmcmcmcm'", '0x...')
     """
-    try:
-        return f"{value!r:.80}"
-    except ValueError:  # Python writes no whole number that is as long
-        return "a number of more than 4000 digits"
+    text = " ".join(_SHORT.repr(value).split("\n"))
+    return text if len(text) <= 120 else f"{text[:116]} ..."
+
+
+class _Short(reprlib.Repr):
+    """The short texts of values, also of whole numbers that Python writes in hexadecimal only."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxlong = 60
+        self.maxother = 80
+        self.maxlevel, self.maxdict, self.maxlist = 3, 4, 9
+
+    def repr_int(self, x: int, level: int) -> str:
+        return super().repr_int(x, level) if x.bit_length() < 10_000 else "0x..."
+
+
+_SHORT = _Short()
 
 
 def is_one_of(name: object, exist: Container[str]) -> bool:

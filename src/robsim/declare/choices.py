@@ -12,7 +12,7 @@ from robsim.base.errors import InputError, said, suggest
 from robsim.declare.families import Family, plural
 from robsim.declare.fields import fields_of
 from robsim.declare.phrases import either_of, methods_of
-from robsim.declare.problems import Broken, shown
+from robsim.declare.problems import Broken
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected, with_article
 from robsim.declare.tables import (
     LACKING,
@@ -89,7 +89,7 @@ class Choice(Spec):
             raise Broken
         if not isinstance(kind, str) or kind not in self._known(kind):
             c.at("kind").report(
-                f"no kind {shown(kind)}; {suggest(str(kind)[:64], self.names, 'kinds')}"
+                f"no kind {said(kind)}; {suggest(str(kind)[:64], self.names, 'kinds')}"
             )
             raise Broken
         return read_table(self.family.find(kind), raw, c, "kind")
@@ -232,7 +232,7 @@ class Choice(Spec):
         guess = f"; did you mean {near[0]!r}?" if near else ""
         if isinstance(raw, str) and raw in self.names:  # which needs a table here
             guess = f', as in {{ kind = "{raw}" }}'
-        raise InputError(f"must be {self.text_words()}, got {shown(raw)}{guess}")
+        raise InputError(f"must be {self.text_words()}, got {said(raw)}{guess}")
 
     def _not_one(self, value: object) -> str:
         made = ", not the class" if isinstance(value, type) else ""

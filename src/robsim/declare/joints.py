@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 from robsim.base import units
 from robsim.base.arrays import frozen, numbers, one_or_each
 from robsim.base.errors import InputError, UnitError, said
-from robsim.declare.problems import Broken, shown, under
+from robsim.declare.problems import Broken, under
 from robsim.declare.quantities import DIMENSIONS, EXAMPLES, SI, coordinate, either, written
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
@@ -139,7 +139,7 @@ class PerJoint(Spec):
         for i, text in enumerate(raw):
             if isinstance(text, bool) or not isinstance(text, str | int | float):
                 example = 'expected a text with a unit, as in "90 deg" or "5 cm"'
-                c.at(i).report(f"{shown(text)}: {example}")
+                c.at(i).report(f"{said(text)}: {example}")
         if c.problems.seen > before:
             raise Broken
 
@@ -177,7 +177,7 @@ class OneOrEach(PerJoint):
                     self._checked(value, raw[i])
             return tuple(values)
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
-            raise UnitError(f"{shown(raw)}: expected {self.words()}")
+            raise UnitError(f"{said(raw)}: expected {self.words()}")
         kinds = self._kinds(c)
         if len(kinds) == 1:
             value = coordinate(raw, kinds[0])
@@ -230,7 +230,7 @@ class OfJoint(Spec):
 
     def read(self, raw: Raw, c: Context) -> float:
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
-            raise UnitError(f"{shown(raw)}: expected {self.words()}")
+            raise UnitError(f"{said(raw)}: expected {self.words()}")
         number = coordinate(raw, f"{unit_of(c)}{self.per}")
         if self.above is not None and not number > self.above:
             raise expected(f"greater than {self.above:g}", raw)

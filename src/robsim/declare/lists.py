@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said, suggest
-from robsim.declare.problems import Broken, shown, under
+from robsim.declare.problems import Broken, under
 from robsim.declare.spec import Context, Raw, Spec, expected
 from robsim.declare.tables import keys_of
 from robsim.declare.words import Text
@@ -92,7 +92,7 @@ class ListOf(Spec):
             number = self.least if count < self.least else self.most
             how = f"{bound} {number}" if self.least < self.most else f"{number}"
             items = "item" if number == 1 else "items"
-            raise InputError(f"must have {how} {items}, not {count}, got {shown(raw)}")
+            raise InputError(f"must have {how} {items}, not {count}, got {said(raw)}")
 
 
 NAME = Text(most=200)
@@ -141,7 +141,7 @@ def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> lis
         name = label(table, number)
         with under(name):
             if isinstance(name, int):
-                raise InputError(f"needs the name of what it changes, got {shown(table)}")
+                raise InputError(f"needs the name of what it changes, got {said(table)}")
             if name in changed:
                 raise InputError("there are two tables of this name; give one")
             changed.add(name)

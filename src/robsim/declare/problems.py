@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import reprlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, said
 
 SHOWN = 10  # problems that one error lists
 LONGEST = 600  # characters of one problem
@@ -94,26 +92,6 @@ def joined(*keys: str | int) -> str:
     return path
 
 
-def shown(value: Any) -> str:
-    """Return a value as text, shortened, on one line.
-
-    >>> shown("cm" * 1000)
-    "'cmcmcmcmcmcmcmcmcmcmcmcmcm...mcmcmcmcmcmcmcmcmcmcmcmcmcm'"
-    """
-    short = _Short()
-    short.maxstring = short.maxother = short.maxlong = 60
-    short.maxlevel, short.maxdict, short.maxlist = 3, 4, 9
-    text = short.repr(value)
-    return text if len(text) <= 120 else f"{text[:116]} ..."
-
-
-class _Short(reprlib.Repr):
-    """The short texts of values, also of whole numbers that Python writes in hexadecimal only."""
-
-    def repr_int(self, x: int, level: int) -> str:
-        return super().repr_int(x, level) if x.bit_length() < 10_000 else "0x..."
-
-
 def _cut(key: str) -> str:
     """Return a key of the path; a path that is already joined stays as it is."""
-    return key if len(key) <= 200 and key.isprintable() else shown(key)
+    return key if len(key) <= 200 and key.isprintable() else said(key)

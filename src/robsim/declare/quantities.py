@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 from robsim.base import units
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, UnitError, said
-from robsim.declare.problems import shown
 from robsim.declare.scalars import LARGEST, Number
 from robsim.declare.spec import Context, Raw, Spec, expected
 
@@ -168,7 +167,7 @@ def coordinate(raw: Raw, unit: str) -> float:
     try:
         return _within(float(raw), raw)
     except (TypeError, ValueError, OverflowError):
-        raise UnitError(f"{shown(raw)}: expected a bare number") from None
+        raise UnitError(f"{said(raw)}: expected a bare number") from None
 
 
 def either(raw: Raw, *dimensions: units.Dimension) -> float:
@@ -181,7 +180,7 @@ def either(raw: Raw, *dimensions: units.Dimension) -> float:
         except UnitError:
             continue
     examples = " or ".join(f'"{EXAMPLES[dimension]}"' for dimension in dimensions)
-    raise UnitError(f"{shown(raw)}: expected one number with its unit, as in {examples}")
+    raise UnitError(f"{said(raw)}: expected one number with its unit, as in {examples}")
 
 
 def written(number: float, unit: str) -> str:
@@ -210,10 +209,10 @@ def _short(raw: Raw, example: str) -> Any:
         return " ".join(raw.split())
     if isinstance(raw, int | float) and not abs(raw) > LARGEST:
         return raw
-    raise UnitError(f"{shown(raw)}: expected a short text with a unit, as in {example}")
+    raise UnitError(f"{said(raw)}: expected a short text with a unit, as in {example}")
 
 
 def _within(number: float, raw: Raw) -> float:
     if not abs(number) <= LARGEST:
-        raise _TooLarge(f"{shown(raw)}: expected a number of at most {LARGEST:g} in SI units")
+        raise _TooLarge(f"{said(raw)}: expected a number of at most {LARGEST:g} in SI units")
     return number

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
-from robsim.base.errors import FileError, InputError
-from robsim.declare.problems import Broken, Problems, joined, shown
+from robsim.base.errors import FileError, InputError, said
+from robsim.declare.problems import Broken, Problems, joined
 
 Raw = Any  # what a TOML text holds: tables, lists, texts, numbers, truth values
 
@@ -88,7 +88,7 @@ class Context:
         except InputError as error:
             self.blame(error)
         except (TypeError, ValueError, AttributeError, OverflowError):  # of what is no number
-            self.report(f"expected {spec.accepts()}, got {shown(value)}")
+            self.report(f"expected {spec.accepts()}, got {said(value)}")
         return MISSING
 
 
@@ -194,4 +194,4 @@ def with_article(noun: str) -> str:
 
 def expected(words: str, raw: Raw) -> InputError:
     """Return the error about a value of the wrong kind."""
-    return InputError(f"must be {words}, got {shown(raw)}")
+    return InputError(f"must be {words}, got {said(raw)}")

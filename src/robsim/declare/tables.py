@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of
-from robsim.declare.problems import Broken, shown, under
+from robsim.declare.problems import Broken, under
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 
 LACKING = "missing, and it must be given"
@@ -101,7 +101,7 @@ def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: 
             c.problems.untold += 1
             c.problems.seen += 1
         else:
-            c.at(key).report(f"unknown key {shown(key)}; {suggest(key[:64], known, 'keys')}")
+            c.at(key).report(f"unknown key {said(key)}; {suggest(key[:64], known, 'keys')}")
 
 
 def _check_plain(source: Any, own: dict[str, Any]) -> None:

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from robsim.base.arrays import is_listed
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare.lookup import NAMED
-from robsim.declare.problems import shown
 
 Changes = Mapping[str, Any] | Iterable[str]
 DEEPEST = 16
@@ -23,7 +22,7 @@ def pairs(changes: Changes) -> list[tuple[str, Any]]:
     if isinstance(changes, str):
         changes = [changes]
     if not is_listed(changes):
-        raise InputError(f"{shown(changes)}: expected key=value, or several of them")
+        raise InputError(f"{said(changes)}: expected key=value, or several of them")
     return [_pair(change) for change in changes]
 
 
@@ -53,9 +52,9 @@ def nested(path: Any, value: Any) -> dict[str, Any]:
     keys = path.split(".") if isinstance(path, str) else []
     if not _can_be_set(keys):
         example = "task.gain or cameras.NAME.size"
-        raise InputError(f"{shown(path)} cannot be set; expected a path such as {example}")
+        raise InputError(f"{said(path)} cannot be set; expected a path such as {example}")
     if isinstance(value, dict | list) and not value and keys[-1] not in EMPTY:
-        raise InputError(f"{path}: {shown(value)} changes nothing; name the value to change")
+        raise InputError(f"{path}: {said(value)} changes nothing; name the value to change")
     tables: Any = value
     for i in range(len(keys) - 1, -1, -1):
         if i > 0 and keys[i - 1] in NAMED:
@@ -68,7 +67,7 @@ def nested(path: Any, value: Any) -> dict[str, Any]:
 def _pair(change: Any) -> tuple[str, Any]:
     key, equals, text = change.partition("=") if isinstance(change, str) else ("", "", "")
     if not equals:
-        raise InputError(f"{shown(change)}: expected key=value, as in task.gain=2")
+        raise InputError(f"{said(change)}: expected key=value, as in task.gain=2")
     return key.strip(), value_of(text.strip())
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robsim.base.errors import said
 from robsim.kernels import endings
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def check_content(run: xr.Dataset) -> None:
     """Raise ValueError, which says the first problem, unless a Dataset is a run or a mission's."""
     title = run.attrs.get("title")
     if not isinstance(title, str) or title not in TITLES:
-        raise ValueError(f"its title is {title!r:.80}")
+        raise ValueError(f"its title is {said(title)}")
     for problem in (*_lacking(run, title), *_variables(run), *_attributes(run)):
         raise ValueError(problem)
 
@@ -113,7 +114,7 @@ def _variables(run: xr.Dataset) -> Iterator[str]:
         for name in (name for name in table if name in run.variables):
             leading = tuple(dim for dim in before if dim in run.variables[name].dims)
             if run.variables[name].dims != (*leading, *table[name]):
-                yield f"{name} has the dimensions {run.variables[name].dims!r:.200}"
+                yield f"{name} has the dimensions {said(run.variables[name].dims)}"
             if run.variables[name].dtype.kind not in _kinds(name):
                 yield f"{name} holds values of type {run.variables[name].dtype}"
     for dim, size in SIZES.items():
@@ -133,7 +134,7 @@ def _shared(run: xr.Dataset) -> Iterator[str]:
     """Yield what is wrong with the runs and instants that variables have in common."""
     for name, dims in (("run", (("run",), ())), ("time", (("time",),))):
         if name in run.variables and run.variables[name].dims not in dims:
-            yield f"{name} has the dimensions {run.variables[name].dims!r:.200}"
+            yield f"{name} has the dimensions {said(run.variables[name].dims)}"
     if "run" in run.variables and run.variables["run"].dtype.kind not in _kinds("run"):
         yield "the number of a run is not whole"
     for name in ("q", "q0"):
@@ -173,7 +174,7 @@ def _attributes(run: xr.Dataset) -> Iterator[str]:
             or (name in FLAGS and not (_is_number(value) and value in (0, 1)))
             or (name.startswith(OF_IMAGES) and not _is_pair(value))
         ):
-            yield f"attribute {name} is {value!r:.80}"
+            yield f"attribute {name} is {said(value)}"
     for name, variable in run.variables.items():
         if not isinstance(variable.attrs.get("units", ""), str):
             yield f"the unit of {name!s:.80} is no text"

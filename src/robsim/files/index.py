@@ -12,6 +12,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from robsim.base.errors import said
+
 NUMBERS = {"<f8", "<f4", "<i8", "<i4", "<i2", "|i1", "<u8", "<u4", "<u2", "|u1", "|b1"}
 TEXTS = "text"
 MOST_DIMENSIONS = 16
@@ -35,9 +37,9 @@ class Entry:
         for name in (self.name, *_list(self.dims), *_dict(self.attributes)):
             _check_name(name)
         if not len(_list(self.shape)) == len(self.dims) <= MOST_DIMENSIONS:
-            raise ValueError(f"{self.name}: no shape: {self.shape!r:.80}")
+            raise ValueError(f"{self.name}: no shape: {said(self.shape)}")
         if self.dtype not in (*NUMBERS, TEXTS) or not all(map(_counts, [*self.shape, self.offset])):
-            raise ValueError(f"{self.name}: no type and place of numbers: {self.dtype!r:.80}")
+            raise ValueError(f"{self.name}: no type and place of numbers: {said(self.dtype)}")
         if not all(len(p) == 2 and isinstance(p[0], str) and _counts(p[1]) for p in self.texts):
             raise ValueError(f"{self.name}: no texts")
         if sum(count for _, count in self.texts) != (self.size if self.dtype == TEXTS else 0):
@@ -112,21 +114,21 @@ def read(index: Any, size: int) -> tuple[list[Entry], list[str], dict[str, Any]]
 
     ValueError, TypeError, OverflowError: it is none of a content of so many bytes.
     """
-    said = _dict(index)
-    entries = [_entry(each) for each in _list(said["variables"])]
-    coordinates = list(map(_text, _list(said["coordinates"])))
+    told = _dict(index)
+    entries = [_entry(each) for each in _list(told["variables"])]
+    coordinates = list(map(_text, _list(told["coordinates"])))
     check_sizes(entries, size)
     if not {entry.name for entry in entries} >= set(coordinates):
         raise ValueError("a coordinate is no variable")
-    for name in _dict(said["attributes"]):
+    for name in _dict(told["attributes"]):
         _check_name(name)
-    return entries, coordinates, {key: _value(v) for key, v in said["attributes"].items()}
+    return entries, coordinates, {key: _value(v) for key, v in told["attributes"].items()}
 
 
-def _entry(said: Any) -> Entry:
-    if _dict(said).keys() != {field.name for field in fields(Entry)}:
+def _entry(told: Any) -> Entry:
+    if _dict(told).keys() != {field.name for field in fields(Entry)}:
         raise ValueError("a variable is not described")
-    return Entry(**said)
+    return Entry(**told)
 
 
 def check_sizes(entries: list[Entry], size: int) -> None:
@@ -153,27 +155,27 @@ def _written(value: Any) -> Any:
     if values.ndim == 1 and holds_texts(values):
         return values.tolist()
     if values.ndim != 1 or values.dtype.kind not in "iuf":
-        raise TypeError(f"expected a number, a text or a list of them, got {value!r:.80}")
+        raise TypeError(f"expected a number, a text or a list of them, got {said(value)}")
     return {"dtype": values.dtype.newbyteorder("<").str, "values": values.tolist()}
 
 
-def _value(said: Any) -> Any:
+def _value(told: Any) -> Any:
     """Return the attribute that JSON says; ValueError, TypeError or OverflowError if none."""
-    if isinstance(said, list):
-        return list(map(_text, said))
-    if isinstance(said, dict):
-        kind = _text(said["dtype"])
-        if kind not in NUMBERS - {"|b1"} or not all(map(_is_number, _list(said["values"]))):
+    if isinstance(told, list):
+        return list(map(_text, told))
+    if isinstance(told, dict):
+        kind = _text(told["dtype"])
+        if kind not in NUMBERS - {"|b1"} or not all(map(_is_number, _list(told["values"]))):
             raise ValueError("an attribute is no array of numbers")
-        return np.array(said["values"], dtype=kind)
-    return said if _is_number(said) else _text(said)
+        return np.array(told["values"], dtype=kind)
+    return told if _is_number(told) else _text(told)
 
 
 def _check_name(name: Any) -> None:
     """Raise ValueError unless a name can be printed and is no path."""
     short = 0 < len(_text(name)) <= LONGEST_NAME
     if not (short and name.isprintable() and "/" not in name):
-        raise ValueError(f"no name of a variable, a dimension or an attribute: {name!r:.80}")
+        raise ValueError(f"no name of a variable, a dimension or an attribute: {said(name)}")
 
 
 def _counts(value: Any) -> bool:
@@ -186,17 +188,17 @@ def _is_number(value: Any) -> bool:
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise TypeError(f"expected a text, got {value!r:.80}")
+        raise TypeError(f"expected a text, got {said(value)}")
     return value
 
 
 def _list(value: Any) -> list[Any]:
     if not isinstance(value, list):
-        raise TypeError(f"expected a list, got {value!r:.80}")
+        raise TypeError(f"expected a list, got {said(value)}")
     return value
 
 
 def _dict(value: Any) -> Mapping[str, Any]:
     if not isinstance(value, dict):
-        raise TypeError(f"expected names and values, got {value!r:.80}")
+        raise TypeError(f"expected names and values, got {said(value)}")
     return value

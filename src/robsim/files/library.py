@@ -7,9 +7,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robsim.base.errors import FileError, FrameError, InputError
+from robsim.base.errors import FileError, FrameError, InputError, said
 from robsim.declare.lists import label
-from robsim.declare.problems import Problems, shown, under
+from robsim.declare.problems import Problems, under
 from robsim.declare.spec import UNREADABLE, Context
 from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
@@ -56,7 +56,7 @@ def _tool(table: Any, number: int, folder: Path) -> Any:
 
 def _library_tables(name: Any) -> Tables:
     if not isinstance(name, str):
-        raise InputError(f"must be the name of a robot of the library, got {shown(name)}")
+        raise InputError(f"must be the name of a robot of the library, got {said(name)}")
     return _parsed(name)
 
 
@@ -71,7 +71,7 @@ def _urdf_tables(table: Tables, folder: Path) -> Tables:
     path = table["urdf"]
     if not isinstance(path, str) or not path:
         with under("urdf"):
-            raise InputError(f"must be the path of a URDF file, got {shown(path)}")
+            raise InputError(f"must be the path of a URDF file, got {said(path)}")
     try:
         robot = Robot.from_urdf(folder / path, tip=table.get("tip"))
     except (FrameError, FileError) as error:

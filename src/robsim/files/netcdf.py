@@ -115,9 +115,9 @@ def _read(path: str | os.PathLike[str]) -> Run:
 
 def _of(file: BinaryIO) -> Run:
     """Return the Dataset of an open file. SealError: it is not sealed."""
-    size, said = seal.checked(file)
+    size, told = seal.checked(file)
     try:
-        entries, coordinates, attributes = index.read(said, size)
+        entries, coordinates, attributes = index.read(told, size)
         variables = {each.name: each.variable(_numbers(file, each)) for each in entries}
         own = {name: variables.pop(name) for name in coordinates}
         return Run(variables, own, attributes)

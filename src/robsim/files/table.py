@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.files.deferred import Deferred
 
 if TYPE_CHECKING:
@@ -74,10 +74,10 @@ def table(run: xr.Dataset, of: Literal["steps", "runs"] | None = None) -> pd.Dat
 def _rows(run: Any, of: Any) -> tuple[str, ...]:
     """Return the dimensions that a row stands for."""
     if not isinstance(run, xr.Dataset):
-        raise InputError(f"expected a run, a Dataset of simulate, got {run!r:.80}")
+        raise InputError(f"expected a run, a Dataset of simulate, got {said(run)}")
     of = ("steps" if "time" in run.dims else "runs") if of is None else of
     if not isinstance(of, str) or of not in ROWS:
-        raise InputError(f"no table of {of!r:.40}; {suggest(of, ROWS, 'tables')}")
+        raise InputError(f"no table of {said(of)}; {suggest(of, ROWS, 'tables')}")
     if of == "steps" and "time" not in run.dims:
         raise InputError("only the end of this run was recorded: take table(run, of='runs')")
     return ROWS[of]

@@ -10,8 +10,7 @@ from itertools import accumulate, islice
 from pathlib import Path
 from typing import Any
 
-from robsim.base.errors import FileError
-from robsim.declare.problems import shown
+from robsim.base.errors import FileError, said
 
 Tables = dict[str, Any]
 SCHEMA = 1
@@ -48,7 +47,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def _name(path: object) -> str:
-    return shown(str(path) if isinstance(path, str | os.PathLike) else path)
+    return said(str(path) if isinstance(path, str | os.PathLike) else path)
 
 
 def parse(text: str, source: str) -> Tables:
@@ -58,7 +57,7 @@ def parse(text: str, source: str) -> Tables:
     if not text.strip():
         raise FileError(f"{source}: empty; a file starts with schema = {SCHEMA}")
     if long := _LONG_KEY.search(text):
-        what, line = shown(long[0]), _line(text, long.start())
+        what, line = said(long[0]), _line(text, long.start())
         raise FileError(f"{source}: not a key that could be valid: {what} (line {line})")
     if deep := next(islice(_DEEP_KEY.finditer(text), MOST_DEEP, None), None):
         line = _line(text, deep.start())
@@ -109,7 +108,7 @@ def _without_schema(tables: Tables, source: str) -> Tables:
     number = tables["schema"]
     if type(number) is not int or number != SCHEMA:
         raise FileError(
-            f"{source}: schema: {shown(number)} is unknown to this version of RobSim; it reads "
+            f"{source}: schema: {said(number)} is unknown to this version of RobSim; it reads "
             f"schema = {SCHEMA}"
         )
     return {key: part for key, part in tables.items() if key != "schema"}

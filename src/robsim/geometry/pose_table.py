@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.declare import ListOf, Number, Vector
-from robsim.declare.problems import Broken, shown, under
+from robsim.declare.problems import Broken, under
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 
@@ -44,7 +44,7 @@ class PoseTable(Spec):
             raise expected("a table", raw)
         before = c.problems.seen
         for key in raw.keys() - KEYS.keys():
-            c.at(key).report(f"unknown key {shown(key)}; {suggest(key[:64], KEYS, 'keys')}")
+            c.at(key).report(f"unknown key {said(key)}; {suggest(key[:64], KEYS, 'keys')}")
         values = {key: c.at(key).tried(KEYS[key], raw[key]) for key in KEYS if key in raw}
         if c.problems.seen > before:
             raise Broken

@@ -15,7 +15,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, said
 from robsim.base.output import refused, write_whole
 from robsim.page.document import document
 from robsim.page.packing import unpacked
@@ -62,7 +62,7 @@ def open_recording(path: str | os.PathLike[str]) -> Recording:
     try:
         header = json.loads(_part(text, "application/json", "header"))
         if (header["format"], header["version"]) != (FORMAT, VERSION):
-            raise ValueError(f"version {header['version']!r:.40}, and this reads {VERSION}")
+            raise ValueError(f"version {said(header['version'])}, and this reads {VERSION}")
         numbers = base64.b64decode(_part(text, "text/plain", "numbers"))
         return Recording(header, unpacked(header.pop("arrays"), numbers))
     except (ValueError, LookupError, TypeError, AttributeError, zlib.error) as reason:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 
 LEVELS = 65535  # steps in the range of a quantised component
 KINDS = ("f4", "u4", "u2")
@@ -49,7 +49,7 @@ def _bytes(entry: dict[str, Any]) -> int:
     """Return how many bytes an array takes, once where it stands is known to make sense."""
     places = [entry["at"], *entry["shape"]]
     if entry["kind"] not in KINDS or not all(type(n) is int and n >= 0 for n in places):
-        raise ValueError(f"no array: {entry!r:.80}")
+        raise ValueError(f"no array: {said(entry)}")
     size: int = math.prod(entry["shape"]) * np.dtype(entry["kind"]).itemsize
     if entry["at"] + size > MOST_BYTES:
         raise ValueError(f"its numbers need more than {MOST_BYTES} bytes")

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.page.bodies import Moving, Stage, solids
 from robsim.page.seen import cameras, frustum_depth, marks_of
 from robsim.page.told import curves, events, joint_curves, texts
@@ -76,7 +76,7 @@ def recording_of(
         return _of_mission(shown)
     if hasattr(shown, "data_vars"):
         return _of_run(shown, experiment, trials)
-    raise InputError(f"expected a run, an experiment, a scene or a robot, got {shown!r:.80}")
+    raise InputError(f"expected a run, an experiment, a scene or a robot, got {said(shown)}")
 
 
 def _still(scene: Scene, title: str, q: Any = None) -> Recording:

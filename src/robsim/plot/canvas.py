@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robsim.base.arrays import numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.plot import palette
 
 _STYLE: dict[Any, Any] = {
@@ -79,7 +79,7 @@ def _checked_size(size: Any) -> tuple[float, float]:
     if given.ndim != 1 or (given < _SMALLEST).any() or (given > _LARGEST).any():
         raise InputError(
             f"size: expected (width, height), each {_SMALLEST:g} to {_LARGEST:g} inches, "
-            f"got {size!r:.80}"
+            f"got {said(size)}"
         )
     return float(given[0]), float(given[1])
 
@@ -95,7 +95,7 @@ def checked_panels(axes: Any, count: int, size: Any) -> list[Axes]:
     panels = list(many) if isinstance(many, Sequence | np.ndarray) else [many]
     if len(panels) != count or not all(isinstance(each, Axes) for each in panels):
         expected = "one Axes" if count == 1 else f"{count} Axes"
-        raise InputError(f"expected {expected} of Matplotlib to draw into, got {axes!r:.80}")
+        raise InputError(f"expected {expected} of Matplotlib to draw into, got {said(axes)}")
     return panels
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from robsim.analysis.measures import MEASURES, moving_path, pixels_away
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.image import frame as frame_image
@@ -50,7 +50,7 @@ def comparison(comparison: Comparison, *, size: Any = None, title: str | None = 
     ['image\\ntime limit after 2 s', 'pose\\ntime limit after 2 s']
     """
     if not {"runs", "data", "scenes"} <= set(dir(comparison)):
-        raise InputError(f"expected a Comparison as compare returns it, got {comparison!r:.80}")
+        raise InputError(f"expected a Comparison as compare returns it, got {said(comparison)}")
     with style():
         figure = (_distributions if comparison.batch else _slide)(comparison, size)
         if title is not None:

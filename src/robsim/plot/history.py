@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def checked_scene(scene: object) -> None:
     """Raise InputError if this is not a Scene."""
     if not isinstance(scene, Scene):
-        raise InputError(f"expected a Scene, got {scene!r:.80}")
+        raise InputError(f"expected a Scene, got {said(scene)}")
 
 
 def checked(run: xr.Dataset, timed: bool = True) -> xr.Dataset:

@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
@@ -103,12 +103,12 @@ def moments(
 def _check_texts(views: Any, titles: Any, states: int) -> None:
     """Raise InputError for views that do not exist, or for a wrong number of titles."""
     if not isinstance(views, list | tuple) or not views:
-        raise InputError(f"views: expected a list, such as ['right'], got {views!r:.80}")
+        raise InputError(f"views: expected a list, such as ['right'], got {said(views)}")
     for view in views:
         if not isinstance(view, str) or view not in VIEWS:
-            raise InputError(f"no view {view!r:.80}; {suggest(view, VIEWS, 'views')}")
+            raise InputError(f"no view {said(view)}; {suggest(view, VIEWS, 'views')}")
     if not isinstance(titles, list | tuple):
-        raise InputError(f"titles: expected a list of texts, got {titles!r:.80}")
+        raise InputError(f"titles: expected a list of texts, got {said(titles)}")
     if titles and len(titles) != states:
         raise InputError(f"{states} moments need as many titles, got {len(titles)}")
 
@@ -117,7 +117,7 @@ def _extent(extent: Any) -> tuple[float, float]:
     """Return the checked width and height in metres."""
     given = numbers(extent, "extent (width, height) in metres", (2,))
     if given.ndim != 1 or (given <= 0).any():
-        raise InputError(f"extent: expected (width, height) in metres, got {extent!r:.80}")
+        raise InputError(f"extent: expected (width, height) in metres, got {said(extent)}")
     return float(given[0]), float(given[1])
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette
 from robsim.plot.picture import Picture, picture_of
@@ -43,7 +43,7 @@ def robot(
     'base, link7'
     """
     if not isinstance(robot, Robot):
-        raise InputError(f"expected a Robot, got {robot!r:.80}")
+        raise InputError(f"expected a Robot, got {said(robot)}")
     alone = Scene((replace(robot, base=IDENTITY, on="world"),))
     picture = picture_of(alone, q, None, goal)
     whole = picture if picture.solid else _axes(alone, picture, robot, q)

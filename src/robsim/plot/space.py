@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.plot import palette
 
 VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
@@ -38,7 +38,7 @@ def checked_view(view: Any) -> tuple[float, float]:
     """
     given = numbers(VIEW if view is None else view, "view (elevation, azimuth) in degrees", (2,))
     if given.ndim != 1:
-        raise InputError(f"view: expected (elevation, azimuth) in degrees, got {view!r:.80}")
+        raise InputError(f"view: expected (elevation, azimuth) in degrees, got {said(view)}")
     return float(given[0]), float(given[1])
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from robsim.analysis.workspace import Workspace
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette, wireframe
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
@@ -40,7 +40,7 @@ def workspace(
     ['from the side', 'from above']
     """
     if not isinstance(workspace, Workspace):
-        raise InputError(f"expected a Workspace as workspace returns it, got {workspace!r:.80}")
+        raise InputError(f"expected a Workspace as workspace returns it, got {said(workspace)}")
     views, lines = _views(workspace.points), _robot(workspace)
     with style():
         if axes is not None:

@@ -14,7 +14,7 @@ import numpy as np
 from llvmlite import binding as llvm
 
 from robsim import __version__
-from robsim.base.errors import FileError, FileWarning, InputError
+from robsim.base.errors import FileError, FileWarning, InputError, said
 from robsim.base.output import refused, write_whole
 from robsim.kernels.store import KERNEL_HASH, VERSIONS
 from robsim.run.chunk import Chunk, Going
@@ -165,7 +165,7 @@ def _flat(memory: dict[str, Any]) -> list[tuple[tuple[str, ...], Any]]:
             continue
         array = np.asarray(value)
         if array.dtype.hasobject or not isinstance(name, str):
-            raise InputError(f"what is remembered as {name!r:.80} is no array of numbers")
+            raise InputError(f"what is remembered as {said(name)} is no array of numbers")
         found.append(((name,), array))
     return found
 

@@ -76,7 +76,7 @@ def _first(numbers: Any) -> int:
     numbers = np.atleast_1d(numbers)
     if (np.diff(numbers) != 1).any():
         raise InputError(
-            f"runs {numbers.tolist()!r:.60} do not follow one another: repeat them one by one"
+            f"runs {said(numbers.tolist())} do not follow one another: repeat them one by one"
         )
     return int(numbers[0])
 

@@ -10,9 +10,9 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
-from robsim.declare.problems import Broken, Problems, shown
+from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
 from robsim.files.library import expanded
@@ -42,7 +42,7 @@ class RecordSpec(Spec):
         whole = isinstance(raw, int) and not isinstance(raw, bool) and raw >= 1
         if whole or raw in ("all", "summary"):
             return raw
-        raise InputError(f"{shown(raw)}: expected {self.words()}")
+        raise InputError(f"{said(raw)}: expected {self.words()}")
 
     def write(self, value: Any, c: Context) -> Any:
         return value if isinstance(value, str) else int(value)
@@ -206,7 +206,7 @@ def _fields(scene: Scene, found: TaskTable, c: Context) -> dict[str, Any] | None
 def _belief(truth: Mapping[str, Raw], raw: Raw, c: Context, folder: Path) -> Scene:
     """Return the believed scene: what a table says over what is true, or alone if complete."""
     if not isinstance(raw, Mapping):
-        raise InputError(f"must be a table, as in [[belief.cameras]], got {shown(raw)}")
+        raise InputError(f"must be a table, as in [[belief.cameras]], got {said(raw)}")
     rest = {key: part for key, part in raw.items() if key != "complete"}
     complete = raw.get("complete", False)
     if not isinstance(complete, bool):

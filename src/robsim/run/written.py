@@ -12,7 +12,6 @@ import numpy as np
 
 from robsim.base.arrays import whole
 from robsim.base.errors import FileError, InputError, said
-from robsim.declare.problems import shown
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, write
 from robsim.run.changed import changed, has_objects
@@ -47,9 +46,9 @@ class Written(Setup):
         2.0
         """
         if not isinstance(source, str):
-            raise InputError(f"source: expected a text, got {shown(source)}")
+            raise InputError(f"source: expected a text, got {said(source)}")
         if not isinstance(text, str):
-            raise FileError(f"{source}: expected TOML text, got {shown(text)}")
+            raise FileError(f"{source}: expected TOML text, got {said(text)}")
         tables = parse(text, source)
         other = changed(tables, set, source)
         return cls._of_tables(other, source, text if other is tables else None)

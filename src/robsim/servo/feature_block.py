@@ -20,7 +20,7 @@ from robsim.declare import (
     described,
     fields_of,
 )
-from robsim.declare.problems import Broken, shown
+from robsim.declare.problems import Broken
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 from robsim.features import FEATURES as KINDS
 from robsim.features import Feature
@@ -198,7 +198,7 @@ class _Block(Spec):
             example = (
                 'a name such as "points", or a table as in { kind = "points", marks = [0, 1] }'
             )
-            raise InputError(f"expected {example}, got {shown(raw)}")
+            raise InputError(f"expected {example}, got {said(raw)}")
         table = {"kind": raw} if isinstance(raw, str) else raw
         before = c.problems.seen
         own = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from robsim.base.errors import InputError, is_one_of, suggest
+from robsim.base.errors import InputError, is_one_of, said, suggest
 
 
 def names() -> tuple[str, ...]:
@@ -21,5 +21,5 @@ def names() -> tuple[str, ...]:
 def path(name: str) -> Path:
     """Return the file of an example. InputError: there is none of that name."""
     if not is_one_of(name, names()):
-        raise InputError(f"no example {name!r:.80}; {suggest(name, names(), 'examples')}")
+        raise InputError(f"no example {said(name)}; {suggest(name, names(), 'examples')}")
     return Path(str(resources.files(__name__) / f"{name}.toml"))

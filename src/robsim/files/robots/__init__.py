@@ -16,7 +16,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robsim.base.errors import InputError, is_one_of, suggest
+from robsim.base.errors import InputError, is_one_of, said, suggest
 
 if TYPE_CHECKING:
     from robsim.robot.robot import Robot
@@ -32,7 +32,7 @@ def file(name: str) -> Path:
     """Return the file of a robot of the library. InputError: there is none of that name."""
     if not is_one_of(name, names()):
         raise InputError(
-            f"no robot {name!r:.80} in the library; {suggest(name, names(), 'robots')}"
+            f"no robot {said(name)} in the library; {suggest(name, names(), 'robots')}"
         )
     return Path(str(resources.files(__name__) / f"{name}.toml"))
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
 from robsim.declare import Length, family
 from robsim.geometry.pose import Pose
 from robsim.kernels import curve as kernels
@@ -112,7 +112,7 @@ class Curve:
         except ArithmeticError:
             good = False
         if not good:
-            raise InputError(f"numbers too large or too small for a curve: {self!r:.200}")
+            raise InputError(f"numbers too large or too small for a curve: {said(self)}")
 
     def _points(self, s: ArrayLike) -> tuple[Array, ...]:
         """Return x, y, cosine and sine of the heading, and curvature, each (...,)."""

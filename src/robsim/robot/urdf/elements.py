@@ -76,7 +76,7 @@ class _Builder:
 
     def _declared(self, version: str, encoding: str | None, standalone: int) -> None:
         if encoding is not None and encoding.lower() not in ENCODINGS:
-            self._refuse(f"encoding {encoding!r:.40}; expected one of {', '.join(ENCODINGS)}")
+            self._refuse(f"encoding {said(encoding)}; expected one of {', '.join(ENCODINGS)}")
 
     def _text(self, text: str) -> None:
         if self.open and (found := text.strip(BLANKS)):
@@ -120,7 +120,7 @@ def _bytes(path: str | os.PathLike[str]) -> bytes:
         raise
     except (OSError, TypeError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise FileError(f"{str(path)!r:.200}: cannot be read: {reason}") from None
+        raise FileError(f"{said(str(path))}: cannot be read: {reason}") from None
     if large or len(data) > LARGEST_FILE:
         raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
     return data

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
+from robsim.base.errors import said
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.robot.urdf.elements import BLANKS, Element
 from robsim.robot.urdf.findings import Findings
@@ -111,19 +112,19 @@ def _numbers(
     words = split(text, count)
     wrong = next((word for word in words[:count] if not _is_number(word)), None)
     if wrong is not None:
-        findings.error(element, f"{name} = {text!r:.80}: {_reason(wrong)}")
+        findings.error(element, f"{name} = {said(text)}: {_reason(wrong)}")
         return None
     if len(words) != count:
         expected = "one number" if count == 1 else f"{count} numbers"
         got = len(words) if len(words) <= count else "more"
-        findings.error(element, f"{name} = {text!r:.80}: expected {expected}, got {got}")
+        findings.error(element, f"{name} = {said(text)}: expected {expected}, got {got}")
         return None
     values = [float(word) for word in words]
     if not all(math.isfinite(value) for value in values):
-        findings.error(element, f"{name} = {text!r:.80}: every number must be finite")
+        findings.error(element, f"{name} = {said(text)}: every number must be finite")
         return None
     if not all(abs(value) <= most for value in values):
-        findings.error(element, f"{name} = {text!r:.80}: at most {most:g} is allowed")
+        findings.error(element, f"{name} = {said(text)}: at most {most:g} is allowed")
         return None
     return values
 
@@ -145,7 +146,7 @@ def _reason(word: str) -> str:
     if word.lower().lstrip("+-") in ("nan", "inf", "infinity"):
         return "every number must be finite"
     if "," in word:
-        return f"{word!r:.40} is no number; a decimal point is allowed, and spaces between numbers"
+        return f"{said(word)} is no number; a decimal point is allowed, and spaces between numbers"
     if "$" in word:
         return XACRO
-    return f"{word!r:.40} is no number"
+    return f"{said(word)} is no number"

@@ -13,6 +13,7 @@ from hashlib import blake2s
 from itertools import islice
 from typing import NamedTuple
 
+from robsim.base.errors import said
 from robsim.base.names import LONGEST_NAME
 from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
@@ -75,7 +76,7 @@ def check_words(element: Element, findings: Findings) -> None:
     """Report unknown attributes and children of an element, and of its known children."""
     word = WORDS[element.tag]
     if element.text:
-        findings.odd(element, f"text {element.text!r:.40} stands between the elements, left out")
+        findings.odd(element, f"text {said(element.text)} stands between the elements, left out")
     for name in element.attributes:
         if name in word.spare:
             findings.odd(element, f"attribute '{name}' says again what the tensor says; left out")
@@ -120,7 +121,7 @@ def needed(element: Element, name: str, findings: Findings) -> str | None:
         findings.error(element, f"{name} is missing; it must be given")
         return None
     if is_expression(value):
-        findings.error(element, f"{name} = {value!r:.80}: {XACRO}")
+        findings.error(element, f"{name} = {said(value)}: {XACRO}")
         return None
     return value
 
