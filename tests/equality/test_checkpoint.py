@@ -113,6 +113,22 @@ def test_a_mission_that_was_stopped_has_the_part_of_its_phase(monkeypatch):
     np.testing.assert_array_equal(done.q, whole("mission").q[: done.sizes["time"]])
 
 
+def test_a_mission_that_is_stopped_when_a_phase_has_ended_is_taken_up(monkeypatch):
+    dataset = rs.Experiment.dataset
+
+    def stopped_meanwhile(self, loop):
+        signal.raise_signal(signal.SIGINT)
+        return dataset(self, loop)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(rs.Experiment, "dataset", stopped_meanwhile)
+        with pytest.raises(rs.Interrupted) as stop:
+            cases()["mission"].run(checkpoint="point")
+    assert [leg.outcome.name for leg in stop.value.run.legs] == ["CONVERGED"]
+    run = cases()["mission"].run(checkpoint="point", resume=True)
+    assert run.run.identical(whole("mission"))
+
+
 def test_a_run_can_be_stopped_and_taken_up_again_and_again(monkeypatch):
     batch = cases()["batch"]
     stopped(batch, 2, monkeypatch, chunk=5)

@@ -11,6 +11,8 @@ from robsim.base.claim import claimed
 from robsim.base.errors import FileError
 from robsim.base.output import refused
 
+CHECKPOINT = "checkpoint"  # from which a run goes on that was stopped
+
 
 @contextmanager
 def results_folder(
@@ -27,9 +29,10 @@ def results_folder(
         with claimed(folder):
             taken = [name for name in files if exists(folder / name)]
             if taken and not force:
+                go_on = "go on with --resume, " if CHECKPOINT in taken else ""
                 raise FileError(
-                    f"{folder} has {', '.join(taken)} already; choose another folder with -o, or "
-                    "--force"
+                    f"{folder} has {', '.join(taken)} already; {go_on}choose another folder with "
+                    "-o, or --force"
                 )
             yield folder
     except BaseException:

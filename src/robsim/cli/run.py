@@ -12,7 +12,7 @@ from robsim.base import interrupt
 from robsim.base.errors import FileError
 from robsim.base.output import write_whole
 from robsim.cli.figures import draw, draw_mission
-from robsim.cli.files import exists, remove, results_folder
+from robsim.cli.files import CHECKPOINT, exists, remove, results_folder
 from robsim.cli.options import changes, output
 from robsim.cli.progress import drawing, finished, stopped
 from robsim.cli.report import report, report_mission
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 FIGURES = ("image.png", "scene.png", "velocity.png")
 FILES = ("run.nc", "scenario.toml", *FIGURES)
-CHECKPOINT = "checkpoint"
 
 
 @click.command("run")

@@ -97,6 +97,8 @@ class Mission(Declared):
                 legs.append(_leg(phase, one, legs, progress=self._share(i, progress), **how))
             except Interrupted as stop:
                 legs += stop.run
+                if keeper := how.get("checkpoint"):  # the phase may have ended when the stop came
+                    keeper.save()
                 raise Interrupted("stopped by the user", so_far()) from None
             except InputError as error:
                 if not legs:
