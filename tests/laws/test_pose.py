@@ -382,7 +382,7 @@ def test_rounding_is_forgiven_and_the_numbers_are_kept():
     ("make", "words"),
     [
         (lambda: Pose.at(np.nan, 0, 0), "position: nan at index"),
-        (lambda: Pose.at("a", 0, 0), "position: expected numbers"),
+        (lambda: Pose.at("a", 0, 0), "position x: expected a number"),
         (lambda: Pose.at(rpy=(0, 0)), r"rpy: expected shape \(..., 3\), got \(2,\)"),
         (lambda: Pose.at(rotvec=(0, 0, np.inf)), "rotvec: inf at index"),
         (lambda: Pose.exp([1, 2, 3]), r"twist: expected shape \(..., 6\)"),
