@@ -71,6 +71,8 @@ class Setup(Value):
             whole_periods(self.dt, self.duration)
         if self.title is not None and not isinstance(self.title, str):
             raise InputError(f"title: expected a text, got {said(self.title)}")
+        if not isinstance(self.source, str):
+            raise InputError(f"source: expected a text, got {said(self.source)}")
 
     @property
     def settings(self) -> dict[str, Any]:
