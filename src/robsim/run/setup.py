@@ -49,6 +49,12 @@ class Setup(Value):
     source: str = field(default="", repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        for name, text in (
+            ("title", "" if self.title is None else self.title),
+            ("source", self.source),
+        ):
+            if not isinstance(text, str):
+                raise InputError(f"{name}: expected a text, got {said(text)}")
         checked = {
             "scene": of_kind(self.scene, Scene, "scene"),
             "task": a_task(self.task, (Task, Staged)),
@@ -69,10 +75,6 @@ class Setup(Value):
         every(self.record)
         with self.keyed("run", "duration"):
             whole_periods(self.dt, self.duration)
-        if self.title is not None and not isinstance(self.title, str):
-            raise InputError(f"title: expected a text, got {said(self.title)}")
-        if not isinstance(self.source, str):
-            raise InputError(f"source: expected a text, got {said(self.source)}")
 
     @property
     def settings(self) -> dict[str, Any]:
