@@ -17,7 +17,7 @@ from attack.harness import Lost, Wrong
 from robsim.kernels import store
 
 NAME = "cache_files"
-CASES = 2
+CASES = 1
 PATIENCE = 120.0  # seconds: what is damaged is compiled anew
 DIGEST = 32  # bytes at the start of a file
 

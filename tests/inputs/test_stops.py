@@ -220,7 +220,9 @@ def started(folder, *arguments, code=TOLD):
     )
 
 
-@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize(
+    "number", [SIGNALS[0], *(pytest.param(each, marks=pytest.mark.full) for each in SIGNALS[1:])]
+)
 def test_a_command_that_is_stopped_saves_and_says_where_and_by_what(tmp_path, number):
     child = started(tmp_path, "run", "long.toml", "-o", "out")
     while child.stdout.readline() != "begun\n":
