@@ -56,18 +56,12 @@ def _shown_in_notebooks() -> None:
     if shell is None:
         return
     html = shell.display_formatter.formatters["text/html"]
-    for kind in (
-        "files.table.Run",
-        "run.mission_run.MissionRun",
-        "world.scene.Scene",
-        "robot.robot.Robot",
-    ):
-        module, _, name = f"{__name__}.{kind}".rpartition(".")
-        html.for_type_by_name(module, name, _page)
+    for module, name in _SHOWN.items():
+        html.for_type_by_name(f"{__name__}.{module}", name, _page)
 
 
 def _page(shown: Any) -> str:
-    found: str = importlib.import_module(f"{__name__}.page.export").in_notebook(shown)
+    found: str = importlib.import_module(f"{__name__}.page.export").in_cell(shown)
     return found
 
 

@@ -33,7 +33,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str)
             target.write_bytes(data)
             return Path(path)
         target.parent.mkdir(parents=True, exist_ok=True)
-        clear_drafts(target.parent)
+        _clear_drafts(target.parent)
         draft = target.parent / f".robsim-{os.getpid()}-{uuid.uuid4().hex}"
         try:
             _write(draft, data)
@@ -57,18 +57,18 @@ def refused(path: object, doing: str = "write") -> Iterator[None]:
         raise FileError(f"cannot {doing} {name:.300}: {reason}") from None
 
 
-def clear_drafts(folder: Path) -> None:
+def _clear_drafts(folder: Path) -> None:
     """Delete what processes left in a folder that were killed while they wrote."""
     for path in folder.glob(".robsim-*"):
         found = _DRAFT.fullmatch(path.name)
         if found and int(found[1]) != os.getpid():
             with suppress(OSError):
                 old = time.time() - path.stat().st_mtime > ABANDONED
-                if old or not is_alive(int(found[1])):
+                if old or not _is_alive(int(found[1])):
                     path.unlink()
 
 
-def is_alive(process: int) -> bool:
+def _is_alive(process: int) -> bool:
     """Return whether a process of this number goes on, on this machine."""
     if os.name == "nt":  # where signal 0 would end it
         return True

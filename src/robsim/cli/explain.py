@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from robsim.base.errors import FileError, InputError
-from robsim.cli.files import exists
+from robsim.cli.files import run_file
 from robsim.cli.tell import tell
 
 
@@ -20,7 +20,7 @@ def command(run: Path, no_trials: bool, unsealed: bool) -> None:
     from robsim.analysis.explain import explain as explained
     from robsim.files.netcdf import open_run
 
-    path = run / "run.nc" if exists(run) and run.is_dir() else run
+    path = run_file(run)
     found = open_run(path, unsealed=unsealed)
     try:
         explanation = explained(found, trials=not no_trials)

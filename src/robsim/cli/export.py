@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from robsim.base.errors import FileError, InputError
-from robsim.cli.files import exists, free_file
+from robsim.cli.files import free_file, run_file
 from robsim.cli.options import force
 from robsim.cli.tell import tell
 
@@ -24,7 +24,7 @@ def command(shown: Path, page: Path | None, force: bool) -> None:
     """
     from robsim.page.export import export_html
 
-    path = shown / "run.nc" if exists(shown) and shown.is_dir() else shown
+    path = run_file(shown)
     target = free_file(page, f"{shown.stem}.html", force)
     try:
         export_html(_opened(path), target)

@@ -66,6 +66,11 @@ def free_file(output: Path | None, name: str, force: bool) -> Path:
     return target
 
 
+def run_file(path: Path) -> Path:
+    """Return the file of the run in a folder of results; any other path as it is."""
+    return path / "run.nc" if exists(path) and path.is_dir() else path
+
+
 def exists(path: Path) -> bool:
     """Return whether there is such a file or folder."""
     with refused(path):  # a name may be too long even to ask

@@ -169,17 +169,24 @@ def _outcomes(run: xr.Dataset) -> Iterator[str]:
 def _attributes(run: xr.Dataset) -> Iterator[str]:
     """Yield which attribute is not what its name says."""
     for name, value in run.attrs.items():
-        if (name in TEXTS and not isinstance(value, str)) or (
-            (name in POSITIVE and not (_is_number(value) and 0.0 < value < math.inf))
-            or (name in FLAGS and not (_is_number(value) and value in (0, 1)))
-            or (name.startswith(OF_IMAGES) and not _is_pair(value))
-        ):
+        if not _fits(name, value):
             yield f"attribute {name} is {said(value)}"
     for name, variable in run.variables.items():
         if not isinstance(variable.attrs.get("units", ""), str):
             yield f"the unit of {name!s:.80} is no text"
         if name in FRAMED and not isinstance(variable.attrs.get("frame"), str):
             yield f"{name!s} says of no frame that it is its"
+
+
+def _fits(name: str, value: Any) -> bool:
+    """Return whether the value of an attribute is of the kind that its name says."""
+    if name in TEXTS:
+        return isinstance(value, str)
+    if name in POSITIVE:
+        return _is_number(value) and 0.0 < value < math.inf
+    if name in FLAGS:
+        return _is_number(value) and value in (0, 1)
+    return not name.startswith(OF_IMAGES) or _is_pair(value)
 
 
 def _is_number(value: Any) -> bool:

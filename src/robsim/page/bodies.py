@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,17 +20,21 @@ from robsim.world.scene import Scene
 class Stage:
     """The frames of a recording with their poses over time, and its arrays."""
 
-    frames: list[dict[str, Any]] = field(default_factory=list)
+    frames: dict[tuple[str, str], int] = field(default_factory=dict)  # by name and group
     poses: list[Array] = field(default_factory=list)  # (T, 7) of each frame
     arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
 
-    def frame(self, name: str, group: str, T: Array) -> int:
-        """Return the number of a frame; its poses are T (T, 4, 4) when it is new."""
-        entry = {"name": name, "group": group}
-        if entry not in self.frames:
-            self.frames.append(entry)
-            self.poses.append(_numbers(T))
-        return self.frames.index(entry)
+    def frame(self, name: str, group: str, poses: Callable[[], Array]) -> int:
+        """Return the number of a frame; its poses (T, 4, 4) are asked for when it is new."""
+        if (name, group) not in self.frames:
+            self.frames[name, group] = len(self.poses)
+            self.poses.append(_numbers(poses()))
+        return self.frames[name, group]
+
+    @property
+    def listed(self) -> list[dict[str, str]]:
+        """The frames in their order, as entries of a header."""
+        return [{"name": name, "group": group} for name, group in self.frames]
 
     def array(self, name: str, values: Any) -> str:
         """Keep an array under a name, and return that."""
@@ -84,10 +90,10 @@ def solids(stage: Stage, moving: Moving, depth: float, group: str) -> list[dict[
 
 
 def _entry(stage: Stage, moving: Moving, part: Part, group: str) -> dict[str, Any]:
-    place = stage.frame(part.frame, group, moving.poses(part.frame))
+    place = stage.frame(part.frame, group, partial(moving.poses, part.frame))
     entry = {"frame": place, "label": part.wire.label, "color": part.wire.color}
     if part.to:
-        return {**entry, "to": stage.frame(part.to, group, moving.poses(part.to))}
+        return {**entry, "to": stage.frame(part.to, group, partial(moving.poses, part.to))}
     return {**entry, **shape(stage, part.wire), "sheer": part.wire.sheer}
 
 

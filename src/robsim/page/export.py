@@ -97,7 +97,7 @@ def has_browser() -> bool:
     return not remote and bool(windows or display)
 
 
-def in_notebook(shown: Any) -> str:
+def in_cell(shown: Any) -> str:
     """Return what a notebook shows of a value: the page, or a table where it has none."""
     try:
         return framed(document(recording_of(shown, trials=False)))

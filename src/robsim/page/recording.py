@@ -143,7 +143,7 @@ class _Filmed:
             "version": VERSION,
             "title": title,
             **{"outcome": "", "texts": {}, "curves": [], "events": [], **told},
-            "frames": stage.frames,
+            "frames": stage.listed,
             "parts": self.parts,
             "marks": self.marks,
             "cameras": self.cameras,

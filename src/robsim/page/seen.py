@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,7 +37,7 @@ def marks_of(stage: Stage, moving: Moving, first: dict[str, int]) -> list[dict[s
             number = first.get(thing.name, 0)
             found.append(
                 {
-                    "frame": stage.frame(thing.name, "true", moving.poses(thing.name)),
+                    "frame": stage.frame(thing.name, "true", partial(moving.poses, thing.name)),
                     "points": stage.array(f"{thing.name}.marks", thing.marks),
                     "colors": [palette.nth(number + i) for i in range(len(thing.marks))],
                 }
@@ -53,7 +54,7 @@ def cameras(
     return [
         {
             "name": eye.name,
-            "frame": stage.frame(eye.name, "true", moving.poses(eye.name)),
+            "frame": stage.frame(eye.name, "true", partial(moving.poses, eye.name)),
             "frustum": stage.array(f"{eye.name}.frustum", 2 * depth * _rim(eye.camera)),
             **_lens(eye.camera),
             **(_image(stage, run, eye) if run is not None and eye.name in used else {}),

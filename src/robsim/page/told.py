@@ -25,11 +25,10 @@ def curves(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
     error = np.column_stack([run["error_norm"].values, np.abs(run["error"].values)])
     names = ["|e|", *(f"|e{i}|" for i in range(error.shape[1] - 1))]
     units = sorted(set(run["feature_unit"].values.tolist()))
+    unit = "" if units == ["1"] else ", ".join(units)
     grey = [palette.BLACK, *[palette.GREY] * (error.shape[1] - 1)]
     return [
-        _panel(
-            stage, "error", "" if units == ["1"] else ", ".join(units), names, grey, error, True
-        ),
+        _panel(stage, "error", unit, names, grey, error, True),
         _panel(stage, f"{whose} v", "m/s", [f"v{a}" for a in AXES], vector, twist[:, :3]),
         _panel(stage, f"{whose} ω", "rad/s", [f"ω{a}" for a in AXES], vector, twist[:, 3:]),
         *joint_curves(stage, run),

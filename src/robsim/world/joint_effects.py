@@ -8,26 +8,21 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, frozen
 from robsim.declare import Choice, family
-from robsim.kernels import random
-from robsim.world.effects import FIRST_STREAM
+from robsim.world.effects import FIRST_STREAM, Draws, like
 
 JOINT_EFFECTS = family("joint effect")
 AFTER_IMAGES = FIRST_STREAM + 1024  # streams of random numbers; those below are of images
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class Drive(Draws):
     """The state of the drives at a control instant, for B runs, with the run first.
 
     time     seconds since the start
     q        coordinates (B, nq) of the scene
     moved    velocities (B, n) of the commanded joints in the period that ends, zero at the start
-
-    Its random numbers are keyed by the seed and the number of each run and counted by the step, so
-    that a run has the same ones alone and in any batch.
     """
 
     time: float
@@ -40,9 +35,8 @@ class Drive:
 
     def normal(self, count: int) -> Array:
         """Return independent standard normal numbers (B, count)."""
-        out = np.empty((-(-count // 2), 2, self.runs.size))
-        random.normal_pairs(self.seed, self.runs, self.step, self.stream, out)
-        return np.ascontiguousarray(out.reshape(-1, self.runs.size)[:count].T)
+        rows = self.normal_pairs(-(-count // 2)).reshape(-1, self.runs.size)
+        return np.ascontiguousarray(rows[:count].T)
 
 
 @runtime_checkable
@@ -61,9 +55,5 @@ EFFECT = Choice(JOINT_EFFECTS, protocol=JointEffect)
 
 def driven(effect: JointEffect, wanted: Array, drive: Drive) -> Array:
     """Return velocities (B, n) after an effect; InputError for a result of another shape."""
-    name = type(effect).__name__
     given = effect.driven(frozen(wanted.view()), drive)
-    found = numbers(given, f"{name}.driven", (wanted.shape[1],))
-    if found.shape != wanted.shape:
-        raise InputError(f"{name}.driven: expected shape {wanted.shape}, got {found.shape}")
-    return found
+    return like(wanted, given, f"{type(effect).__name__}.driven")

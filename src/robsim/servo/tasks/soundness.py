@@ -137,9 +137,8 @@ def fixed_motions(controller: Servo) -> tuple[int, int]:
     full = min(6 * regulated.motions, controller.columns.size)
     found = int(np.min(controller.full_rank))
     if regulated.q_goal is None and regulated.given is None and regulated.as_one:
-        found = min(
-            found, int(rank(regulated.at_goal.L, TWIST)[0])
-        )  # there is no Jacobian at the goal
+        # there is no Jacobian at the goal
+        found = min(found, int(rank(regulated.at_goal.L, TWIST)[0]))
     return found, full
 
 
