@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -16,6 +16,7 @@ from robsim.declare.problems import Broken
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected, with_article
 from robsim.declare.tables import (
     LACKING,
+    controls_of,
     form_of,
     keys_of,
     merge_table,
@@ -197,6 +198,25 @@ class Choice(Spec):
         kept = old if before is after else self._common(before, after, old)
         return merge_table(after, kept, new, loose)
 
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        name = value if isinstance(value, str) else self.family.name_of(value)
+        if name is None and self.other is not None and value is not None:
+            yield from self.other.controls(value, place)
+            return
+        key = place if self.short or name in self.plain else place.at("kind", place.meaning)
+        offered = self._offered(name)
+        if len(offered) > 1:
+            yield key.control("choice", name or self.none, options=offered)
+        if name is not None and not isinstance(value, str):
+            yield from controls_of(value, place.with_(f"{place.path}.kind", name))
+
+    def _offered(self, name: str | None) -> tuple[str, ...]:
+        """Return the words that do without a table, and the one that stands there."""
+        bare = [each for each in self.names if not _needed(self.family.kinds[each])]
+        none = [self.none] if self.none else []
+        words = [*none, *self.plain, *(bare if self.short or not self.plain else [])]
+        return tuple(dict.fromkeys([*words, *([name] if name else [])]))
+
     def inside(self) -> Sequence[type[Any]]:
         return [self.family.kinds[name] for name in self.names]
 
@@ -294,9 +314,13 @@ def _named(kind: type[Any]) -> list[tuple[str, Spec]]:
     return [(each.name, each.spec) for each in fields_of(form_of(kind))]
 
 
+def _needed(kind: type[Any]) -> list[str]:
+    """Return the parameters that must be given."""
+    return [each.name for each in fields_of(kind) if each.required]
+
+
 def _plain(kind: type[Any], name: str, what: str) -> Any:
     """Return a kind without parameters; InputError if it needs some."""
-    needed = [each.name for each in fields_of(kind) if each.required]
-    if needed:
+    if needed := _needed(kind):
         raise InputError(f"{what}: {name!r} needs {', '.join(needed)}: give a {kind.__name__}(...)")
     return kind()

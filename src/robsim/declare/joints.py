@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from robsim.base import units
 from robsim.base.arrays import frozen, numbers, one_or_each
@@ -127,6 +129,16 @@ class PerJoint(Spec):
         examples = " or ".join(f'"{EXAMPLES[d]}"' for d in self.dimensions)
         return f"one number for each joint, as in {examples}"
 
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        axes = self.axes(place.c)
+        if value is None or axes is None or np.shape(value) != (len(axes.units),):
+            return ()
+        ends = {}
+        if self.axes is coordinates:
+            low, high = place.c.facts["scene"].limits.T.tolist()
+            ends = {"low": low, "high": high}
+        return [place.several(value, tuple(axes.names), tuple(axes.units), **ends)]
+
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": ["string", "number"]}}
 
@@ -191,6 +203,12 @@ class OneOrEach(PerJoint):
             return super().write(value, c)
         kinds = self._kinds(c) or [SI[self.dimensions[0]]]
         return written(value, kinds[0])  # of whatever joint: it is for all
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        kinds = self._kinds(place.c)
+        if isinstance(value, float) and kinds:  # in the unit of the first: it is for all
+            return [place.slider(value, kinds[0], 0.0, None, True)]
+        return super().controls(value, place)
 
     def words(self) -> str:
         examples = " or ".join(f'"{EXAMPLES[d]}"' for d in self.dimensions)

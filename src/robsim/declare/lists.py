@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,6 +11,7 @@ import numpy as np
 from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare.problems import Broken, under
+from robsim.declare.scalars import Number
 from robsim.declare.spec import Context, Raw, Spec, expected
 from robsim.declare.tables import keys_of
 from robsim.declare.words import Text
@@ -24,6 +25,7 @@ class ListOf(Spec):
     least: int = 0
     most: int = 10_000
     alone: bool = False  # whether in Python one value may stand for a list of it
+    by_hand: bool = True  # whether a person may change its values by hand
     form: ClassVar[str] = "list"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
@@ -76,6 +78,16 @@ class ListOf(Spec):
         if isinstance(old, list) and isinstance(new, Mapping):
             return _merge_numbered(self.item, old, new, loose)
         return new
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        kinds = self.item.inside()
+        if isinstance(self.item, Number) and value:
+            unit = self.item.unit
+            yield place.several(value, [str(i) for i in range(len(value))], unit, False)
+        elif kinds and self.by_hand:
+            key = next(filter(None, map(name_key, kinds)), None)
+            for i, each in enumerate(value or ()):
+                yield from self.item.controls(each, place.at(getattr(each, key) if key else i))
 
     def inside(self) -> Sequence[type[Any]]:
         return self.item.inside()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,6 +73,13 @@ class OneOf(Spec):
             if _form(old) in forms and _form(new) in forms and spec.inside():
                 return spec.merge(old, new, loose)
         return new
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        for spec in self.specs:
+            with suppress(InputError, TypeError):
+                spec.check(value, "value")
+                return spec.controls(value, place)
+        return ()
 
     def inside(self) -> Sequence[type[Any]]:
         return [kind for spec in self.specs for kind in spec.inside()]

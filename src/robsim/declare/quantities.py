@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from robsim.base import units
@@ -86,6 +86,10 @@ class Quantity(Number):
         bounds = f", {self._bounds()}" if self._bounds() else ""
         return [(name, f'{self.dimension}, as in "{EXAMPLES[self.dimension]}"{bounds}')]
 
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        bare = super().controls(value, place)
+        return [replace(each, unit=SI[self.dimension], united=True) for each in bare]
+
     def wrong(self) -> Sequence[Raw]:
         unit = SI[self.dimension]
         outside = [bound for bound in (self.above, self.below) if bound is not None]
@@ -141,6 +145,9 @@ class Vector(Spec):
 
     def wrong(self) -> Sequence[Raw]:
         return [3, "1 kg", "1, 2, 3, 4, 5 m", ["1 m"]]
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return [] if value is None else [place.several(value, "xyz", SI[self.dimension])]
 
     @property
     def _example(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -60,6 +60,13 @@ class Number(Spec):
         outside += [self.least - 1.0] if self.least is not None else []
         outside += [self.most + 1.0] if self.most is not None else []
         return ["fast", True, math.nan, math.inf, [1.0, [2.0]], *outside]
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        if not isinstance(value, float | int) or not math.isfinite(value):
+            return ()
+        low = self.least if self.above is None else self.above
+        high = self.most if self.below is None else self.below
+        return [place.slider(value, self.unit, low, high)]
 
     def _outside(self, number: float) -> str:
         """Return the bound that a number breaks."""
@@ -138,6 +145,11 @@ class Whole(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        if not isinstance(value, int):
+            return ()
+        return [place.control("whole", value, low=self.least, high=self.most)]
+
     def wrong(self) -> Sequence[Raw]:
         return ["one", 1.5, True, self.least - 1, self.most + 1]
 
@@ -162,6 +174,9 @@ class Flag(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "boolean"}
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return [place.control("flag", value)] if isinstance(value, bool) else ()
 
     def wrong(self) -> Sequence[Raw]:
         return [1, "yes"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -146,6 +146,10 @@ class Spec:
     def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
         """Return the classes that such a raw value may be of."""
         return self.inside()
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        """Return how a person may change a value at its `Place`; nothing where nobody can."""
+        return ()
 
     # a field among the keys of its table
 

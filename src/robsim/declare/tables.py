@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, said, suggest
@@ -113,6 +113,18 @@ def _check_plain(source: Any, own: dict[str, Any]) -> None:
                 raise NoText(f"{type(source).__name__} has a {each.name} of its own")
 
 
+def controls_of(value: Any, place: Any, form: type[Any] | None = None) -> Iterator[Any]:
+    """Yield the controls of all declared fields of an object, in their order."""
+    form = form or form_of(type(value))
+    source = value if form is type(value) else form.of(value, place.c)
+    c = place.c.knowing(own={each.name: getattr(source, each.name) for each in fields_of(form)})
+    if facts := getattr(form, "written_facts", None):
+        c = facts(value, c)
+    for each in fields_of(form):
+        inner = replace(place.at(each.name, each.meaning), c=c)
+        yield from each.spec.controls(getattr(source, each.name), inner)
+
+
 @dataclass(frozen=True)
 class Table(Spec):
     """A table of one class, in the form of the class `says` if that is another."""
@@ -149,3 +161,6 @@ class Table(Spec):
 
     def inside(self) -> Sequence[type[Any]]:
         return (self.says or self.kind,)
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return () if value is None else controls_of(value, place, self.says)

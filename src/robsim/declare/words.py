@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -118,6 +118,9 @@ class Word(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"enum": list(self.choices)}
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return [] if value is None else [place.control("choice", value, options=self.choices)]
 
     def wrong(self) -> Sequence[Raw]:
         return [3, "none of them", ["x"]]

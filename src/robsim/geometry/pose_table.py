@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -72,6 +72,16 @@ class PoseTable(Spec):
 
     def wrong(self) -> list[Raw]:
         return [3, {"position": "1 m"}, {"rpy": "0, 0, 0 deg", "rotvec": "0, 0, 0 deg"}]
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        if value is None:
+            return ()
+        inside = replace(place, path=place.path.rpartition(".")[0]) if self.flat else place
+        return [
+            each
+            for key in ("position", "rotvec")
+            for each in KEYS[key].controls(getattr(value, key), inside.at(key, MEANINGS[key]))
+        ]
 
     def keys(self, name: str) -> tuple[str, ...]:
         return tuple(KEYS) if self.flat else (name,)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -27,7 +27,7 @@ from robsim.robot.joints.registry import JOINTS, KINDS, kind_of
 from robsim.robot.link import Link
 
 SHAPE = Choice(SHAPES, short=False)
-SHAPE_LIST = ListOf(SHAPE, most=256)
+SHAPE_LIST = ListOf(SHAPE, most=256, by_hand=False)
 LABEL = Name()
 
 
@@ -36,6 +36,9 @@ class JointChoice(Choice):
     """The declaration of a kind of joint: its name, or a table with its parameters."""
 
     __hash__ = Choice.__hash__
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return ()
 
     def write(self, value: Any, c: Context) -> Raw:
         kind = kind_of(value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +12,10 @@ import numpy as np
 
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
+from robsim.declare.controls import Control, Place
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
-from robsim.declare.tables import keys_of, merge_table, read_table, write_table
+from robsim.declare.tables import controls_of, keys_of, merge_table, read_table, write_table
 from robsim.files.library import expanded
 from robsim.files.toml import write
 from robsim.geometry.pose_table import PoseTable
@@ -23,7 +24,7 @@ from robsim.run import mission as _mission  # noqa: F401  a kind of task that fi
 from robsim.run.endings import ENDING_LIST
 from robsim.run.record import LONGEST
 from robsim.run.start_table import StartTable
-from robsim.servo.goals.goal import start_of
+from robsim.servo.goals.goal import start_of, started
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -186,6 +187,22 @@ def write_experiment(
     if belief is not None:
         tables["belief"] = {"complete": True, **write_table(belief, c.knowing(scene=belief))}
     return tables
+
+
+def experiment_controls(
+    scene: Scene, task: Any, start: Any, settings: Mapping[str, Any]
+) -> Iterator[Control]:
+    """Yield the controls of an experiment: of task, start and settings, belief, and scene."""
+    place = Place("", Context(Problems("<text>"), facts={"scene": scene}))
+    run = RunTable(**{name: settings[name] for name in _RUN})
+    others = {name: settings[name] for name in ("sensing", "actuation", "endings")}
+    table = TaskTable(task, start=StartTable(*started(start, scene)), **others, run=run)
+    yield from controls_of(table, place)
+    if _beliefs(task):
+        belief = _common_belief(task) or scene
+        c = place.c.knowing(scene=belief)
+        yield from controls_of(belief, Place("belief", c, beside={}))
+    yield from controls_of(scene, place)
 
 
 _RUN = tuple(each.name for each in fields_of(RunTable))

@@ -12,11 +12,18 @@ import numpy as np
 
 from robsim.base.arrays import whole
 from robsim.base.errors import FileError, InputError, said
+from robsim.declare.controls import Control
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, write
 from robsim.run.changed import changed, has_objects
 from robsim.run.setup import Setup
-from robsim.run.text import SCENE, read_experiment, text_of, write_experiment
+from robsim.run.text import (
+    SCENE,
+    experiment_controls,
+    read_experiment,
+    text_of,
+    write_experiment,
+)
 from robsim.run.varied import checked
 
 # the field of which a table of the text is a part, where it is not a setting
@@ -135,6 +142,21 @@ class Written(Setup):
         varied = {each: x for each, x in self.varied.items() if each not in changes}
         made = made.with_(start=self.start) if several else made
         return made.with_(varied=varied) if varied else made
+
+    def controls(self) -> list[Control]:
+        """Return the values that a person may change by hand, as their declarations say them.
+
+        `at` takes what the control of a value makes of another one: `control.changes(value)`.
+
+        >>> from robsim import examples, load_scenario
+        >>> experiment = load_scenario(examples.path("visp_tutorial"))
+        >>> gain = next(each for each in experiment.controls() if each.path == "task.gain")
+        >>> gain.value, gain.unit, gain.meaning
+        (0.5, 'per second', 'Rate at which e falls: a constant, or adaptive.')
+        >>> experiment.at(gain.changes(2.0)).task.gain
+        2.0
+        """
+        return list(experiment_controls(self.scene, self.task, self.start, self.settings))
 
     def vary(self, numbers: Mapping[str, Any]) -> Self:
         """Return a copy of many runs, in which these names have another value in each run.

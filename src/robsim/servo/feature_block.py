@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -177,6 +178,9 @@ class Features(Spec):
 
     def wrong(self) -> list[Raw]:
         return [3, "none of them", [], {}]
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return () if isinstance(value, tuple) else FEATURE.controls(value, place)
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if isinstance(old, dict) and isinstance(new, dict):

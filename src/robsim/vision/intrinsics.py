@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from robsim.base.errors import InputError
@@ -95,6 +95,15 @@ class Intrinsics(Spec):
                 return
             del table["K"]
             table |= {"focal": [fx, fy], "center": [cx, cy], "skew": skew}
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        inside = replace(place, path=place.path.rpartition(".")[0])
+        (fx, skew, cx), (_, fy, cy), _ = value.tolist()
+        return [
+            inside.at("focal", MEANINGS["focal"]).several((fx, fy), ("fx", "fy"), "px", False),
+            inside.at("center", MEANINGS["center"]).several((cx, cy), ("cx", "cy"), "px", False),
+            inside.at("skew", MEANINGS["skew"]).slider(skew, "px", None, None),
+        ]
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
         return {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -15,7 +15,7 @@ from robsim.declare.arrays import Row
 from robsim.declare.joints import PerJoint, coordinates
 from robsim.declare.problems import under
 from robsim.declare.spec import Context, NoText, Raw, Spec
-from robsim.declare.tables import merge_table, read_table, write_table
+from robsim.declare.tables import controls_of, merge_table, read_table, write_table
 from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import KEYS, PoseTable
@@ -172,6 +172,11 @@ class GoalSpec(Spec):
     def wrong(self) -> list[Raw]:
         return [3, "home", {"s": []}, {"s": [1.0], "computed": {}}]
 
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        if isinstance(value, TaughtGoal):
+            return controls_of(GoalTable(*started(value.q, place.c.facts["scene"])), place)
+        return controls_of(value, place, GoalTable)
+
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if not isinstance(old, dict) or not isinstance(new, dict):
             return new
@@ -194,6 +199,14 @@ def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
         names = ", ".join(scene.coordinate_names) or "no coordinates"
         raise InputError(f"a pose is for a scene whose only joint floats; give q, of {names}")
     return scene.coordinates(pose.q, what)
+
+
+def started(q: Any, scene: Scene) -> tuple[Array | None, Pose | None]:
+    """Return the coordinates of a start, or its pose where the only joint of the scene floats."""
+    at = np.asarray(scene.coordinates(scene.home if q is None else q, limits=False))
+    if scene.coordinate_units != FLOATING:
+        return at, None
+    return None, Pose.from_quaternion(at[:3], at[3:])
 
 
 def configuration(goal: Goal, scene: Scene, runs: int) -> Array | None:

@@ -1,0 +1,95 @@
+"""Controls: the values that a person may change by hand, as their declarations say them.
+
+Each `Spec` says by `controls` how what it declares is touched: a slider within its bounds, a
+switch, a choice, or several of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from robsim.declare.quantities import listed, written
+from robsim.declare.spec import Context, Raw
+
+# how far from zero a slider reaches where no bound is declared and the value is small, by unit
+REACH = {"m": 0.5, "rad": math.pi, "s": 0.5, "px": 5.0, "per second": 5.0, "m/s": 1.0, "rad/s": 2.0}
+FACTOR = 4.0  # times the value, likewise where it is large
+
+
+@dataclass(frozen=True)
+class Control:
+    """A value that a person may change, with what its declaration says of it.
+
+    path     dotted name of the value, as `Experiment.at` takes it
+    form     "number", "whole", "flag", "choice" or "numbers"
+    value    a number in SI, a truth value, a word, or a list of numbers
+    low      lowest value that is offered, and `high` the highest; one for each of "numbers"
+    united   whether a text says it with its unit
+    beside   other names with values that must be said along with it
+    """
+
+    path: str
+    form: str
+    value: Any
+    meaning: str = ""
+    unit: Any = ""
+    low: Any = None
+    high: Any = None
+    options: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+    united: bool = False
+    beside: Mapping[str, Any] = field(default_factory=dict)
+
+    def changes(self, value: Any) -> dict[str, Raw]:
+        """Return what `Experiment.at` takes to give it another value, of the kind of its own."""
+        return {**self.beside, self.path: self._raw(value)}
+
+    def _raw(self, value: Any) -> Raw:
+        if self.form == "choice":
+            return f'"{value}"'  # which is a text also where it reads as something else
+        if not self.united:
+            return value
+        if self.form == "number":
+            return written(value, self.unit)
+        if isinstance(self.unit, str):
+            return listed(value, self.unit)
+        return [written(x, unit) for x, unit in zip(value, self.unit, strict=True)]
+
+
+@dataclass(frozen=True)
+class Place:
+    """The dotted name of a value, what it means, and what is known there."""
+
+    path: str
+    c: Context
+    meaning: str = ""
+    beside: Mapping[str, Any] = field(default_factory=dict)
+
+    def at(self, key: str | int, meaning: str = "") -> Place:
+        """Return the place of a value inside."""
+        path = f"{self.path}.{key}" if self.path else str(key)
+        return replace(self, path=path, meaning=meaning)
+
+    def with_(self, path: str, value: Any) -> Place:
+        """Return the same place, where another name must be said along with what is changed."""
+        return replace(self, beside={**self.beside, path: value})
+
+    def control(self, form: str, value: Any, **more: Any) -> Control:
+        """Return the control of the value here."""
+        return Control(self.path, form, value, self.meaning, beside=self.beside, **more)
+
+    def slider(self, value: float, unit: str, low: Any, high: Any, united: bool = False) -> Control:
+        """Return the control of a number, which reaches far enough where it has no bounds."""
+        far = max(FACTOR * abs(value), REACH.get(unit, 1.0))
+        ends = {"low": -far if low is None else low, "high": far if high is None else high}
+        return self.control("number", float(value), unit=unit, united=united, **ends)
+
+    def several(
+        self, values: Any, names: Sequence[str], unit: Any, united: bool = True, **more: Any
+    ) -> Control:
+        """Return the control of several numbers."""
+        given = {"names": tuple(names), "unit": unit, "united": united, **more}
+        return self.control("numbers", [float(x) for x in values], **given)
