@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
+from operator import methodcaller
 from typing import Any
 
 import numpy as np
@@ -15,52 +15,23 @@ from robsim.geometry.pose import Pose
 from robsim.plot.wireframe import Part, Wire, displayed, parts
 from robsim.world.scene import Scene
 
-
-@dataclass
-class Stage:
-    """The frames of a recording with their poses over time, and its arrays."""
-
-    frames: dict[tuple[str, str], int] = field(default_factory=dict)  # by name and group
-    poses: list[Array] = field(default_factory=list)  # (T, 7) of each frame
-    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
-
-    def frame(self, name: str, group: str, poses: Callable[[], Array]) -> int:
-        """Return the number of a frame; its poses (T, 4, 4) are asked for when it is new."""
-        if (name, group) not in self.frames:
-            self.frames[name, group] = len(self.poses)
-            self.poses.append(_numbers(poses()))
-        return self.frames[name, group]
-
-    @property
-    def listed(self) -> list[dict[str, str]]:
-        """The frames in their order, as entries of a header."""
-        return [{"name": name, "group": group} for name, group in self.frames]
-
-    def array(self, name: str, values: Any) -> str:
-        """Keep an array under a name, and return that."""
-        self.arrays[name] = np.asarray(values)
-        return name
-
-
-def _numbers(T: Array) -> Array:
-    """Return x, y, z and the unit quaternion x, y, z, w (T, 7) of poses, without leaps of sign."""
-    found = Pose(T)
-    quaternion = found.quaternion
-    leaps = np.sum(quaternion[1:] * quaternion[:-1], axis=-1) < 0
-    signs = np.cumprod(np.concatenate([[1.0], np.where(leaps, -1.0, 1.0)]))
-    return np.concatenate([found.position, quaternion * signs[:, None]], axis=-1)
+Entry = dict[str, Any]  # of a header
 
 
 @dataclass(frozen=True)
 class Moving:
-    """A scene over time: at q (T, nq), or several scenes of the same things, one after another."""
+    """A scene over time: at q (T, nq), or several scenes of the same things, one after another.
+
+    `second` is the same scene as another scheme moves it, at as many instants.
+    """
 
     spells: tuple[tuple[Scene, Array], ...]
+    second: Moving | None = None
 
     @classmethod
-    def of(cls, scene: Scene, q: Array) -> Moving:
+    def of(cls, scene: Scene, q: Array, second: Moving | None = None) -> Moving:
         """Return one scene at q (T, nq)."""
-        return cls(((scene, q),))
+        return cls(((scene, q),), second)
 
     @property
     def scene(self) -> Scene:
@@ -73,31 +44,89 @@ class Moving:
         scene = self.scene
         return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
 
+    @property
+    def count(self) -> int:
+        """The number of instants."""
+        return sum(len(q) for _, q in self.spells)
+
     def poses(self, frame: str) -> Array:
         """Return the poses (T, 4, 4) of a frame in that of the figures."""
         return np.concatenate([displayed(scene, frame, q) for scene, q in self.spells])
 
-    def at_start(self) -> Moving:
-        """Return the scene as it stands at the start, for as long."""
-        count = sum(len(q) for _, q in self.spells)
-        scene, q = self.spells[0]
-        return Moving.of(scene, np.repeat(q[:1], count, axis=0))
+    def believed(self, scene: Scene) -> Moving:
+        """Return another scene at the same coordinates."""
+        return Moving(tuple((scene, q) for _, q in self.spells))
 
 
-def solids(stage: Stage, moving: Moving, depth: float, group: str) -> list[dict[str, Any]]:
-    """Return the parts of a scene over time, as entries of a header."""
-    return [_entry(stage, moving, part, group) for part in parts(moving.scene, depth)]
+PosesOf = Callable[[Moving], Array]  # (T, 4, 4)
 
 
-def _entry(stage: Stage, moving: Moving, part: Part, group: str) -> dict[str, Any]:
-    place = stage.frame(part.frame, group, partial(moving.poses, part.frame))
+@dataclass
+class Stage:
+    """The frames of a recording, how each moves, and the arrays of its solids.
+
+    By `moving` it is found which of them move.
+    """
+
+    moving: Moving
+    frames: dict[tuple[str, str], PosesOf] = field(default_factory=dict)  # by name and group
+    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
+
+    def frame(self, name: str, group: str = "true", poses: PosesOf | None = None) -> int:
+        """Return the number of a frame, whose poses are those of its name if not given."""
+        if (name, group) not in self.frames:
+            self.frames[name, group] = poses or methodcaller("poses", name)
+        return list(self.frames).index((name, group))
+
+    @property
+    def listed(self) -> list[dict[str, str]]:
+        """The frames in their order, as entries of a header."""
+        return [{"name": name, "group": group} for name, group in self.frames]
+
+    def track(self, number: int) -> Array:
+        """Return the poses (T, 7) of a frame."""
+        return numbers_of(list(self.frames.values())[number](self.moving))
+
+    def poses(self, moving: Moving) -> Array:
+        """Return the poses (T, frames, 7) of all frames."""
+        tracks = [numbers_of(poses(moving)) for poses in self.frames.values()]
+        return np.stack(tracks, axis=1) if tracks else np.zeros((moving.count, 0, 7))
+
+    def array(self, name: str, values: Any) -> str:
+        """Keep an array under a name, and return that."""
+        self.arrays[name] = np.asarray(values)
+        return name
+
+
+def numbers_of(T: Array) -> Array:
+    """Return x, y, z and the unit quaternion x, y, z, w (T, 7) of poses, without leaps of sign."""
+    found = Pose(T)
+    quaternion = found.quaternion
+    leaps = np.sum(quaternion[1:] * quaternion[:-1], axis=-1) < 0
+    signs = np.cumprod(np.concatenate([[1.0], np.where(leaps, -1.0, 1.0)]))
+    return np.concatenate([found.position, quaternion * signs[:, None]], axis=-1)
+
+
+def solids(stage: Stage, scene: Scene, depth: float, group: str, of: Any = None) -> list[Entry]:
+    """Return the parts of a scene as entries of a header.
+
+    `of` returns how a frame of a name moves, where that is not as in the scene that is shown.
+    """
+    return [_entry(stage, part, group, of) for part in parts(scene, depth)]
+
+
+def _entry(stage: Stage, part: Part, group: str, of: Any) -> Entry:
+    place, there = (
+        stage.frame(name, group, of and of(name)) if name else None
+        for name in (part.frame, part.to)
+    )
     entry = {"frame": place, "label": part.wire.label, "color": part.wire.color}
     if part.to:
-        return {**entry, "to": stage.frame(part.to, group, partial(moving.poses, part.to))}
+        return {**entry, "to": there}
     return {**entry, **shape(stage, part.wire), "sheer": part.wire.sheer}
 
 
-def shape(stage: Stage, wire: Wire) -> dict[str, Any]:
+def shape(stage: Stage, wire: Wire) -> Entry:
     """Return the names of the arrays of a solid: corners of its triangles, and its edges."""
     key = f"shape{len(stage.arrays)}"
     triangles = [fan for face in wire.faces for fan in _fan(face)]

@@ -10,10 +10,22 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from robsim.page.packing import check_size, packed
-from robsim.page.recording import Recording
+from numpy.typing import NDArray
 
-MODULES = ("unpack", "clock", "space", "picture", "charts", "main")  # after what they import
+from robsim.page.film import Recording
+from robsim.page.packing import check_size, packed
+
+MODULES = (
+    "unpack",
+    "clock",
+    "space",
+    "picture",
+    "charts",
+    "view",
+    "controls",
+    "link",
+    "main",
+)  # after what they import
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export ", re.MULTILINE)
 
@@ -23,18 +35,37 @@ def document(recording: Recording) -> str:
 
     It makes no request, and its policy lets it make none; every text in it is data.
     """
-    check_size(recording.arrays)
-    table, numbers = packed(recording.arrays, {"poses"})
-    header = {**recording.header, "arrays": table}
+    header, numbers = told(recording.header, recording.arrays, {"poses"})
+    return _page(_embedded(header), numbers, "'none'")
+
+
+def live_document() -> str:
+    """Return the HTML text of a page that shows what a server tells it, and asks no other."""
+    return _page("null", "", "'self'")
+
+
+def told(
+    header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str]
+) -> tuple[dict[str, Any], str]:
+    """Return a header that says how its arrays stand in a text of packed numbers, and that text.
+
+    InputError: they are more than a page can hold.
+    """
+    check_size(arrays)
+    table, numbers = packed(arrays, quantised)
+    return {**header, "arrays": table}, base64.b64encode(numbers).decode()
+
+
+def _page(header: str, numbers: str, asked: str) -> str:
+    """Return the page with its data, which may ask for nothing but of `asked`."""
     parts = {
-        "policy": _policy(),
+        "policy": _policy(asked),
         "style": _style(),
-        "header": _embedded(header),
-        "numbers": base64.b64encode(numbers).decode(),
+        "header": header,
+        "numbers": numbers,
         "script": _script(),
     }
-    page = _asset("page.html")
-    return re.sub(r"\{(\w+)\}", lambda found: parts[found[1]], page)
+    return re.sub(r"\{(\w+)\}", lambda found: parts[found[1]], _asset("page.html"))
 
 
 def _embedded(value: Any) -> str:
@@ -43,11 +74,11 @@ def _embedded(value: Any) -> str:
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def _policy() -> str:
+def _policy(asked: str) -> str:
     own = {"script-src": _hash(_script()), "style-src": _hash(_style())}
     data = {"img-src": "data: blob:", "font-src": "data:"}
-    never = dict.fromkeys(("connect-src", "base-uri", "form-action"), "'none'")
-    rules = {"default-src": "'none'", **own, **data, **never}
+    never = dict.fromkeys(("base-uri", "form-action"), "'none'")
+    rules = {"default-src": "'none'", **own, **data, "connect-src": asked, **never}
     return "; ".join(f"{name} {value}" for name, value in rules.items())
 
 

@@ -18,8 +18,9 @@ from typing import Any
 from robsim.base.errors import FileError, InputError, said
 from robsim.base.output import refused, write_whole
 from robsim.page.document import document
+from robsim.page.film import FORMAT, VERSION, Recording
 from robsim.page.packing import unpacked
-from robsim.page.recording import FORMAT, VERSION, Recording, recording_of
+from robsim.page.recording import recording_of
 from robsim.run.experiment import Experiment
 
 LARGEST = 200_000_000  # bytes of a page that is read back

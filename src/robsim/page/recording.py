@@ -1,20 +1,22 @@
 """Recordings: what a page needs to show a run, a scene or a robot, and nothing to compute.
 
-A recording is a header, which JSON holds, and arrays by name. `VERSION` counts its forms:
+A recording is a header, which JSON holds, and arrays by name. `film.VERSION` counts its forms:
 
 format, version  "robsim recording", 1
 title, outcome   of the run; the outcome is a name of `robsim.Outcome`, or empty
 texts            {heading: text}: how it ended, what `explain` says, the experiment as TOML
+reach            lowest and highest coordinates of the origins of all frames, over all instants
 frames           {name, group} of each frame; "poses" (T, frames, 7) are x, y, z, and the unit
                  quaternion x, y, z, w, in the frame of the figures
 parts            solids: the number of their frame, label, colour, and the names of their arrays:
                  "triangles" (corners, 3) and "edges" (ends, 3) in axes of the frame, metres; or
                  "to", the number of the frame to which a line goes. Those of group "true" are what
                  is, of "belief" what the controller believes, of "goal" where it is to end, of
-                 "start" where it began
+                 "start" where it began, of "second" what another scheme does
 marks            points of a target: its frame, "points" (N, 3), their colours
 cameras          name, frame, image size and centre, "frustum" (ends, 3) lines in camera axes,
-                 "pixels" (T, N, 2) and "goal" (N, 2) of its marks, their colours
+                 "pixels" (T, N, 2) and "goal" (N, 2) of its marks, their colours; "second"
+                 (T, N, 2) are the pixels under another scheme
 trails           frames whose ways are drawn, with their colours
 curves           title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic
 events           {time, text}
@@ -23,18 +25,14 @@ time             "time" (T,), seconds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
-from robsim.page.bodies import Moving, Stage, solids
-from robsim.page.seen import cameras, frustum_depth, marks_of
-from robsim.page.told import curves, events, joint_curves, texts
-from robsim.page.ways import ghosts, trails
+from robsim.page.bodies import Moving
+from robsim.page.film import Film, Instants, Recording, belief_of
+from robsim.page.told import events, joint_curves, texts
 from robsim.plot import history
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
@@ -44,16 +42,6 @@ from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FORMAT, VERSION = "robsim recording", 1
-
-
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """A header and arrays by name, as this module describes them."""
-
-    header: dict[str, Any]
-    arrays: dict[str, NDArray[Any]]
 
 
 def recording_of(
@@ -81,26 +69,18 @@ def recording_of(
 
 def _still(scene: Scene, title: str, q: Any = None) -> Recording:
     values = scene.coordinates(scene.home if q is None else q, limits=False)[None]
-    filmed = _Filmed(Moving.of(scene, values))
-    return filmed.recording(title, np.zeros(1))
+    moving = Moving.of(scene, values)
+    return Film(moving).recording(title, Instants(np.zeros(1), moving))
 
 
 def _of_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Recording:
     one = history.single(run)
     made = Experiment.of(run) if experiment is None else experiment
-    scene, q = made.scene, one["q"].values
-    history.configurations(one, scene)  # a run of another scene is refused
-    belief = getattr(made.task, "belief", None)
-    believed = None if belief in (None, scene) else Moving.of(belief, q)
-    filmed = _Filmed(Moving.of(scene, q), one)
-    filmed.parts += ghosts(filmed.stage, filmed.moving, believed, one, filmed.depth)
-    told = {
-        "outcome": Outcome(int(one["outcome"])).name,
-        "texts": texts(run, made, trials),
-        "curves": curves(filmed.stage, one),
-        "events": events(one),
-    }
-    return filmed.recording(made.title or "run", one["time"].values, **told)
+    shown = Instants.of(one, made.scene)
+    film = Film(shown.moving, one, belief_of(made))
+    outcome = Outcome(int(one["outcome"])).name
+    told = {"outcome": outcome, "texts": texts(run, made, trials), "events": events(one)}
+    return film.recording(made.title or "run", shown, **told)
 
 
 def _of_mission(mission: MissionRun) -> Recording:
@@ -109,44 +89,13 @@ def _of_mission(mission: MissionRun) -> Recording:
     counts = [int(sum(joined["phase"].values == leg.name)) for leg in legs]
     spells = np.split(joined["q"].values, np.cumsum(counts)[:-1])
     scenes = [leg.scene for leg in legs]
-    filmed = _Filmed(Moving(tuple(zip(scenes, spells, strict=True))))
+    moving = Moving(tuple(zip(scenes, spells, strict=True)))
     text = mission.attrs.get("scenario", "")
     told = {
         "outcome": legs[-1].outcome.name,
         "texts": {"mission": str(mission), "experiment": text},
-        "curves": joint_curves(filmed.stage, joined),
         "events": [{"time": leg.start, "text": leg.name} for leg in legs],
     }
     title = Experiment.of(mission).title if text else None
-    return filmed.recording(title or "mission", joined["time"].values, **told)
-
-
-class _Filmed:
-    """A scene over time as the entries of a header, with the images of a run if there is one."""
-
-    def __init__(self, moving: Moving, run: xr.Dataset | None = None) -> None:
-        self.moving, self.stage = moving, Stage()
-        self.depth = frustum_depth(moving)
-        first = {} if run is None else history.first_numbers(run)
-        self.parts = solids(self.stage, moving, self.depth, "true")
-        self.marks = marks_of(self.stage, moving, first)
-        self.cameras = cameras(self.stage, moving, self.depth, run)
-        self.trails = trails(self.stage, moving)
-
-    def recording(self, title: str, time: Array, **told: Any) -> Recording:
-        """Return the recording, with what there is to tell."""
-        stage, poses = self.stage, self.stage.poses
-        stage.array("time", time)
-        stage.array("poses", np.stack(poses, axis=1) if poses else np.zeros((len(time), 0, 7)))
-        header = {
-            "format": FORMAT,
-            "version": VERSION,
-            "title": title,
-            **{"outcome": "", "texts": {}, "curves": [], "events": [], **told},
-            "frames": stage.listed,
-            "parts": self.parts,
-            "marks": self.marks,
-            "cameras": self.cameras,
-            "trails": self.trails,
-        }
-        return Recording(header, stage.arrays)
+    shown = Instants(joined["time"].values, moving, joint_curves(joined))
+    return Film(moving).recording(title or "mission", shown, **told)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Moving, Stage
+from robsim.page.bodies import Entry, Moving, Stage
 from robsim.plot import history, palette, wireframe
 from robsim.plot.picture import FRUSTUM
 from robsim.vision.camera import Camera
@@ -29,15 +28,15 @@ def frustum_depth(moving: Moving) -> float:
     return FRUSTUM * (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or FRUSTUM
 
 
-def marks_of(stage: Stage, moving: Moving, first: dict[str, int]) -> list[dict[str, Any]]:
+def marks_of(stage: Stage, first: dict[str, int]) -> list[Entry]:
     """Return the marks of all objects, with the colours that they have in the images."""
     found = []
-    for thing in moving.scene.objects:
+    for thing in stage.moving.scene.objects:
         if len(thing.marks):
             number = first.get(thing.name, 0)
             found.append(
                 {
-                    "frame": stage.frame(thing.name, "true", partial(moving.poses, thing.name)),
+                    "frame": stage.frame(thing.name),
                     "points": stage.array(f"{thing.name}.marks", thing.marks),
                     "colors": [palette.nth(number + i) for i in range(len(thing.marks))],
                 }
@@ -45,16 +44,14 @@ def marks_of(stage: Stage, moving: Moving, first: dict[str, int]) -> list[dict[s
     return found
 
 
-def cameras(
-    stage: Stage, moving: Moving, depth: float, run: xr.Dataset | None
-) -> list[dict[str, Any]]:
+def cameras(stage: Stage, depth: float, run: xr.Dataset | None) -> list[Entry]:
     """Return the cameras of a scene; those that have a part in the run with their images."""
-    used = [] if run is None else list(dict.fromkeys(run["mark_camera"].values.tolist()))
-    order = sorted(moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
+    used = [] if run is None else seeing(run)
+    order = sorted(stage.moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
         {
             "name": eye.name,
-            "frame": stage.frame(eye.name, "true", partial(moving.poses, eye.name)),
+            "frame": stage.frame(eye.name),
             "frustum": stage.array(f"{eye.name}.frustum", 2 * depth * _rim(eye.camera)),
             **_lens(eye.camera),
             **(_image(stage, run, eye) if run is not None and eye.name in used else {}),
@@ -63,7 +60,7 @@ def cameras(
     ]
 
 
-def _lens(camera: Camera) -> dict[str, Any]:
+def _lens(camera: Camera) -> Entry:
     centre = np.atleast_3d(camera.K)[:2, 2, 0].tolist()
     return {"size": None if camera.size is None else list(camera.size), "centre": centre}
 
@@ -88,11 +85,26 @@ def _rays(camera: Camera) -> Array:
     return np.column_stack([points, np.ones(len(points))])
 
 
-def _image(stage: Stage, run: xr.Dataset, eye: MountedCamera) -> dict[str, Any]:
+def seeing(run: xr.Dataset) -> list[str]:
+    """Return the names of the cameras that have a part in a run."""
+    return list(dict.fromkeys(run["mark_camera"].values.tolist()))
+
+
+def images(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
+    """Return the pixels (T, N, 2) of the marks in each image, by the name of the array."""
+    return {
+        f"{eye}.pixels{suffix}": run["pixels"].values[:, run["mark_camera"].values == eye]
+        for eye in seeing(run)
+    }
+
+
+def _image(stage: Stage, run: xr.Dataset, eye: MountedCamera) -> Entry:
     view = history.seen_by(run, eye.name)
     numbers = view["mark_number"].values.tolist()
+    second = {"second": f"{eye.name}.pixels second"} if stage.moving.second else {}
     return {
-        "pixels": stage.array(f"{eye.name}.pixels", view["pixels"].values),
+        "pixels": f"{eye.name}.pixels",
+        **second,
         "goal": stage.array(f"{eye.name}.goal", view["pixels_goal"].values),
         "colors": [palette.nth(number) for number in numbers],
         "targets": view["mark_target"].values.tolist(),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.page.bodies import Stage
+from robsim.page.bodies import Entry
 from robsim.plot import history, palette
 from robsim.run.experiment import Experiment
 
@@ -17,8 +19,34 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z")
 
 
-def curves(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the panels of curves: the error, the velocity of what moves, and the joints."""
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """A panel of curves: values (T, n), one column for each name."""
+
+    title: str
+    unit: str
+    names: list[str]
+    colors: list[str]
+    values: Array
+    log: bool = False
+
+    @property
+    def entry(self) -> Entry:
+        """The entry of the header, which names the array of the values."""
+        told = {key: getattr(self, key) for key in ("title", "unit", "names", "colors", "log")}
+        return {**told, "values": self.array}
+
+    @property
+    def array(self) -> str:
+        """The name of the array of the values."""
+        return f"curve {self.title}"
+
+
+def curves(run: xr.Dataset, second: xr.Dataset | None = None) -> list[Curves]:
+    """Return the panels of curves: the error, the velocity of what moves, and the joints.
+
+    With a second run, the image errors of both stand beside each other.
+    """
     whose = "camera" if "camera_velocity" in run else "frame"
     twist = run[f"{whose}_velocity"].values
     vector = [color for color, _ in palette.COMPONENTS]
@@ -28,40 +56,30 @@ def curves(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
     unit = "" if units == ["1"] else ", ".join(units)
     grey = [palette.BLACK, *[palette.GREY] * (error.shape[1] - 1)]
     return [
-        _panel(stage, "error", unit, names, grey, error, True),
-        _panel(stage, f"{whose} v", "m/s", [f"v{a}" for a in AXES], vector, twist[:, :3]),
-        _panel(stage, f"{whose} ω", "rad/s", [f"ω{a}" for a in AXES], vector, twist[:, 3:]),
-        *joint_curves(stage, run),
+        *([] if second is None else [_both(run, second)]),
+        Curves("error", unit, names, grey, error, True),
+        Curves(f"{whose} v", "m/s", [f"v{a}" for a in AXES], vector, twist[:, :3]),
+        Curves(f"{whose} ω", "rad/s", [f"ω{a}" for a in AXES], vector, twist[:, 3:]),
+        *joint_curves(run),
     ]
 
 
-def joint_curves(stage: Stage, run: xr.Dataset) -> list[dict[str, Any]]:
+def _both(run: xr.Dataset, second: xr.Dataset) -> Curves:
+    """Return the largest distance of a mark from its goal in the image, for two schemes."""
+    each = [np.linalg.norm(one["pixels"] - one["pixels_goal"], axis=-1) for one in (run, second)]
+    largest = [x.max(axis=1) if x.shape[1] else np.full(len(x), np.nan) for x in each]
+    colors = [palette.BLACK, palette.ORANGE]
+    return Curves("image error", "px", ["this", "second"], colors, np.column_stack(largest), True)
+
+
+def joint_curves(run: xr.Dataset) -> list[Curves]:
     """Return the panel of the velocities that are commanded."""
     names = run["velocity"].values.tolist()
     colors = [palette.nth(i) for i in range(len(names))]
-    return [_panel(stage, "joint velocities", "", names, colors, run["qd"].values)]
+    return [Curves("joint velocities", "", names, colors, run["qd"].values)]
 
 
-def _panel(
-    stage: Stage,
-    title: str,
-    unit: str,
-    names: list[str],
-    colors: list[str],
-    values: Any,
-    logarithmic: bool = False,
-) -> dict[str, Any]:
-    return {
-        "title": title,
-        "unit": unit,
-        "names": names,
-        "colors": colors,
-        "values": stage.array(f"curve {title}", values),
-        "log": logarithmic,
-    }
-
-
-def events(run: xr.Dataset) -> list[dict[str, Any]]:
+def events(run: xr.Dataset) -> list[Entry]:
     """Return what happened when: the end of the run, and its outcome."""
     end = float(run["end_time"])
     return [{"time": end, "text": history.ending(run)}] if np.isfinite(end) else []

@@ -1,73 +1,93 @@
-"""What is drawn beside the things themselves: ghosts of goal, start and belief, and trails."""
+"""What is drawn beside the things themselves: ghosts of goal, start, belief and a second scheme."""
 
 from __future__ import annotations
 
-from functools import partial
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Moving, Stage, shape, solids
+from robsim.page.bodies import Entry, Moving, PosesOf, Stage, shape, solids
 from robsim.plot import ghost, palette
 from robsim.plot.picture import STILL
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def ghosts(
-    stage: Stage, moving: Moving, belief: Moving | None, run: xr.Dataset, depth: float
-) -> list[dict[str, Any]]:
-    """Return the outlines of the goal, of the start, and of what is believed to be elsewhere."""
-    scene, q = moving.spells[-1]
-    here = np.repeat(np.eye(4)[None], len(stage.poses[0]), axis=0)
-    goal = [
+def ghosts(stage: Stage, belief: Scene | None, run: xr.Dataset, depth: float) -> list[Entry]:
+    """Return the outlines of the goal, of the start, and of what is elsewhere for other eyes."""
+    began = solids(
+        stage, stage.moving.scene, depth, "start", lambda name: _at(stage.moving.poses(name)[0])
+    )
+    found = goals(stage, run, depth) + [part for part in began if _moves(stage, part)]
+    if belief is not None:
+        believed = solids(stage, belief, depth, "belief", lambda name: _other(belief, name))
+        found += [part for part in believed if _apart(stage, part)]
+    if stage.moving.second is not None:
+        second = solids(stage, stage.moving.second.scene, depth, "second", _second)
+        found += [part for part in second if _moves(stage, part)]
+    return found
+
+
+def goals(stage: Stage, run: xr.Dataset, depth: float) -> list[Entry]:
+    """Return the outlines of what is at its goal, which the run says."""
+    scene, _ = stage.moving.spells[-1]
+    return [
         {
-            "frame": stage.frame("goal", "goal", lambda: here),
+            "frame": stage.frame(name, "goal", _at(scene.display.matrix @ T.matrix)),
             "label": f"goal of {wire.label}",
             "color": palette.GOAL,
             **shape(stage, wire),
         }
-        for wire in ghost.ghosts(scene, None, run, q[-1], depth)
+        for name, T in ghost.of_run(run).items()
+        for wire in ghost.outlines(scene, name, np.eye(4), depth)
     ]
-    began = solids(stage, moving.at_start(), depth, "start")
-    return [*goal, *_moved(stage, began), *_believed(stage, belief, depth)]
 
 
-def _moved(stage: Stage, began: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return those parts of the start whose frames move."""
-    return [part for part in began if not _still(_true(stage, part))]
+def trails(stage: Stage) -> list[Entry]:
+    """Return the frames of cameras and objects that move, whose ways are drawn."""
+    colors = cycle([palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN])
+    frames = [stage.frame(name) for name in stage.moving.things]
+    along = [frame for frame in frames if np.ptp(stage.track(frame)[:, :3], axis=0).max() > STILL]
+    return [{"frame": i, "color": color} for i, color in zip(along, colors, strict=False)]
 
 
-def _believed(stage: Stage, belief: Moving | None, depth: float) -> list[dict[str, Any]]:
-    """Return the parts of the belief that are not where the true ones are."""
-    if belief is None:
-        return []
-    apart = []
-    for part in solids(stage, belief, depth, "belief"):
-        true, mine = _true(stage, part), stage.poses[part["frame"]]
-        if true is None or np.abs(mine - true).max() > STILL:
-            apart.append(part)
-    return apart
+def _at(T: Array) -> PosesOf:
+    """Return how a frame stays at T (4, 4)."""
+    return lambda moving: np.repeat(T[None], moving.count, axis=0)
 
 
-def _true(stage: Stage, part: dict[str, Any]) -> Array | None:
+def _other(belief: Scene, name: str) -> PosesOf:
+    """Return how a frame moves in another scene."""
+    return lambda moving: moving.believed(belief).poses(name)
+
+
+def _second(name: str) -> PosesOf:
+    """Return how a frame moves under the second scheme."""
+
+    def poses(moving: Moving) -> Array:
+        assert moving.second is not None
+        return moving.second.poses(name)
+
+    return poses
+
+
+def _moves(stage: Stage, part: Entry) -> bool:
+    """Return whether the true frame of a part moves."""
+    true = _true(stage, part)
+    return true is not None and bool(np.ptp(true, axis=0).max() > STILL)
+
+
+def _apart(stage: Stage, part: Entry) -> bool:
+    """Return whether a part is not where the true one is."""
+    true = _true(stage, part)
+    return true is None or bool(np.abs(stage.track(part["frame"]) - true).max() > STILL)
+
+
+def _true(stage: Stage, part: Entry) -> Array | None:
     """Return the true poses (T, 7) of the frame of a part, if there is such a frame."""
     name, _ = list(stage.frames)[part["frame"]]
-    number = stage.frames.get((name, "true"))
-    return None if number is None else stage.poses[number]
-
-
-def _still(poses: Array | None) -> bool:
-    return poses is None or np.ptp(poses, axis=0).max() <= STILL
-
-
-def trails(stage: Stage, moving: Moving) -> list[dict[str, Any]]:
-    """Return the frames of cameras and objects that move, whose ways are drawn."""
-    poses = {name: moving.poses(name) for name in moving.things}
-    along = [name for name, T in poses.items() if not _still(T[:, :3, 3])]
-    colors = cycle([palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN])
-    frames = [stage.frame(name, "true", partial(poses.__getitem__, name)) for name in along]
-    return [{"frame": i, "color": color} for i, color in zip(frames, colors, strict=False)]
+    return stage.track(stage.frame(name)) if (name, "true") in stage.frames else None

@@ -30,8 +30,13 @@ def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: flo
 
     InputError: anything else.
     """
-    placed = _of_run(run) if goal is None else _placed(scene, goal, q)
-    return [wire for name, T in placed.items() for wire in _wires(scene, name, T, depth)]
+    placed = of_run(run) if goal is None else _placed(scene, goal, q)
+    display = scene.display.matrix
+    return [
+        wire
+        for name, T in placed.items()
+        for wire in outlines(scene, name, display @ T.matrix, depth)
+    ]
 
 
 def _placed(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
@@ -50,7 +55,7 @@ def _placed(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
     return _at(scene, goal)
 
 
-def _of_run(run: xr.Dataset | None) -> dict[str, Pose]:
+def of_run(run: xr.Dataset | None) -> dict[str, Pose]:
     """Return the goal pose recorded in a run, by its frame; empty if there is none."""
     if run is None or "goal_pose" not in run:
         return {}
@@ -93,9 +98,8 @@ def _relative(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
     return {target: Pose(scene.pose(eye, q).matrix) @ goal.T_c_o}
 
 
-def _wires(scene: Scene, name: str, T_w_f: Pose, depth: float) -> list[Wire]:
-    """Return the outline of what a frame carries at a pose in the world, or the frame's axes."""
-    T: Array = scene.display.matrix @ T_w_f.matrix
+def outlines(scene: Scene, name: str, T: Array, depth: float) -> list[Wire]:
+    """Return the outline of what a frame carries, at T (4, 4), or the axes of the frame."""
     for eye in scene.cameras:
         if eye.name == name:
             return [wireframe.camera(eye, T, depth)]

@@ -20,6 +20,7 @@ class Instant:
     step, time   number of the step, and seconds since the start
     q            coordinates (nq,)
     qd           velocities (nv,) commanded, or prescribed, for the period that begins
+    qd_actual    velocities (nv,) of the joints, which follow the command with a lag or under limits
     s, error     features as measured, and their error (k,)
     pixels       true image (N, 2) of all marks
     outcome      why the run ends here, or RUNNING
@@ -29,6 +30,7 @@ class Instant:
     time: float
     q: Array
     qd: Array
+    qd_actual: Array
     s: Array
     error: Array
     pixels: Array
@@ -43,7 +45,8 @@ def instants(loop: Loop) -> Iterator[Instant]:
 
 def _instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
     seen = loop.sequence.snapshot(chunk)
-    arrays = seen.q, seen.qd, seen.command.s, seen.command.error, seen.pixels
-    q, qd, s, error, pixels = (first_view(array)[0].copy() for array in arrays)
+    rates = seen.rates if len(seen.rates) else seen.qd
+    arrays = seen.q, seen.qd, rates, seen.command.s, seen.command.error, seen.pixels
     outcome = Outcome(int(seen.outcome[0]))
-    return Instant(step, step * loop.dt, q, qd, s, error, pixels, outcome)
+    q, qd, actual, s, error, pixels = (first_view(array)[0].copy() for array in arrays)
+    return Instant(step, step * loop.dt, q, qd, actual, s, error, pixels, outcome)

@@ -135,7 +135,7 @@ def _motion(controller: Controller, series: Track) -> dict[str, Array]:
     follows = series.rates.shape[-1] == 0
     scene, whose = controller.scene, "camera" if controller.sights else "frame"
     rates = series.qd if follows else series.rates
-    poses, twists = _frame_motion(scene, controller.frame, series.q, rates)
+    poses, twists = frame_motion(scene, controller.frame, series.q, rates)
     return {
         "q": series.q,
         "qd": series.qd,
@@ -162,7 +162,7 @@ def _features(series: Track, s_goal: Array) -> dict[str, Array]:
     }
 
 
-def _frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
+def frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
     """Return poses (runs, instants, 4, 4) and twists (runs, instants, 6) of a frame.
 
     Twists are in the axes of the frame.
@@ -284,7 +284,7 @@ def _attributes(controller: Controller, scene: Scene) -> dict[str, dict[str, Any
     named: dict[str, dict[str, Any]] = {
         name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
     }
-    for name in ("frame_pose", "frame_velocity"):
+    for name in ("camera_pose", "camera_velocity", "frame_pose", "frame_velocity"):
         named[name]["frame"] = controller.frame
     named["goal_pose"] |= ends.goal_attributes(controller)
     if not controller.sights:

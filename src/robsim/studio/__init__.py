@@ -1,0 +1,1 @@
+"""The studio: a live simulation that pages in a browser show and change."""

@@ -1,0 +1,74 @@
+"""Shelves: experiments to choose from, each with what to watch for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from robsim.base.errors import FileError, InputError, said, suggest
+from robsim.files import examples
+from robsim.files.toml import read_text
+from robsim.run.experiment import Experiment, load_scenario
+
+
+class Shelf:
+    """Scenario files by name: those that RobSim ships, or those of a folder."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._paths = {path.stem: path for path in paths}
+        self.entries = [_entry(name, path) for name, path in self._paths.items()]
+
+    @classmethod
+    def shipped(cls) -> Shelf:
+        """Return the shipped experiments."""
+        return cls([Path(examples.path(name)) for name in examples.names()])
+
+    @classmethod
+    def of(cls, folder: Path) -> Shelf:
+        """Return the scenario files of a folder. FileError: it has none."""
+        found = sorted(folder.glob("*.toml"))
+        if not found:
+            raise FileError(f"{folder}: no scenario file (*.toml) is there")
+        return cls(found)
+
+    def experiment(self, name: Any) -> Experiment:
+        """Return the experiment of a name. InputError: there is none, or it is not valid."""
+        if not isinstance(name, str) or name not in self._paths:
+            hint = suggest(str(name)[:64], self._paths, "experiments")
+            raise InputError(f"no experiment {said(name)}; {hint}")
+        return load_scenario(self._paths[name])
+
+
+def _entry(name: str, path: Path) -> dict[str, str]:
+    try:
+        text = read_text(path)
+    except FileError as error:
+        return {"name": name, "title": name, "about": str(error)}
+    return {"name": name, "title": _title(text) or name, "about": remark(text)}
+
+
+def remark(text: str) -> str:
+    """Return the remark at the head of a scenario file, as one line.
+
+    >>> remark("#:schema x.json\\n# A square.\\n# Watch its corners.\\nschema = 1\\n# later\\n")
+    'A square. Watch its corners.'
+    """
+    found = []
+    for line in text.splitlines():
+        if line.startswith("#:"):
+            continue
+        if not line.startswith("#"):
+            break
+        found.append(line[1:].strip())
+    return " ".join(found)
+
+
+def _title(text: str) -> str:
+    import tomllib
+
+    try:
+        title = tomllib.loads(text).get("title", "")
+    except tomllib.TOMLDecodeError:
+        return ""
+    return title if isinstance(title, str) else ""
