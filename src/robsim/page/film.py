@@ -61,7 +61,8 @@ class Instants:
 class Film:
     """The things of a scene as entries of a header, and how each of them moves.
 
-    What moves is found from `moving`, and `depth` metres is the size of cameras; `run` tells what its cameras see, and where its goal is.
+    What moves is found from `moving`, and `depth` metres is the size of cameras; `run` tells what
+    its cameras see, and where its goal is.
     """
 
     def __init__(
@@ -114,7 +115,7 @@ class Film:
         return [[float(np.float32(x)) for x in end] for end in ends]
 
     def arrays(self, shown: Instants) -> dict[str, NDArray[Any]]:
-        """Return the arrays that have a row for each instant."""
+        """Return the arrays that have a row for each instant, and those of goals in images."""
         return {
             "time": shown.time,
             "poses": self.stage.poses(shown.moving),

@@ -91,11 +91,17 @@ def seeing(run: xr.Dataset) -> list[str]:
 
 
 def images(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
-    """Return the pixels (T, N, 2) of the marks in each image, by the name of the array."""
-    return {
-        f"{eye}.pixels{suffix}": run["pixels"].values[:, run["mark_camera"].values == eye]
-        for eye in seeing(run)
-    }
+    """Return the pixels (T, N, 2) of the marks in each image, by the name of the array.
+
+    Without a suffix also those at the goal, (N, 2).
+    """
+    found = {}
+    for eye in seeing(run):
+        own = run["mark_camera"].values == eye
+        found[f"{eye}.pixels{suffix}"] = run["pixels"].values[:, own]
+        if not suffix:
+            found[f"{eye}.goal"] = run["pixels_goal"].values[own]
+    return found
 
 
 def _image(stage: Stage, run: xr.Dataset, eye: MountedCamera) -> Entry:
@@ -105,7 +111,7 @@ def _image(stage: Stage, run: xr.Dataset, eye: MountedCamera) -> Entry:
     return {
         "pixels": f"{eye.name}.pixels",
         **second,
-        "goal": stage.array(f"{eye.name}.goal", view["pixels_goal"].values),
+        "goal": f"{eye.name}.goal",
         "colors": [palette.nth(number) for number in numbers],
         "targets": view["mark_target"].values.tolist(),
     }

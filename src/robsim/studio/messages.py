@@ -68,7 +68,7 @@ class Messages:
 
     def _further(self, bench: Bench) -> Iterator[str]:
         """Yield a message of the instants since the last one, which is told again if changed."""
-        assert bench.live is not None
+        assert bench.live is not None and bench.film is not None
         count, changed = len(bench.live.instants), bench.made != self._made
         start = min(self._count, count) - (1 if changed else 0)
         if count == start:
