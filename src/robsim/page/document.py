@@ -16,16 +16,9 @@ from robsim.page.film import Recording
 from robsim.page.packing import check_size, packed
 
 MODULES = (
-    "unpack",
-    "clock",
-    "space",
-    "picture",
-    "charts",
-    "view",
-    "controls",
-    "link",
-    "main",
-)  # after what they import
+    *("unpack", "growing", "clock", "space", "picture", "charts", "view", "time"),
+    *("link", "handles", "controls", "studio", "main"),
+)
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export ", re.MULTILINE)
 
@@ -95,7 +88,7 @@ def _style() -> str:
 def _script() -> str:
     """Return the modules in one scope: they import from each other, and no two names are equal."""
     own = (_EXPORT.sub("", _IMPORT.sub("", _asset(f"{name}.js"))) for name in MODULES)
-    names = "const { THREE, OrbitControls, uPlot, GUI } = vendor;\n"
+    names = "const { THREE, OrbitControls, TransformControls, uPlot, GUI } = vendor;\n"
     return f'"use strict";(() => {{\n{_asset("vendor.js")}\n{names}{"".join(own)}}})();'
 
 

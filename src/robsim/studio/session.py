@@ -14,7 +14,7 @@ from robsim.page.document import live_document
 from robsim.studio import downloads
 from robsim.studio.bench import Bench
 from robsim.studio.gallery import Shelf
-from robsim.studio.messages import Messages
+from robsim.studio.outgoing import Outgoing
 
 TICK = 1 / 30  # seconds between what is sent
 BUSY = 0.025  # seconds of a tick that are spent on steps
@@ -31,7 +31,7 @@ class Session:
     def __init__(self, bench: Bench, shelf: Shelf) -> None:
         self.bench, self.shelf = bench, shelf
         self.broadcast: Callable[[str], None] = lambda message: None
-        self.messages = Messages()
+        self.outgoing = Outgoing()
         self.playing, self.speed, self.factor, self.note = False, 1.0, 1.0, ""
         self._asked: queue.Queue[dict[str, Any] | None] = queue.Queue(1000)
         self._thread = threading.Thread(target=self._run, name="robsim-session", daemon=True)
@@ -58,7 +58,7 @@ class Session:
 
     def hello(self) -> list[str | bytes]:
         """Return what brings a page to the present."""
-        return self.messages.present()
+        return self.outgoing.present()
 
     def receive(self, message: dict[str, Any]) -> str | None:
         """Take what a page asks for."""
@@ -177,7 +177,7 @@ class Session:
 
     def _tell_news(self) -> None:
         """Send what is new to all pages, and keep it for those to come."""
-        for message in self.messages.news(self, self.bench, self.shelf):
+        for message in self.outgoing.news(self, self.bench, self.shelf):
             self.broadcast(message)
 
 

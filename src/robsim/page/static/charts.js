@@ -5,13 +5,24 @@ import { uPlot } from "./vendor.js";
 export class Chart {
   constructor(element, curve, arrays, clock) {
     Object.assign(this, { element, curve, clock });
-    this.times = Array.from(clock.times);
-    const { shape, values } = arrays[curve.values];
-    this.columns = curve.names.map((_, i) =>
-      this.times.map((_, t) => shownValue(values[t * shape[1] + i], curve.log)),
-    );
+    this.array = arrays[curve.values];
+    this.times = [];
+    this.columns = curve.names.map(() => []);
+    this.extend(0);
     this.log = curve.log && this.columns[0].some((value) => value !== null);
     new ResizeObserver(() => this.build()).observe(element);
+  }
+
+  // Take over the values from an instant on.
+  extend(from) {
+    const { shape, values } = this.array;
+    this.times.length = from;
+    for (let t = from; t < shape[0]; t++) this.times.push(this.clock.times[t]);
+    this.columns.forEach((column, i) => {
+      column.length = from;
+      for (let t = from; t < shape[0]; t++) column.push(shownValue(values[t * shape[1] + i], this.curve.log));
+    });
+    this.plot?.setData([this.times, ...this.columns]);
   }
 
   build() {

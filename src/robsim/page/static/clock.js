@@ -8,6 +8,7 @@ export class Clock {
     this.speed = 1;
     this.playing = false;
     this.listeners = [];
+    this.following = false; // whether the last instant is shown, whatever comes
   }
 
   get end() {
@@ -21,6 +22,19 @@ export class Clock {
 
   tell() {
     for (const listener of this.listeners) listener(this);
+  }
+
+  // Take other times, of which there may be more, or fewer.
+  renew(times) {
+    this.times = times;
+    if (this.following) this.toEnd();
+    else this.seek(this.seconds);
+  }
+
+  toEnd() {
+    this.index = this.times.length - 1;
+    this.seconds = this.end;
+    this.tell();
   }
 
   seek(seconds) {

@@ -6,7 +6,8 @@ export class Picture {
   constructor(element, camera, arrays) {
     this.camera = camera;
     this.pixels = arrays[camera.pixels];
-    this.goal = arrays[camera.goal].values;
+    this.goal = arrays[camera.goal];
+    this.second = camera.second && arrays[camera.second];
     this.count = camera.colors.length;
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
@@ -24,7 +25,7 @@ export class Picture {
     const { size } = this.camera;
     if (size) [left, top, right, bottom] = [-0.5, -0.5, size[0] - 0.5, size[1] - 0.5];
     else
-      for (const values of [this.pixels.values, this.goal])
+      for (const values of [this.pixels.values, this.goal.values])
         for (let i = 0; i < values.length; i += 2) {
           if (!Number.isFinite(values[i])) continue;
           [left, right] = [Math.min(left, values[i]), Math.max(right, values[i])];
@@ -59,7 +60,10 @@ export class Picture {
     this.ink = style.getPropertyValue("--ink");
     this.pen.clearRect(left, top, width, height);
     this.drawBorder(style.getPropertyValue("--paper"));
-    for (let mark = 0; mark < this.count; mark++) this.drawWay(mark);
+    for (let mark = 0; mark < this.count; mark++) {
+      if (this.second) this.drawSecond(mark);
+      this.drawWay(mark);
+    }
     this.drawGoals();
     for (let mark = 0; mark < this.count; mark++) this.drawMark(mark);
   }
@@ -84,31 +88,51 @@ export class Picture {
     pen.globalAlpha = 1;
   }
 
-  at(index, mark) {
+  at(index, mark, pixels = this.pixels) {
     const i = 2 * (index * this.count + mark);
-    return [this.pixels.values[i], this.pixels.values[i + 1]];
+    return [pixels.values[i], pixels.values[i + 1]];
   }
 
   drawWay(mark) {
     const { pen, unit } = this;
     pen.strokeStyle = this.camera.colors[mark];
-    for (const [from, to, alpha] of [[0, this.pixels.shape[0] - 1, 0.25], [0, this.index, 0.9]]) {
+    pen.lineWidth = 1.6 * unit;
+    for (const [to, alpha] of [[this.pixels.shape[0] - 1, 0.25], [this.index, 0.9]]) {
       pen.globalAlpha = alpha;
-      pen.lineWidth = 1.6 * unit;
-      pen.beginPath();
-      let down = false;
-      for (let t = from; t <= to; t++) {
-        const [x, y] = this.at(t, mark);
-        if (!Number.isFinite(x)) down = false;
-        else if (down) pen.lineTo(x, y);
-        else {
-          pen.moveTo(x, y);
-          down = true;
-        }
-      }
-      pen.stroke();
+      this.drawPath(mark, to, this.pixels);
     }
     pen.globalAlpha = 1;
+  }
+
+  // The way of a mark under the second scheme, and where it is: dashed, and hollow.
+  drawSecond(mark) {
+    const { pen, unit } = this;
+    pen.strokeStyle = this.camera.colors[mark];
+    pen.lineWidth = 1.2 * unit;
+    pen.setLineDash([4 * unit, 3 * unit]);
+    this.drawPath(mark, this.index, this.second);
+    pen.setLineDash([]);
+    const [x, y] = this.at(this.index, mark, this.second);
+    if (!Number.isFinite(x)) return;
+    pen.beginPath();
+    pen.arc(x, y, 4 * unit, 0, 2 * Math.PI);
+    pen.stroke();
+  }
+
+  drawPath(mark, to, pixels) {
+    const { pen } = this;
+    pen.beginPath();
+    let down = false;
+    for (let t = 0; t <= to; t++) {
+      const [x, y] = this.at(t, mark, pixels);
+      if (!Number.isFinite(x)) down = false;
+      else if (down) pen.lineTo(x, y);
+      else {
+        pen.moveTo(x, y);
+        down = true;
+      }
+    }
+    pen.stroke();
   }
 
   drawGoals() {
@@ -116,7 +140,7 @@ export class Picture {
     pen.lineWidth = 1.5 * unit;
     const side = 11 * unit;
     this.camera.colors.forEach((color, mark) => {
-      const [x, y] = [this.goal[2 * mark], this.goal[2 * mark + 1]];
+      const [x, y] = this.goal.values.subarray(2 * mark, 2 * mark + 2);
       if (!Number.isFinite(x)) return;
       pen.strokeStyle = color;
       pen.strokeRect(x - side / 2, y - side / 2, side, side);

@@ -7,14 +7,17 @@ const GHOSTS = {
   belief: { opacity: 0.22, lines: 0.9, tint: "#0072b2" },
   goal: { opacity: 0, lines: 1, dashed: true },
   start: { opacity: 0, lines: 0.6, dashed: true, tint: "#8c8c8c" },
+  second: { opacity: 0.25, lines: 0.9, tint: "#e69f00" },
 };
 const VIEW = { elevation: 22, azimuth: -55 }; // degrees, as the figures have it
 
+const GROUPS = ["true", "belief", "second", "goal", "start", "trails", "views", "rays", "frames", "ground"];
+
 export class Space {
-  constructor(element, header, arrays) {
-    this.header = header;
-    this.arrays = arrays;
-    this.shown = { belief: true, goal: true, start: false, trails: true, views: true, rays: false, frames: false, ground: true };
+  constructor(element) {
+    this.shown = {
+      belief: true, second: true, goal: true, start: false, trails: true, views: true, rays: false, frames: false, ground: true,
+    };
     this.renderer = new THREE.WebGLRenderer({ antialias: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
@@ -23,16 +26,28 @@ export class Space {
     this.element = element;
     this.scene = new THREE.Scene();
     this.groups = {};
-    for (const name of ["true", "belief", "goal", "start", "trails", "views", "rays", "frames", "ground"]) {
+    for (const name of GROUPS) {
       this.groups[name] = new THREE.Group();
       this.scene.add(this.groups[name]);
     }
-    this.build();
-    this.light();
-    this.look();
-    this.dirty = true;
+    this.sky = new THREE.Group(); // lights
+    this.scene.add(this.sky);
+    this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener("change", () => (this.dirty = true));
     new ResizeObserver(() => this.resize()).observe(element);
     this.resize();
+  }
+
+  // Show a recording; with `keep` from where the eye is now.
+  load(header, arrays, keep) {
+    Object.assign(this, { header, arrays, bounds: null, size: null });
+    for (const group of [...Object.values(this.groups), this.sky]) empty(group);
+    this.build();
+    this.light();
+    if (!keep) this.look();
+    this.dirty = true;
   }
 
   build() {
@@ -43,11 +58,13 @@ export class Space {
       this.groups[frame.group].add(node);
       return node;
     });
+    this.ways = [];
     this.moving = []; // what is made anew at each instant: lines from frame to frame
     for (const part of header.parts) this.addPart(part);
     for (const marks of header.marks) this.addMarks(marks);
     for (const camera of header.cameras) this.addView(camera);
     for (const trail of header.trails) this.addTrail(trail);
+    this.extend(0);
     this.addAxes();
     this.place(0);
   }
@@ -125,14 +142,31 @@ export class Space {
   }
 
   addTrail(trail) {
+    const lines = [wayOf(trail.color, 0.3), wayOf(trail.color, 1)]; // the whole way, and that so far
+    this.groups.trails.add(...lines);
+    this.ways.push((from) => this.lay(lines, trail.frame, from));
+    this.moving.push((index) => lines[1].geometry.setDrawRange(0, index + 1));
+  }
+
+  // Put the way of a frame into its lines, from an instant on.
+  lay(lines, frame, from) {
     const { shape, values } = this.arrays.poses;
-    const way = new Float32Array(3 * shape[0]);
-    for (let t = 0; t < shape[0]; t++)
-      for (let i = 0; i < 3; i++) way[3 * t + i] = values[(t * shape[1] + trail.frame) * 7 + i];
-    const whole = wayOf(way, trail.color, 0.3);
-    const past = wayOf(way, trail.color, 1);
-    this.groups.trails.add(whole, past);
-    this.moving.push((index) => past.geometry.setDrawRange(0, index + 1));
+    let at = lines[0].geometry.attributes.position;
+    if (!at || at.count < shape[0]) {
+      const room = new Float32Array(3 * 2 * shape[0]);
+      if (at) room.set(at.array);
+      at = new THREE.BufferAttribute(room, 3);
+      for (const line of lines) line.geometry.setAttribute("position", at);
+    }
+    for (let t = from; t < shape[0]; t++)
+      for (let i = 0; i < 3; i++) at.array[3 * t + i] = values[(t * shape[1] + frame) * 7 + i];
+    at.needsUpdate = true;
+    lines[0].geometry.setDrawRange(0, shape[0]);
+  }
+
+  // Take over the poses from an instant on.
+  extend(from) {
+    for (const lay of this.ways) lay(from);
   }
 
   addAxes() {
@@ -152,7 +186,7 @@ export class Space {
     const box = this.box();
     const size = this.extent();
     const centre = box.getCenter(new THREE.Vector3());
-    this.scene.add(new THREE.HemisphereLight("#ffffff", "#b9b4ab", 2.0));
+    this.sky.add(new THREE.HemisphereLight("#ffffff", "#b9b4ab", 2.0));
     const sun = new THREE.DirectionalLight("#ffffff", 2.2);
     sun.position.copy(centre).add(new THREE.Vector3(0.35, -0.55, 1.1).multiplyScalar(2 * size));
     sun.target.position.copy(centre);
@@ -161,7 +195,7 @@ export class Space {
     Object.assign(sun.shadow.camera, { left: -size, right: size, top: size, bottom: -size, near: size / 100, far: 6 * size });
     sun.shadow.bias = -0.0005;
     sun.shadow.normalBias = size * 0.002;
-    this.scene.add(sun, sun.target);
+    this.sky.add(sun, sun.target);
     this.addGround(box, size, centre);
   }
 
@@ -183,10 +217,9 @@ export class Space {
 
   look() {
     const sphere = this.box().getBoundingSphere(new THREE.Sphere());
-    this.camera = new THREE.PerspectiveCamera(35, 1, sphere.radius / 100, sphere.radius * 60);
-    this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.addEventListener("change", () => (this.dirty = true));
+    this.camera.near = sphere.radius / 100;
+    this.camera.far = sphere.radius * 60;
+    this.camera.updateProjectionMatrix();
     this.sphere = sphere;
     this.home();
   }
@@ -207,31 +240,28 @@ export class Space {
   // The box around all that is true, at the start and the end, and around the trails.
   box() {
     if (this.bounds) return this.bounds;
-    this.bounds = new THREE.Box3();
+    this.bounds = new THREE.Box3(...this.header.reach.map((end) => new THREE.Vector3(...end)));
     const last = this.arrays.poses.shape[0] - 1;
     for (const index of [last, 0]) {
       this.place(index);
       this.scene.updateMatrixWorld(true);
       for (const name of ["true", "goal", "views", "trails"]) this.bounds.expandByObject(this.groups[name]);
     }
-    if (this.bounds.isEmpty()) this.bounds.set(new THREE.Vector3(-0.5, -0.5, 0), new THREE.Vector3(0.5, 0.5, 1));
+    if (this.bounds.getSize(new THREE.Vector3()).length() < 1e-6) this.bounds.set(new THREE.Vector3(-0.5, -0.5, 0), new THREE.Vector3(0.5, 0.5, 1));
     return this.bounds;
   }
 
   extent() {
     if (this.size) return this.size;
-    const { shape, values } = this.arrays.poses;
-    const box = new THREE.Box3();
-    const point = new THREE.Vector3();
-    for (let i = 0; i < shape[0] * shape[1]; i++) box.expandByPoint(point.fromArray(values, 7 * i));
-    this.size = Math.max(box.getSize(point).length(), 1e-3) || 1;
-    if (box.isEmpty() || this.size <= 1e-3) this.size = 1;
+    const [low, high] = this.header.reach.map((end) => new THREE.Vector3(...end));
+    const size = high.distanceTo(low);
+    this.size = size > 1e-3 ? size : 1;
     return this.size;
   }
 
   place(index) {
     const { shape, values } = this.arrays.poses;
-    this.frames.forEach((frame, i) => {
+    this.frames?.forEach((frame, i) => {
       const at = (index * shape[1] + i) * 7;
       frame.position.fromArray(values, at);
       frame.quaternion.fromArray(values, at + 3);
@@ -248,7 +278,7 @@ export class Space {
 
   paint(background, dark) {
     this.scene.background = new THREE.Color(background);
-    this.grid.material.opacity = dark ? 0.15 : 0.6;
+    if (this.grid) this.grid.material.opacity = dark ? 0.15 : 0.6;
     this.dirty = true;
   }
 
@@ -260,12 +290,12 @@ export class Space {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (first) this.home();
+    if (first && this.sphere) this.home();
     this.dirty = true;
   }
 
   draw() {
-    if (!this.dirty) return;
+    if (!this.dirty || !this.header) return;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);
   }
@@ -317,10 +347,17 @@ function linesOf(ends, color, look) {
   return lines;
 }
 
-function wayOf(points, color, opacity) {
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
-  const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color, transparent: true, opacity }));
+function empty(group) {
+  group.traverse((node) => {
+    node.geometry?.dispose();
+    node.material?.dispose();
+    node.shadow?.dispose?.();
+  });
+  group.clear();
+}
+
+function wayOf(color, opacity) {
+  const line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color, transparent: true, opacity }));
   line.frustumCulled = false;
   return line;
 }

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 LONGEST = 300  # messages that a new page gets, before they are made one
 
 
-class Messages:
+class Outgoing:
     """The messages that are new, and those that a page needs that connects now."""
 
     def __init__(self) -> None:

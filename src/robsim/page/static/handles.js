@@ -1,0 +1,102 @@
+// Handles in the scene: what a person takes hold of, to place it elsewhere.
+
+import { THREE, GUI, TransformControls } from "./vendor.js";
+import { find } from "./view.js";
+
+const COLORS = { start: "#5d5d5d", goal: "#d6007a" };
+const OWN = "#0072b2";
+const PAUSE = 70; // milliseconds between what is sent of a drag
+
+export class Handles {
+  constructor(space, drag) {
+    Object.assign(this, { space, drag, balls: new Map(), sent: 0 });
+    this.group = new THREE.Group();
+    space.scene.add(this.group);
+    this.tool = new TransformControls(space.camera, space.renderer.domElement);
+    this.tool.setSize(0.7);
+    space.scene.add(this.tool.getHelper());
+    this.tool.addEventListener("change", () => (space.dirty = true));
+    this.tool.addEventListener("dragging-changed", (event) => {
+      space.controls.enabled = !event.value;
+      if (!event.value) this.send(true);
+    });
+    this.tool.addEventListener("objectChange", () => this.send(false));
+    space.renderer.domElement.addEventListener("pointerdown", (event) => (this.down = [event.clientX, event.clientY]));
+    space.renderer.domElement.addEventListener("pointerup", (event) => this.clicked(event));
+    this.choice = { held: "nothing", turn: false };
+  }
+
+  // Show handles {name, pose}; that which is being dragged stays where the hand is.
+  renew(handles) {
+    const names = new Set(handles.map((handle) => handle.name));
+    for (const [name, ball] of this.balls)
+      if (!names.has(name)) {
+        if (this.choice.held === name) this.hold("nothing");
+        this.group.remove(ball);
+        this.balls.delete(name);
+      }
+    for (const { name, pose } of handles) {
+      const ball = this.balls.get(name) ?? this.add(name);
+      if (this.tool.dragging && this.choice.held === name) continue;
+      ball.position.fromArray(pose);
+      ball.quaternion.fromArray(pose, 3);
+      ball.scale.setScalar(this.space.extent() * 0.018);
+    }
+    const key = [...names].join();
+    if (this.key !== key) this.offer(key);
+    this.space.dirty = true;
+  }
+
+  add(name) {
+    const color = COLORS[name] ?? OWN;
+    const material = new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.55, depthTest: false });
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 16, 12), material);
+    ball.renderOrder = 5;
+    ball.name = name;
+    this.group.add(ball);
+    this.balls.set(name, ball);
+    return ball;
+  }
+
+  offer(key) {
+    this.key = key;
+    this.gui?.destroy();
+    if (!this.balls.size) return;
+    this.gui = new GUI({ container: find("options"), title: "drag", injectStyles: false });
+    const names = Object.fromEntries(["nothing", ...this.balls.keys()].map((name) => [name.replace(/^\w+\./, ""), name]));
+    this.picker = this.gui.add(this.choice, "held", names).name("what").onChange((name) => this.hold(name));
+    this.gui.add(this.choice, "turn").name("turn it").onChange(() => this.hold(this.choice.held));
+  }
+
+  hold(name) {
+    this.choice.held = name;
+    this.picker?.updateDisplay();
+    const ball = this.balls.get(name);
+    if (ball) this.tool.attach(ball);
+    else this.tool.detach();
+    this.tool.setMode(this.choice.turn ? "rotate" : "translate");
+    this.space.dirty = true;
+  }
+
+  // Take hold of the handle under a click, if there is one.
+  clicked(event) {
+    const still = this.down && Math.hypot(event.clientX - this.down[0], event.clientY - this.down[1]) < 4;
+    if (!still || this.tool.dragging) return;
+    const box = this.space.renderer.domElement.getBoundingClientRect();
+    const at = new THREE.Vector2(
+      (2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height,
+    );
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(at, this.space.camera);
+    const hit = ray.intersectObjects([...this.balls.values()])[0];
+    if (hit) this.hold(hit.object.name);
+  }
+
+  send(last) {
+    const ball = this.balls.get(this.choice.held);
+    const now = performance.now();
+    if (!ball || (!last && now - this.sent < PAUSE)) return;
+    this.sent = now;
+    this.drag(this.choice.held, [...ball.position.toArray(), ...ball.quaternion.toArray()]);
+  }
+}

@@ -1,0 +1,204 @@
+// The page of a studio: what its simulation tells is shown, and what is touched is asked of it.
+
+import { GUI } from "./vendor.js";
+import { Controls } from "./controls.js";
+import { Handles } from "./handles.js";
+import { Link } from "./link.js";
+import { listenForKeys, listenForTime, offerSpeeds, showTime } from "./time.js";
+import { unpack } from "./unpack.js";
+import { element, find } from "./view.js";
+
+const FASTNESS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 0]; // 0: as fast as it goes
+const FILES = ["experiment.toml", "experiment.py", "run.nc", "run.html"];
+
+export class Studio {
+  constructor(view, clock) {
+    Object.assign(this, { view, clock, state: {}, entries: [], live: true });
+    for (const id of ["controls", "choose", "reset", "step"]) find(id).hidden = false;
+    document.body.classList.add("studio");
+    this.saving();
+    this.controls = new Controls(find("controls"), (name, value) => this.link.ask({ set: [name, value] }));
+    if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
+    this.timeControls();
+    this.choosing();
+    clock.following = true;
+    this.link = new Link((message) => this.hear(message), (there) => this.tellThere(there));
+    window.robsim = this;
+  }
+
+  hear(message) {
+    const done = {
+      recording: () => this.record(message),
+      rows: () => this.further(message),
+      controls: () => this.offer(message.controls),
+      gallery: () => (this.entries = message.entries),
+      texts: () => this.view.tellTexts({ ...message.texts }),
+      state: () => this.tell(message),
+    }[message.type];
+    if (done) return done();
+    this.tellNote(message.error ?? "");
+    return undefined;
+  }
+
+  async record({ header, numbers, live }) {
+    const arrays = await unpack(header.arrays, numbers);
+    this.live = live;
+    this.view.load(header, arrays);
+    this.clock.following = live;
+    if (live) this.clock.toEnd();
+    else this.clock.playing || this.clock.toggle();
+    document.body.dataset.ready = "yes";
+  }
+
+  async further({ from, header, numbers }) {
+    this.view.extend(from, await unpack(header.arrays, numbers));
+  }
+
+  offer(controls) {
+    this.listed = controls;
+    this.controls.renew(controls);
+    this.offerSecond();
+  }
+
+  tell(state) {
+    this.state = state;
+    this.tellNote(state.note);
+    if (this.live) this.view.tellOutcome(state.outcome, state.ending);
+    const factor = state.playing && state.factor !== null && this.live;
+    find("factor").textContent = factor ? `${state.factor.toFixed(state.factor < 10 ? 2 : 0)} x` : "";
+    find("speed").value = state.speed;
+    find("speed").disabled = !this.live;
+    this.handles?.renew(state.handles);
+    this.offerSecond();
+    showTime(this.clock, this.playing);
+  }
+
+  get playing() {
+    return this.live ? this.state.playing : this.clock.playing;
+  }
+
+  tellNote(text) {
+    find("note").hidden = !text;
+    find("note").textContent = text;
+  }
+
+  tellThere(there) {
+    const problem = find("problem");
+    problem.hidden = there;
+    problem.textContent = "The studio does not answer; it is tried again.";
+    document.body.classList.toggle("alone", !there);
+  }
+
+  timeControls() {
+    const { clock } = this;
+    const toggle = () => (this.live ? this.play(!this.state.playing) : clock.toggle());
+    const scrub = (count) => this.scrub(count);
+    listenForTime(clock, toggle, scrub);
+    offerSpeeds(FASTNESS, (speed) => this.link.ask({ speed }));
+    find("reset").addEventListener("click", () => this.reset());
+    find("step").addEventListener("click", () => this.step(1));
+    clock.listen(() => showTime(clock, this.playing));
+    listenForKeys((leap) => ({
+      " ": toggle, ArrowRight: () => this.step(leap), ArrowLeft: () => scrub(-leap), r: () => this.reset(),
+      Home: () => scrub(-Infinity), End: () => scrub(Infinity), h: () => this.view.space.home(),
+    }));
+  }
+
+  play(playing) {
+    this.clock.following = true;
+    this.clock.toEnd();
+    this.link.ask({ play: playing });
+  }
+
+  reset() {
+    this.clock.following = this.live;
+    if (this.live) this.link.ask({ reset: true });
+    else this.clock.seek(0);
+  }
+
+  // Look at an earlier instant, or a later one; at the last one what comes is followed.
+  scrub(count) {
+    const last = this.clock.times.length - 1;
+    this.clock.step(Math.min(Math.max(count, -last), last));
+    this.clock.following = this.live && this.clock.index === last;
+  }
+
+  step(count) {
+    const last = this.clock.index === this.clock.times.length - 1;
+    if (this.live && last) this.link.ask({ step: true });
+    else this.scrub(count);
+  }
+
+  choosing() {
+    const dialog = find("gallery");
+    find("choose").addEventListener("click", () => {
+      dialog.replaceChildren(this.closer(dialog), ...this.entries.map((entry) => this.card(entry, dialog)));
+      dialog.showModal();
+    });
+    dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  }
+
+  closer(dialog) {
+    const button = element("button", "✕", "close");
+    button.setAttribute("aria-label", "close");
+    button.addEventListener("click", () => dialog.close());
+    return button;
+  }
+
+  card({ name, title, about }, dialog) {
+    const card = element("button", "", "card");
+    card.append(element("strong", title), element("span", about));
+    card.addEventListener("click", () => {
+      dialog.close();
+      this.link.ask({ open: name });
+    });
+    return card;
+  }
+
+  // A second scheme, which differs in one value, runs beside the first.
+  offerSecond() {
+    const choices = (this.listed ?? []).filter((c) => c.form === "choice" || c.form === "number");
+    const [path, value] = Object.entries(this.state.second ?? {})[0] ?? ["", null];
+    const key = JSON.stringify([choices.map((c) => c.path), path, value]);
+    if (key === this.secondKey) return;
+    this.secondKey = key;
+    this.secondGui?.destroy();
+    const gui = (this.secondGui = new GUI({ container: this.top, title: "second scheme", injectStyles: false }));
+    const chosen = { path: path || "none", value };
+    gui.add(chosen, "path", ["none", ...choices.map((c) => c.path)]).name("differs in").onChange((name) => {
+      const control = choices.find((c) => c.path === name);
+      this.link.ask({ second: control ? [name, otherValue(control)] : null });
+    });
+    const control = choices.find((c) => c.path === path);
+    if (!control) return;
+    const row = control.options.length
+      ? gui.add(chosen, "value", control.options)
+      : gui.add(chosen, "value", control.low ?? 0, control.high ?? 1);
+    row.name("is").onFinishChange((next) => this.link.ask({ second: [path, next] }));
+  }
+
+  saving() {
+    this.top = element("div", "", "top");
+    const row = element("p", "", "files");
+    for (const name of FILES) {
+      const link = element("a", name);
+      Object.assign(link, { href: `/download/${name}`, download: name });
+      row.append(link);
+    }
+    const copy = element("button", "copy the Python");
+    copy.addEventListener("click", async () => {
+      const code = await (await fetch("/download/experiment.py")).text();
+      await navigator.clipboard.writeText(code);
+      copy.textContent = "copied";
+      setTimeout(() => (copy.textContent = "copy the Python"), 1500);
+    });
+    row.append(copy);
+    find("controls").append(this.top, row);
+  }
+}
+
+// Another value than that of the first scheme, to begin with.
+function otherValue(control) {
+  if (control.form === "number") return 2 * control.value || (control.high ?? 1) / 4;
+  return control.options.find((option) => option !== control.value) ?? control.value;
+}

@@ -1,0 +1,155 @@
+// What a recording holds, laid out on the page: scene, images, curves and texts.
+
+import { GUI } from "./vendor.js";
+import { Chart } from "./charts.js";
+import { extend } from "./growing.js";
+import { Picture } from "./picture.js";
+import { Space } from "./space.js";
+
+const NAMES = {
+  belief: "belief", second: "second scheme", goal: "goal", start: "start", trails: "ways",
+  views: "views of cameras", rays: "rays to marks", frames: "axes of frames", ground: "ground",
+};
+
+export function find(id) {
+  return document.getElementById(id);
+}
+
+export function element(kind, text = "", className = "") {
+  const made = document.createElement(kind);
+  made.textContent = text;
+  made.className = className;
+  return made;
+}
+
+// What stands for the scene where the browser cannot draw in 3-D.
+const FLAT = { frames: [], load() {}, extend() {}, place() {}, paint() {}, draw() {}, home() {} };
+
+export class View {
+  constructor(clock) {
+    this.clock = clock;
+    this.pictures = [];
+    this.charts = [];
+    try {
+      this.space = new Space(find("space"));
+    } catch (error) {
+      find("space").textContent = `This browser cannot draw in 3-D: ${error.message}`;
+      this.space = FLAT;
+    }
+    this.shown = -1;
+    clock.listen(() => this.place());
+  }
+
+  // Show a recording; the eye stays where it was where it is of the same things.
+  load(header, arrays) {
+    const same = this.header?.title === header.title;
+    Object.assign(this, { header, arrays });
+    document.title = header.title;
+    find("title").textContent = header.title;
+    for (const id of ["pictures", "charts", "texts"]) find(id).replaceChildren();
+    this.space.load(header, arrays, same);
+    this.options();
+    this.clock.times = arrays.time.values;
+    this.pictures = header.cameras.filter((c) => c.pixels).map((c) => this.picture(c));
+    this.charts = header.curves.map((curve) => this.chart(curve));
+    find("pictures").classList.toggle("several", this.pictures.length > 1);
+    document.body.classList.toggle("blind", !this.pictures.length);
+    this.tellTexts(header.texts);
+    this.tellOutcome(header.outcome, header.events.at(-1)?.text ?? "");
+    this.shown = -1;
+    this.repaint();
+    this.clock.renew(arrays.time.values);
+  }
+
+  // Add rows from an instant on; arrays without rows take the place of those of their names.
+  extend(from, arrays) {
+    const timed = new Set(["time", "poses", ...this.header.curves.map((curve) => curve.values)]);
+    for (const { pixels, second } of this.header.cameras) timed.add(pixels).add(second);
+    for (const [name, more] of Object.entries(arrays)) {
+      if (timed.has(name)) extend(this.arrays[name], from, more);
+      else Object.assign(this.arrays[name], more);
+    }
+    this.clock.times = this.arrays.time.values;
+    for (const chart of this.charts) chart.extend(from);
+    this.space.extend(from);
+    this.shown = -1;
+    this.clock.renew(this.arrays.time.values);
+  }
+
+  place() {
+    if (!this.header) return;
+    const { index } = this.clock;
+    if (this.shown !== index) {
+      this.shown = index;
+      this.space.place(index);
+      for (const picture of this.pictures) picture.place(index);
+    }
+    for (const chart of this.charts) chart.place();
+  }
+
+  repaint() {
+    const dark = document.documentElement.dataset.theme === "dark";
+    const sky = getComputedStyle(document.body).getPropertyValue("--sky").trim();
+    this.space.paint(sky, dark);
+    for (const picture of this.pictures) picture.draw();
+    for (const chart of this.charts) chart.build();
+  }
+
+  options() {
+    if (this.space === FLAT) return;
+    const { header, space } = this;
+    const groups = new Set(header.parts.map((part) => header.frames[part.frame].group));
+    const there = {
+      belief: groups.has("belief"), second: groups.has("second"), goal: groups.has("goal"),
+      start: groups.has("start"), trails: header.trails.length, views: header.cameras.length,
+      rays: header.cameras.length && header.marks.length, frames: true, ground: true,
+    };
+    const open = this.gui && !this.gui._closed;
+    this.gui?.destroy();
+    this.gui = new GUI({ container: find("options"), title: "show", injectStyles: false });
+    for (const name of Object.keys(NAMES))
+      if (there[name]) this.gui.add(space.shown, name).name(NAMES[name]).onChange(() => space.show({}));
+    this.gui.add({ home: () => space.home() }, "home").name("view as at first");
+    if (!open) this.gui.close();
+    space.show({});
+  }
+
+  picture(camera) {
+    const figure = element("figure");
+    figure.append(element("figcaption", camera.name));
+    find("pictures").append(figure);
+    return new Picture(figure, camera, this.arrays);
+  }
+
+  chart(curve) {
+    const figure = element("figure");
+    const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit})` : ""));
+    const named = curve.names[0] === "|e|" ? 1 : curve.names.length;
+    if (curve.names.length <= 8)
+      curve.names.slice(0, named).forEach((name, i) => {
+        const key = element("span", name, "key");
+        key.style.setProperty("--own", curve.colors[i]);
+        caption.append(key);
+      });
+    const plot = element("div", "", "plot");
+    figure.append(caption, plot);
+    find("charts").append(figure);
+    return new Chart(plot, curve, this.arrays, this.clock);
+  }
+
+  tellOutcome(outcome, text) {
+    find("outcome").textContent = text;
+    find("outcome").dataset.outcome = outcome;
+  }
+
+  tellTexts(texts) {
+    find("texts").replaceChildren(
+      ...Object.entries(texts).map(([heading, text]) => {
+        const details = element("details");
+        details.append(element("summary", heading), element(heading === "experiment" ? "pre" : "p", text));
+        details.open = heading !== "experiment";
+        return details;
+      }),
+    );
+  }
+}
