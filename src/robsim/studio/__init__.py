@@ -1,0 +1,1 @@
+"""The studio: a live simulation in the browser, and who may see it."""
