@@ -59,8 +59,7 @@ _DEEP = f"a message nests at most {limits.DEPTH} deep"
 
 
 def _whole(text: str) -> int:
-    value = float(text)
-    if abs(value) > LARGEST:
+    if len(text) > len(f"-{LARGEST}") or abs(int(text)) > LARGEST:
         raise BadMessage(f"a whole number in a message is at most {LARGEST}")
     return int(text)
 

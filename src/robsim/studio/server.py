@@ -124,17 +124,20 @@ class Server:
             await asyncio.gather(*work, return_exceptions=True)
         await asyncio.sleep(0)  # in which the connections that were cut go
 
-    async def _met(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Serve one connection to its end, whatever comes."""
-        task = asyncio.current_task()
-        assert task
+    def _met(self, *streams: *_Streams) -> None:
+        task = self._loop.create_task(self._connected(*streams))
         self._open.add(task)
+        task.add_done_callback(self._open.discard)
+
+    async def _connected(self, *streams: *_Streams) -> None:
+        """Serve one connection to its end, whatever comes."""
+        reader, writer = streams
         writer.transport.set_write_buffer_limits(0)  # so that what is written waits for the page
         try:
             if len(self._open) > limits.CONNECTIONS:
                 writer.write(_busy("connections").answer.serialized())  # and wait for nothing
                 return
-            await self._served(reader, writer)
+            await self._served(*streams)
             await linger(reader)
         except (ConnectionError, EOFError, TimeoutError):
             pass  # the other side went, or reads nothing
@@ -142,7 +145,6 @@ class Server:
             self._failures.log("a connection")
         finally:
             writer.transport.abort()
-            self._open.discard(task)
 
     async def _served(self, *streams: *_Streams) -> None:
         reader, writer = streams
