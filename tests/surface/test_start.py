@@ -11,7 +11,10 @@ import pytest
 
 import robsim
 
-LATE = ("matplotlib", "viser", "xarray", "pandas", "pydantic", "scipy", "click", "h5netcdf", "h5py")
+LATE = (
+    *("matplotlib", "viser", "xarray", "pandas", "pydantic", "scipy", "click", "h5netcdf", "h5py"),
+    "websockets",
+)
 KERNELS = sorted((Path(robsim.__file__).parent / "kernels").glob("*.py"))
 MACHINERY = {  # of the files that know how Numba compiles
     "jit": {"collections.abc", "typing", "numba.core"},

@@ -1,0 +1,184 @@
+"""A server in one thread, which shows an app to browsers and holds nobody up."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from contextlib import suppress
+from http import HTTPStatus
+from types import TracebackType
+from typing import Self
+
+from websockets.frames import CloseCode
+
+from robsim.studio import limits
+from robsim.studio.answers import Refused
+from robsim.studio.app import App
+from robsim.studio.binding import EXPOSED, bound
+from robsim.studio.failures import Failures
+from robsim.studio.gate import ENTRY, Gate
+from robsim.studio.heads import Request, read_request
+from robsim.studio.link import Link
+from robsim.studio.outbox import framed
+from robsim.studio.site import SOCKET, Site
+from robsim.studio.wire import linger, send
+
+_Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+
+
+class Server:
+    """Shows an app under an address of this machine, from its making until it is closed.
+
+    address  what to open in a browser, with the token that lets it in
+    exposed  what others can do, in words, where other machines reach it; else empty
+    """
+
+    def __init__(
+        self, app: App, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False
+    ) -> None:
+        """Listen on a port; 0 is any free one. InputError: not possible, or not allowed."""
+        self._socket, remote = bound(host, port, allow_remote)
+        self._gate = Gate(host, self._socket.getsockname()[1])
+        self.address, self.exposed = self._gate.address, EXPOSED if remote else ""
+        self._app, self._failures = app, Failures()
+        self._site = Site(app, self._failures)
+        self._links: tuple[Link, ...] = ()
+        self._open: set[asyncio.Task[None]] = set()
+        self._waking, self._ready, self._ended = False, threading.Event(), threading.Event()
+        self._thread = threading.Thread(target=self._run, name="robsim-studio", daemon=True)
+        self._thread.start()
+        self._ready.wait()
+
+    def __enter__(self) -> Self:
+        """Return the server, which is closed at the end of the block."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the server."""
+        self.close()
+
+    def broadcast(self, message: str | bytes) -> None:
+        """Send a message to all pages, from any thread; never wait for any of them."""
+        links = self._links
+        if links:
+            frame = framed(message)
+            for link in links:
+                link.outbox.put(frame)
+            self._wake()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until the server has ended, or for some seconds; return whether it has."""
+        return self._ended.wait(timeout)
+
+    def close(self) -> None:
+        """End all conversations and threads, within two seconds; again, it does nothing."""
+        with suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(self._stop.set)
+        if threading.current_thread() is not self._thread:  # where a page asked for the end
+            self._thread.join()
+
+    def _wake(self) -> None:
+        """Let the loop look at the outboxes, unless it is to do so already."""
+        if not self._waking:
+            self._waking = True
+            with suppress(RuntimeError):  # the loop has ended
+                self._loop.call_soon_threadsafe(self._woken)
+
+    def _woken(self) -> None:
+        self._waking = False
+        for link in self._links:
+            link.woken.set()
+
+    def _run(self) -> None:
+        try:
+            asyncio.run(self._main())
+        finally:
+            self._site.close()
+            self._ended.set()
+            self._ready.set()
+
+    async def _main(self) -> None:
+        self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
+        self._answers = asyncio.Semaphore(limits.ANSWERS)
+        server = await asyncio.start_server(self._met, sock=self._socket, limit=limits.HEAD)
+        self._ready.set()
+        await self._stop.wait()
+        server.close()
+        await self._farewell()
+
+    async def _farewell(self) -> None:
+        """Tell the pages that the server ends, then end what still goes on."""
+        said = [
+            asyncio.ensure_future(link.close(CloseCode.GOING_AWAY, "the studio has ended"))
+            for link in self._links
+        ]
+        if work := {*said, *self._open}:
+            await asyncio.wait(work, timeout=limits.FAREWELL)
+            for each in work:
+                each.cancel()
+            await asyncio.gather(*work, return_exceptions=True)
+        await asyncio.sleep(0)  # in which the connections that were cut go
+
+    def _met(self, *streams: *_Streams) -> None:
+        task = self._loop.create_task(self._connected(*streams))
+        self._open.add(task)
+        task.add_done_callback(self._open.discard)
+
+    async def _connected(self, *streams: *_Streams) -> None:
+        """Serve one connection to its end, whatever comes."""
+        reader, writer = streams
+        writer.transport.set_write_buffer_limits(0)  # so that what is written waits for the page
+        try:
+            if len(self._open) > limits.CONNECTIONS:
+                writer.write(_busy("connections").answer.serialized())  # and wait for nothing
+                return
+            await self._served(*streams)
+            await linger(reader)
+        except (ConnectionError, EOFError, TimeoutError):
+            pass  # the other side went, or reads nothing
+        except Exception:  # noqa: BLE001  one connection is no reason to end the others
+            self._failures.log("a connection")
+        finally:
+            writer.transport.abort()
+
+    async def _served(self, *streams: *_Streams) -> None:
+        reader, writer = streams
+        try:
+            request = await read_request(reader)
+            self._gate.check(request)
+            if request.target == SOCKET and request.header("upgrade"):
+                await self._talked(request, *streams)
+            else:
+                await self._answered(request, writer)
+        except Refused as refused:
+            await send(writer, refused.answer.serialized())
+
+    async def _answered(self, request: Request, writer: asyncio.StreamWriter) -> None:
+        if request.target.startswith(ENTRY):
+            await send(writer, self._gate.entered(request).serialized())
+            return
+        async with self._answers:
+            await send(writer, (await self._site.answer(request.target)).serialized())
+
+    async def _talked(self, request: Request, *streams: *_Streams) -> None:
+        """Connect a page, and talk with it until one of the two ends it."""
+        self._gate.check_origin(request)
+        if len(self._links) >= limits.PAGES:
+            raise _busy("pages")
+        link = Link(self._app, *streams, self._failures)
+        link.accept(request)
+        self._links = (*self._links, link)
+        try:
+            await link.talk()
+        finally:
+            self._links = tuple(other for other in self._links if other is not link)
+
+
+def _busy(what: str) -> Refused:
+    status = HTTPStatus.SERVICE_UNAVAILABLE
+    return Refused(status, f"Too many {what} are open; close one and try again.")
