@@ -10,7 +10,19 @@ import click
 from robsim import __version__
 from robsim.base import interrupt
 from robsim.base.errors import Interrupted, RobSimError
-from robsim.cli import check, compare, demo, examples, explain, export, robots, run, schema, warm
+from robsim.cli import (
+    check,
+    compare,
+    demo,
+    examples,
+    explain,
+    export,
+    robots,
+    run,
+    schema,
+    studio,
+    warm,
+)
 from robsim.cli.tell import tell
 
 BAD_INPUT = 2  # exit status
@@ -23,7 +35,7 @@ def cli() -> None:
     """Model, simulate and see robots that are guided by cameras."""
 
 
-for _each in (demo, run, compare, check, explain, export, examples, robots, schema, warm):
+for _each in (demo, run, compare, check, explain, export, examples, robots, schema, studio, warm):
     cli.add_command(_each.command)
 
 

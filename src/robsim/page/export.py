@@ -86,8 +86,13 @@ def show(shown: Any, experiment: Experiment | None = None) -> None:
 
 def open_page(path: Path) -> None:
     """Open a page in the browser, if there is one, and say where it is."""
-    if not (has_browser() and webbrowser.open(path.resolve().as_uri())):
+    if not opened(path.resolve().as_uri()):
         print(f"open {path} in a browser to see it", file=sys.stderr)
+
+
+def opened(address: str) -> bool:
+    """Open an address in the browser, if there is one a person would see; return whether."""
+    return has_browser() and webbrowser.open(address)
 
 
 def has_browser() -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare.controls import Control
 from robsim.page.bodies import Moving
@@ -15,6 +16,7 @@ from robsim.page.told import texts
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.run.staged import Staged
+from robsim.studio.gallery import about
 from robsim.studio.handles import Handle, dragged, handles_of
 from robsim.studio.live import Live
 from robsim.studio.values import checked
@@ -102,7 +104,7 @@ class Bench:
         """Say why the run ended, in the texts."""
         if self.live is not None:
             piece = self.live.piece
-            self.texts = texts(piece.run(), piece, trials=False)
+            self.texts = {**texts(piece.run(), piece, trials=False), **self._about()}
             self.news = (*self.news, "texts")
 
     def recording(self) -> Recording:
@@ -153,7 +155,7 @@ class Bench:
             self.live = live
         self.experiment, self.second = experiment, second
         self.events: list[dict[str, Any]] = []
-        self.texts = {}
+        self.texts = self._about()
 
     def _go_on(self, experiment: Experiment) -> bool:
         """Go on with another experiment; return whether past instants are of use no more."""
@@ -164,8 +166,13 @@ class Bench:
             count = min(len(self.live.instants), len(self.other.instants))
             for each in (self.live, self.other):
                 del each.instants[:-count]
-        self.experiment, self.texts = experiment, {}
+        self.experiment, self.texts = experiment, self._about()
         return anew
+
+    def _about(self) -> dict[str, str]:
+        """Return what there is to watch for, where the experiment says it."""
+        said = about(self.experiment)
+        return {"watch for": said} if said else {}
 
     def _beside(self, experiment: Experiment, second: dict[str, Any]) -> Experiment:
         controls = {each.path: each for each in experiment.controls()}
@@ -192,17 +199,27 @@ class Bench:
     def _filmed(self, before: Film | None) -> Film:
         """Return what is shown, in the sizes of before; what moves is found by a look ahead."""
         assert self.live is not None
-        second = None if self.other is None else Moving.of(*_ahead(self.other.experiment))
-        moving = Moving.of(*_ahead(self.live.experiment), second)
+        q, second = _ahead(self.live.experiment), None
+        if self.other is not None:
+            q, q_other = _as_long(q, _ahead(self.other.experiment))
+            second = Moving.of(self.other.experiment.scene, q_other)
+        moving = Moving.of(self.experiment.scene, q, second)
         depth = before.depth if before else None
         return Film(moving, self.live.forms, belief_of(self.experiment), depth)
 
 
-def _ahead(experiment: Experiment) -> tuple[Any, Any]:
-    """Return the scene, and the coordinates (T, nq) to which it comes."""
+def _ahead(experiment: Experiment) -> Array:
+    """Return the coordinates (T, nq) to which an experiment comes."""
     seconds = min(experiment.duration, AHEAD * experiment.dt)
     q = experiment.run(duration=seconds, record="all")["q"].values
-    return experiment.scene, q[np.isfinite(q).all(axis=1)]
+    alive: Array = q[np.isfinite(q).all(axis=1)]
+    return alive
+
+
+def _as_long(*each: Array) -> list[Array]:
+    """Return arrays (T, n) of the same T: the shorter ones stay at their last row."""
+    most = max(map(len, each))
+    return [np.concatenate([q, np.repeat(q[-1:], most - len(q), axis=0)]) for q in each]
 
 
 def _shown(value: Any) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -45,23 +46,25 @@ def _entry(name: str, path: Path) -> dict[str, str]:
         text = read_text(path)
     except FileError as error:
         return {"name": name, "title": name, "about": str(error)}
-    return {"name": name, "title": _title(text) or name, "about": remark(text)}
+    return {"name": name, "title": _title(text) or name, "about": remark(text).partition("\n")[0]}
+
+
+def about(experiment: Experiment) -> str:
+    """Return the remark at the head of the file of an experiment, if it comes from one."""
+    path = Path(experiment.source)
+    return remark(read_text(path)) if experiment.source and path.suffix == ".toml" else ""
 
 
 def remark(text: str) -> str:
-    """Return the remark at the head of a scenario file, as one line.
+    """Return the remark at the head of a scenario file, a line for each paragraph.
 
     >>> remark("#:schema x.json\\n# A square.\\n# Watch its corners.\\nschema = 1\\n# later\\n")
     'A square. Watch its corners.'
     """
-    found = []
-    for line in text.splitlines():
-        if line.startswith("#:"):
-            continue
-        if not line.startswith("#"):
-            break
-        found.append(line[1:].strip())
-    return " ".join(found)
+    lines = [line for line in text.splitlines() if not line.startswith("#:")]
+    head = takewhile(lambda line: line.startswith("#"), lines)
+    paragraphs = "\n".join(line[1:].strip() for line in head).split("\n\n")
+    return "\n".join(" ".join(each.split()) for each in paragraphs)
 
 
 def _title(text: str) -> str:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from robsim.studio.gallery import Shelf
     from robsim.studio.session import Session
 
+AFTER = ("texts", "state")  # what is about the recording
 LONGEST = 300  # messages that a new page gets, before they are made one
 
 
@@ -38,7 +39,9 @@ class Outgoing:
 
     def present(self) -> list[str | bytes]:
         """Return what brings a page to the present."""
-        return [*self._kept.values(), *self._log]
+        kept = self._kept
+        late = [kept[kind] for kind in AFTER if kind in kept]
+        return [*(kept[kind] for kind in kept if kind not in AFTER), *self._log, *late]
 
     def news(self, session: Session, bench: Bench, shelf: Shelf) -> Iterator[str]:
         """Yield what pages do not know yet."""

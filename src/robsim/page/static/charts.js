@@ -44,7 +44,7 @@ export class Chart {
         padding: [6, 8, 0, 0],
         legend: { show: false },
         cursor: { drag: { x: false, y: false }, points: { show: false } },
-        scales: { x: { time: false }, y: this.log ? { distr: 3 } : { range: aroundData } },
+        scales: { x: { time: false, range: sinceStart }, y: this.log ? { distr: 3 } : { range: aroundData } },
         axes: [
           { ...axis, size: 26, space: 60 },
           { ...axis, size: 46, space: 26, ...(this.log ? { splits: decades, filter: (_, s) => s } : {}), values: (_, splits) => splits.map(label) },
@@ -55,7 +55,7 @@ export class Chart {
             label: name,
             stroke: inked(curve.colors[i], ink),
             width: this.log && i > 0 ? 0.7 : 1.6,
-            points: { show: this.times.length === 1 },
+            points: { show: (plot) => plot.data[0].length === 1 },
           })),
         ],
         hooks: { draw: [(plot) => this.drawNow(plot, ink)] },
@@ -93,6 +93,11 @@ export class Chart {
 
 function shownValue(value, log) {
   return Number.isFinite(value) && (!log || value > 0) ? value : null;
+}
+
+// The time that is shown: a second at the least.
+function sinceStart(plot, first, last) {
+  return last > first ? [first, last] : [first ?? 0, (first ?? 0) + 1];
 }
 
 // A range with a margin, also around what is constant.

@@ -3,9 +3,9 @@
 const WAITS = [0.3, 0.6, 1.2, 2.5, 5]; // seconds between attempts to reach it again
 
 export class Link {
-  // `heard` gets each message; `changed` whether the studio answers.
-  constructor(heard, changed) {
-    Object.assign(this, { heard, changed, tries: 0, turn: Promise.resolve() });
+  // `heard` gets each message; `changed` whether the studio answers; `failed` errors of ours.
+  constructor(heard, changed, failed) {
+    Object.assign(this, { heard, changed, failed, tries: 0, turn: Promise.resolve() });
     this.connect();
   }
 
@@ -18,7 +18,7 @@ export class Link {
     });
     this.socket.addEventListener("message", (event) => {
       const message = JSON.parse(event.data);
-      this.turn = this.turn.then(() => this.heard(message)); // one after the other
+      this.turn = this.turn.then(() => this.heard(message)).catch((error) => this.failed(error)); // in turn
     });
     this.socket.addEventListener("close", () => {
       this.changed(false);

@@ -34,6 +34,7 @@ function frames(view, clock) {
   const frame = (now) => {
     clock.pass(Math.min((now - before) / 1000, 0.25));
     before = now;
+    view.refresh(now);
     view.space.draw();
     requestAnimationFrame(frame);
   };

@@ -22,7 +22,10 @@ export class Studio {
     this.timeControls();
     this.choosing();
     clock.following = true;
-    this.link = new Link((message) => this.hear(message), (there) => this.tellThere(there));
+    this.link = new Link((message) => this.hear(message), (there) => this.tellThere(there), (error) => {
+      this.tellNote(`This page made a mistake: ${error.message}`);
+      console.error(error);
+    });
     window.robsim = this;
   }
 

@@ -11,6 +11,8 @@ const NAMES = {
   views: "views of cameras", rays: "rays to marks", frames: "axes of frames", ground: "ground",
 };
 
+const CURVES = 120; // milliseconds between drawings of curves that grow
+
 export function find(id) {
   return document.getElementById(id);
 }
@@ -43,7 +45,7 @@ export class View {
   // Show a recording; the eye stays where it was where it is of the same things.
   load(header, arrays) {
     const same = this.header?.title === header.title;
-    Object.assign(this, { header, arrays });
+    Object.assign(this, { header, arrays, late: undefined, unplotted: undefined });
     document.title = header.title;
     find("title").textContent = header.title;
     for (const id of ["pictures", "charts", "texts"]) find(id).replaceChildren();
@@ -69,9 +71,20 @@ export class View {
       if (timed.has(name)) extend(this.arrays[name], from, more);
       else Object.assign(this.arrays[name], more);
     }
+    this.late = Math.min(this.late ?? Infinity, from);
+  }
+
+  // Draw what has come since the last frame, and curves no oftener than the eye can follow.
+  refresh(now) {
+    if (this.late === undefined) return;
     this.clock.times = this.arrays.time.values;
-    for (const chart of this.charts) chart.extend(from);
-    this.space.extend(from);
+    this.space.extend(this.late);
+    this.unplotted = Math.min(this.unplotted ?? Infinity, this.late);
+    this.late = undefined;
+    if (now - (this.plotted ?? 0) > CURVES) {
+      for (const chart of this.charts) chart.extend(this.unplotted);
+      [this.plotted, this.unplotted] = [now, undefined];
+    }
     this.shown = -1;
     this.clock.renew(this.arrays.time.values);
   }
@@ -106,7 +119,7 @@ export class View {
     };
     const open = this.gui && !this.gui._closed;
     this.gui?.destroy();
-    this.gui = new GUI({ container: find("options"), title: "show", injectStyles: false });
+    this.gui = new GUI({ container: find("showing"), title: "show", injectStyles: false });
     for (const name of Object.keys(NAMES))
       if (there[name]) this.gui.add(space.shown, name).name(NAMES[name]).onChange(() => space.show({}));
     this.gui.add({ home: () => space.home() }, "home").name("view as at first");

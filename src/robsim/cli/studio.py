@@ -1,0 +1,83 @@
+"""The command `studio`: a live simulation in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robsim.base import interrupt
+from robsim.cli.files import exists, run_file
+from robsim.cli.tell import tell
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
+    from robsim.studio.gallery import Shelf
+
+LOOK = 0.2  # seconds between looks for a stop
+FIRST = "eye_in_hand"  # what a studio shows of which nothing else is asked
+
+no_open = click.option("--no-open", is_flag=True, help="Do not open a browser.")
+
+
+@click.command("studio")
+@click.argument(
+    "shown", metavar="[FILE|RUN|FOLDER]", required=False, type=click.Path(path_type=Path)
+)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
+@click.option("--port", default=0, type=click.IntRange(0, 65535), help="Port; 0: any free one.")
+@click.option("--allow-remote", is_flag=True, help="Let other machines in; says what that exposes.")
+@no_open
+def command(shown: Path | None, host: str, port: int, allow_remote: bool, no_open: bool) -> None:
+    """Show and change a simulation in the browser, until Ctrl-C.
+
+    FILE is a scenario, RUN a run.nc or the folder of one, FOLDER holds scenarios to choose from.
+    """
+    experiment, shelf = _found(shown)
+    serve(experiment, shelf, host, port, allow_remote, no_open)
+
+
+def serve(
+    experiment: Experiment,
+    shelf: Shelf | None = None,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    allow_remote: bool = False,
+    no_open: bool = False,
+) -> None:
+    """Serve a studio until a stop comes, and open it in the browser if there is one."""
+    from robsim.page.export import opened
+    from robsim.studio.studio import studio
+
+    with (
+        interrupt.held() as stops,
+        studio(experiment, shelf, host=host, port=port, allow_remote=allow_remote) as server,
+    ):
+        if server.exposed:
+            tell(server.exposed, err=True)
+        if no_open or not opened(server.address):
+            tell(f"open {server.address} in a browser; Ctrl-C ends it")
+        else:
+            tell(f"the studio is open at {server.address}; Ctrl-C ends it")
+        while not stops and not server.wait(LOOK):
+            pass
+
+
+def _found(shown: Path | None) -> tuple[Experiment, Shelf | None]:
+    """Return the experiment of a file, a run or a folder, and the shelf of the folder."""
+    from robsim.files import examples
+    from robsim.run.experiment import Experiment, load_scenario
+    from robsim.studio.gallery import Shelf
+
+    if shown is None:
+        return load_scenario(examples.path(FIRST)), None
+    path = run_file(shown) if exists(shown / "run.nc") else shown
+    if exists(path) and path.is_dir():
+        shelf = Shelf.of(path)
+        return shelf.experiment(shelf.entries[0]["name"]), shelf
+    if path.suffix == ".nc":
+        from robsim.files.netcdf import open_run
+
+        return Experiment.of(open_run(path)), None
+    return load_scenario(path), None
