@@ -56,15 +56,15 @@ def about(experiment: Experiment) -> str:
 
 
 def remark(text: str) -> str:
-    """Return the remark at the head of a scenario file, a line for each paragraph.
+    """Return the remark at the head of a scenario file; what is indented in it is a line apart.
 
-    >>> remark("#:schema x.json\\n# A square.\\n# Watch its corners.\\nschema = 1\\n# later\\n")
-    'A square. Watch its corners.'
+    >>> remark("#:schema x.json\\n# A square.\\n# Watch it.\\n#   robsim run x.toml\\nschema = 1\\n# no\\n")
+    'A square. Watch it.\\nrobsim run x.toml'
     """
     lines = [line for line in text.splitlines() if not line.startswith("#:")]
-    head = takewhile(lambda line: line.startswith("#"), lines)
-    paragraphs = "\n".join(line[1:].strip() for line in head).split("\n\n")
-    return "\n".join(" ".join(each.split()) for each in paragraphs)
+    head = [line[1:] for line in takewhile(lambda line: line.startswith("#"), lines)]
+    joined = "".join(("\n" if line.startswith("  ") else " ") + line.strip() for line in head)
+    return joined.strip()
 
 
 def _title(text: str) -> str:
