@@ -58,7 +58,7 @@ def about(experiment: Experiment) -> str:
 def remark(text: str) -> str:
     """Return the remark at the head of a scenario file; what is indented in it is a line apart.
 
-    >>> remark("#:schema x.json\\n# A square.\\n# Watch it.\\n#   robsim run x.toml\\nschema = 1\\n# no\\n")
+    >>> remark("# A square.\\n# Watch it.\\n#   robsim run x.toml\\nschema = 1\\n# no")
     'A square. Watch it.\\nrobsim run x.toml'
     """
     lines = [line for line in text.splitlines() if not line.startswith("#:")]
