@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from robsim.base import units
@@ -86,9 +86,9 @@ class Quantity(Number):
         bounds = f", {self._bounds()}" if self._bounds() else ""
         return [(name, f'{self.dimension}, as in "{EXAMPLES[self.dimension]}"{bounds}')]
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        bare = super().controls(value, place)
-        return [replace(each, unit=SI[self.dimension], united=True) for each in bare]
+    def _slide(self) -> tuple[Any, ...]:
+        _, low, high, _ = super()._slide()
+        return SI[self.dimension], low, high, True
 
     def wrong(self) -> Sequence[Raw]:
         unit = SI[self.dimension]

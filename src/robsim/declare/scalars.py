@@ -64,9 +64,12 @@ class Number(Spec):
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if not isinstance(value, float | int) or not math.isfinite(value):
             return ()
+        return [place.slider(value, *self._slide())]
+
+    def _slide(self) -> tuple[Any, ...]:
+        """Return the unit in which a number is shown, its bounds, and whether texts have it."""
         low = self.least if self.above is None else self.above
-        high = self.most if self.below is None else self.below
-        return [place.slider(value, self.unit, low, high)]
+        return self.unit, low, self.most if self.below is None else self.below, False
 
     def _outside(self, number: float) -> str:
         """Return the bound that a number breaks."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +12,9 @@ import numpy as np
 
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
-from robsim.declare.controls import Control, Place
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
-from robsim.declare.tables import controls_of, keys_of, merge_table, read_table, write_table
+from robsim.declare.tables import keys_of, merge_table, read_table, write_table
 from robsim.files.library import expanded
 from robsim.files.toml import write
 from robsim.geometry.pose_table import PoseTable
@@ -24,7 +23,7 @@ from robsim.run import mission as _mission  # noqa: F401  a kind of task that fi
 from robsim.run.endings import ENDING_LIST
 from robsim.run.record import LONGEST
 from robsim.run.start_table import StartTable
-from robsim.servo.goals.goal import start_of, started
+from robsim.servo.goals.goal import start_of
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -173,7 +172,7 @@ def write_experiment(
     With `live`, what no text can say stands in the tables as the object that it is.
     """
     c = Context(Problems("<text>"), facts={"scene": scene, "live": live})
-    belief, own = _common_belief(task), {name: settings[name] for name in _RUN}
+    belief, own = common_belief(task), {name: settings[name] for name in RUN}
     said = TaskTable(
         task,
         settings.get("title"),
@@ -189,23 +188,7 @@ def write_experiment(
     return tables
 
 
-def experiment_controls(
-    scene: Scene, task: Any, start: Any, settings: Mapping[str, Any]
-) -> Iterator[Control]:
-    """Yield the controls of an experiment: of task, start and settings, belief, and scene."""
-    place = Place("", Context(Problems("<text>"), facts={"scene": scene}))
-    run = RunTable(**{name: settings[name] for name in _RUN})
-    others = {name: settings[name] for name in ("sensing", "actuation", "endings")}
-    table = TaskTable(task, start=StartTable(*started(start, scene)), **others, run=run)
-    yield from controls_of(table, place)
-    if _beliefs(task):
-        belief = _common_belief(task) or scene
-        c = place.c.knowing(scene=belief)
-        yield from controls_of(belief, Place("belief", c, beside={}))
-    yield from controls_of(scene, place)
-
-
-_RUN = tuple(each.name for each in fields_of(RunTable))
+RUN = tuple(each.name for each in fields_of(RunTable))
 
 
 def _fields(scene: Scene, found: TaskTable, c: Context) -> dict[str, Any] | None:
@@ -242,17 +225,20 @@ def _over(truth: Mapping[str, Raw], rest: Mapping[str, Raw]) -> dict[str, Raw]:
     return merged
 
 
+def robot_tables(tables: Mapping[str, Raw], source: str, believed: bool) -> Any:
+    """Return the tables of all robots in full, true or believed, of tables that are valid."""
+    belief = tables.get("belief", {}) if believed else {}
+    scene = belief if belief.get("complete") else _over(tables, belief)
+    return expanded(scene.get("robots", []), Problems(source), Path(source).parent)
+
+
 def dh_row(
     tables: Mapping[str, Raw], source: str, believed: bool, robot: str, link: str
 ) -> tuple[list[float], str]:
     """Return a link's row (theta, d, a, alpha) in tables that are valid, and the convention."""
-    belief = tables.get("belief", {}) if believed else {}
-    scene = belief if belief.get("complete") else _over(tables, belief)
-    c = Context(Problems(source))
-    robots = expanded(scene["robots"], c.problems, Path(source).parent)
-    arm = next(each for each in robots if each["name"] == robot)
+    arm = next(each for each in robot_tables(tables, source, believed) if each["name"] == robot)
     row = next(each for each in arm["links"] if each["name"] == link)["dh"]
-    read: DHRow = read_table(DHRow, row, c)
+    read: DHRow = read_table(DHRow, row, Context(Problems(source)))
     return [read.theta, read.d, read.a, read.alpha], arm.get("convention", "standard")
 
 
@@ -262,16 +248,15 @@ def _tried(believed: Any, raw: Raw, c: Context) -> Any:
     return None
 
 
-def _common_belief(task: Any) -> Scene | None:
+def common_belief(task: Any) -> Scene | None:
     """Return what all servo tasks within a task believe; None if nothing, or not the same."""
-    beliefs = _beliefs(task)
-    agreed = all(_same(each, beliefs[0]) for each in beliefs)
-    return beliefs[0] if beliefs and agreed else None
+    each = beliefs(task)
+    return each[0] if each and all(_same(one, each[0]) for one in each) else None
 
 
-def _beliefs(task: Any) -> list[Scene | None]:
+def beliefs(task: Any) -> list[Scene | None]:
     if hasattr(task, "inner"):
-        return [belief for each in task.inner for belief in _beliefs(each)]
+        return [belief for each in task.inner for belief in beliefs(each)]
     return [task.belief] if hasattr(task, "belief") else []
 
 

@@ -15,11 +15,11 @@ from robsim.base.errors import FileError, InputError, said
 from robsim.declare.controls import Control
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, write
+from robsim.run.by_hand import experiment_controls
 from robsim.run.changed import changed, has_objects
 from robsim.run.setup import Setup
 from robsim.run.text import (
     SCENE,
-    experiment_controls,
     read_experiment,
     text_of,
     write_experiment,
@@ -156,7 +156,7 @@ class Written(Setup):
         >>> experiment.at(gain.changes(2.0)).task.gain
         2.0
         """
-        return list(experiment_controls(self.scene, self.task, self.start, self.settings))
+        return list(experiment_controls(self, self.tables))
 
     def vary(self, numbers: Mapping[str, Any]) -> Self:
         """Return a copy of many runs, in which these names have another value in each run.

@@ -104,7 +104,7 @@ class Bench:
         """Say why the run ended, in the texts."""
         if self.live is not None:
             piece = self.live.piece
-            self.texts = {**texts(piece.run(), piece, trials=False), **self._about()}
+            self.texts = {**self._about(), **texts(piece.run(), piece, trials=False)}
             self.news = (*self.news, "texts")
 
     def recording(self) -> Recording:

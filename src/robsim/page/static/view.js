@@ -159,7 +159,7 @@ export class View {
     find("texts").replaceChildren(
       ...Object.entries(texts).map(([heading, text]) => {
         const details = element("details");
-        details.append(element("summary", heading), element(heading === "experiment" ? "pre" : "p", text));
+        details.append(element("summary", heading), element(["experiment", "mission"].includes(heading) ? "pre" : "p", text));
         details.open = heading !== "experiment";
         return details;
       }),

@@ -1,0 +1,163 @@
+"""An experiment on the bench: changed on its way, dragged, and beside a second scheme."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from robsim import InputError, Outcome, Pose, examples, load_scenario
+from robsim.studio.bench import Bench
+
+
+@pytest.fixture
+def experiment():
+    return load_scenario(examples.path("visp_tutorial"))
+
+
+def through(bench):
+    while not bench.ended:
+        bench.step()
+    return np.array([each.q for each in bench.live.instants])
+
+
+def test_what_runs_on_the_bench_is_the_run_of_the_experiment(experiment):
+    bench = Bench(experiment)
+    q = through(bench)
+    run = experiment.run()
+    assert np.array_equal(q, run["q"].values[: len(q)]) and bench.outcome == Outcome.CONVERGED
+    shown = bench.recording()
+    assert np.array_equal(shown.arrays["camera.pixels"], run["pixels"].values[: len(q)])
+    twist = run["camera_velocity"].values[: len(q)]
+    assert np.array_equal(shown.arrays["curve camera v"], twist[:, :3])
+
+
+def test_a_change_on_the_way_goes_on_from_there(experiment):
+    bench = Bench(experiment)
+    for _ in range(20):
+        bench.step()
+    here = bench.live.now
+    bench.set("task.gain", 2.0)
+    assert bench.time == here.time and len(bench.live.instants) == 21
+    q = through(bench)[20:]
+    expected = experiment.with_(start=here.q).at("task.gain", 2.0).run()["q"].values
+    assert np.allclose(q, expected[: len(q)], rtol=0, atol=1e-13)
+    assert bench.changes == {"task.kind": "ibvs", "task.gain": 2.0}
+    assert bench.experiment == experiment.at("task.gain", 2.0)
+
+
+def test_a_start_that_is_changed_begins_anew(experiment):
+    bench = Bench(experiment)
+    for _ in range(5):
+        bench.step()
+    bench.set("start.position", [0.1, 0.0, -1.0])
+    assert bench.time == 0.0 and bench.live.now.q[:3].tolist() == [0.1, 0.0, -1.0]
+
+
+def test_other_features_begin_a_new_table(experiment):
+    bench = Bench(experiment)
+    for _ in range(5):
+        bench.step()
+    bench.set("task.kind", "pbvs")
+    assert bench.recording().arrays["curve error"].shape == (1, 7) and bench.time == 0.2
+
+
+def test_the_target_is_dragged_and_with_it_the_goal(experiment):
+    bench = Bench(experiment)
+    handle = next(each for each in bench.handles if each.name == "objects.square")
+    before = np.array(next(each.pose for each in bench.handles if each.name == "goal"))
+    bench.drag("objects.square", [handle.pose[0] + 0.05, *handle.pose[1:]])
+    place = bench.experiment.scene.objects[0].pose
+    assert np.allclose(place.position, [0.05, 0.0, 0.0], rtol=0, atol=1e-12)
+    goal = np.array(next(each.pose for each in bench.handles if each.name == "goal"))
+    assert np.allclose(goal, before, atol=1e-9)  # it is taught where the camera stands
+    through(bench)
+    end = bench.live.now
+    away = end.pixels - bench.live.forms["pixels_goal"].values
+    assert bench.outcome == Outcome.CONVERGED and np.abs(away).max() < 0.05
+
+
+def test_the_start_of_an_arm_is_dragged_by_its_hand():
+    experiment = load_scenario(examples.path("eye_in_hand"))
+    bench = Bench(experiment)
+    pose = next(each.pose for each in bench.handles if each.name == "start")
+    wanted = [pose[0] - 0.03, pose[1] + 0.02, *pose[2:]]
+    bench.drag("start", wanted)
+    there = bench.experiment.scene.pose("camera", bench.experiment.start)
+    assert np.allclose(there.position, wanted[:3], atol=1e-7)
+    assert np.allclose(np.abs(there.quaternion @ wanted[3:]), 1.0)
+
+
+def test_a_computed_goal_is_dragged():
+    bench = Bench(load_scenario(examples.path("calibration_errors")))
+    pose = next(each.pose for each in bench.handles if each.name == "goal")
+    bench.drag("goal", [pose[0], pose[1], pose[2] - 0.25, *pose[3:]])
+    T_c_o = bench.experiment.task.goal.T_c_o
+    mine = Pose.from_quaternion(pose[:3], pose[3:])
+    expected = Pose.at(*(mine.position - [0, 0, 0.25])).inv() @ Pose.at(0, 0, 0)
+    assert T_c_o.position == pytest.approx((mine.inv() @ Pose.at(0, 0, 0.25)).position, abs=1e-9)
+    assert expected.position[2] == pytest.approx(T_c_o.position[2], abs=1e-6)
+
+
+def test_a_second_scheme_runs_beside(experiment):
+    bench = Bench(experiment)
+    bench.compare(["task.interaction", "desired"])
+    through(bench)
+    other = np.array([each.q for each in bench.other.instants])
+    run = experiment.at("task.interaction", "desired").run()["q"].values
+    live = np.isfinite(run).all(axis=1)
+    assert np.array_equal(other[: live.sum()], run[live])
+    shown = bench.recording()
+    errors = shown.arrays["curve image error"]
+    assert errors.shape == (len(other), 2) and (errors[0] == errors[0, 0]).all()
+    groups = {frame["group"] for frame in shown.header["frames"]}
+    assert "second" in groups
+    bench.compare(None)
+    assert bench.other is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("task.gain", "fast", "expected a number"),
+        ("task.gain", True, "expected a number"),
+        ("task.gain", -1.0, "greater than 0"),
+        ("task.kind", "none of them", "one of its options"),
+        ("start.position", [1.0, 2.0], "as many numbers"),
+        ("run.hold", 1, "true or false"),
+        ("run.seed", 1.5, "a whole number"),
+        ("task.gian", 1.0, "did you mean 'task.gain'"),
+        ([], 1.0, "no control"),
+        ("task.features", "ellipse", "needs at least 5 marks"),
+    ],
+)
+def test_what_is_wrong_changes_nothing(experiment, name, value, reason):
+    bench = Bench(experiment)
+    bench.step()
+    with pytest.raises(InputError, match=reason):
+        bench.set(name, value)
+    assert bench.experiment == experiment and bench.changes == {} and bench.time == 0.04
+    bench.step()
+    assert bench.time == 0.08
+
+
+@pytest.mark.parametrize(
+    "pose", [None, [0.0] * 7, [1e9] * 7, ["a"] * 7, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True], [1.0]]
+)
+def test_a_drag_to_no_pose_is_refused(experiment, pose):
+    bench = Bench(experiment)
+    with pytest.raises(InputError, match="a drag: "):
+        bench.drag("start", pose)
+    with pytest.raises(InputError, match="no handle"):
+        bench.drag("../../etc", [0.0] * 7)
+
+
+def test_a_drag_out_of_reach_is_refused():
+    bench = Bench(load_scenario(examples.path("eye_in_hand")))
+    with pytest.raises(InputError, match="camera does not reach there"):
+        bench.drag("start", [5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+
+
+def test_a_mission_is_played_as_a_whole():
+    bench = Bench(load_scenario(examples.path("inspection_a")))
+    assert bench.live is None and bench.ended
+    assert bench.recording().arrays["time"][-1] > 30.0

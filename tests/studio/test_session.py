@@ -1,0 +1,164 @@
+"""A session: what pages ask for and are told, without a server."""
+
+from __future__ import annotations
+
+import base64
+import json
+import time
+import tomllib
+
+import numpy as np
+import pytest
+
+from robsim import examples, load_scenario, open_recording, open_run
+from robsim.page.packing import unpacked
+from robsim.studio.bench import Bench
+from robsim.studio.gallery import Shelf
+from robsim.studio.session import Session
+
+
+class Pages:
+    """Pages that keep what they are told."""
+
+    def __init__(self, experiment):
+        self.session = Session(Bench(experiment), Shelf.shipped())
+        self.told = []
+        self.session.broadcast = self.told.append
+        self.session.start()
+
+    def ask(self, *wishes):
+        for wish in wishes:
+            self.session.receive(wish)
+
+    def until(self, fits):
+        """Return the first state that fits, or fail."""
+        for _ in range(2000):
+            states = [each for each in self.messages("state") if fits(each)]
+            if states:
+                return states[0]
+            time.sleep(0.01)
+        raise AssertionError(self.messages("state")[-1])
+
+    def messages(self, kind):
+        return [m for m in map(json.loads, list(self.told)) if m["type"] == kind]
+
+
+@pytest.fixture
+def experiment():
+    return load_scenario(examples.path("visp_tutorial"))
+
+
+@pytest.fixture
+def pages(experiment):
+    made = Pages(experiment)
+    yield made
+    made.session.close()
+
+
+def rows_of(messages):
+    """Return the arrays that a page has after these messages."""
+    arrays = {}
+    for message in map(json.loads, messages):
+        if message["type"] in ("recording", "rows"):
+            more = unpacked(message["header"]["arrays"], base64.b64decode(message["numbers"]))
+            start = message.get("from", 0)
+            timed = message["type"] == "rows"
+            arrays = {
+                name: np.concatenate([arrays[name][:start], more[name]])
+                if timed and name in more and not name.endswith(".goal")
+                else more.get(name, arrays.get(name))
+                for name in {*arrays, *more}
+            }
+    return arrays
+
+
+def test_a_page_sees_the_run_of_the_experiment(pages, experiment):
+    pages.ask({"speed": 0.0}, {"play": True})
+    end = pages.until(lambda state: state["outcome"])
+    run = experiment.run()
+    assert end["outcome"] == "CONVERGED" and not end["playing"]
+    arrays = rows_of(pages.told)
+    count = len(arrays["time"])
+    assert count == int(np.isfinite(run["error_norm"]).sum())
+    pixels = run["pixels"].values[:count].astype(np.float32)
+    assert np.array_equal(arrays["camera.pixels"], pixels)
+
+
+def test_a_page_that_comes_late_has_it_all(pages):
+    pages.ask({"speed": 0.0}, {"play": True})
+    pages.until(lambda state: state["outcome"])
+    late, early = rows_of(pages.session.hello()), rows_of(pages.told)
+    assert all(np.array_equal(late[name], early[name]) for name in early)
+    kinds = [json.loads(message)["type"] for message in pages.session.hello()]
+    assert kinds[:3] == ["controls", "gallery", "recording"] and kinds[-1] == "state"
+
+
+def test_a_change_is_echoed_with_what_it_leads_to(pages):
+    pages.ask({"set": ["task.gain", 1.25]})
+    pages.until(lambda state: "task.gain" in state["changes"])
+    listed = pages.messages("controls")[-1]["controls"]
+    assert next(each["value"] for each in listed if each["path"] == "task.gain") == 1.25
+    assert pages.session.bench.experiment.task.gain == 1.25
+
+
+def test_what_is_wrong_is_said_and_nothing_ends(pages):
+    for wish, reason in [
+        ({"set": ["task.gain", -1]}, "greater than 0"),
+        ({"set": "task.gain"}, "a pair"),
+        ({"drag": 3}, "a pair"),
+        ({"open": "../../etc/passwd"}, "no experiment '../../etc/passwd'"),
+        ({"open": ["x"]}, "no experiment"),
+        ({"speed": 3}, "no speed 3"),
+        ({"second": ["task.gian", 1]}, "did you mean"),
+        ({"run": "rm"}, "known: play"),
+    ]:
+        pages.ask(wish)
+        pages.until(lambda state, reason=reason: reason in state["note"])
+    pages.ask({"step": True})
+    pages.until(lambda state: pages.session.bench.time == 0.04)
+
+
+def test_of_equal_wishes_the_last_one_counts(pages):
+    pages.ask(*({"set": ["task.gain", gain]} for gain in np.linspace(0.1, 3.0, 200)))
+    pages.until(lambda state: pages.session.bench.experiment.task.gain == 3.0)
+    assert len(pages.session.bench.events) < 20
+
+
+def test_it_keeps_real_time(pages):
+    pages.ask({"play": True})
+    began = time.monotonic()
+    pages.until(lambda state: pages.session.bench.time > 0.5)
+    assert time.monotonic() - began > 0.4
+
+
+def test_another_experiment_is_opened_by_name(pages):
+    pages.ask({"open": "eye_in_hand"})
+    state = pages.until(lambda state: state["title"].startswith("Eye-in-hand"))
+    assert [each["name"] for each in state["handles"]] == ["objects.plate", "start", "goal"]
+
+
+def test_what_is_saved_is_the_experiment_as_it_is(pages, tmp_path, monkeypatch):
+    pages.ask({"set": ["task.gain", 1.5]})
+    pages.until(lambda state: state["changes"])
+    session = pages.session
+    kind, text = session.download("experiment.toml")
+    assert kind == "application/toml" and tomllib.loads(text.decode())["task"]["gain"] == 1.5
+    (tmp_path / "run.nc").write_bytes(session.download("run.nc")[1])
+    run = session.bench.experiment.run()
+    assert np.array_equal(open_run(tmp_path / "run.nc")["q"], run["q"], equal_nan=True)
+    (tmp_path / "run.html").write_bytes(session.download("run.html")[1])
+    assert open_recording(tmp_path / "run.html").header["outcome"] == "CONVERGED"
+    found = {}
+    monkeypatch.setattr("robsim.page.export.open_page", lambda path: None)
+    exec(session.download("experiment.py")[1].decode(), found)
+    assert found["experiment"] == session.bench.experiment
+    assert session.download("../run.nc") is None
+
+
+def test_a_folder_is_a_shelf(tmp_path):
+    (tmp_path / "one.toml").write_text("# Look here.\nschema = 1\ntitle = '<b>one</b>'\n")
+    (tmp_path / "two.toml").write_text("not toml")
+    assert Shelf.of(tmp_path).entries == [
+        {"name": "one", "title": "<b>one</b>", "about": "Look here."},
+        {"name": "two", "title": "two", "about": ""},
+    ]
