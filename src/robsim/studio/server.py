@@ -139,7 +139,7 @@ class Server:
                 return
             await self._served(*streams)
             await linger(reader)
-        except (ConnectionError, EOFError, TimeoutError):
+        except (OSError, EOFError):
             pass  # the other side went, or reads nothing
         except Exception:  # noqa: BLE001  one connection is no reason to end the others
             self._failures.log("a connection")
