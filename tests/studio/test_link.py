@@ -274,7 +274,7 @@ def test_a_page_that_reads_nothing_is_dropped(server, browser, monkeypatch):
 
 
 def test_a_page_of_which_nothing_is_heard_is_dropped(server, browser, monkeypatch):
-    monkeypatch.setattr(limits, "PATIENCE", 0.2)
+    monkeypatch.setattr(limits, "PATIENCE", 1.0)
     monkeypatch.setattr(limits, "PING", 0.05)
     with browser.page() as page, browser.connected() as silent:
         silent.sendall(browser.handshake())

@@ -206,7 +206,7 @@ def test_nothing_is_left_open_in_a_process_that_looks():
     code = "from studio.fake import Browser, Fake; from robsim.studio.server import Server\n"
     code += "with Server(Fake()) as server, Browser(server).page() as page:\n"
     code += "    assert Browser(server).get().status == 200; page.send('{}'); server.close()"
-    command = [sys.executable, "-X", "dev", "-W", "error", "-c", code]
+    command = [sys.executable, "-W", "error", "-c", code]
     done = subprocess.run(command, capture_output=True, check=True, env=with_tests(), timeout=60)
     assert (done.stdout, done.stderr) == (b"", b"")
 
