@@ -39,17 +39,22 @@ class Request:
 async def read_request(reader: asyncio.StreamReader) -> Request:
     """Return the next request.
 
-    Refused: malformed, too long, or too slow. EOFError: the other side went.
+    Refused: malformed, too long, or too slow. EOFError: the other side went, or says nothing, as
+    browsers do that connect ahead of need.
     """
+    begun = b""
     try:
         async with asyncio.timeout(limits.HEAD_SECONDS):
-            return _parsed(await reader.readuntil(_END))
+            begun = await reader.readexactly(1)
+            return _parsed(begun + await reader.readuntil(_END))
     except asyncio.LimitOverrunError:
         if b"\r\n" in await reader.read(limits.LINE):
             status = HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE
             raise Refused(status, "The headers of this request are too long.") from None
         raise _too_long() from None
     except TimeoutError:
+        if not begun:
+            raise EOFError from None
         status = HTTPStatus.REQUEST_TIMEOUT
         raise Refused(status, "This request did not come to its end in time.") from None
 

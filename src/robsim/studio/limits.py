@@ -15,5 +15,6 @@ DEPTH = 16  # of arrays and objects in it
 RATE = 200.0  # messages a second from a page; a drag of the pointer sends 60
 BURST = 400.0  # messages that may come at once
 BAD = 10  # malformed messages, after which a page is not listened to
+SYSTEM = 262_144  # bytes that the system is asked to hold for a connection; they grow old there
 QUEUE = 64  # messages that wait for a page
 QUEUE_BYTES = 4_000_000  # of them together

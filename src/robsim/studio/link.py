@@ -100,13 +100,14 @@ class Link:
             await drained(self._writer)
 
     async def _flush(self) -> None:
-        """Send what the protocol has to say; nothing at all is its sign for the end."""
-        for data in self._protocol.data_to_send():
-            if data:
-                self._writer.write(data)
-            else:
-                self._writer.write_eof()
-        await drained(self._writer)
+        """Send what the protocol has to say, if anything; empty bytes are its sign for the end."""
+        if due := self._protocol.data_to_send():
+            for data in due:
+                if data:
+                    self._writer.write(data)
+                else:
+                    self._writer.write_eof()
+            await drained(self._writer)
 
     async def _hear(self) -> None:
         """Take what comes; what the page is sent for it waits until it reads that."""

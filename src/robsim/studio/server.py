@@ -21,7 +21,7 @@ from robsim.studio.heads import Request, read_request
 from robsim.studio.link import Link
 from robsim.studio.outbox import framed
 from robsim.studio.site import SOCKET, Site
-from robsim.studio.wire import linger, send
+from robsim.studio.wire import hold_little, linger, send
 
 _Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
@@ -132,14 +132,14 @@ class Server:
     async def _connected(self, *streams: *_Streams) -> None:
         """Serve one connection to its end, whatever comes."""
         reader, writer = streams
-        writer.transport.set_write_buffer_limits(0)  # so that what is written waits for the page
         try:
+            hold_little(writer)
             if len(self._open) > limits.CONNECTIONS:
                 writer.write(_busy("connections").answer.serialized())  # and wait for nothing
                 return
             await self._served(*streams)
             await linger(reader)
-        except (ConnectionError, EOFError, TimeoutError):
+        except (OSError, EOFError):
             pass  # the other side went, or reads nothing
         except Exception:  # noqa: BLE001  one connection is no reason to end the others
             self._failures.log("a connection")

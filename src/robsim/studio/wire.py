@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 
 from robsim.studio import limits
 
 _PIECE = 65_536  # bytes
+
+
+def hold_little(writer: asyncio.StreamWriter) -> None:
+    """Let what is written wait here until the other side reads, and not pile up on the way."""
+    writer.transport.set_write_buffer_limits(0)
+    own = writer.get_extra_info("socket")
+    own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, limits.SYSTEM)
 
 
 async def send(writer: asyncio.StreamWriter, data: bytes) -> None:
