@@ -1,0 +1,240 @@
+"""The page of a studio in a real browser: what is touched changes what runs."""
+
+import re
+
+import numpy as np
+import pytest
+from page.conftest import until
+
+import robsim as rs
+from robsim.studio.studio import studio
+
+pytestmark = pytest.mark.browser
+FRAME = "robsim.view.space.frames.find((f) => f.name === '{}').position.toArray()"
+
+
+ON_SCREEN = """(name) => {
+  const { space } = robsim.view;
+  const p = robsim.handles.balls.get(name).position.clone().project(space.camera);
+  const box = space.renderer.domElement.getBoundingClientRect();
+  return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
+}"""
+
+
+class Desk:
+    """Pages of a studio, which may ask their server alone, and complain of nothing."""
+
+    def __init__(self, browser, server):
+        self.browser, self.server, self.complaints, self.contexts = browser, server, [], []
+        self.origin = server.address.partition("?")[0]
+
+    def page(self, **options):
+        look = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
+        context = self.browser.new_context(**{**look, **options}, accept_downloads=True)
+        self.contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda said: self.complaints.append(said.text))
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("request", lambda asked: self.heed(asked.url))
+        page.goto(self.server.address)
+        until(page, "document.body.dataset.ready")
+        return page
+
+    def heed(self, url):
+        if not url.startswith((self.origin, self.origin.replace("http", "ws"), "blob:")):
+            self.complaints.append(url)
+
+
+@pytest.fixture
+def desk(chromium):
+    """A studio of ViSP's tutorial case."""
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    with studio(experiment) as server:
+        made = Desk(chromium, server)
+        yield made
+        for context in made.contexts:
+            context.close()
+    assert not made.complaints
+
+
+def row(page, name):
+    """The row of a control, by the words before it."""
+    return page.locator("#controls .lil-controller", has=page.get_by_text(name, exact=True)).first
+
+
+def test_it_plays_steps_and_goes_back(desk):
+    page = desk.page()
+    page.locator("#play").click()
+    until(page, "robsim.clock.times.length > 10")
+    page.locator("#play").click()
+    until(page, "robsim.state.playing === false")
+    here = page.evaluate("robsim.clock.times.length")
+    page.locator("#step").click()
+    until(page, f"robsim.clock.times.length > {here}")
+    moved = np.array(page.evaluate(FRAME.format("camera")))
+    page.locator("#reset").click()
+    until(page, "robsim.clock.times.length === 1")
+    start = np.array(page.evaluate(FRAME.format("camera")))
+    assert np.linalg.norm(moved - start) > 0.01
+    assert start == pytest.approx([-0.24284, 0.09836, -0.98176], abs=1e-5)
+
+
+def test_the_gain_by_its_slider_changes_how_fast_it_goes(desk):
+    page = desk.page()
+    page.locator("#speed").select_option("0")
+    page.locator("#play").click()
+    until(page, "robsim.state.outcome === 'CONVERGED'")
+    slow = page.evaluate("robsim.clock.end")
+    page.locator("#reset").click()
+    gain = row(page, "gain (1/s)").locator("input")
+    gain.fill("2")
+    gain.press("Enter")
+    until(page, "robsim.state.changes.includes('task.gain')")
+    page.locator("#play").click()
+    fast = rs.load_scenario(rs.examples.path("visp_tutorial")).at("task.gain", 2).run()
+    end = float(fast["end_time"])
+    until(page, f"robsim.state.outcome === 'CONVERGED' && robsim.clock.end > {end} - 1e-5")
+    assert page.evaluate("robsim.clock.end") == pytest.approx(end, abs=1e-5) and end < slow / 3
+
+
+def test_another_scheme_is_chosen_and_echoed_to_other_pages(desk):
+    one, two = desk.page(), desk.page()
+    row(one, "kind").locator("select").select_option("pbvs")
+    for page in (one, two):
+        until(page, "robsim.state.changes.includes('task.kind')")
+        until(page, "robsim.view.header.curves[0].unit.includes('rad')")
+    assert row(two, "kind").locator("select").input_value() == "pbvs"
+
+
+def test_a_drag_of_the_target_changes_the_outcome(desk):
+    page = desk.page()
+    x, y = page.evaluate(ON_SCREEN, "objects.square")
+    page.mouse.click(x, y)
+    until(page, "robsim.handles.choice.held === 'objects.square'")
+    page.wait_for_timeout(300)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y + 10, steps=6)
+    page.mouse.up()
+    until(page, "robsim.state.changes.includes('objects.square.position')")
+    held = page.evaluate("robsim.handles.balls.get('objects.square').position.toArray()")
+    until(page, f"Math.abs({FRAME.format('square')}[0] - {held[0]}) < 1e-5")
+    assert np.linalg.norm(held) > 0.02
+    page.locator("#speed").select_option("0")
+    page.locator("#play").click()
+    until(page, "robsim.state.playing === false && robsim.clock.times.length > 5")
+    goal = page.evaluate("robsim.view.pictures[0].goal.values[0]")
+    first = rs.load_scenario(rs.examples.path("visp_tutorial")).run()["pixels_goal"].values[0, 0]
+    assert abs(goal - first) > 5.0
+
+
+def test_joints_are_taught_by_sliders(chromium):
+    experiment = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    with studio(experiment) as server:
+        page = Desk(chromium, server).page()
+        before = page.evaluate(FRAME.format("camera"))
+        joint = row(page, "link1 (deg)").locator("input")
+        joint.fill("-20")
+        joint.press("Enter")
+        until(page, "robsim.state.changes.includes('start.q')")
+        q = experiment.start.copy()
+        q[0] = np.deg2rad(-20)
+        there = experiment.scene.pose("camera", q).position
+        until(page, f"Math.abs({FRAME.format('camera')}[0] - {there[0]}) < 1e-5")
+        assert np.linalg.norm(np.array(before) - there) > 0.03
+        page.context.close()
+
+
+def test_a_second_scheme_stands_beside(desk):
+    page = desk.page()
+    row(page, "differs in").locator("select").select_option("task.interaction")
+    until(page, "Object.keys(robsim.state.second).length === 1")
+    until(page, "robsim.view.header.curves[0].title === 'image error'")
+    groups = page.evaluate("robsim.view.header.frames.map((f) => f.group)")
+    assert "second" in groups
+
+
+def test_an_experiment_is_chosen_from_the_gallery(desk):
+    page = desk.page()
+    page.locator("#choose").click()
+    assert page.locator("#gallery .card").count() == len(rs.examples.names())
+    page.locator("#gallery .card", has_text="A unicycle docks").click()
+    until(page, "robsim.view.header.title.startsWith('A unicycle docks')")
+    until(page, "robsim.clock.times.length > 3")
+
+
+def test_a_page_that_is_loaded_again_in_mid_run_shows_it_all(desk):
+    page = desk.page()
+    page.locator("#play").click()
+    until(page, "robsim.clock.times.length > 15")
+    page.reload()
+    until(page, "document.body.dataset.ready")
+    until(page, "robsim.clock.times.length > 15 && robsim.clock.times[0] === 0")
+
+
+def test_the_past_is_looked_at_while_it_goes_on(desk):
+    page = desk.page()
+    page.locator("#play").click()
+    until(page, "robsim.clock.times.length > 10")
+    page.keyboard.press("Home")
+    page.wait_for_timeout(300)
+    assert page.evaluate("robsim.clock.index") == 0
+    page.keyboard.press("End")
+    until(page, "robsim.clock.index === robsim.clock.times.length - 1")
+
+
+def test_what_is_refused_is_said(desk):
+    page = desk.page()
+    gain = row(page, "gain (1/s)").locator("input")
+    gain.fill("0")
+    gain.press("Enter")
+    until(page, "!document.getElementById('note').hidden")
+    assert "greater than 0" in page.locator("#note").inner_text()
+
+
+def test_the_run_is_saved_from_the_page(desk, tmp_path):
+    page = desk.page()
+    with page.expect_download() as waiting:
+        page.get_by_text("run.nc", exact=True).click()
+    waiting.value.save_as(tmp_path / "run.nc")
+    run = rs.load_scenario(rs.examples.path("visp_tutorial")).run()
+    assert np.array_equal(rs.open_run(tmp_path / "run.nc")["q"], run["q"], equal_nan=True)
+
+
+def test_the_server_goes_and_comes_back(chromium):
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    with studio(experiment) as server:
+        port = int(re.search(r":(\d+)/", server.address)[1])
+        page = Desk(chromium, server).page()
+    until(page, "!document.getElementById('problem').hidden")
+    assert "does not answer" in page.locator("#problem").inner_text()
+    with studio(experiment, port=port) as again:
+        page.goto(again.address)  # a new server has a new token
+        until(page, "document.body.dataset.ready")
+        until(page, "document.getElementById('problem').hidden")
+    page.context.close()
+
+
+def test_a_phone_has_it_all_one_below_the_other(desk):
+    page = desk.page(viewport={"width": 390, "height": 844}, has_touch=True)
+    for part in ("#space", "#pictures canvas", "#charts figure:last-child", "#controls", "footer"):
+        box = page.locator(part).first.bounding_box()
+        assert box["x"] >= 0 and box["x"] + box["width"] <= 391 and box["height"] > 20, part
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_a_title_with_script_is_text_here_too(chromium):
+    bad = "<img src=x onerror=alert(1)></script><script>document.title='ran'</script>"
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(title=bad)
+    with studio(experiment) as server:
+        page = Desk(chromium, server).page()
+        assert page.locator("h1").inner_text() == bad and page.title() == bad
+        page.context.close()
+
+
+def test_a_mission_is_played(desk):
+    page = desk.page()
+    page.evaluate("robsim.link.ask({ open: 'inspection_a' })")
+    until(page, "robsim.view.header.title.startsWith('An inspection robot')")
+    until(page, "robsim.clock.index > 3")
+    assert page.locator("#texts").inner_text().lower().startswith("mission")
