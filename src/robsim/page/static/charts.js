@@ -58,12 +58,16 @@ export class Chart {
             points: { show: (plot) => plot.data[0].length === 1 },
           })),
         ],
-        hooks: { draw: [(plot) => this.drawNow(plot, ink)] },
+        hooks: { draw: [() => this.line && this.place()] },
       },
       [this.times, ...this.columns],
       this.element,
     );
     const over = this.plot.over;
+    this.line = document.createElement("div");
+    this.line.className = "now";
+    over.append(this.line);
+    this.place();
     const seek = (event) => this.clock.seek(this.plot.posToVal(event.offsetX, "x"));
     over.addEventListener("pointerdown", (event) => {
       over.setPointerCapture(event.pointerId);
@@ -72,22 +76,11 @@ export class Chart {
     over.addEventListener("pointermove", (event) => event.buttons && seek(event));
   }
 
+  // Put the line that says which instant is shown to its place.
   place() {
-    this.plot?.redraw(false, false);
-  }
-
-  drawNow(plot, ink) {
-    const x = plot.valToPos(this.clock.seconds, "x", true);
-    const { top, height } = plot.bbox;
-    plot.ctx.save();
-    plot.ctx.strokeStyle = ink;
-    plot.ctx.lineWidth = 1.5;
-    plot.ctx.setLineDash([4, 3]);
-    plot.ctx.beginPath();
-    plot.ctx.moveTo(x, top);
-    plot.ctx.lineTo(x, top + height);
-    plot.ctx.stroke();
-    plot.ctx.restore();
+    if (!this.plot) return;
+    const x = this.plot.valToPos(this.clock.seconds, "x");
+    this.line.style.transform = `translateX(${x}px)`;
   }
 }
 

@@ -35,7 +35,7 @@ function frames(view, clock) {
     clock.pass(Math.min((now - before) / 1000, 0.25));
     before = now;
     view.refresh(now);
-    view.space.draw();
+    view.space.draw(now);
     requestAnimationFrame(frame);
   };
   requestAnimationFrame(frame);

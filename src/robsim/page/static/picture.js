@@ -53,7 +53,7 @@ export class Picture {
       this.canvas.height = Math.round(tall * ratio);
     }
     this.scale = (room * ratio) / width;
-    this.pen = this.canvas.getContext("2d");
+    this.pen = this.canvas.getContext("2d", { willReadFrequently: true }); // small: no work for a GPU
     this.pen.setTransform(this.scale, 0, 0, this.scale, -left * this.scale, -top * this.scale);
     this.unit = ratio / this.scale; // a pixel of the screen, in those of the image
     const style = getComputedStyle(this.canvas);
@@ -97,7 +97,9 @@ export class Picture {
     const { pen, unit } = this;
     pen.strokeStyle = this.camera.colors[mark];
     pen.lineWidth = 1.6 * unit;
-    for (const [to, alpha] of [[this.pixels.shape[0] - 1, 0.25], [this.index, 0.9]]) {
+    const last = this.pixels.shape[0] - 1;
+    for (const [to, alpha] of [[last, 0.25], [this.index, 0.9]]) {
+      if (to === last && alpha < 0.5 && this.index === last) continue; // it is all behind
       pen.globalAlpha = alpha;
       this.drawPath(mark, to, this.pixels);
     }
@@ -120,16 +122,16 @@ export class Picture {
   }
 
   drawPath(mark, to, pixels) {
-    const { pen } = this;
+    const { pen, unit } = this;
+    const { values } = pixels;
     pen.beginPath();
-    let down = false;
-    for (let t = 0; t <= to; t++) {
-      const [x, y] = this.at(t, mark, pixels);
-      if (!Number.isFinite(x)) down = false;
-      else if (down) pen.lineTo(x, y);
-      else {
-        pen.moveTo(x, y);
-        down = true;
+    let [x0, y0] = [NaN, NaN]; // the last point that is drawn; what is less than a pixel away is not
+    for (let t = 0, i = 2 * mark; t <= to; t++, i += 2 * this.count) {
+      const [x, y] = [values[i], values[i + 1]];
+      if (!(Math.abs(x - x0) + Math.abs(y - y0) < unit)) {
+        if (Number.isFinite(x0)) pen.lineTo(x, y);
+        else pen.moveTo(x, y);
+        [x0, y0] = [x, y];
       }
     }
     pen.stroke();

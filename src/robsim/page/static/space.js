@@ -9,6 +9,9 @@ const GHOSTS = {
   start: { opacity: 0, lines: 0.6, dashed: true, tint: "#8c8c8c" },
   second: { opacity: 0.25, lines: 0.9, tint: "#e69f00" },
 };
+const SLOW = 45; // milliseconds from frame to frame
+const LINGER = 400; // milliseconds without a motion, after which all is drawn sharply
+const COARSE = 0.5; // share of the pixels of a side that are drawn while frames are slow
 const VIEW = { elevation: 22, azimuth: -55 }; // degrees, as the figures have it
 
 const GROUPS = ["true", "belief", "second", "goal", "start", "trails", "views", "rays", "frames", "ground"];
@@ -19,7 +22,8 @@ export class Space {
       belief: true, second: true, goal: true, start: false, trails: true, views: true, rays: false, frames: false, ground: true,
     };
     this.renderer = new THREE.WebGLRenderer({ antialias: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.pace = new Pace();
+    this.sharpen(1);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     element.append(this.renderer.domElement);
@@ -191,7 +195,7 @@ export class Space {
     sun.position.copy(centre).add(new THREE.Vector3(0.35, -0.55, 1.1).multiplyScalar(2 * size));
     sun.target.position.copy(centre);
     sun.castShadow = true;
-    sun.shadow.mapSize.set(2048, 2048);
+    sun.shadow.mapSize.set(1024, 1024);
     Object.assign(sun.shadow.camera, { left: -size, right: size, top: size, bottom: -size, near: size / 100, far: 6 * size });
     sun.shadow.bias = -0.0005;
     sun.shadow.normalBias = size * 0.002;
@@ -294,10 +298,38 @@ export class Space {
     this.dirty = true;
   }
 
-  draw() {
-    if (!this.dirty || !this.header) return;
+  // Draw what has changed, coarsely where the machine is slow, and sharply once all stands still.
+  draw(now) {
+    if (!this.header) return;
+    const share = this.pace.share(now, this.dirty);
+    if (share !== this.sharpness) this.sharpen(share);
+    if (!this.dirty) return;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);
+  }
+
+  sharpen(share) {
+    this.sharpness = share;
+    this.renderer.setPixelRatio(share * Math.min(window.devicePixelRatio, 2));
+    this.dirty = true;
+  }
+}
+
+// How sharp to draw while things move, from how long frames take.
+class Pace {
+  constructor() {
+    Object.assign(this, { slow: 0, moved: 0, before: 0, coarse: false });
+  }
+
+  share(now, moving) {
+    const took = now - this.before;
+    this.before = now;
+    if (moving && now - this.moved < LINGER) this.slow += ((took > SLOW ? 1 : 0) - this.slow) * 0.2;
+    if (moving) this.moved = now;
+    if (now - this.moved > LINGER) return 1;
+    if (this.slow > 0.6) this.coarse = true;
+    if (this.slow < 0.1) this.coarse = false;
+    return this.coarse ? COARSE : 1;
   }
 }
 
