@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
-from robsim.plot.wireframe import Part, Wire, displayed, parts
-from robsim.world.scene import Scene
+from robsim.plot.moving import Moving
+from robsim.plot.wireframe import Part, Wire, parts
 
 
 @dataclass
@@ -49,39 +49,6 @@ def _numbers(T: Array) -> Array:
     leaps = np.sum(quaternion[1:] * quaternion[:-1], axis=-1) < 0
     signs = np.cumprod(np.concatenate([[1.0], np.where(leaps, -1.0, 1.0)]))
     return np.concatenate([found.position, quaternion * signs[:, None]], axis=-1)
-
-
-@dataclass(frozen=True)
-class Moving:
-    """A scene over time: at q (T, nq), or several scenes of the same things, one after another."""
-
-    spells: tuple[tuple[Scene, Array], ...]
-
-    @classmethod
-    def of(cls, scene: Scene, q: Array) -> Moving:
-        """Return one scene at q (T, nq)."""
-        return cls(((scene, q),))
-
-    @property
-    def scene(self) -> Scene:
-        """The scene at the start."""
-        return self.spells[0][0]
-
-    @property
-    def things(self) -> list[str]:
-        """The names of cameras and objects."""
-        scene = self.scene
-        return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
-
-    def poses(self, frame: str) -> Array:
-        """Return the poses (T, 4, 4) of a frame in that of the figures."""
-        return np.concatenate([displayed(scene, frame, q) for scene, q in self.spells])
-
-    def at_start(self) -> Moving:
-        """Return the scene as it stands at the start, for as long."""
-        count = sum(len(q) for _, q in self.spells)
-        scene, q = self.spells[0]
-        return Moving.of(scene, np.repeat(q[:1], count, axis=0))
 
 
 def solids(stage: Stage, moving: Moving, depth: float, group: str) -> list[dict[str, Any]]:

@@ -31,11 +31,12 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
-from robsim.page.bodies import Moving, Stage, solids
-from robsim.page.seen import cameras, frustum_depth, marks_of
+from robsim.page.bodies import Stage, solids
+from robsim.page.seen import cameras, marks_of
 from robsim.page.told import curves, events, joint_curves, texts
 from robsim.page.ways import ghosts, trails
 from robsim.plot import history
+from robsim.plot.moving import Moving, frustum_depth
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.run.mission_run import MissionRun
@@ -106,10 +107,7 @@ def _of_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Rec
 def _of_mission(mission: MissionRun) -> Recording:
     """Return the motion of all phases; images are those of its phases alone."""
     joined, legs = mission.run, mission.legs
-    counts = [int(sum(joined["phase"].values == leg.name)) for leg in legs]
-    spells = np.split(joined["q"].values, np.cumsum(counts)[:-1])
-    scenes = [leg.scene for leg in legs]
-    filmed = _Filmed(Moving(tuple(zip(scenes, spells, strict=True))))
+    filmed = _Filmed(Moving.of_mission(mission))
     text = mission.attrs.get("scenario", "")
     told = {
         "outcome": legs[-1].outcome.name,

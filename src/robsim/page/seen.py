@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Moving, Stage
+from robsim.page.bodies import Stage
 from robsim.plot import history, palette, wireframe
-from robsim.plot.picture import FRUSTUM
+from robsim.plot.moving import Moving
 from robsim.vision.camera import Camera
 from robsim.world.mounted_camera import MountedCamera
 
@@ -18,15 +18,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SIDE = 12  # points along each side of the border of an image, which a lens bends
-
-
-def frustum_depth(moving: Moving) -> float:
-    """Return how deep the view of a camera is drawn, in metres."""
-    robots = moving.scene.robots
-    links = [f"{robot.name}.{link.name}" for robot in robots for link in robot.links]
-    at = [moving.poses(name)[:, :3, 3] for name in (*moving.things, *links)]
-    points = np.concatenate([np.empty((0, 3)), *at])
-    return FRUSTUM * (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or FRUSTUM
 
 
 def marks_of(stage: Stage, moving: Moving, first: dict[str, int]) -> list[dict[str, Any]]:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Moving, Stage, shape, solids
+from robsim.page.bodies import Stage, shape, solids
 from robsim.plot import ghost, palette
+from robsim.plot.moving import Moving
 from robsim.plot.picture import STILL
 
 if TYPE_CHECKING:

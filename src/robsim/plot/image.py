@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -115,15 +116,17 @@ def draw(
     _legend(axes, [name for name in _MARKERS if not unknown.get(name, False)])
 
 
-def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> None:
+def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> list[Artist]:
     """Draw the goals (N, 2) of the marks as squares, with an outline around each target."""
+    drawn: list[Artist] = []
     for pixel, color in zip(goal, colors, strict=True):
-        axes.plot(*pixel, color=color, zorder=1.5, **_MARKERS["goal"])
+        drawn += axes.plot(*pixel, color=color, zorder=1.5, **_MARKERS["goal"])
     for target in dict.fromkeys(targets.tolist()):
         mine = goal[targets == target]
         rim = outline(mine[np.isfinite(mine).all(axis=1)])
         if len(rim) > 1:
-            axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE))
+            drawn.append(axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE)))
+    return drawn
 
 
 def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -71,13 +72,14 @@ def parts(scene: Scene, depth: float) -> list[Part]:
 
 def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
     """Return the `parts` of a scene where they are at q (nq,), in the frame of the figures."""
-    return [_placed(scene, part, q) for part in parts(scene, depth)]
+    return [placed(part, partial(displayed, scene, q=q)) for part in parts(scene, depth)]
 
 
-def _placed(scene: Scene, part: Part, q: Array) -> Wire:
-    T = displayed(scene, part.frame, q)
+def placed(part: Part, pose: Callable[[str], Array]) -> Wire:
+    """Return the wire of a part where the poses (4, 4) of its frames are, asked for by name."""
+    T = pose(part.frame)
     if part.to:
-        there = displayed(scene, part.to, q)
+        there = pose(part.to)
         return replace(part.wire, segments=np.stack([T[:3, 3], there[:3, 3]])[None])
     faces = tuple(_moved(face, T) for face in part.wire.faces)
     return replace(part.wire, segments=_moved(part.wire.segments, T), faces=faces)
