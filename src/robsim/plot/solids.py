@@ -136,11 +136,12 @@ def _flat(points: Array, ground: float) -> Array:
     return out
 
 
-def draw_outline(axes: Any, wire: Wire, label: str, look: dict[str, Any]) -> None:
-    """Draw only the edges of a solid, with the properties of a line."""
+def draw_outline(axes: Any, wire: Wire, label: str, look: dict[str, Any]) -> Any:
+    """Draw only the edges of a solid, with the properties of a line; return what is drawn."""
     plural = {f"{name}s": value for name, value in look.items() if name != "zorder"}
     lines = Line3DCollection(wire.segments, **plural, zorder=look["zorder"], label=label)
     _add(axes, lines)
+    return lines
 
 
 def _add_faces(axes: Any, faces: _Faces, wires: Sequence[Wire], look: dict[str, Any]) -> Drawn:
