@@ -11,8 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.page.bodies import Stage, shape, solids
 from robsim.plot import ghost, palette
-from robsim.plot.moving import Moving
-from robsim.plot.picture import STILL
+from robsim.plot.moving import STILL, Moving
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.plot.picture import FRUSTUM
+from robsim.plot import wireframe
 from robsim.plot.wireframe import displayed
+from robsim.robot.robot import Robot
 from robsim.run.mission_run import MissionRun
 from robsim.world.scene import Scene
+
+STILL = 1e-6  # metres
+FRUSTUM, LEAST = 0.12, 0.03  # depth of a camera without a body, as shares of the scene
 
 
 @dataclass(frozen=True)
@@ -40,12 +44,17 @@ class Moving:
     @property
     def things(self) -> list[str]:
         """The names of cameras and objects."""
-        scene = self.scene
-        return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+        return things(self.scene)
 
     def poses(self, frame: str) -> Array:
         """Return the poses (T, 4, 4) of a frame in that of the figures."""
         return np.concatenate([displayed(scene, frame, q) for scene, q in self.spells])
+
+    @property
+    def paths(self) -> dict[str, Array]:
+        """The paths (T, 3) of the cameras and objects that move."""
+        every = {name: self.poses(name)[:, :3, 3] for name in self.things}
+        return {name: path for name, path in every.items() if np.ptp(path, axis=0).max() > STILL}
 
     def at_start(self) -> Moving:
         """Return the scene as it stands at the start, for as long."""
@@ -55,9 +64,38 @@ class Moving:
 
 
 def frustum_depth(moving: Moving) -> float:
-    """Return how deep the view of a camera is drawn, in metres."""
-    robots = moving.scene.robots
-    links = [f"{robot.name}.{link.name}" for robot in robots for link in robot.links]
-    at = [moving.poses(name)[:, :3, 3] for name in (*moving.things, *links)]
-    points = np.concatenate([np.empty((0, 3)), *at])
-    return FRUSTUM * (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or FRUSTUM
+    """Return how deep the view of a camera without a body is drawn, in metres.
+
+    It is a share of all there is, but no deeper than half a robot where that is large enough.
+    """
+    scene, q = moving.spells[-1]
+    points = [
+        wireframe.marks(scene, q[-1]),
+        *(moving.poses(name)[:, :3, 3] for name in _frames(scene)),
+    ]
+    size = _longest(np.concatenate(points)) or 1.0
+    robots = [_origins(scene, robot, q[-1]) for robot in scene.robots]
+    own = max([_longest(origins) for origins in robots if len(origins)], default=0.0)
+    return min(FRUSTUM * size, max(own / 2, LEAST * size))
+
+
+def _frames(scene: Scene) -> list[str]:
+    """Return the names of all frames: links, cameras and objects."""
+    links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
+    return [*links, *things(scene)]
+
+
+def things(scene: Scene) -> list[str]:
+    """Return the names of cameras and objects."""
+    return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+
+
+def _origins(scene: Scene, robot: Robot, q: Array) -> Array:
+    """Return the origins (N, 3) of the links of a robot but the first, along which it may drive."""
+    names = [f"{robot.name}.{link.name}" for link in robot.links[1:]]
+    return np.array([displayed(scene, name, q)[:3, 3] for name in names])
+
+
+def _longest(points: Array) -> float:
+    """Return the longest side in metres of the box around points (N, 3); 0 if there are none."""
+    return float(np.ptp(points, axis=0).max()) if len(points) else 0.0
