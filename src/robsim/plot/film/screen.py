@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from textwrap import shorten
 from typing import Any
 
@@ -10,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from robsim.base.errors import InputError
 from robsim.plot.canvas import Sheet, style
 from robsim.plot.film.clock import Clock
 from robsim.plot.film.curves import Curves
@@ -68,7 +70,7 @@ class Screen:
         words = self.footage.title if title is None else title
         self.figure.suptitle(shorten(words, WORDS, placeholder=" …") or " ", x=0.01, ha="left")
         self._told = self.figure.text(0.99, 0.99, " ", ha="right", va="top")
-        self.figure.draw_without_rendering()  # now every part has its size
+        _lay_out(self.figure)  # now every part has its size
         self._stage.arrange(places[0])
         self.figure.set_layout_engine("none")
         groups.append([self._told])
@@ -84,6 +86,19 @@ class Screen:
         name = footage.ending if last else footage.shots[footage.shot(instant)].name
         fast = "" if speed == 1 else f"×{speed:.3g}"
         return "     ".join(filter(None, [name, fast, f"t = {footage.time[instant]:.2f} s"]))
+
+
+def _lay_out(figure: Figure) -> None:
+    """Give every part its place; InputError if there is too little."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "constrained_layout not applied")
+        try:
+            figure.draw_without_rendering()
+        except UserWarning:
+            raise InputError(
+                "size: {:g} x {:g} inches are too few for all that is shown; "
+                "fewer pixels come from a lower dpi".format(*figure.get_size_inches())
+            ) from None
 
 
 def _canvas(figure: Figure) -> Any:
