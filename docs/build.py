@@ -42,7 +42,7 @@ GROUPS = {
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
     "decompose_homography HomographyMotions",
     "Analysis": "compare Comparison diagnose explain Explanation equilibria Equilibria Equilibrium",
-    "Pages": "export_html show open_recording Recording",
+    "Pages and films": "export_html show open_recording Recording animate",
     "Figures": "plot",
     "Your own parts": "declare testing",
     "The chapter": "classic",

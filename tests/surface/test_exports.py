@@ -54,6 +54,7 @@ SIGNATURES = {
     "load_scenario": "path",
     "save_run": "run path",
     "open_run": "path",
+    "animate": "run path experiment",
     "plot.scene": "scene",
     "plot.image": "run",
     "plot.velocity": "run",

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
     """Write the figures of a run: all of a single run, images of a batch, none of a summary."""
     from robsim import plot
+    from robsim.plot import history
 
     if "time" not in result.dims:
         return  # a summary has nothing to draw
@@ -29,7 +30,7 @@ def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
     if "run" not in result.dims:
         figures |= {
             "scene": plot.scene(scene, run=result, goal=task),
-            "velocity": plot.velocity(result, scene, _moving_frame(result, scenario)),
+            "velocity": plot.velocity(result, scene, history.moving_frame(result, scene)),
         }
     for name, figure in figures.items():
         save_figure(figure, folder / f"{name}.png")
@@ -48,15 +49,3 @@ def save_figure(figure: Any, path: Path) -> None:
     image = BytesIO()
     figure.savefig(image, format=path.suffix[1:].lower(), dpi=200)
     write_whole(path, image.getbuffer())
-
-
-def _moving_frame(result: xr.Dataset, scenario: Experiment) -> str | None:
-    """Return the frame whose velocity is drawn; None for the camera.
-
-    Where the camera stands still, it is the frame that carries the target.
-    """
-    if not result.sizes["mark"]:
-        return None
-    scene, target = scenario.scene, str(result.mark_target.values[0])
-    stands = not scene.tree.carries(str(result.mark_camera.values[0])).any()
-    return scene.object(target).on if stands else None

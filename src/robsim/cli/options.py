@@ -13,6 +13,14 @@ changes = click.option(
 force = click.option("--force", is_flag=True, help="Write over an existing file.")
 
 
+def views(command: Any) -> Any:
+    """Add the options for what shows a run in motion."""
+    for name, what in (("mp4", "a film; needs PyAV"), ("gif", "a film"), ("html", "a page")):
+        text = f"Write run.{name}, {what}."
+        command = click.option(f"--{name}", is_flag=True, help=text)(command)
+    return command
+
+
 def output(command: Any) -> Any:
     """Add the options for the output folder, for overwriting, and for figures."""
     command = click.option("--no-figures", is_flag=True, help="Write the run only.")(command)

@@ -19,7 +19,7 @@ from robsim.cli.tell import tell
 def finished(work: Callable[[Any], Any], save: Callable[[Any], object], folder: Path) -> Any:
     """Return the result of `work`, with a progress bar; after a stop, save what there is."""
     try:
-        with warnings_as_lines(), _progress() as progress:
+        with warnings_as_lines(), bar("simulating") as progress:
             return work(progress)
     except Interrupted as stop:
         tell("stopping: saving what was simulated so far", err=True)
@@ -44,12 +44,12 @@ def drawing(what: str) -> Iterator[None]:
 
 
 @contextmanager
-def _progress() -> Iterator[Any]:
-    """Yield a function that shows progress on a terminal; None elsewhere."""
+def bar(label: str) -> Iterator[Any]:
+    """Yield a function that shows progress under a label on a terminal; None elsewhere."""
     if not sys.stderr.isatty():
         yield None
         return
-    with click.progressbar(length=1000, label="simulating", file=sys.stderr) as bar:
+    with click.progressbar(length=1000, label=label, file=sys.stderr) as bar:
 
         def show(share: float) -> None:
             bar.update(round(1000 * share) - bar.pos)

@@ -13,22 +13,24 @@ from robsim.base.errors import FileError
 from robsim.base.output import write_whole
 from robsim.cli.figures import draw, draw_mission
 from robsim.cli.files import CHECKPOINT, exists, remove, results_folder
-from robsim.cli.options import changes, output
+from robsim.cli.options import changes, output, views
 from robsim.cli.progress import drawing, finished, stopped
 from robsim.cli.report import report, report_mission
 from robsim.cli.scenarios import check_colors, load
 from robsim.cli.tell import tell
+from robsim.cli.views import VIEWS, check_views, chosen, write_views
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
 
 FIGURES = ("image.png", "scene.png", "velocity.png")
-FILES = ("run.nc", "scenario.toml", *FIGURES)
+FILES = ("run.nc", "scenario.toml", *FIGURES, *VIEWS)
 
 
 @click.command("run")
 @click.argument("file", type=click.Path(path_type=Path))
 @output
+@views
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped; needs -o.")
 @changes
 def command(
@@ -36,23 +38,30 @@ def command(
     output: Path | None,
     force: bool,
     no_figures: bool,
+    html: bool,
+    gif: bool,
+    mp4: bool,
     resume: bool,
     changes: tuple[str, ...],
 ) -> None:
     """Simulate the scenario in FILE and write the run, the scenario and the figures.
+
+    With --html, --gif or --mp4 also what shows it in motion.
 
     A run that is stopped leaves what was simulated so far, and a checkpoint from which the same
     command with --resume goes on, as if it had not been stopped. A long run leaves a checkpoint
     every ten seconds.
     """
     scenario = load(file, changes)
+    wanted = chosen(html, gif, mp4)
+    check_views(scenario, wanted)
     name, files = f"{file.stem}-run", (*FILES, CHECKPOINT)
     if resume:
         _check_checkpoint(output)
     with results_folder(output, name, force or resume, files) as folder:
         if not resume:
             remove(folder / CHECKPOINT)
-        simulate_into(scenario, folder, not no_figures, folder / CHECKPOINT, resume)
+        simulate_into(scenario, folder, not no_figures, folder / CHECKPOINT, resume, wanted)
 
 
 def _check_checkpoint(folder: Path | None) -> None:
@@ -68,12 +77,13 @@ def simulate_into(
     figures: bool,
     checkpoint: Path | None = None,
     resume: bool = False,
+    views: tuple[str, ...] = (),
 ) -> None:
-    """Run a scenario, write and draw the results, and print a report.
+    """Run a scenario, write and draw the results and some of `VIEWS`, and print a report.
 
     What was simulated before a stop is kept.
     """
-    if figures:
+    if figures or views:
         check_colors(scenario)
     tell(scenario.title or "simulating")
     work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
@@ -86,9 +96,10 @@ def simulate_into(
         told(result, folder)
         if stops:
             stopped(folder)
-    if figures:
-        with drawing("run is"):
+    with drawing("run is"):
+        if figures:
             picture(result, scenario, folder)
+        write_views(result, scenario, folder, views)
 
 
 def _staged(result: Any) -> bool:
@@ -103,5 +114,5 @@ def _save(result: Any, scenario: Experiment, folder: Path) -> None:
 
     save_run(result.run if _staged(result) else result, folder / "run.nc")
     write_whole(folder / "scenario.toml", scenario.text)
-    for name in FIGURES:
+    for name in (*FIGURES, *VIEWS):
         remove(folder / name)  # of the run that was here before

@@ -12,52 +12,11 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
-from robsim.plot.wireframe import Part, Wire, displayed, parts
+from robsim.plot.moving import Moving
+from robsim.plot.wireframe import Part, Wire, parts
 from robsim.world.scene import Scene
 
 Entry = dict[str, Any]  # of a header
-
-
-@dataclass(frozen=True)
-class Moving:
-    """A scene over time: at q (T, nq), or several scenes of the same things, one after another.
-
-    `second` is the same scene as another scheme moves it, at as many instants.
-    """
-
-    spells: tuple[tuple[Scene, Array], ...]
-    second: Moving | None = None
-
-    @classmethod
-    def of(cls, scene: Scene, q: Array, second: Moving | None = None) -> Moving:
-        """Return one scene at q (T, nq)."""
-        return cls(((scene, q),), second)
-
-    @property
-    def scene(self) -> Scene:
-        """The scene at the start."""
-        return self.spells[0][0]
-
-    @property
-    def things(self) -> list[str]:
-        """The names of cameras and objects."""
-        scene = self.scene
-        return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
-
-    @property
-    def count(self) -> int:
-        """The number of instants."""
-        return sum(len(q) for _, q in self.spells)
-
-    def poses(self, frame: str) -> Array:
-        """Return the poses (T, 4, 4) of a frame in that of the figures."""
-        return np.concatenate([displayed(scene, frame, q) for scene, q in self.spells])
-
-    def believed(self, scene: Scene) -> Moving:
-        """Return another scene at the same coordinates."""
-        return Moving(tuple((scene, q) for _, q in self.spells))
-
-
 PosesOf = Callable[[Moving], Array]  # (T, 4, 4)
 
 

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Entry, Moving, Stage, solids
-from robsim.page.seen import cameras, frustum_depth, images, marks_of
+from robsim.page.bodies import Entry, Stage, solids
+from robsim.page.seen import cameras, images, marks_of
 from robsim.page.told import Curves, curves
 from robsim.page.ways import ghosts, trails
 from robsim.plot import history
+from robsim.plot.moving import Moving, frustum_depth
 from robsim.run.experiment import Experiment
 from robsim.world.scene import Scene
 

@@ -30,10 +30,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.errors import InputError, said
-from robsim.page.bodies import Moving
 from robsim.page.film import Film, Instants, Recording, belief_of
 from robsim.page.told import events, joint_curves, texts
 from robsim.plot import history
+from robsim.plot.moving import Moving
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.run.mission_run import MissionRun
@@ -86,10 +86,7 @@ def _of_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Rec
 def _of_mission(mission: MissionRun) -> Recording:
     """Return the motion of all phases; images are those of its phases alone."""
     joined, legs = mission.run, mission.legs
-    counts = [int(sum(joined["phase"].values == leg.name)) for leg in legs]
-    spells = np.split(joined["q"].values, np.cumsum(counts)[:-1])
-    scenes = [leg.scene for leg in legs]
-    moving = Moving(tuple(zip(scenes, spells, strict=True)))
+    moving = Moving.of_mission(mission)
     text = mission.attrs.get("scenario", "")
     told = {
         "outcome": legs[-1].outcome.name,

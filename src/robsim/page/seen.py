@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Entry, Moving, Stage
+from robsim.page.bodies import Entry, Stage
 from robsim.plot import history, palette, wireframe
-from robsim.plot.picture import FRUSTUM
 from robsim.vision.camera import Camera
 from robsim.world.mounted_camera import MountedCamera
 
@@ -17,15 +16,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SIDE = 12  # points along each side of the border of an image, which a lens bends
-
-
-def frustum_depth(moving: Moving) -> float:
-    """Return how deep the view of a camera is drawn, in metres."""
-    robots = moving.scene.robots
-    links = [f"{robot.name}.{link.name}" for robot in robots for link in robot.links]
-    at = [moving.poses(name)[:, :3, 3] for name in (*moving.things, *links)]
-    points = np.concatenate([np.empty((0, 3)), *at])
-    return FRUSTUM * (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or FRUSTUM
 
 
 def marks_of(stage: Stage, first: dict[str, int]) -> list[Entry]:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.bodies import Entry, Moving, PosesOf, Stage, shape, solids
+from robsim.page.bodies import Entry, PosesOf, Stage, shape, solids
 from robsim.plot import ghost, palette
-from robsim.plot.picture import STILL
+from robsim.plot.moving import STILL, Moving
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

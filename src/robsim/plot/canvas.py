@@ -67,14 +67,15 @@ def new_figure(width: float, height: float, size: Any = None) -> Figure:
 
     InputError: a size that is not a pair of 0.5 to 100 inches.
     """
-    inches = (width, height) if size is None else _checked_size(size)
+    inches = (width, height) if size is None else checked_size(size)
     backend = plt.get_backend().lower()
     if backend in _FILES_ONLY or backend.endswith("inline"):
         return Sheet(inches, layout="constrained")
     return plt.figure(figsize=inches, layout="constrained")
 
 
-def _checked_size(size: Any) -> tuple[float, float]:
+def checked_size(size: Any) -> tuple[float, float]:
+    """Return (width, height) in inches; InputError unless each is one of 0.5 to 100."""
     given = numbers(size, "size (width, height) in inches", (2,))
     if given.ndim != 1 or (given < _SMALLEST).any() or (given > _LARGEST).any():
         raise InputError(

@@ -83,6 +83,17 @@ def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
     return twists
 
 
+def moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
+    """Return the frame whose velocity is of interest; None for the camera.
+
+    Where the camera stands still, it is the frame that carries the target.
+    """
+    if not run.sizes["mark"]:
+        return None
+    stands = not scene.tree.carries(str(run["mark_camera"].values[0])).any()
+    return scene.object(str(run["mark_target"].values[0])).on if stands else None
+
+
 def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     """Return the run with the marks and image attributes of one camera, by default the first.
 

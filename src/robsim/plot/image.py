@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: figure, image, and what is above and below it
 MOST_RUNS = 50  # at most of a batch, to keep lines distinguishable
 MOST_NUMBERS = 12  # largest number of marks for which their numbers are drawn
-_MARKERS: dict[str, dict[str, Any]] = {
+MARKERS: dict[str, dict[str, Any]] = {
     "start": {"marker": palette.ASTERISK, "markersize": 9},
     "end": {"marker": "o", "markersize": 6},
     "goal": {"marker": "s", "markersize": 11, "markerfacecolor": "none", "markeredgewidth": 1.4},
@@ -112,18 +113,20 @@ def draw(
     name = view["mark_camera"].values[0] if several else "image"
     set_title(axes, f"{name}: {description}", title)
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
-    _legend(axes, [name for name in _MARKERS if not unknown.get(name, False)])
+    legend(axes, {name: name for name in MARKERS if not unknown.get(name, False)})
 
 
-def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> None:
+def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> list[Artist]:
     """Draw the goals (N, 2) of the marks as squares, with an outline around each target."""
+    drawn: list[Artist] = []
     for pixel, color in zip(goal, colors, strict=True):
-        axes.plot(*pixel, color=color, zorder=1.5, **_MARKERS["goal"])
+        drawn += axes.plot(*pixel, color=color, zorder=1.5, **MARKERS["goal"])
     for target in dict.fromkeys(targets.tolist()):
         mine = goal[targets == target]
         rim = outline(mine[np.isfinite(mine).all(axis=1)])
         if len(rim) > 1:
-            axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE))
+            drawn.append(axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE)))
+    return drawn
 
 
 def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
@@ -148,11 +151,11 @@ def edges_seen(scene: Scene, q: Array, camera: str, target: str) -> Array:
     return np.asarray(pixels[np.isfinite(pixels).all(axis=(1, 2))])
 
 
-def _legend(axes: Axes, names: list[str]) -> None:
-    """Draw the legend of the markers below the image."""
+def legend(axes: Axes, names: dict[str, str]) -> None:
+    """Draw a legend below the image: {name: that of its marker in `MARKERS`}."""
     look = {"color": palette.BLACK, "linestyle": "none"}
     axes.legend(
-        handles=[Line2D([], [], label=name, **(look | _MARKERS[name])) for name in names],
+        handles=[Line2D([], [], label=n, **(look | MARKERS[kind])) for n, kind in names.items()],
         loc="upper center",
         bbox_to_anchor=(0.5, -0.14),
         ncols=len(names),
@@ -179,7 +182,7 @@ def _draw_track(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:
         color, seen = palette.nth(number), way[np.isfinite(way).all(axis=1)]
         axes.plot(*way.T, color=color, linewidth=width)
         for name, pixel in (("start", seen[:1]), ("end", seen[-1:])):
-            look = _MARKERS[name] | {"markersize": scale * _MARKERS[name]["markersize"]}
+            look = MARKERS[name] | {"markersize": scale * MARKERS[name]["markersize"]}
             axes.plot(*pixel.T, color=color, linestyle="none", markeredgewidth=scale, **look)
 
 
@@ -199,7 +202,7 @@ def frame(axes: Axes, seen: Array, size: Any, centre: Any) -> None:
     """Set the axes of an image: rows grow downwards, pixels are square, the border is in view."""
     points = seen[np.isfinite(seen).all(axis=1)]
     if centre is not None:
-        axes.plot(*centre, color=palette.BLACK, linestyle="none", **_MARKERS["image centre"])
+        axes.plot(*centre, color=palette.BLACK, linestyle="none", **MARKERS["image centre"])
         points = np.vstack([points, centre])
     if size is not None:
         low, high = np.full(2, -0.5), np.asarray(size) - 0.5

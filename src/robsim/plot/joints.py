@@ -67,11 +67,33 @@ def joints(
     return figure
 
 
+def _units(one: xr.Dataset) -> list[tuple[str, float]]:
+    """Return the unit in which each coordinate is drawn, and how many of them its own unit is."""
+    shown = {"rad": ("deg", float(np.degrees(1.0))), "m": ("m", 1.0)}
+    return [shown.get(unit, ("–", 1.0)) for unit in one["coordinate_unit"].values.tolist()]
+
+
+def units_of(one: xr.Dataset) -> list[str]:
+    """Return the units in which the coordinates of a run are drawn, each once."""
+    return list(dict.fromkeys(unit for unit, _ in _units(one)))
+
+
+def draw_by_unit(panels: list[Axes], one: xr.Dataset) -> None:
+    """Draw the coordinates of each unit of `units_of` into axes of its own."""
+    time, names = one["time"].values, one["coordinate"].values.tolist()
+    of_unit = dict(zip(units_of(one), panels, strict=True))
+    for i, (unit, scale) in enumerate(_units(one)):
+        way = scale * one["q"].values[:, i]
+        _draw_way(of_unit[unit], time, way, palette.nth(i), names[i])
+    for unit, axes in of_unit.items():
+        axes.set_ylabel(f"coordinates ({unit})")
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False)
+
+
 def draw(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:
     """Draw each coordinate of one run into axes of its own."""
     time, names = one["time"].values, one["coordinate"].values.tolist()
-    shown = {"rad": ("deg", np.degrees(1.0)), "m": ("m", 1.0)}
-    units = [shown.get(unit, ("–", 1.0)) for unit in one["coordinate_unit"].values.tolist()]
+    units = _units(one)
     ways = [scale * q for q, (_, scale) in zip(one["q"].values.T, units, strict=True)]
     spans = dict(LEAST)
     for way, (unit, _) in zip(ways, units, strict=True):

@@ -11,16 +11,13 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import history, wireframe
 from robsim.plot.ghost import ghosts
+from robsim.plot.moving import STILL, Moving, frustum_depth
 from robsim.plot.wireframe import Wire
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.world.scene import Scene
-
-
-FRUSTUM = 0.12  # depth of a camera without a body, as a share of the scene
-STILL = 1e-6  # metres
 
 
 @dataclass(frozen=True)
@@ -52,12 +49,12 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -
     history.checked_scene(scene)
     run = None if run is None else history.single(run, timed=False)
     states = _states(scene, q, run)
-    marks, ways = wireframe.marks(scene, states[-1]), _ways(scene, states)
-    depth = FRUSTUM * _size([marks, *ways.values()])
+    marks, moving = wireframe.marks(scene, states[-1]), Moving.of(scene, states)
+    depth = frustum_depth(moving)
     solid = wireframe.wires(scene, states[-1], depth)
     pairs = zip(wireframe.wires(scene, states[0], depth), solid, strict=True)
     before = [old for old, new in pairs if np.abs(old.points - new.points).max() > STILL]
-    paths = {n: ways[n] for n in _things(scene) if np.ptp(ways[n], axis=0).max() > STILL}
+    paths = moving.paths
     colors = wireframe.mark_colors(scene, {} if run is None else history.first_numbers(run))
     goals = ghosts(scene, goal, run, states[-1], depth)
     return Picture(solid, before, marks, colors, paths, goals)
@@ -73,20 +70,3 @@ def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
     if now.ndim != 1:
         raise InputError(f"q: a figure shows one configuration ({scene.nq},), got {now.shape}")
     return now[None]
-
-
-def _ways(scene: Scene, states: Array) -> dict[str, Array]:
-    """Return the paths (moments, 3) of the origins of all frames of the scene."""
-    links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
-    frames = [*links, *_things(scene)]
-    return {name: wireframe.displayed(scene, name, states)[:, :3, 3] for name in frames}
-
-
-def _things(scene: Scene) -> list[str]:
-    return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
-
-
-def _size(points: list[Array]) -> float:
-    """Return the longest side in metres of the box around all points; 1 if there are none."""
-    found = np.concatenate(points)
-    return (float(np.ptp(found, axis=0).max()) if len(found) else 0.0) or 1.0

@@ -51,14 +51,10 @@ def run(
     one = history.single(run)
     with style():
         figure = new_figure(12.8, 7.2, size)
-        rows: Any = figure.subfigures(2, 1, height_ratios=(1.9, 1))
-        above, below = rows
         drawn = bool(one.sizes["mark"]) or camera is not None
         picture = picture_of(scene, None, one, goal)
-        share = width_of(picture, HEIGHT, view) / float(figure.get_figwidth())
-        share = min(max(share, 0.35), 0.6)
-        places = above.subfigures(1, 2, width_ratios=(share, 1 - share)) if drawn else [above]
-        solid = draw_scene(places[0], picture, view=view)
+        places, below = split(figure, width_of(picture, HEIGHT, view), drawn)
+        solid = draw_scene(places[0], picture, view=view).axes
         if drawn:
             draw_image(places[1].add_subplot(), one, camera, scene, title="")
         draw_velocity(below.subplots(1, 3), one, scene, frame)
@@ -67,3 +63,11 @@ def run(
         figure.draw_without_rendering()  # now every part has its size
         arrange(places[0], solid, picture)
     return figure
+
+
+def split(figure: Figure, width: float, images: bool) -> tuple[list[Any], Any]:
+    """Return the parts of a slide: of a scene, `width` inches wide, and of images; of curves."""
+    rows: Any = figure.subfigures(2, 1, height_ratios=(1.9, 1))
+    share = min(max(width / float(figure.get_figwidth()), 0.35), 0.6)
+    above = rows[0].subfigures(1, 2, width_ratios=(share, 1 - share)) if images else [rows[0]]
+    return list(above), rows[1]

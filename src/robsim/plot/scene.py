@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,19 +91,40 @@ def drawn(
             return whole(axes)
         figure = new_figure(width_of(picture, HEIGHT, seen, (low, high)), HEIGHT, size)
         figure.set_layout_engine("none")  # the drawing is placed by hand
-        axes = draw(figure, picture, (low, high), seen)
+        axes = draw(figure, picture, (low, high), seen).axes
         arrange(figure, axes, picture, (low, high), TITLE if title else 0.0)
         if title:
             figure.suptitle(title)
     return figure
 
 
-def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: Any = None) -> Any:
-    """Draw the picture into a figure or a part of one, and return its axes; see `arrange`."""
+@dataclass(frozen=True)
+class Cast:
+    """What is drawn of a picture in 3-D axes, to be moved."""
+
+    axes: Any
+    solids: list[solids.Drawn]
+    outlines: list[Any]
+    paths: list[tuple[Any, Any]]  # line and dot at its end, in the order of the picture
+    marks: list[Any]
+
+    @property
+    def artists(self) -> list[Any]:
+        """All that is drawn."""
+        moved = [each.artist for each in self.solids]
+        return [
+            *moved,
+            *self.outlines,
+            *(each for pair in self.paths for each in pair),
+            *self.marks,
+        ]
+
+
+def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: Any = None) -> Cast:
+    """Draw the picture into a figure or a part of one, in axes that `arrange` places."""
     low, high = space.box(picture.points) if box is None else box
     axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
-    _draw(axes, picture, (low, high), space.checked_view(view))
-    return axes
+    return _draw(axes, picture, (low, high), space.checked_view(view))
 
 
 def arrange(
@@ -140,23 +162,36 @@ def legend_width(picture: Picture) -> float:
     return columns * (0.6 + 0.07 * max(map(len, names))) if names else 0.0
 
 
-def _draw(axes: Any, picture: Picture, box: Any, view: tuple[float, float]) -> None:
+def _draw(axes: Any, picture: Picture, box: Any, view: tuple[float, float]) -> Cast:
     axes.computed_zorder = False
     space.frame(axes, box[0], box[1], view)
-    if view[0] > 0:
-        solids.draw_shadows(axes, picture.solid, float(box[0][2]))
-    for wire in picture.before:
-        look = _BEFORE | {"zorder": BEFORE_BEHIND}
-        solids.draw_outline(axes, wire, f"{wire.label} at start", look)
-    solids.draw(axes, picture.solid)
-    for wire in picture.goal:
-        solids.draw_outline(axes, wire, f"goal of {wire.label}", _GOAL | {"zorder": ON_TOP})
+    ground = float(box[0][2])
+    drawn = solids.draw_shadows(axes, picture.solid, ground) if view[0] > 0 else []
+    behind, front = _BEFORE | {"zorder": BEFORE_BEHIND}, _GOAL | {"zorder": ON_TOP}
+    outlines = [
+        solids.draw_outline(axes, wire, f"{wire.label} at start", behind) for wire in picture.before
+    ]
+    drawn += solids.draw(axes, picture.solid)
+    outlines += [
+        solids.draw_outline(axes, wire, f"goal of {wire.label}", front) for wire in picture.goal
+    ]
+    return Cast(axes, drawn, outlines, _draw_paths(axes, picture), _draw_marks(axes, picture))
+
+
+def _draw_paths(axes: Any, picture: Picture) -> list[tuple[Any, Any]]:
+    drawn = []
     for (name, path), color in zip(picture.paths.items(), _path_colors(picture), strict=True):
         look = _PATH | {"color": color, "zorder": ON_TOP, "clip_on": False}
-        axes.plot(*path.T, **look, label=f"path of {name}")
-        axes.plot(*path[-1:].T, **look, **_DOT)
-    for mark, color in zip(picture.marks, picture.mark_colors, strict=True):
-        axes.plot(*mark[:, None], **_MARK, color=color, zorder=ON_TOP, clip_on=False)
+        (line,) = axes.plot(*path.T, **look, label=f"path of {name}")
+        (dot,) = axes.plot(*path[-1:].T, **look, **_DOT)
+        drawn.append((line, dot))
+    return drawn
+
+
+def _draw_marks(axes: Any, picture: Picture) -> list[Any]:
+    look = _MARK | {"zorder": ON_TOP, "clip_on": False}
+    pairs = zip(picture.marks, picture.mark_colors, strict=True)
+    return [axes.plot(*mark[:, None], **look, color=color)[0] for mark, color in pairs]
 
 
 def _path_colors(picture: Picture) -> list[str]:

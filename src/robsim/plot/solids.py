@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,14 +18,21 @@ from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.wireframe import Wire
 
-LIGHT = np.array([0.35, -0.55, 0.76])  # towards the lamp, in the axes of the figures
+LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp, in the axes of the figures; as the page
 AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 in full light
-PALE, GREY = (
-    0.25,
-    0.38,
-)  # shares of white in a face, so that its dark edges are seen; in a black one
+PALE, GREY = 0.25, 0.38  # shares of white in a face, for its dark edges to be seen; in a black one
 SHADOW = "#dcdcda"
 GROUNDED, SHADED, LINED, SHEER = 1, 4, 5, 6  # the order in which they are drawn
+_Faces = Callable[[Sequence[Wire]], Sequence[Array]]
+_Lines = Callable[[Sequence[Wire]], Array]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """An artist in 3-D axes, and a function that moves it to where the same wires are later."""
+
+    artist: Any
+    move: Callable[[Sequence[Wire]], None]
 
 
 class Solids(Poly3DCollection):  # type: ignore[misc]
@@ -31,73 +40,122 @@ class Solids(Poly3DCollection):  # type: ignore[misc]
 
     def __init__(self, wires: Sequence[Wire]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
-        fills = [shaded(wire.color, wire.faces[i]) for wire, i in faces]
-        pairs = zip(faces, fills, strict=True)
-        edges = [_dark(wire.color) if wire.bordered[i] else fill for (wire, i), fill in pairs]
-        super().__init__(
-            _padded([wire.faces[i] for wire, i in faces]),
-            facecolors=fills,
-            edgecolors=edges,
-            linewidths=0.6,
-            zorder=SHADED,
-        )
         self.labels = [wire.label for wire, _ in faces]
+        self._bordered = [wire.bordered[i] for wire, i in faces]
+        self._dark = [to_rgb(_dark(wire.color)) for wire, _ in faces]
+        self._pale = np.array([to_rgb(_pale(wire.color)) for wire, _ in faces])
+        corners, fills, edges = self._painted(wires)
+        look = {"facecolors": fills, "edgecolors": edges, "linewidths": 0.6, "zorder": SHADED}
+        super().__init__(corners, **look)
+
+    def move(self, wires: Sequence[Wire]) -> None:
+        """Show the same solids elsewhere, and in the light that they have there."""
+        corners, fills, edges = self._painted(wires)
+        self.set_verts(corners)
+        self.set_facecolor(fills)
+        self.set_edgecolor(edges)
+
+    def _painted(self, wires: Sequence[Wire]) -> tuple[Array, Array, Array]:
+        """Return corners (F, n, 3) of all faces, and the colours (F, 3) of faces and edges."""
+        faces = [face for wire in wires for face in wire.faces]
+        fills = shaded(self._pale, faces)
+        return _padded(faces), fills, np.where(np.array(self._bordered)[:, None], self._dark, fills)
 
 
-def _padded(faces: Sequence[Array]) -> list[Array]:
-    """Return faces with equal numbers of corners, by repeating corners evenly.
+def _padded(faces: Sequence[Array]) -> Array:
+    """Return faces (F, n, 3) with equal numbers of corners, by repeating corners evenly.
 
     Matplotlib pads faces of unequal size with uninitialised memory.
     """
     most = max(len(face) for face in faces)
-    return [face[np.arange(most) * len(face) // most] for face in faces]
+    return np.stack([face[np.arange(most) * len(face) // most] for face in faces])
 
 
-def shaded(color: str, face: Array) -> tuple[float, float, float]:
-    """Return the colour of a face (n, 3) under a lamp; faces turned towards it are brighter."""
-    normal = np.cross(face[1] - face[0], face[2] - face[1])
-    cosine = float(normal @ LIGHT) / (float(np.linalg.norm(normal) * np.linalg.norm(LIGHT)) or 1.0)
-    bright = AMBIENT + (1 - AMBIENT) * max(cosine, 0.0)
-    red, green, blue = bright * np.array(
-        to_rgb(palette.tinted(color, GREY if color == palette.BLACK else PALE))
-    )
-    return float(red), float(green), float(blue)
+def shaded(colors: Array, faces: Sequence[Array]) -> Array:
+    """Return colours (F, 3) of faces, each (n, 3), under a lamp: brighter if turned towards it."""
+    a, b, c = np.stack([face[:3] for face in faces], axis=1)
+    normals = np.cross(b - a, c - b)
+    lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
+    cosines = normals @ LIGHT / np.where(lengths > 0, lengths, 1.0)
+    out: Array = (AMBIENT + (1 - AMBIENT) * np.maximum(cosines, 0.0))[:, None] * colors
+    return out
 
 
-def draw(axes: Any, wires: Sequence[Wire]) -> None:
+def draw(axes: Any, wires: Sequence[Wire]) -> list[Drawn]:
     """Draw solids, shaded where they have faces, else as lines."""
-    dense = [wire for wire in wires if wire.faces and not wire.sheer]
+    drawn = []
+    dense = [i for i, wire in enumerate(wires) if wire.faces and not wire.sheer]
     if dense:
-        _add(axes, Solids(dense))
-    for wire in wires:
+        solids = Solids([wires[i] for i in dense])
+        _add(axes, solids)
+        drawn.append(Drawn(solids, lambda now: solids.move([now[i] for i in dense])))
+    for i, wire in enumerate(wires):
         if wire.sheer:
             look = {"facecolors": wire.color, "alpha": 0.1, "linewidths": 0, "zorder": SHEER}
-            _add(axes, Poly3DCollection(wire.faces, **look))
+            drawn.append(_add_faces(axes, partial(_faces, i), wires, look))
         if wire.sheer or not wire.faces:
             thick = 1.2 if wire.sheer else 3.0
             look = {"colors": wire.color, "linewidths": thick, "zorder": LINED, "label": wire.label}
-            _add(axes, Line3DCollection(wire.segments, capstyle="round", **look))
+            drawn.append(_add_lines(axes, partial(_edges, i), wires, look))
+    return drawn
 
 
-def draw_shadows(axes: Any, wires: Sequence[Wire], ground: float) -> None:
+def draw_shadows(axes: Any, wires: Sequence[Wire], ground: float) -> list[Drawn]:
     """Draw the shadows of a lamp straight above, on ground at a height in metres."""
-    faces = [face for wire in wires if not wire.sheer for face in wire.faces]
-    flat = [np.column_stack([face[:, :2], np.full(len(face), ground)]) for face in faces]
-    look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
-    if flat:
-        _add(axes, Poly3DCollection(_padded(flat), **look))
-    for wire in wires:
+    drawn = []
+    dense = [i for i, wire in enumerate(wires) if wire.faces and not wire.sheer]
+    if dense:
+        look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
+        drawn.append(_add_faces(axes, partial(_faces_below, ground, dense), wires, look))
+    for i, wire in enumerate(wires):
         if not wire.faces:
-            below = wire.segments * (1, 1, 0) + (0, 0, ground)
             look = {"colors": SHADOW, "linewidths": 3.0, "zorder": GROUNDED}
-            _add(axes, Line3DCollection(below, capstyle="round", **look))
+            drawn.append(_add_lines(axes, partial(_edges_below, ground, i), wires, look))
+    return drawn
 
 
-def draw_outline(axes: Any, wire: Wire, label: str, look: dict[str, Any]) -> None:
-    """Draw only the edges of a solid, with the properties of a line."""
+def _faces(i: int, wires: Sequence[Wire]) -> Sequence[Array]:
+    return wires[i].faces
+
+
+def _edges(i: int, wires: Sequence[Wire]) -> Array:
+    return wires[i].segments
+
+
+def _faces_below(ground: float, which: list[int], wires: Sequence[Wire]) -> Sequence[Array]:
+    return [_flat(face, ground) for i in which for face in wires[i].faces]
+
+
+def _edges_below(ground: float, i: int, wires: Sequence[Wire]) -> Array:
+    return _flat(wires[i].segments, ground)
+
+
+def _flat(points: Array, ground: float) -> Array:
+    """Return points (..., 3) on the ground straight below, at a height in metres."""
+    out: Array = points * (1, 1, 0) + (0, 0, ground)
+    return out
+
+
+def draw_outline(axes: Any, wire: Wire, label: str, look: dict[str, Any]) -> Any:
+    """Draw only the edges of a solid, with the properties of a line; return what is drawn."""
     plural = {f"{name}s": value for name, value in look.items() if name != "zorder"}
     lines = Line3DCollection(wire.segments, **plural, zorder=look["zorder"], label=label)
     _add(axes, lines)
+    return lines
+
+
+def _add_faces(axes: Any, faces: _Faces, wires: Sequence[Wire], look: dict[str, Any]) -> Drawn:
+    """Add faces, each (n, 3), which a function says of wires."""
+    collection = Poly3DCollection(_padded(faces(wires)), **look)
+    _add(axes, collection)
+    return Drawn(collection, lambda now: collection.set_verts(_padded(faces(now))))
+
+
+def _add_lines(axes: Any, lines: _Lines, wires: Sequence[Wire], look: dict[str, Any]) -> Drawn:
+    """Add segments (E, 2, 3), which a function says of wires."""
+    collection = Line3DCollection(lines(wires), capstyle="round", **look)
+    _add(axes, collection)
+    return Drawn(collection, lambda now: collection.set_segments(lines(now)))
 
 
 def _add(axes: Any, collection: Any) -> None:
@@ -107,3 +165,7 @@ def _add(axes: Any, collection: Any) -> None:
 
 def _dark(color: str) -> str:
     return palette.tinted(color, -0.55) if color != palette.BLACK else palette.BLACK
+
+
+def _pale(color: str) -> str:
+    return palette.tinted(color, GREY if color == palette.BLACK else PALE)

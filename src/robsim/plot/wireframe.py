@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -71,21 +72,22 @@ def parts(scene: Scene, depth: float) -> list[Part]:
 
 def wires(scene: Scene, q: Array, depth: float) -> list[Wire]:
     """Return the `parts` of a scene where they are at q (nq,), in the frame of the figures."""
-    return [_placed(scene, part, q) for part in parts(scene, depth)]
+    return [placed(part, partial(displayed, scene, q=q)) for part in parts(scene, depth)]
 
 
-def _placed(scene: Scene, part: Part, q: Array) -> Wire:
-    T = displayed(scene, part.frame, q)
+def placed(part: Part, pose: Callable[[str], Array]) -> Wire:
+    """Return the wire of a part where the poses (4, 4) of its frames are, asked for by name."""
+    T = pose(part.frame)
     if part.to:
-        there = displayed(scene, part.to, q)
+        there = pose(part.to)
         return replace(part.wire, segments=np.stack([T[:3, 3], there[:3, 3]])[None])
-    faces = tuple(_moved(face, T) for face in part.wire.faces)
-    return replace(part.wire, segments=_moved(part.wire.segments, T), faces=faces)
+    faces = tuple(moved(face, T) for face in part.wire.faces)
+    return replace(part.wire, segments=moved(part.wire.segments, T), faces=faces)
 
 
 def marks(scene: Scene, q: Array) -> Array:
     """Return the marks (M, 3) of all objects at q (nq,)."""
-    placed = [_moved(thing.marks, displayed(scene, thing.name, q)) for thing in scene.objects]
+    placed = [moved(thing.marks, displayed(scene, thing.name, q)) for thing in scene.objects]
     return np.concatenate([np.empty((0, 3)), *placed])
 
 
@@ -140,7 +142,7 @@ def camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
     body = eye.camera.drawn(T)
     if body is not None:
         return shape_wire(eye.name, body, HERE)
-    centre, rim = T[:3, 3], _moved(depth * corner_rays(eye.camera), T)
+    centre, rim = T[:3, 3], moved(depth * corner_rays(eye.camera), T)
     sides = [(rim[i], rim[(i + 1) % 4]) for i in range(4)]
     edges = np.array([(centre, corner) for corner in rim] + sides)
     faces = tuple(np.stack([centre, *side]) for side in sides)
@@ -156,7 +158,7 @@ def corner_rays(camera: Camera) -> Array:
     return np.column_stack([corners, np.ones(4)])
 
 
-def _moved(points: Array, T: Array) -> Array:
+def moved(points: Array, T: Array) -> Array:
     """Return points (..., 3) transformed by T."""
     out: Array = points @ T[:3, :3].T + T[:3, 3]
     return out

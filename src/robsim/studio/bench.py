@@ -9,10 +9,10 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare.controls import Control
-from robsim.page.bodies import Moving
 from robsim.page.film import Film, Instants, Recording, belief_of
 from robsim.page.recording import recording_of
 from robsim.page.told import texts
+from robsim.plot.moving import Moving
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.run.staged import Staged

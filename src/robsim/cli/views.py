@@ -1,0 +1,49 @@
+"""What shows a run in motion, beside its figures: the page, and films."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robsim.base.errors import InputError
+from robsim.cli.progress import bar
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
+
+PAGE = "run.html"
+VIEWS = (PAGE, "run.gif", "run.mp4")
+
+
+def chosen(html: bool, gif: bool, mp4: bool) -> tuple[str, ...]:
+    """Return the names of the files that are wanted."""
+    return tuple(name for name, is_wanted in zip(VIEWS, (html, gif, mp4), strict=True) if is_wanted)
+
+
+def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
+    """Raise InputError, before anything is simulated, if files cannot show what it will be."""
+    import numpy as np
+
+    from robsim.plot.film.animate import check_kind
+
+    for name in names:
+        if name != PAGE:
+            check_kind(name)
+        runs = len(scenario.start) if np.ndim(scenario.start) > 1 else 1
+        if runs != 1:
+            raise InputError(f"{name} shows one run, and {scenario.source} has {runs} starts")
+        if scenario.record == "summary":
+            raise InputError(f"{name} shows all of a run: take record = all instead of summary")
+
+
+def write_views(result: Any, scenario: Experiment, folder: Path, names: tuple[str, ...]) -> None:
+    """Write the page and the films of a run."""
+    from robsim.page.export import export_html
+    from robsim.plot.film.animate import animate
+
+    for name in names:
+        if name == PAGE:
+            export_html(result, folder / name, scenario)
+        else:
+            with bar(f"drawing {name}") as progress:
+                animate(result, folder / name, scenario, progress=progress)

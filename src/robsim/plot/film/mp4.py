@@ -1,0 +1,56 @@
+"""Films as MP4, encoded by PyAV."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from importlib.util import find_spec
+from io import BytesIO
+from itertools import repeat
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.plot.film.screen import Frame
+
+QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
+
+
+def check_installed() -> None:
+    """Raise InputError where PyAV is missing."""
+    if find_spec("av") is None:
+        raise InputError(
+            "an MP4 needs PyAV, which is not installed: pip install 'robsim[film]'; "
+            "a GIF (--gif, or a name that ends in .gif) needs nothing more"
+        )
+
+
+def encoded(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
+    """Return an MP4 (H.264) that shows its last frame for `pause` seconds more.
+
+    A frame's height and width must be even.
+    """
+    av: Any = importlib.import_module("av")
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as film:
+        stream: Any = None
+        for frame in _held(frames, round(pause * fps)):
+            stream = stream or _stream(film, frame, fps)
+            film.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgba")))
+        film.mux(stream.encode())
+    return file.getvalue()
+
+
+def _held(frames: Iterable[Frame], more: int) -> Iterator[Frame]:
+    """Yield the frames, and the last of them a number of times more."""
+    for frame in frames:
+        yield frame
+    yield from repeat(frame, more)
+
+
+def _stream(film: Any, frame: Frame, fps: float) -> Any:
+    stream = film.add_stream("h264", rate=Fraction(fps).limit_denominator(1000))
+    stream.height, stream.width = frame.shape[:2]
+    stream.pix_fmt = "yuv420p"  # which every player shows
+    stream.options = {"crf": QUALITY}
+    return stream

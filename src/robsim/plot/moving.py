@@ -1,0 +1,108 @@
+"""Scenes over time: where all frames are at each instant of a run or a mission."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.plot import wireframe
+from robsim.plot.wireframe import displayed
+from robsim.robot.robot import Robot
+from robsim.run.mission_run import MissionRun
+from robsim.world.scene import Scene
+
+STILL = 1e-6  # metres
+FRUSTUM, LEAST = 0.12, 0.03  # depth of a camera without a body, as shares of the scene
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A scene over time: at q (T, nq), or several scenes of the same things, one after another.
+
+    `second` is the same scene as another scheme moves it, at as many instants.
+    """
+
+    spells: tuple[tuple[Scene, Array], ...]
+    second: Moving | None = None
+
+    @classmethod
+    def of(cls, scene: Scene, q: Array, second: Moving | None = None) -> Moving:
+        """Return one scene at q (T, nq)."""
+        return cls(((scene, q),), second)
+
+    @classmethod
+    def of_mission(cls, mission: MissionRun) -> Moving:
+        """Return the motion of all phases, at the instants of `mission.run`."""
+        joined, legs = mission.run, mission.legs
+        counts = [int(sum(joined["phase"].values == leg.name)) for leg in legs]
+        spells = np.split(joined["q"].values, np.cumsum(counts)[:-1])
+        return cls(tuple(zip([leg.scene for leg in legs], spells, strict=True)))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene at the start."""
+        return self.spells[0][0]
+
+    @property
+    def things(self) -> list[str]:
+        """The names of cameras and objects."""
+        return things(self.scene)
+
+    def poses(self, frame: str) -> Array:
+        """Return the poses (T, 4, 4) of a frame in that of the figures."""
+        return np.concatenate([displayed(scene, frame, q) for scene, q in self.spells])
+
+    @property
+    def paths(self) -> dict[str, Array]:
+        """The paths (T, 3) of the cameras and objects that move."""
+        every = {name: self.poses(name)[:, :3, 3] for name in self.things}
+        return {name: path for name, path in every.items() if np.ptp(path, axis=0).max() > STILL}
+
+    @property
+    def count(self) -> int:
+        """The number of instants."""
+        return sum(len(q) for _, q in self.spells)
+
+    def believed(self, scene: Scene) -> Moving:
+        """Return another scene at the same coordinates."""
+        return Moving(tuple((scene, q) for _, q in self.spells))
+
+
+def frustum_depth(moving: Moving) -> float:
+    """Return how deep the view of a camera without a body is drawn, in metres.
+
+    It is a share of all there is, but no deeper than half a robot where that is large enough.
+    """
+    scene, q = moving.spells[-1]
+    points = [
+        wireframe.marks(scene, q[-1]),
+        *(moving.poses(name)[:, :3, 3] for name in _frames(scene)),
+    ]
+    size = _longest(np.concatenate(points)) or 1.0
+    robots = [_origins(scene, robot, q[-1]) for robot in scene.robots]
+    own = max([_longest(origins) for origins in robots if len(origins)], default=0.0)
+    return min(FRUSTUM * size, max(own / 2, LEAST * size))
+
+
+def _frames(scene: Scene) -> list[str]:
+    """Return the names of all frames: links, cameras and objects."""
+    links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
+    return [*links, *things(scene)]
+
+
+def things(scene: Scene) -> list[str]:
+    """Return the names of cameras and objects."""
+    return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+
+
+def _origins(scene: Scene, robot: Robot, q: Array) -> Array:
+    """Return the origins (N, 3) of the links of a robot but the first, along which it may drive."""
+    names = [f"{robot.name}.{link.name}" for link in robot.links[1:]]
+    return np.array([displayed(scene, name, q)[:3, 3] for name in names])
+
+
+def _longest(points: Array) -> float:
+    """Return the longest side in metres of the box around points (N, 3); 0 if there are none."""
+    return float(np.ptp(points, axis=0).max()) if len(points) else 0.0
