@@ -518,6 +518,16 @@ def test_inertia_and_shapes_are_what_the_file_says(read):
     assert lower.shapes == (rs.Mesh("package://arm/lower.stl", (1, 1, 2)),)
 
 
+def test_a_capsule_is_written_as_a_cylinder_and_two_spheres(tmp_path):
+    where = rs.Pose.at(0, 0, 0.5)
+    capsule = rs.Capsule(0.1, 0.3, color="r", pose=where)
+    rs.Robot("arm", [rs.Link("base", shapes=(capsule,))]).to_urdf(tmp_path / "arm.urdf")
+    tube, *ends = rs.Robot.from_urdf(tmp_path / "arm.urdf").links[0].shapes
+    assert tube == rs.Wheel(0.1, 0.3, color="r").at(where)
+    assert [end.pose.position[2] for end in ends] == pytest.approx([0.35, 0.65])
+    assert {(type(end), end.radius, end.color) for end in ends} == {(rs.Ball, 0.1, "r")}
+
+
 def test_home_is_zero_or_the_limit_next_to_it(read):
     assert read(ARM, 'lower="-1.5"', 'lower="0.5"').home.tolist() == [0.5, 0.0]
 

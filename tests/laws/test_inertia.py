@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import Ball, Block, CameraBody, Inertia, Link, Mesh, Pose, Wheel
+from robsim import (
+    Ball,
+    Block,
+    CameraBody,
+    Capsule,
+    Inertia,
+    Link,
+    Mesh,
+    Pose,
+    TaperedCylinder,
+    Wheel,
+)
 
 SOMEWHERE = Pose.at(0.3, -2.0, 1.0, rpy=(0.4, -1.0, 2.0))
 SOLIDS = (
@@ -15,6 +26,8 @@ SOLIDS = (
     CameraBody(0.08, 0.05, 0.03, mass=0.5),
     Wheel(0.1, 0.04, mass=1.5),
     Ball(0.2, mass=3.0),
+    Capsule(0.05, 0.2, mass=2.5),
+    TaperedCylinder(0.1, 0.05, 0.3, mass=0.7),
 )
 EACH = pytest.mark.parametrize("solid", SOLIDS, ids=lambda s: type(s).__name__)
 

@@ -145,9 +145,10 @@ def _draw(axes: Any, faces: list[Face]) -> None:
 
 def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
     """Yield the faces of a solid that are turned towards the viewer; of a camera, all faces."""
-    points = solid.vertices @ view.T
+    skin, faces = solid.skin
+    points = skin @ view.T
     borders = {tuple(sorted(edge)) for edge in solid.edges.tolist()}
-    for face in solid.faces:
+    for face in faces:
         corners = points[list(face)]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
         straight = float(normal[2] / np.linalg.norm(normal))
