@@ -13,7 +13,15 @@ from typing import Any
 from robsim.page.packing import check_size, packed
 from robsim.page.recording import Recording
 
-MODULES = ("unpack", "clock", "space", "picture", "charts", "main")  # after what they import
+MODULES = (
+    "unpack",
+    "clock",
+    "shading",
+    "space",
+    "picture",
+    "charts",
+    "main",
+)  # after what they import
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export ", re.MULTILINE)
 

@@ -110,13 +110,16 @@ def displayed(scene: Scene, frame: str, q: Array) -> Array:
 def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
     """Yield the shapes of a robot link by link; without any, lines from frame to frame.
 
-    Among several robots each has one colour, and one entry in the legend. Meshes are not drawn.
+    Among several robots each has one colour, and one entry in the legend. A robot whose links are
+    not told apart by colours has one entry, too. Meshes are not drawn.
     """
     drawn = {link.name: [s for s in link.shapes if len(s.edges)] for link in robot.links}
     shapes = [shape for each in drawn.values() for shape in each]
     several = len(scene.robots) > 1 or len(robot.links) > MOST_LINKS
     plain = several or all(shape.color == "k" for shape in shapes)
-    whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
+    colors = {shape.color for shape in shapes}
+    links = sum(map(bool, drawn.values()))
+    whole = several or (not plain and 2 * len(colors) <= links + 1)
     for i, link in enumerate(robot.links):
         own = palette.nth(scene.robots.index(robot)) if several else palette.link(i)
         label, frame = robot.name if whole else link.name, f"{robot.name}.{link.name}"
