@@ -36,6 +36,7 @@ from robsim.page.seen import cameras, frustum_depth, marks_of
 from robsim.page.told import curves, events, joint_curves, texts
 from robsim.page.ways import ghosts, trails
 from robsim.plot import history
+from robsim.plot.lacks import tell_lacks
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.run.mission_run import MissionRun
@@ -125,6 +126,7 @@ class _Filmed:
     """A scene over time as the entries of a header, with the images of a run if there is one."""
 
     def __init__(self, moving: Moving, run: xr.Dataset | None = None) -> None:
+        tell_lacks(moving.scene)
         self.moving, self.stage = moving, Stage()
         self.depth = frustum_depth(moving)
         first = {} if run is None else history.first_numbers(run)

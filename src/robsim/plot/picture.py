@@ -11,13 +11,13 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import history, wireframe
 from robsim.plot.ghost import ghosts
+from robsim.plot.lacks import tell_lacks
 from robsim.plot.wireframe import Wire
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.world.scene import Scene
-
+from robsim.world.scene import Scene
 
 FRUSTUM = 0.12  # depth of a camera without a body, as a share of the scene
 STILL = 1e-6  # metres
@@ -50,6 +50,7 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -
     InputError: q and run, or several of either; a run of another scene.
     """
     history.checked_scene(scene)
+    tell_lacks(scene)
     run = None if run is None else history.single(run, timed=False)
     states = _states(scene, q, run)
     marks, ways = wireframe.marks(scene, states[-1]), _ways(scene, states)

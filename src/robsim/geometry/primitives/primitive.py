@@ -123,6 +123,10 @@ class Primitive:
         """
         return self._hull().at(self.pose)
 
+    def shown(self) -> tuple[Primitive, ...]:
+        """Return what figures draw of it: itself, or of a file what that holds."""
+        return (self,)
+
     def simpler(self) -> tuple[Primitive, ...]:
         """Return solids in its place for a file that does not know its kind; by default none."""
         return ()

@@ -1,6 +1,6 @@
 """The URDF reader, which is strict, and the writers of URDF and MJCF for simulators.
 
-A file that is read is untrusted data: it is never executed, files that it names are not opened,
+A file that is read is untrusted data: it is never executed, meshes that it names are opened for figures alone,
 and errors in it are reported with their lines.
 """
 
