@@ -25,7 +25,8 @@ GROUPS = {
     "Phase MissionRun examples",
     "Robots": "Robot robots Link Joint JointKind Mimic Chord Ackermann Rolling Steering IKResult "
     "IKReason ClosedIK manipulability condition_number singularity_distance workspace Workspace",
-    "Shapes, poses, curves": "Pose Block Wheel Ball CameraBody Mesh Inertia curves units clearance",
+    "Shapes, poses, curves": "Pose Block Wheel Ball Capsule TaperedCylinder CameraBody "
+    "Mesh Inertia curves units clearance",
     "Scenes and cameras": "Scene Object MountedCamera Camera Visibility Motion",
     "Imperfection": "Sensing Occlusion Actuation",
     "Servo tasks": "IBVS PBVS Hybrid Partitioned Placing Docking ServoTask Priorities Switch "

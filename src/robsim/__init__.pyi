@@ -60,7 +60,9 @@ from robsim.geometry.pose import Pose as Pose
 from robsim.geometry.primitives import Ball as Ball
 from robsim.geometry.primitives import Block as Block
 from robsim.geometry.primitives import CameraBody as CameraBody
+from robsim.geometry.primitives import Capsule as Capsule
 from robsim.geometry.primitives import Mesh as Mesh
+from robsim.geometry.primitives import TaperedCylinder as TaperedCylinder
 from robsim.geometry.primitives import Wheel as Wheel
 from robsim.page.export import export_html as export_html
 from robsim.page.export import open_recording as open_recording

@@ -49,6 +49,8 @@ def any_shapes(rng):
         rs.Wheel(*sizes[3:5], n=5 + int(rng.integers(9)), color="#00ff00", pose=any_pose(rng)),
         rs.CameraBody(*sizes[5:], color="k", mass=sizes[0]).at(any_pose(rng)),
         rs.Ball(sizes[6], n=7, density=1e3 * sizes[1]).at(any_pose(rng)),
+        rs.Capsule(*sizes[2:4], n=9, color="w", pose=any_pose(rng)),
+        rs.TaperedCylinder(*sizes[1:4], mass=sizes[0]).at(any_pose(rng)),
         rs.Mesh("package://a/b c.stl", (1, -sizes[2], 0.001), "#123456", pose=any_pose(rng)),
     )
 

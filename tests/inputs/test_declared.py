@@ -87,6 +87,8 @@ NEEDED = {
     "ball": {"radius": "1 cm"},
     "block": {"length": "1 cm", "width": "1 cm", "height": "1 cm"},
     "shape camera": {"length": "1 cm", "width": "1 cm", "height": "1 cm"},
+    "capsule": {"radius": "1 cm", "length": "1 cm"},
+    "tapered_cylinder": {"radius": "1 cm", "end_radius": "2 cm", "length": "1 cm"},
     "mesh": {"filename": "plate.stl"},
     "wheel": {"radius": "1 cm", "width": "1 cm"},
     "sphere": {"radius": "1 cm"},

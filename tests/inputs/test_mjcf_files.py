@@ -62,6 +62,16 @@ def test_meshes_are_left_out_and_that_is_told(tmp_path):
     assert caught[0].filename == __file__
 
 
+def test_a_capsule_stays_one_and_a_tapered_cylinder_becomes_cylinders(tmp_path):
+    shapes = rs.Capsule(0.1, 0.3, color="r"), rs.TaperedCylinder(0.2, 0.1, 0.4)
+    root = written([rs.Link("base", shapes=shapes)], tmp_path)
+    capsule, *slices = root.findall("worldbody/body/geom")
+    assert capsule.attrib == {"type": "capsule", "size": "0.1 0.15", "rgba": "1.0 0.0 0.0 1.0"}
+    assert [each.get("type") for each in slices] == ["cylinder"] * 4
+    heights = [float(each.get("pos").split()[2]) for each in slices]
+    assert heights == pytest.approx([-0.15, -0.05, 0.05, 0.15])
+
+
 def test_quaternions_are_w_first(tmp_path):
     turned = rs.Joint("fixed", rs.Pose.at(rotvec=(0, 0, np.pi / 2)))
     root = written([rs.Link("base"), rs.Link("a", "base", turned)], tmp_path)

@@ -1,13 +1,25 @@
 """Clearance: closed forms, and never more than the distance between any two points."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim import Ball, Block, CameraBody, InputError, Mesh, Object, Pose, Wheel
-from robsim.analysis.clearance import hull
+from robsim import (
+    Ball,
+    Block,
+    CameraBody,
+    Capsule,
+    InputError,
+    Mesh,
+    Object,
+    Pose,
+    TaperedCylinder,
+    Wheel,
+)
 from robsim.geometry.primitives import Primitive
 
 steady = settings(derandomize=True, max_examples=25, deadline=None)
@@ -58,6 +70,23 @@ def turned(rng, far):
         (Ball(0.3), CUBE, Pose.at(0.6, 0.1, 0), -0.2),
         (Ball(0.3).at(Pose.at(0, 0, 0.5)), Ball(0.2), Pose.at(1, 2, 2.5), 2.5),
         (Ball(0.3), Ball(0.2), Pose.at(0, 0, 0), -0.5),
+        (Capsule(0.1, 1), CUBE, Pose.at(1, 0.2, 0.9), 0.4),  # its side to a face
+        (Capsule(0.1, 1), CUBE, Pose.at(0.2, 0, 2), 0.9),  # its end to a face
+        (Capsule(0.1, 1), Ball(0.2), Pose.at(0.3, 0.4, 0.2), 0.2),  # its side
+        (Capsule(0.1, 1), Ball(0.2), Pose.at(0, 3, 4.5), 4.7),  # its end
+        (Capsule(0.1, 1), Capsule(0.2, 1), Pose.at(0.3, 0.4, 0.9), 0.2),  # side by side
+        (Capsule(0.1, 1), Capsule(0.2, 3), Pose.at(0.3, 0.4, 5), np.sqrt(0.25 + 9) - 0.3),
+        (Capsule(0.1, 1), Capsule(0.2, 1), Pose.at(0.4, 0.1, 0.2, rpy=(1, 0, 0)), 0.1),  # crossing
+        (Capsule(0.1, 1), Capsule(0.2, 1), Pose.at(0, 1, 0, rpy=(np.pi / 2, 0, 0)), 0.2),  # a T
+        (Capsule(0.1, 1), Capsule(0.2, 1), Pose.at(), -0.3),
+        (TaperedCylinder(0.5, 0.2, 1), CUBE, Pose.at(0, 0, 2), 1.0),  # its upper end to a face
+        (TaperedCylinder(0.5, 0.2, 1), CUBE, Pose.at(0.1, 0, -1.25), 0.25),
+        (  # its slanted side, whose tangent plane has the slope 3/10, to a face
+            TaperedCylinder(0.5, 0.2, 1).at(Pose.at(rpy=(0, 0, np.pi / 32))),
+            CUBE,
+            Pose.at(0.35, 0, 0) @ Pose.at(rpy=(0, -np.arctan(0.3), 0)) @ Pose.at(1.5, 0, 0),
+            1.0,
+        ),
     ],
 )
 def test_closed_forms(first, second, pose, expected):
@@ -67,13 +96,34 @@ def test_closed_forms(first, second, pose, expected):
 
 
 def onto(shape, points):
-    """The nearest points of a block or a true cylinder, in its axes."""
+    """The nearest points of a block, a true cylinder, capsule or tapered cylinder, in its axes."""
     if isinstance(shape, Block):
         half = np.array([shape.length, shape.width, shape.height]) / 2
         return np.clip(points, -half, half)
+    if isinstance(shape, Capsule):
+        on = np.array([0, 0, np.clip(points[2], -shape.length / 2, shape.length / 2)])
+        away = points - on
+        return on + away * min(1.0, shape.radius / np.linalg.norm(away))
+    if isinstance(shape, TaperedCylinder):
+        return onto_taper(shape, points)
     inward = min(1.0, shape.radius / np.hypot(*points[:2]))
     z = np.clip(points[2], -shape.width / 2, shape.width / 2)
     return np.array([*(points[:2] * inward), z])
+
+
+def onto_taper(shape, point):
+    """Of the trapezium that is half of its section: the point, or the nearest of three sides."""
+    h, r, R = shape.length / 2, shape.radius, shape.end_radius
+    p = np.array([np.hypot(*point[:2]), point[2]])
+    corners = np.array([[0, -h], [r, -h], [R, h], [0, h]])
+    if abs(p[1]) <= h and p[0] <= r + (R - r) * (p[1] / (2 * h) + 0.5):
+        return point
+    found = []
+    for a, b in pairwise(corners):
+        t = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+        found.append(a + t * (b - a))
+    rho, z = min(found, key=lambda each: np.linalg.norm(each - p))
+    return np.array([*(point[:2] / (p[0] or 1.0) * rho), z])
 
 
 def alternating(first, second, pose):
@@ -89,15 +139,31 @@ def alternating(first, second, pose):
 @steady
 @given(seeds)
 def test_it_is_never_more_than_the_distance_and_not_much_less(seed):
-    """For blocks and wheels the distance comes from alternating projections, from above."""
+    """The distance comes from alternating projections, from above."""
     rng = np.random.default_rng(seed)
     block = Block(*rng.uniform(0.1, 1, 3))
-    other = Wheel(*rng.uniform(0.1, 0.5, 2)) if seed % 2 else Block(*rng.uniform(0.1, 1, 3))
+    other = [
+        lambda: Block(*rng.uniform(0.1, 1, 3)),
+        lambda: Wheel(*rng.uniform(0.1, 0.5, 2)),
+        lambda: Capsule(*rng.uniform(0.1, 0.5, 2)),
+        lambda: TaperedCylinder(*rng.uniform(0.1, 0.5, 3)),
+    ][seed % 4]()
     pose = turned(rng, far=1.2)
     distance, found = alternating(block, other, pose), gap(block, other, pose)
     assert found <= distance + 1e-12
     if distance > 0.05:
         assert found > 0.7 * distance
+
+
+@steady
+@given(seeds)
+def test_between_capsules_and_balls_it_is_the_distance(seed):
+    rng = np.random.default_rng(seed)
+    one, other = Capsule(*rng.uniform(0.01, 0.5, 2)), Capsule(*rng.uniform(0.01, 0.5, 2))
+    pose = turned(rng, far=1.0)
+    distance = alternating(one, other, pose)
+    if distance > 0.01:
+        assert gap(one, other, pose) == pytest.approx(distance, rel=1e-6)
 
 
 def inside(shape, rng):
@@ -109,7 +175,8 @@ def inside(shape, rng):
 def test_no_two_points_are_nearer(seed):
     rng = np.random.default_rng(seed)
     pose = turned(rng, far=0.4)
-    for other in (Block(0.3, 0.2, 0.1), Wheel(0.15, 0.1, n=7), EYE):
+    taper = TaperedCylinder(0.1, 0.2, 0.2, n=5)
+    for other in (Block(0.3, 0.2, 0.1), Wheel(0.15, 0.1, n=7), taper, Capsule(0.1, 0.2, n=8), EYE):
         found = gap(EYE, other, pose)
         a, b = (
             rng.dirichlet(np.full(len(s.vertices), 0.2), 200) @ s.vertices for s in (EYE, other)
@@ -139,9 +206,9 @@ def test_what_overlaps_is_parted_by_its_depth(seeds):
 
 def test_a_shape_of_ones_own_has_no_hull():
     with pytest.raises(InputError, match="no hull of a Primitive"):
-        hull(Primitive())
+        _ = Primitive().hull
     with pytest.raises(InputError, match="no hull of a Mesh"):
-        hull(Mesh("elbow.stl"))
+        _ = Mesh("elbow.stl").hull
 
 
 # robots

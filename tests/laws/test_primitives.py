@@ -1,6 +1,7 @@
-"""Block, wheel and camera body: the chapter's frames, closed surfaces, rigid motion."""
+"""Blocks, wheels, camera bodies, ...: the chapter's frames, closed surfaces, rigid motion."""
 
 from collections import Counter
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,13 +9,16 @@ import pytest
 
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives import Block, CameraBody, Wheel
+from robsim.geometry.primitives import Ball, Block, CameraBody, Capsule, TaperedCylinder, Wheel
 
 BLOCK = Block(0.3, 0.2, 0.1, color="r")
 WHEEL = Wheel(0.1, 0.04, n=7, color="b")
 BODY = CameraBody(0.08, 0.05, 0.03, color="g")
-EACH = pytest.mark.parametrize("solid", [BLOCK, WHEEL, Wheel(2.0, 1.0, n=3), BODY], ids=repr)
-CLOSED = pytest.mark.parametrize("solid", [BLOCK, WHEEL, Wheel(2.0, 1.0, n=3)], ids=repr)
+CAPSULES = [Capsule(0.1, 0.3, n=7), Capsule(0.2, 0.1, n=3), Capsule(0.1, 0.05)]
+TAPERED = [TaperedCylinder(0.1, 0.05, 0.3, n=7, color="b"), TaperedCylinder(1.0, 2.0, 0.5, n=3)]
+SOLIDS = [BLOCK, WHEEL, Wheel(2.0, 1.0, n=3), *TAPERED]
+EACH = pytest.mark.parametrize("solid", [*SOLIDS, *CAPSULES, BODY], ids=repr)
+CLOSED = pytest.mark.parametrize("solid", [*SOLIDS, *CAPSULES], ids=repr)
 SOMEWHERE = Pose.at(0.3, -2.0, 1.0, rpy=(0.4, -1.0, 2.0))
 
 
@@ -97,7 +101,8 @@ def test_edges_are_pairs_of_different_vertices_each_once_and_every_vertex_is_use
     edges = [tuple(e) for e in solid.edges.tolist()]
     assert all(a < b for a, b in edges)
     assert len(set(edges)) == len(edges)
-    assert set(np.ravel(edges).tolist()) == set(range(len(solid.vertices)))
+    if not isinstance(solid, Capsule):  # of which circles between the ends of edges are not drawn
+        assert set(np.ravel(edges).tolist()) == set(range(len(solid.vertices)))
 
 
 @EACH
@@ -145,6 +150,70 @@ def test_volumes_are_those_of_a_box_a_prism_and_a_box_with_a_frustum():
     back, front = 0.03 * 0.05, 1.5**2 * 0.03 * 0.05
     flare = 0.02 / 3 * (back + front + np.sqrt(back * front))
     assert volume(BODY, [(8, 9, 10, 11)]) == pytest.approx(0.06 * back + flare, rel=1e-13)
+
+
+# round solids
+
+
+@pytest.mark.parametrize("capsule", CAPSULES, ids=repr)
+def test_the_vertices_of_a_capsule_are_a_radius_away_from_its_segment(capsule):
+    x, y, z = capsule.vertices.T
+    beyond = np.maximum(np.abs(z) - capsule.length / 2, 0)
+    close(np.sqrt(x * x + y * y + beyond * beyond), np.full(len(z), capsule.radius))
+    assert np.ptp(z) == pytest.approx(capsule.length + 2 * capsule.radius, rel=1e-15)
+
+
+def test_a_tapered_cylinder_has_its_two_circles_at_its_two_ends():
+    low, high = TAPERED[0].vertices.reshape(2, 7, 3)
+    for ring, radius, z in ((low, 0.1, -0.15), (high, 0.05, 0.15)):
+        close(np.hypot(*ring.T[:2]), np.full(7, radius))
+        close(ring[:, 2], np.full(7, z))
+
+
+def test_the_surfaces_of_round_solids_come_near_their_volumes():
+    """A polygon of n corners lacks the share 2 pi^2 / (3 n^2) of its circle."""
+    for make in (
+        lambda n, **given: Capsule(0.1, 0.3, n, **given),
+        lambda n, **given: TaperedCylinder(0.1, 0.05, 0.3, n, **given),
+    ):
+        whole = make(32, density=1.0).inertia.mass
+        lacks = [1 - volume(make(n)) / whole for n in (64, 128)]
+        assert 0 < lacks[1] < 1.4e-3
+        assert lacks[0] / lacks[1] == pytest.approx(4, rel=0.02)
+
+
+@pytest.mark.parametrize("n", [3, 7, 32])
+def test_the_skin_of_a_ball_is_round_and_closed(n):
+    ball = Ball(0.2, n=n).at(SOMEWHERE)
+    points, faces = ball.skin
+    assert np.array_equal(points[: 3 * n], ball.vertices)
+    close(np.linalg.norm(points - SOMEWHERE.position, axis=1), np.full(len(points), 0.2))
+    around = Counter(s for f in faces for s in zip(f, f[1:] + f[:1], strict=True))
+    assert set(around.values()) == {1} and all((b, a) in around for a, b in around)
+    used = {corner for face in faces for corner in face}
+    assert used == set(range(3 * n, len(points)))
+    assert len(used) - len(around) // 2 + len(faces) == 2
+
+
+@pytest.mark.parametrize(
+    ("solid", "kinds"),
+    [
+        (Capsule(0.1, 0.3, density=2.0), [Wheel, Ball, Ball]),
+        (TaperedCylinder(0.1, 0.05, 0.3, density=2.0), [Wheel] * 4),
+    ],
+)
+def test_what_stands_for_a_solid_in_files_is_as_large_and_where_it_is(solid, kinds):
+    """Four cylinders have the volume of the taper; balls of a capsule lie half in its cylinder."""
+    simpler = solid.at(SOMEWHERE).simpler()
+    assert [type(each) for each in simpler] == kinds
+    assert {each.color for each in simpler} == {solid.color}
+    back = [each.at(SOMEWHERE.inv()) for each in simpler]
+    heights = np.concatenate([each.vertices[:, 2] for each in back])
+    whole = solid.vertices[:, 2]
+    close([heights.min(), heights.max()], [whole.min(), whole.max()])
+    if isinstance(solid, TaperedCylinder):
+        masses = [replace(each, density=2.0).inertia.mass for each in back]
+        assert sum(masses) == pytest.approx(solid.inertia.mass, rel=1e-14)
 
 
 # motion
@@ -211,6 +280,11 @@ def test_turning_a_wheel_by_one_division_gives_the_same_wheel():
         (lambda bad: Block(bad, 1, 1), "Block.length"),
         (lambda bad: Block(1, bad, 1), "Block.width"),
         (lambda bad: Block(1, 1, bad), "Block.height"),
+        (lambda bad: Capsule(bad, 1), "Capsule.radius"),
+        (lambda bad: Capsule(1, bad), "Capsule.length"),
+        (lambda bad: TaperedCylinder(bad, 1, 1), "TaperedCylinder.radius"),
+        (lambda bad: TaperedCylinder(1, bad, 1), "TaperedCylinder.end_radius"),
+        (lambda bad: TaperedCylinder(1, 1, bad), "TaperedCylinder.length"),
         (lambda bad: Wheel(bad, 1), "Wheel.radius"),
         (lambda bad: Wheel(1, bad), "Wheel.width"),
         (lambda bad: CameraBody(bad, 1, 1), "CameraBody.length"),

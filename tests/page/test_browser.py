@@ -37,6 +37,33 @@ def test_the_arm_stands_where_the_run_has_it(opened, demo_page):
         assert page.locator("#seconds").inner_text() == f"{index * 0.04:.2f} s"
 
 
+def test_round_parts_are_smooth_and_have_lines_where_they_have_edges(opened, tmp_path):
+    """Normals at the corners of triangles are those of the true surface; a capsule has no line."""
+    shapes = rs.Capsule(0.1, 0.3), rs.Wheel(0.1, 0.2, n=32), rs.Block(1, 1, 1), rs.Wheel(1, 1, n=6)
+    things = [rs.Object(name, shape) for name, shape in zip("abcd", shapes, strict=True)]
+    page = opened(export_html(rs.Scene(objects=things), tmp_path / "round.html").as_uri())
+    found = {}
+    for name in "abcd":
+        mesh, lines = (f"{FRAME.format(name)}.children[{i}].geometry.attributes" for i in (0, 1))
+        read = [f"{mesh}.position", f"{mesh}.normal", f"{lines}.position"]
+        found[name] = [
+            np.reshape(page.evaluate(f"Array.from({each}.array)"), (-1, 3)) for each in read
+        ]
+    points, normals, lines = found["a"]
+    away = points - np.clip(points, [0, 0, -0.15], [0, 0, 0.15])
+    assert (np.sum(normals * away, axis=1) > 0.1 * np.cos(np.radians(3))).all()
+    assert len(lines) == 0
+    points, normals, lines = found["b"]
+    flat = np.abs(normals[:, 2]) > 0.5
+    radial = points[~flat] * (10, 10, 0)
+    assert (np.sum(normals[~flat] * radial, axis=1) > np.cos(np.radians(3))).all()
+    assert np.abs(normals[flat, 2]).min() > 1 - 1e-6 and len(lines) == 2 * 2 * 32
+    for name, count in (("c", 12), ("d", 12)):  # sides that bend by 90 and 60 degrees stay flat
+        normals = found[name][1].reshape(-1, 3, 3)
+        assert np.abs(np.diff(normals, axis=1)).max() < 1e-6
+        assert len(found[name][2]) == 2 * count
+
+
 def test_the_slider_moves_what_is_drawn(opened, demo_page):
     page = opened(demo_page.as_uri())
     before = picture(page)

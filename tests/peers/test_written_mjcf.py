@@ -103,3 +103,15 @@ def test_mujoco_has_as_many_geoms_as_there_are_shapes(written, model):
     """The body of a camera is two."""
     shapes = [shape for link in written.links for shape in link.shapes]
     assert model.ngeom == len(shapes) + sum(isinstance(s, rs.CameraBody) for s in shapes)
+
+
+@pytest.mark.parametrize("density", [1.0, 700.0])
+def test_mujoco_weighs_a_capsule_as_we_do(density):
+    """By its own formulas, in a body that takes its inertia from its geom."""
+    capsule = rs.Capsule(0.07, 0.3, density=density)
+    geom = f'<geom type="capsule" size="0.07 0.15" density="{density}"/>'
+    body = f"<mujoco><worldbody><body>{geom}</body></worldbody></mujoco>"
+    read = mujoco.MjModel.from_xml_string(body)
+    np.testing.assert_allclose(read.body_mass[1], capsule.inertia.mass, rtol=1e-12)
+    moments = np.sort(np.diag(capsule.inertia.tensor))
+    np.testing.assert_allclose(np.sort(read.body_inertia[1]), moments, rtol=1e-12)

@@ -25,6 +25,8 @@ SIGNATURES = {
     "Wheel": "radius width n color pose",
     "CameraBody": "length width height color pose",
     "Ball": "radius n color pose",
+    "Capsule": "radius length n color pose",
+    "TaperedCylinder": "radius end_radius length n color pose",
     "Mesh": "filename scale color pose",
     "Inertia": "mass centre tensor",
     "Camera": "K size body distortion",

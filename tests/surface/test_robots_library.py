@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 import tomllib
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -233,8 +233,8 @@ def test_each_kind_of_number_has_a_source(name):
     assert robots.about(name) == tables["about"]
 
 
-def test_the_links_of_the_arms_are_drawn_in_different_colours():
-    for name in DRAWN:
+def test_the_links_of_the_arms_of_textbooks_are_drawn_in_different_colours():
+    for name in ("rhino_xr4", "planar_2r", "planar_3r", "gantry"):
         drawn = [link.shapes for link in robots.load(name).links if link.shapes]
         colors = [{shape.color for shape in shapes} for shapes in drawn]
         assert all(len(own) == 1 for own in colors)
@@ -273,6 +273,49 @@ def test_the_shapes_of_two_links_meet_on_the_axis_of_their_joint(name):
             for b in spans(link, frames[i], line)
         ]
         assert gaps and min(gaps) < 1e-6, (link.name, gaps)
+
+
+def carriers(robot):
+    """Pairs of the links with shapes: one, and the nearest that carries it and has some."""
+    links = {link.name: link for link in robot.links}
+    for link in robot.links[1:]:
+        above = links[link.parent]
+        while not above.shapes and above.parent is not None:
+            above = links[above.parent]
+        if link.shapes and above.shapes:
+            yield f"{robot.name}.{link.name}", f"{robot.name}.{above.name}"
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_links_hang_together_however_the_arm_stands(name):
+    robot, rng = robots.load(name), np.random.default_rng(3)
+    low, high = np.clip(robot.limits, -np.pi, np.pi).T
+    q = np.vstack([robot.home, rng.uniform(low, high, (60, robot.nq))])
+    for link, above in carriers(robot):
+        assert rs.clearance(rs.Scene(robot), q, link, above).max() < 1e-9, (link, above)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_at_home_no_link_stands_in_another_than_those_it_is_joined_to(name):
+    robot = robots.load(name)
+    joined, scene = set(carriers(robot)), rs.Scene(robot)
+    drawn = [f"{name}.{link.name}" for link in robot.links if link.shapes]
+    for one, other in combinations(drawn, 2):
+        if (other, one) not in joined:
+            assert rs.clearance(scene, robot.home, one, other) > -1e-9, (one, other)
+
+
+def test_no_camera_of_an_example_is_hidden_in_the_robot_that_carries_it():
+    for name in rs.examples.names():
+        experiment = rs.load_scenario(rs.examples.path(name))
+        scene, start = experiment.scene, experiment.start
+        q = scene.home if start is None else np.atleast_2d(start)[0]
+        for eye in scene.cameras:
+            robot = eye.on.split(".")[0]
+            shown = [r for r in scene.robots if r.name == robot and any(k.shapes for k in r.links)]
+            if eye.camera.body is not None and shown:
+                away = rs.clearance(scene, scene.coordinates(q, limits=False), eye.name, robot)
+                assert away > -1e-9, (name, eye.name)
 
 
 def boxes(link, T):

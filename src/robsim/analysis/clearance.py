@@ -10,35 +10,27 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said, suggest
+from robsim.geometry.hull import Hull
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.geometry.primitives import Ball, Block, CameraBody, Primitive, Wheel
+from robsim.geometry.primitives import Primitive
 from robsim.world.scene import Scene
 
 ROWS = 256  # configurations at a time, so that they fit into the cache
 PARALLEL = 1e-9  # sine of the angle below which two edges count as parallel
 
 
-class Hull(NamedTuple):
-    """The convex hull of a primitive; parallel faces and parallel edges are listed once."""
-
-    points: Array  # (V, 3)
-    normals: Array  # (F, 3) of its faces, unit
-    edges: Array  # (E, 3) along its edges, unit
-    centre: Array  # (3,) of a ball around it
-    radius: float
-    beyond: float  # metres from its points to its surface: the radius of a ball, else 0
-
-
 class Solid(NamedTuple):
-    """A hull with the pose of the frame that carries it, at each configuration."""
+    """A hull with the ball around it and the pose of its frame at each configuration."""
 
     hull: Hull
-    pose: Array  # (B, 4, 4) in the world
+    centre: Array  # (3,)
+    radius: float
+    pose: Array  # (B, 4, 4) of the frame in the world
 
     @property
     def centres(self) -> Array:
         """The centres (B, 3) of the bounding ball, in the world."""
-        centres: Array = self.pose[:, :3, :3] @ self.hull.centre + self.pose[:, :3, 3]
+        centres: Array = self.pose[:, :3, :3] @ self.centre + self.pose[:, :3, 3]
         return centres
 
 
@@ -53,9 +45,10 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
     of either or on the cross product of an edge of each (S. Gottschalk, M. C. Lin and D. Manocha,
     OBBTree: a hierarchical structure for rapid interference detection, SIGGRAPH 1996). The gap
     along any axis is never more than the distance. It is the distance itself where a face or two
-    crossing edges are nearest, and less where a corner faces a corner or the side of an edge. Each
-    shape counts as its convex hull, and a wheel as the prism around its circle, so that the bound
-    holds. A mesh, whose file is never opened, raises InputError.
+    crossing edges are nearest, also between capsules and balls however they lie, and less where a
+    corner faces a corner or the side of an edge. Each shape counts as its convex hull, a wheel as
+    the prism around its circle, and a tapered cylinder likewise, so that the bound holds. A mesh,
+    which only figures open, raises InputError.
 
     >>> from robsim import Block, Object
     >>> cubes = [Object(n, Block(1, 1, 1), pose=Pose.at(x, 0, 0)) for n, x in [("a", 0), ("b", 3)]]
@@ -82,7 +75,7 @@ def _lower(firsts: list[Solid], seconds: list[Solid], least: Array) -> None:
     """Lower each of `least` (B,) in place to the gap of the nearest pair of solids there."""
     for a in firsts:
         for b in seconds:
-            away = _length(b.centres - a.centres) - a.hull.radius - b.hull.radius
+            away = _length(b.centres - a.centres) - a.radius - b.radius
             near = np.flatnonzero(away < least)  # elsewhere this pair is not the nearest
             if near.size:
                 gaps = _gaps(a.hull, b.hull, _relative(a.pose[near], b.pose[near]))
@@ -95,15 +88,33 @@ def _gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
     turned = np.swapaxes(R, 1, 2)
     across = np.cross(a.edges[:, None], (b.edges @ turned)[:, None])
     across = across.reshape(len(R), len(a.edges) * len(b.edges), 3)
-    between = (p + R @ b.centre - a.centre)[:, None]
+    between = _between(a.centre, a.core, p + R @ b.centre, R @ b.core)[:, None]
     fixed = np.broadcast_to(a.normals, (len(R), *a.normals.shape))
-    axes, are_axes = _units(np.concatenate([fixed, b.normals @ turned, across, between], axis=1))
+    ways = np.concatenate([fixed, b.normals @ turned, across, between], axis=1)
+    axes, are_axes = _units(ways)
     first = axes @ a.points.T
     second = axes @ (b.points @ turned + p[:, None]).transpose(0, 2, 1)
     ahead = second.min(axis=2) - first.max(axis=2)
     behind = first.min(axis=2) - second.max(axis=2)
     gaps: Array = np.where(are_axes, np.maximum(ahead, behind), -np.inf).max(axis=1)
     return gaps - (a.beyond + b.beyond)
+
+
+def _between(a: Array, u: Array, b: Array, v: Array) -> Array:
+    """Return vectors (B, 3) between the nearest points of the segments a + s u and b + t v.
+
+    Both s and t are in [-1, 1]; u = 0 and v = 0 are points. C. Ericson, Real-Time Collision
+    Detection, 2005, section 5.1.9.
+    """
+    gap = b - a
+    uu, vv, uv = u @ u, (v * v).sum(axis=-1), v @ u
+    ug, vg = gap @ u, (v * gap).sum(axis=-1)
+    free = uu * vv - uv * uv
+    s = np.clip((ug * vv - vg * uv) / np.where(free > PARALLEL * uu * vv, free, np.inf), -1, 1)
+    t = np.clip((s * uv - vg) / np.where(vv > 0, vv, np.inf), -1, 1)
+    s = np.clip((ug + t * uv) / (uu or np.inf), -1, 1)
+    vectors: Array = gap + t[:, None] * v - s[:, None] * u
+    return vectors
 
 
 def _units(vectors: Array) -> tuple[Array, Any]:
@@ -144,7 +155,7 @@ def _hulls(scene: Scene, given: Any) -> dict[str, list[Hull]]:
             raise InputError(f"no robot, link or object {name!r} in the scene; {hint}")
     if not any(found.values()):
         raise InputError(f"{', '.join(names) or 'an empty list'}: no shapes, so nothing can touch")
-    return {name: [hull(shape) for shape in shapes] for name, shapes in found.items()}
+    return {name: [shape.hull for shape in shapes] for name, shapes in found.items()}
 
 
 def _shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
@@ -161,67 +172,4 @@ def _solids(scene: Scene, named: dict[str, list[Hull]], q: Array) -> Iterator[So
     for frame, hulls in named.items():
         if hulls:
             pose = scene.pose(frame, q).matrix
-            yield from (Solid(each, pose) for each in hulls)
-
-
-# ---- hulls ----
-
-
-def hull(shape: Primitive) -> Hull:
-    """Return the hull of a primitive in the axes of the frame that carries it.
-
-    >>> [len(part) for part in hull(Block(1, 2, 3))[:3]]
-    [8, 3, 3]
-    """
-    own = shape.at(shape.pose.inv())
-    points, normals, edges = _parts(own)
-    points, turned = shape.pose @ points, shape.pose.rotation.T
-    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    beyond = own.radius if isinstance(own, Ball) else 0.0
-    radius = float(_length(points - centre).max()) + beyond
-    normals, edges = (_units(way @ turned)[0] for way in (normals, edges))
-    return Hull(points, normals, edges, centre, radius, beyond)
-
-
-def _parts(own: Primitive) -> tuple[Array, Array, Array]:
-    """Return points, normals and edge directions of a shape in its own axes."""
-    if isinstance(own, Block):
-        return own.vertices, np.eye(3), np.eye(3)
-    if isinstance(own, Wheel):
-        return _prism(own)
-    if isinstance(own, Ball):  # its centre; the radius is in `beyond`
-        return np.zeros((1, 3)), np.eye(3), np.empty((0, 3))
-    if isinstance(own, CameraBody):
-        return _frustum(own.vertices)
-    raise InputError(f"no hull of a {type(own).__name__} is known")
-
-
-def _prism(wheel: Wheel) -> tuple[Array, Array, Array]:
-    """Return the prism around a wheel's circle: points, normals and edge directions.
-
-    Its sides touch the circle in their middles, so its corners are R/cos(pi/n) from the axis.
-    """
-    n, z = wheel.n, [[0.0, 0.0, 1.0]]
-    corner = 2 * np.pi * np.arange(n) / n
-    side = (corner + np.pi / n)[: n if n % 2 else n // 2]  # opposite sides are parallel for even n
-    ring = _on_circle(corner) * wheel.radius / np.cos(np.pi / n)
-    ends = [ring + np.array([0.0, 0.0, end * wheel.width / 2]) for end in (-1, 1)]
-    normals, along = _on_circle(side), _on_circle(side + np.pi / 2)
-    return np.concatenate(ends), np.concatenate([normals, z]), np.concatenate([along, z])
-
-
-def _on_circle(angle: Array) -> Array:
-    return np.column_stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))])
-
-
-def _frustum(corners: Array) -> tuple[Array, Array, Array]:
-    """Return the frustum from a camera's back to its opening, which encloses the box."""
-    back, front = corners[:4], corners[8:]
-    slants, sides = front - back, np.diff(back, axis=0, append=back[:1])
-    normals = np.cross(sides, slants)
-    z, xy = [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    return (
-        np.concatenate([back, front]),
-        np.concatenate([normals, z]),
-        np.concatenate([slants, xy]),
-    )
+            yield from (Solid(each, each.centre, each.radius, pose) for each in hulls)

@@ -16,7 +16,7 @@ from robsim.page.film import Recording
 from robsim.page.packing import check_size, packed
 
 MODULES = (
-    *("unpack", "growing", "clock", "space", "picture", "charts", "view", "time"),
+    *("unpack", "growing", "clock", "shading", "space", "picture", "charts", "view", "time"),
     *("link", "handles", "controls", "studio", "main"),
 )
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)

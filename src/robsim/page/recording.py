@@ -33,6 +33,7 @@ from robsim.base.errors import InputError, said
 from robsim.page.film import Film, Instants, Recording, belief_of
 from robsim.page.told import events, joint_curves, texts
 from robsim.plot import history
+from robsim.plot.lacks import tell_lacks
 from robsim.plot.moving import Moving
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
@@ -70,6 +71,7 @@ def recording_of(
 def _still(scene: Scene, title: str, q: Any = None) -> Recording:
     values = scene.coordinates(scene.home if q is None else q, limits=False)[None]
     moving = Moving.of(scene, values)
+    tell_lacks(scene)
     return Film(moving).recording(title, Instants(np.zeros(1), moving))
 
 
@@ -77,6 +79,7 @@ def _of_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Rec
     one = history.single(run)
     made = Experiment.of(run) if experiment is None else experiment
     shown = Instants.of(one, made.scene)
+    tell_lacks(made.scene)
     film = Film(shown.moving, one, belief_of(made))
     outcome = Outcome(int(one["outcome"])).name
     told = {"outcome": outcome, "texts": texts(run, made, trials), "events": events(one)}
@@ -95,4 +98,5 @@ def _of_mission(mission: MissionRun) -> Recording:
     }
     title = Experiment.of(mission).title if text else None
     shown = Instants(joined["time"].values, moving, joint_curves(joined))
+    tell_lacks(moving.scene)
     return Film(moving).recording(title or "mission", shown, **told)

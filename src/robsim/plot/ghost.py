@@ -105,7 +105,7 @@ def outlines(scene: Scene, name: str, T: Array, depth: float) -> list[Wire]:
             return [wireframe.camera(eye, T, depth)]
     robots = {f"{robot.name}.{link.name}": link for robot in scene.robots for link in robot.links}
     things = {thing.name: thing for thing in scene.objects} | robots
-    shapes = [shape for shape in things[name].shapes if len(shape.edges)]
+    shapes = wireframe.shown(things[name].shapes)
     if shapes:
         return [wireframe.shape_wire(name, shape, T) for shape in shapes]
     ends = T[:3, 3] + AXES * depth * T[:3, :3].T

@@ -16,7 +16,7 @@ from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
-from robsim.plot.wireframe import displayed
+from robsim.plot.wireframe import displayed, shown
 from robsim.world.scene import Scene
 
 # rows: to the right of the picture, up, and towards the viewer, in the axes of the figures
@@ -145,9 +145,10 @@ def _draw(axes: Any, faces: list[Face]) -> None:
 
 def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
     """Yield the faces of a solid that are turned towards the viewer; of a camera, all faces."""
-    points = solid.vertices @ view.T
+    skin, faces = solid.skin
+    points = skin @ view.T
     borders = {tuple(sorted(edge)) for edge in solid.edges.tolist()}
-    for face in solid.faces:
+    for face in faces:
         corners = points[list(face)]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
         straight = float(normal[2] / np.linalg.norm(normal))
@@ -167,7 +168,7 @@ def _solids(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
     for frame, shapes in parts:
         if shapes:
             T = displayed(scene, frame, q)
-            yield from ((shape.at(T), palette.color(shape.color)) for shape in shapes)
+            yield from ((shape.at(T), palette.color(shape.color)) for shape in shown(shapes))
 
 
 def _frame(axes: Any, middle: Array, width: float, height: float) -> None:

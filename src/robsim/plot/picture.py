@@ -11,13 +11,14 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import history, wireframe
 from robsim.plot.ghost import ghosts
+from robsim.plot.lacks import tell_lacks
 from robsim.plot.moving import STILL, Moving, frustum_depth
 from robsim.plot.wireframe import Wire
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.world.scene import Scene
+from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -
     InputError: q and run, or several of either; a run of another scene.
     """
     history.checked_scene(scene)
+    tell_lacks(scene)
     run = None if run is None else history.single(run, timed=False)
     states = _states(scene, q, run)
     marks, moving = wireframe.marks(scene, states[-1]), Moving.of(scene, states)

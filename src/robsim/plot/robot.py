@@ -40,7 +40,7 @@ def robot(
     >>> from robsim.files import robots
     >>> figure = robot(robots.panda(), q=robots.panda().home)
     >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][0]
-    'base, link7'
+    'panda'
     """
     if not isinstance(robot, Robot):
         raise InputError(f"expected a Robot, got {said(robot)}")

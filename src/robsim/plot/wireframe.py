@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -38,8 +38,8 @@ class Wire:
 
     @property
     def points(self) -> Array:
-        """The end points (2 E, 3) of all edges."""
-        return self.segments.reshape(-1, 3)
+        """The end points (P, 3) of all edges, and the corners of all faces."""
+        return np.concatenate([self.segments.reshape(-1, 3), *self.faces])
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def parts(scene: Scene, depth: float) -> list[Part]:
     """
     found = [part for robot in scene.robots for part in _robot(scene, robot)]
     for thing in scene.objects:
-        shapes = [shape for shape in thing.shapes if len(shape.edges)]
+        shapes = shown(thing.shapes)
         found += [Part(thing.name, shape_wire(thing.name, shape, HERE)) for shape in shapes]
     for eye in scene.cameras:
         wire = camera(eye, HERE, depth)
@@ -112,15 +112,19 @@ def displayed(scene: Scene, frame: str, q: Array) -> Array:
 def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
     """Yield the shapes of a robot link by link; without any, lines from frame to frame.
 
-    Among several robots each has one colour, and one entry in the legend. Meshes are not drawn.
+    Among several robots each has one colour, and one entry in the legend. A robot with one colour,
+    or several links of several colours, has one entry, too.
     """
-    drawn = {link.name: [s for s in link.shapes if len(s.edges)] for link in robot.links}
+    drawn = {link.name: shown(link.shapes) for link in robot.links}
     shapes = [shape for each in drawn.values() for shape in each]
-    several = len(scene.robots) > 1 or len(robot.links) > MOST_LINKS
+    several = len(scene.robots) > 1
     plain = several or all(shape.color == "k" for shape in shapes)
-    whole = several or (not plain and len({shape.color for shape in shapes}) == 1)
+    crowded = several or len(robot.links) > MOST_LINKS
+    colors = {shape.color for shape in shapes}
+    mixed = sum(len({shape.color for shape in each}) > 1 for each in drawn.values())
+    whole = crowded or (not plain and (len(colors) == 1 or mixed > 1))
     for i, link in enumerate(robot.links):
-        own = palette.nth(scene.robots.index(robot)) if several else palette.link(i)
+        own = palette.nth(scene.robots.index(robot)) if crowded else palette.link(i)
         label, frame = robot.name if whole else link.name, f"{robot.name}.{link.name}"
         for shape in drawn[link.name]:
             yield Part(frame, shape_wire(label, shape, HERE, own if plain else None))
@@ -128,11 +132,17 @@ def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
             yield Part(f"{robot.name}.{link.parent}", Wire(label, own, np.empty((0, 2, 3))), frame)
 
 
+def shown(shapes: Iterable[Primitive]) -> list[Primitive]:
+    """Return what is drawn of shapes: of a mesh what its file holds, and nothing without it."""
+    return [each for shape in shapes for each in shape.shown() if len(each.vertices)]
+
+
 def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None) -> Wire:
     """Return the wire of a primitive at T (4, 4), in its own colour or another."""
-    corners, edges = shape.at(T).vertices, {tuple(edge) for edge in shape.edges.tolist()}
-    faces = tuple(corners[list(face)] for face in shape.faces)
-    sides = [zip(face, face[1:] + face[:1], strict=True) for face in shape.faces]
+    points, rounds = shape.skin
+    corners, edges = _moved(points, T), {tuple(edge) for edge in shape.edges.tolist()}
+    faces = tuple(corners[list(face)] for face in rounds)
+    sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
     bordered = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
     return Wire(label, palette.color(color or shape.color), corners[shape.edges], faces, bordered)
 

@@ -120,7 +120,7 @@ class Robot(Kinematics):
     def from_urdf(
         cls, path: str | os.PathLike[str], tip: str | None = None, home: Any = None
     ) -> Robot:
-        """Read a robot from a URDF file; the files that it refers to are not opened.
+        """Read a robot from a URDF file; its meshes are opened when they are drawn.
 
         path   of the file
         tip    the link that methods use by default. None takes, of the links that joints

@@ -12,6 +12,7 @@ from robsim.declare.controls import Control
 from robsim.page.film import Film, Instants, Recording, belief_of
 from robsim.page.recording import recording_of
 from robsim.page.told import texts
+from robsim.plot.lacks import tell_lacks
 from robsim.plot.moving import Moving
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
@@ -46,6 +47,7 @@ class Bench:
     def open(self, experiment: Experiment) -> None:
         """Take another experiment. InputError: it cannot run, and nothing is changed."""
         self._begin(experiment, {})
+        tell_lacks(experiment.scene)
         self.opened, self.changes = experiment, {}
         self._settle(anew=True)
 

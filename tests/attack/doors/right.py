@@ -134,6 +134,7 @@ OBJECTS = {
     "AdaptiveGain": lambda: rs.AdaptiveGain(2, 0.5, 10), "Inertia": lambda: rs.Inertia(1.0),
     "Ball": lambda: rs.Ball(0.1), "Block": lambda: rs.Block(1, 1, 1),
     "Wheel": lambda: rs.Wheel(1, 1), "CameraBody": lambda: rs.CameraBody(1, 1, 1),
+    "Capsule": lambda: rs.Capsule(1, 1), "TaperedCylinder": lambda: rs.TaperedCylinder(2, 1, 1),
     "Motion": lambda: rs.Motion("free_camera", np.zeros(6)), "JointLaw": rs.JointLaw,
     "CameraLaw": rs.CameraLaw, "PartitionedLaw": rs.PartitionedLaw,
     "Posture": lambda: rs.Posture((0.0,) * 6), "Sensing": rs.Sensing,

@@ -1,4 +1,4 @@
-"""The primitive shapes of robots: block, wheel, ball, camera body, mesh; drawn as wire frames.
+"""The primitive shapes of robots: block, wheel, ball, capsule, camera body, mesh, ....
 
 Sizes are in metres (in `robsim.classic`, as in the chapter, in centimetres).
 """
@@ -6,6 +6,8 @@ Sizes are in metres (in `robsim.classic`, as in the chapter, in centimetres).
 from robsim.geometry.primitives.ball import Ball as Ball
 from robsim.geometry.primitives.block import Block as Block
 from robsim.geometry.primitives.camera_body import CameraBody as CameraBody
+from robsim.geometry.primitives.capsule import Capsule as Capsule
 from robsim.geometry.primitives.mesh import Mesh as Mesh
 from robsim.geometry.primitives.primitive import Primitive as Primitive
+from robsim.geometry.primitives.tapered_cylinder import TaperedCylinder as TaperedCylinder
 from robsim.geometry.primitives.wheel import Wheel as Wheel

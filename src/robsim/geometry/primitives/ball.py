@@ -9,8 +9,10 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
+from robsim.geometry.hull import Hull
 from robsim.geometry.primitives.circle import circle
 from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius
+from robsim.geometry.primitives.revolved import dome, faces_of, points_of
 
 
 @register("shape", "ball")
@@ -18,7 +20,8 @@ from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitiv
 class Ball(Primitive):
     """A sphere around its origin, drawn as three circles of `n` points, about x, y and z.
 
-    3n vertices, 3n edges; its faces are the three discs. Its inertia is that of the round ball.
+    3n vertices, 3n edges; its faces are the three discs, its skin is round. Its inertia is that of
+    the round ball.
 
     >>> len(Ball(0.1, n=16).edges)
     48
@@ -34,6 +37,15 @@ class Ball(Primitive):
         n = self.n
         return tuple(tuple(range(start, start + n)) for start in (0, n, 2 * n))
 
+    @property
+    def skin(self) -> tuple[Array, tuple[Face, ...]]:
+        """The vertices and the points of n/2 circles of latitude, and the faces between these."""
+        radii, heights = dome(self.radius, self.n)
+        rings = np.r_[radii[:0:-1], radii], np.r_[-heights[:0:-1], heights]
+        round_ = self.pose @ points_of(*rings, self.radius, self.n)
+        faces = faces_of(len(rings[0]), self.n, first=len(self.vertices))
+        return np.concatenate([self.vertices, round_]), faces
+
     def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
         r = self.radius
         return 4 / 3 * np.pi * r * r * r, np.zeros(3), np.full(3, 2 / 5 * r * r)
@@ -41,3 +53,6 @@ class Ball(Primitive):
     def _corners(self) -> Array:
         flat = np.column_stack([circle(self.radius, self.n), np.zeros(self.n)])
         return np.concatenate([np.roll(flat, shift, axis=1) for shift in (1, 2, 0)])
+
+    def _hull(self) -> Hull:
+        return Hull(np.zeros((1, 3)), np.eye(3), np.empty((0, 3)), beyond=self.radius)

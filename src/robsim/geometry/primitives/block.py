@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
+from robsim.geometry.hull import Hull
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
 from robsim.geometry.primitives.tube import RING, SIDES
 
@@ -43,3 +44,6 @@ class Block(Primitive):
     def _corners(self) -> Array:
         half = np.array([self.length, self.width, self.height]) / 2
         return half * [(x, y, z) for z, (x, y) in product((-1, 1), RING)]
+
+    def _hull(self) -> Hull:
+        return Hull(self._corners(), np.eye(3), np.eye(3))

@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
+from robsim.geometry.hull import Hull
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives.block import Block
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
 from robsim.geometry.primitives.tube import RING, SIDES
 
@@ -62,4 +65,25 @@ class CameraBody(Primitive):
         half = np.array([self.height / 2, self.width / 2])
         return np.array(
             [(*(scale * half * corner), z * self.length) for scale, z in rings for corner in RING]
+        )
+
+    def simpler(self) -> tuple[Primitive, ...]:
+        """Return two blocks: the box, and one of the mean size of the flare."""
+        blocks = []
+        for start, end, scale in ((0.0, 0.75, 1.0), (0.75, 1.0, 1.25)):
+            middle = Pose.at(0, 0, self.length * (start + end) / 2)
+            sides = scale * self.height, scale * self.width, self.length * (end - start)
+            blocks.append(Block(*sides, self.color).at(self.pose @ middle))
+        return tuple(blocks)
+
+    def _hull(self) -> Hull:
+        """Return the frustum from the back to the opening, which encloses the box."""
+        corners = self._corners()
+        back, front = corners[:4], corners[8:]
+        slants, sides = front - back, np.diff(back, axis=0, append=back[:1])
+        z, xy = [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+        return Hull(
+            np.concatenate([back, front]),
+            np.concatenate([np.cross(sides, slants), z]),
+            np.concatenate([slants, xy]),
         )

@@ -16,6 +16,11 @@ def circle(radius: float, n: int) -> Array:
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
+def on_circle(angle: Array) -> Array:
+    """Return the points (n, 3) of the unit circle about z at angles (n,) in radians."""
+    return np.column_stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))])
+
+
 def check_points(n: object, kind: str) -> None:
     """Raise InputError unless n is a number of points that can draw a circle."""
     if not isinstance(n, int | np.integer) or not 3 <= n <= MOST_POINTS:

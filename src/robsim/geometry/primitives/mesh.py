@@ -1,18 +1,21 @@
-"""A mesh by its file name, which is never opened."""
+"""A mesh by its file name, which is opened for figures alone."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from pathlib import PurePosixPath
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
 from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, said
+from robsim.base.errors import FileError, InputError, said
 from robsim.declare import ListOf, Number, Text, register
 from robsim.declare.spec import Spec
+from robsim.geometry.mesh_files import Piece, pieces_of
+from robsim.geometry.mesh_places import FILE, PACKAGE, mesh_path
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive
+from robsim.geometry.primitives.surface import Surface
 
 SCALE = Number()
 
@@ -41,14 +44,24 @@ class Scale(ListOf):
         return tuple(scale.tolist())
 
 
+@dataclass(frozen=True)
+class MeshSource:
+    """The folder of the file that named a mesh, and shapes in place of it, in its own axes."""
+
+    folder: Path
+    stand_ins: tuple[Primitive, ...] = ()
+
+
 @register("shape", "mesh")
 @dataclass(frozen=True)
 class Mesh(Primitive):
-    """A mesh by its file name only: the file is never opened, and the mesh is not drawn.
+    """A mesh by its file name; figures draw it where a URDF file named it and the extra is there.
 
     `filename` is "package://name/..." or a name relative to the folder of the model's file; it
-    may climb one folder, to that of the package, and no further. `scale` is along x, y and z.
-    The mass of a mesh is not known: the link gives it.
+    may climb one folder, to that of the package, and no further. "file://" may stand before it, and
+    before an absolute name. `scale` is along x, y and z. The mass of a mesh is not known: the link
+    gives it. `source`, which `Robot.from_urdf` sets, is no part of its value: equality, hashes and
+    text forms do not know it, and no result of a run depends on it.
 
     >>> Mesh("package://arm/meshes/elbow.stl").vertices.shape
     (0, 3)
@@ -63,20 +76,52 @@ class Mesh(Primitive):
     color: Colour = "k"
     mass: None = field(default=None, kw_only=True)
     density: None = field(default=None, kw_only=True)
+    source: MeshSource | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.mass is not None or self.density is not None:
-            raise InputError("a mesh is not opened, so its inertia is not known: give the link's")
+            raise InputError("the inertia of a mesh is not known: give the link's")
+
+    def shown(self) -> tuple[Primitive, ...]:
+        """Return the surfaces of its file, each in its colour, or what stands for it.
+
+        A colour of its own comes before those of the file, unless it is black.
+        """
+        if self.source is None:
+            return ()
+        try:
+            pieces = pieces_of(mesh_path(self.filename, self.source.folder))
+        except FileError:
+            stand_ins = self.source.stand_ins
+            return tuple(replace(each, color=self.color).at(self.pose) for each in stand_ins)  # type: ignore[call-arg]
+        return tuple(self._surface(piece) for piece in pieces)
+
+    @property
+    def lack(self) -> str | None:
+        """Why its file is not drawn, in words, or None: it is, or is not to be."""
+        if self.source is None:
+            return None
+        try:
+            pieces_of(mesh_path(self.filename, self.source.folder))
+        except FileError as error:
+            return f"{said(self.filename)}: {error}"
+        return None
+
+    def _surface(self, piece: Piece) -> Surface:
+        scale = np.array(self.scale)
+        turned = piece.triangles[:, ::-1] if scale.prod() < 0 else piece.triangles  # still outwards
+        color = piece.color if self.color == "k" and piece.color else self.color
+        return Surface(piece.points * scale, turned, piece.sharp, color, pose=self.pose)
 
     @property
     def edges(self) -> Array:
-        """The edges (0, 2): a mesh has none here."""
+        """The edges (0, 2): it has none, but what it shows may have."""
         return np.empty((0, 2), dtype=np.int64)
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The faces: a mesh has none here."""
+        """The faces: it has none, but what it shows has."""
         return ()
 
     def _corners(self) -> Array:
@@ -88,10 +133,12 @@ def _check_mesh_name(name: object) -> None:
     good = 'expected "package://name/..." or a name relative to the folder of the file'
     if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
         raise InputError(f"mesh {said(name)}: {good}")
-    package = name.startswith("package://")
-    path = PurePosixPath(name.removeprefix("package://").lstrip("/") if package else name)
-    parts = path.parts
-    if path.is_absolute() or "\\" in name or ":" in str(path) or len(parts) < 1 + package:
+    package, file = name.startswith(PACKAGE), name.startswith(FILE)
+    bare = name.removeprefix(PACKAGE).lstrip("/") if package else name.removeprefix(FILE)
+    path = PurePosixPath(bare)
+    parts = path.parts[path.is_absolute() :]
+    astray = (path.is_absolute() and not file) or "\\" in name or ":" in bare
+    if astray or len(parts) < 1 + package:
         raise InputError(f"mesh {said(name)}: absolute, or not a file name; {good}")
     depth = -1 if package else 1  # the first part names the package
     for part in parts:

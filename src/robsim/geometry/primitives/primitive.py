@@ -1,4 +1,8 @@
-"""The base class of wire-frame solids: pose, inertia, vertices, edges and faces."""
+"""The base class of solids: pose, inertia, vertices, edges, faces and hull.
+
+All that figures, files of simulators and distances need of a solid is asked of it here, so that a
+new one is a file of its own.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,7 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare import Length, Quantity, Whole, check_fields, family
 from robsim.declare.words import Color
+from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.pose_table import PoseTable
@@ -98,12 +103,44 @@ class Primitive:
         """The vertex numbers around each face."""
         raise NotImplementedError
 
+    @property
+    def skin(self) -> tuple[Array, tuple[Face, ...]]:
+        """The points (P, 3) and faces that solid drawings show; the vertices are the first points.
+
+        By default there are no others. What is drawn by a few lines has more.
+        """
+        return self.vertices, self.faces
+
+    @property
+    def hull(self) -> Hull:
+        """The convex hull in the axes of the frame that carries it, or a little more than that.
+
+        InputError: none is known.
+
+        >>> from robsim import Block
+        >>> [len(part) for part in Block(1, 2, 3).hull[:3]]
+        [8, 3, 3]
+        """
+        return self._hull().at(self.pose)
+
+    def shown(self) -> tuple[Primitive, ...]:
+        """Return what figures draw of it: itself, or of a file what that holds."""
+        return (self,)
+
+    def simpler(self) -> tuple[Primitive, ...]:
+        """Return solids in its place for a file that does not know its kind; by default none."""
+        return ()
+
     def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
         """Return volume, centre of mass, and principal moments per mass in its own axes."""
         raise NotImplementedError
 
     def _corners(self) -> Array:
         raise NotImplementedError
+
+    def _hull(self) -> Hull:
+        """Return the hull in its own axes."""
+        raise InputError(f"no hull of a {type(self).__name__} is known")
 
     def _edges(self) -> list[tuple[int, int]]:
         """Return the edges: by default every side of every face."""

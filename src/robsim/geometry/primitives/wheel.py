@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
-from robsim.geometry.primitives.circle import circle
+from robsim.geometry.hull import Hull
+from robsim.geometry.primitives.circle import circle, on_circle
 from robsim.geometry.primitives.primitive import (
     Colour,
     Corners,
@@ -57,3 +58,16 @@ class Wheel(Primitive):
     def _edges(self) -> list[tuple[int, int]]:
         n = self.n
         return [(i + ring, (i + 1) % n + ring) for ring in (0, n) for i in range(n)]
+
+    def _hull(self) -> Hull:
+        """Return the prism around the circle.
+
+        Its sides touch the circle in their middles, so its corners are R/cos(pi/n) from the axis.
+        """
+        n, z = self.n, [[0.0, 0.0, 1.0]]
+        corner = 2 * np.pi * np.arange(n) / n
+        side = (corner + np.pi / n)[: n if n % 2 else n // 2]  # for even n, two sides are parallel
+        ring = on_circle(corner) * self.radius / np.cos(np.pi / n)
+        ends = [ring + np.array([0.0, 0.0, end * self.width / 2]) for end in (-1, 1)]
+        normals, along = on_circle(side), on_circle(side + np.pi / 2)
+        return Hull(np.concatenate(ends), np.concatenate([normals, z]), np.concatenate([along, z]))

@@ -1,5 +1,6 @@
 // The scene in 3-D: solids, marks, trails and views on frames that move.
 
+import { Surface } from "./shading.js";
 import { THREE, OrbitControls } from "./vendor.js";
 
 const GHOSTS = {
@@ -83,14 +84,16 @@ export class Space {
     const node = this.frames[part.frame];
     const color = new THREE.Color(look.tint ?? part.color);
     const corners = this.arrays[part.triangles].values;
+    const skin = new Surface(corners);
     if (corners.length && look.opacity) {
-      const mesh = new THREE.Mesh(geometryOf(corners), surface(color, part.sheer ? 0.12 : look.opacity));
+      const mesh = new THREE.Mesh(geometryOf(skin), surface(color, part.sheer ? 0.12 : look.opacity));
       mesh.castShadow = mesh.receiveShadow = group === "true" && !part.sheer;
       node.add(mesh);
     }
     const solid = group === "true" && corners.length && !part.sheer;
     const stroke = solid ? color.clone().multiplyScalar(0.35) : color;
-    node.add(linesOf(this.arrays[part.edges].values, stroke, look));
+    const edges = this.arrays[part.edges].values;
+    node.add(linesOf(solid ? skin.seen(edges) : edges, stroke, look));
   }
 
   addStick(part, group) {
@@ -342,10 +345,10 @@ function copyPose(to, from) {
   to.quaternion.copy(from.quaternion);
 }
 
-function geometryOf(corners) {
+function geometryOf(skin) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(corners, 3));
-  geometry.computeVertexNormals();
+  geometry.setAttribute("position", new THREE.BufferAttribute(skin.corners, 3));
+  geometry.setAttribute("normal", new THREE.BufferAttribute(skin.normals(), 3));
   return geometry;
 }
 

@@ -1,7 +1,7 @@
 """The URDF reader, which is strict, and the writers of URDF and MJCF for simulators.
 
-A file that is read is untrusted data: it is never executed, files that it names are not opened,
-and errors in it are reported with their lines.
+A file that is read is untrusted data: it is never executed, meshes that it names are opened for
+figures alone, and errors in it are reported with their lines.
 """
 
 from robsim.robot.urdf.mjcf import write_mjcf as write_mjcf

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.errors import FileWarning
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.geometry.primitives import Ball, Block, Mesh, Wheel
+from robsim.geometry.primitives import Ball, Block, Capsule, Mesh, Wheel
 from robsim.robot.joint import Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.urdf.parts import TOKEN
@@ -19,6 +19,7 @@ from robsim.robot.urdf.solids import plain, rgba
 from robsim.robot.urdf.text import Text, spaced
 from robsim.robot.urdf.write import check
 
+SOLIDS = (Block, Wheel, Ball, Capsule)
 LEAST = 1e-12  # kg m^2, the least moment of a body
 _PRODUCTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
 
@@ -95,7 +96,7 @@ def _body(text: Text, link: Link) -> None:
         _inertial(text, inertial)
     _joints(text, link.joint, link.label)
     for shape in link.shapes:
-        for solid in plain(shape):
+        for solid in plain(shape, SOLIDS):
             color, where = spaced(rgba(solid.color)), _place(solid.pose)
             match solid:
                 case Block():
@@ -104,6 +105,9 @@ def _body(text: Text, link: Link) -> None:
                 case Wheel():
                     size = spaced((solid.radius, solid.width / 2))
                     text.put("geom", type="cylinder", size=size, rgba=color, **where)
+                case Capsule():
+                    size = spaced((solid.radius, solid.length / 2))
+                    text.put("geom", type="capsule", size=size, rgba=color, **where)
                 case Ball():
                     text.put("geom", type="sphere", size=solid.radius, rgba=color, **where)
 

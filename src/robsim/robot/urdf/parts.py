@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
+from robsim.geometry.primitives.mesh import MeshSource
 from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import number, origin, size, split, vector
@@ -87,12 +89,25 @@ def _tensor(element: Element, findings: Findings) -> Array | None:
 
 
 def shapes(link: Element, colors: Mapping[str, str], findings: Findings) -> tuple[Primitive, ...]:
-    """Return the visual shapes of a link, or its collision shapes if there are none."""
+    """Return the visual shapes of a link, or its collision shapes if there are none.
+
+    A mesh knows the folder of the file, and the first one the collision shapes in place of it.
+    """
     seen, hit = (
         [shape for each in children(link, tag) if (shape := _shape(each, colors, findings))]
         for tag in ("visual", "collision")
     )
-    return tuple(seen or hit)
+    stand_ins = [shape for shape in hit if not isinstance(shape, Mesh)] if seen else []
+    folder = Path(findings.source).absolute().parent
+    found: list[Primitive] = []
+    for shape in seen or hit:
+        if isinstance(shape, Mesh):
+            here = tuple(each.at(shape.pose.inv()) for each in stand_ins)
+            found.append(replace(shape, source=MeshSource(folder, here)))
+            stand_ins = []
+        else:
+            found.append(shape)
+    return tuple(found)
 
 
 def colors(robot: Element, findings: Findings) -> dict[str, str]:

@@ -1,27 +1,24 @@
-"""Conversion of shapes to boxes, cylinders, spheres and meshes, which the formats have."""
+"""Conversion of shapes to those that a format has, and of colours."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
-from robsim.geometry.pose import Pose
-from robsim.geometry.primitives import Ball, Block, CameraBody, Mesh, Primitive, Wheel
+from robsim.geometry.primitives import Primitive
 from robsim.robot.urdf.parts import LETTERS
 
 GREY = "#808080"  # for colours that only figures know by their names
 _CODE = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6}|[0-9a-fA-F]{8})")
 
 
-def plain(shape: Primitive) -> Iterator[Block | Wheel | Ball | Mesh]:
-    """Yield the shape, or two boxes for the body of a camera: its box and its flare."""
-    if isinstance(shape, Block | Wheel | Ball | Mesh):
+def plain(shape: Primitive, kinds: Container[type[Primitive]]) -> Iterator[Primitive]:
+    """Yield the shape if its kind is one of these, else the simpler ones that stand for it."""
+    if type(shape) in kinds:
         yield shape
-    if isinstance(shape, CameraBody):
-        for start, end, scale in ((0.0, 0.75, 1.0), (0.75, 1.0, 1.25)):
-            middle = Pose.at(0, 0, shape.length * (start + end) / 2)
-            sides = scale * shape.height, scale * shape.width, shape.length * (end - start)
-            yield Block(*sides, shape.color).at(shape.pose @ middle)
+    else:
+        for each in shape.simpler():
+            yield from plain(each, kinds)
 
 
 def rgba(color: str) -> tuple[float, float, float, float]:

@@ -24,6 +24,7 @@ from robsim.robot.urdf.text import Text, spaced
 from robsim.robot.urdf.values import LARGEST, frame_of, rpy_of
 from robsim.robot.urdf.words import AXIS, TAIL
 
+SOLIDS = (Block, Wheel, Ball, Mesh)
 ON_AXIS = 1e-14  # metres by which rounding may put a link beside the axis of its joint
 
 
@@ -96,7 +97,7 @@ def _link(text: Text, link: Link) -> None:
             _inertial(text, inertial)
         for tag in ("visual", "collision"):
             for shape in link.shapes:
-                for solid in plain(shape):
+                for solid in plain(shape, SOLIDS):
                     _shape(text, tag, solid)
 
 

@@ -1,0 +1,96 @@
+"""A cylinder with round ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array
+from robsim.declare import register
+from robsim.geometry.hull import Hull
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives.ball import Ball
+from robsim.geometry.primitives.primitive import (
+    Colour,
+    Corners,
+    Face,
+    Primitive,
+    Radius,
+    Size,
+    principal_moments,
+)
+from robsim.geometry.primitives.revolved import dome, faces_of, points_of
+from robsim.geometry.primitives.wheel import Wheel
+
+
+@register("shape", "capsule")
+@dataclass(frozen=True)
+class Capsule(Primitive):
+    """A cylinder about z with half a ball on either end: all within `radius` of a segment.
+
+    `length` is that of the cylinder, so the whole is `length + 2 radius` long; the origin lies in
+    the middle. The vertices are circles of n points, and its edges two of these and two outlines.
+    Its inertia is that of the round solid. MuJoCo has capsules; in URDF, which has none, it is
+    written as a cylinder and two spheres.
+
+    >>> float(np.ptp(Capsule(0.1, 0.3).vertices, axis=0)[2])
+    0.5
+    """
+
+    radius: Radius
+    length: Size
+    n: Corners = 32
+    color: Colour = "k"
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """The vertex numbers of the faces between the circles, and of those around the poles."""
+        return faces_of(2 * self._rings, self.n)
+
+    def simpler(self) -> tuple[Primitive, ...]:
+        """Return a wheel and two balls."""
+        ends = (self.pose @ Pose.at(0, 0, side * self.length / 2) for side in (-1, 1))
+        balls = (Ball(self.radius, self.n, self.color, pose=end) for end in ends)
+        return Wheel(self.radius, self.length, self.n, self.color, pose=self.pose), *balls
+
+    @property
+    def _rings(self) -> int:
+        return len(dome(self.radius, self.n)[0])
+
+    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+        """Return volume, centre and moments per mass.
+
+        The mean squares are those of cylinder and ball, weighed by volume; the centre of half a
+        ball is 3/8 r from its disc.
+        """
+        r, h = self.radius, self.length
+        tube, ball = np.pi * r * r * h, 4 / 3 * np.pi * r * r * r
+        share = ball / (tube + ball)
+        x2 = (1 - share) * r * r / 4 + share * r * r / 5
+        z2 = (1 - share) * h * h / 12 + share * (r * r / 5 + 3 / 8 * r * h + h * h / 4)
+        return tube + ball, np.zeros(3), principal_moments(x2, x2, z2)
+
+    def _corners(self) -> Array:
+        radii, heights = dome(self.radius, self.n)
+        up = self.length / 2 + heights
+        rings = np.r_[radii[::-1], radii], np.r_[-up[::-1], up]
+        return points_of(*rings, self.length / 2 + self.radius, self.n)
+
+    def _edges(self) -> list[tuple[int, int]]:
+        """Return the two circles where the ends begin, and two outlines from pole to pole."""
+        n, rings = self.n, self._rings
+        poles = 2 * rings * n, 2 * rings * n + 1
+        around = [(i + k * n, (i + 1) % n + k * n) for k in (rings - 1, rings) for i in range(n)]
+        for start in (0, n // 4, n // 2, 3 * n // 4):
+            line = [poles[0], *(start + k * n for k in range(2 * rings)), poles[1]]
+            around += pairwise(line)
+        return around
+
+    def _hull(self) -> Hull:
+        """Return the segment, with the radius beyond it."""
+        z = np.array([0.0, 0.0, 1.0])
+        core = self.length / 2 * z
+        return Hull(np.stack([-core, core]), np.eye(3), z[None], self.radius, core)
