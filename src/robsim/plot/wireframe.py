@@ -140,7 +140,7 @@ def shown(shapes: Iterable[Primitive]) -> list[Primitive]:
 def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None) -> Wire:
     """Return the wire of a primitive at T (4, 4), in its own colour or another."""
     points, rounds = shape.skin
-    corners, edges = _moved(points, T), {tuple(edge) for edge in shape.edges.tolist()}
+    corners, edges = moved(points, T), {tuple(edge) for edge in shape.edges.tolist()}
     faces = tuple(corners[list(face)] for face in rounds)
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
     bordered = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
