@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from robsim.studio.gallery import Shelf
 
 LOOK = 0.2  # seconds between looks for a stop
+GONE = 5.0  # seconds without a page, which is not one that is loaded again
 FIRST = "eye_in_hand"  # what a studio shows of which nothing else is asked
 
 no_open = click.option("--no-open", is_flag=True, help="Do not open a browser.")
@@ -45,8 +47,12 @@ def serve(
     port: int = 0,
     allow_remote: bool = False,
     no_open: bool = False,
+    once: bool = False,
 ) -> None:
-    """Serve a studio until a stop comes, and open it in the browser if there is one."""
+    """Serve a studio until a stop comes, and open it in the browser if there is one.
+
+    With `once` it ends as well when its page was closed.
+    """
     from robsim.page.export import opened
     from robsim.studio.studio import studio
 
@@ -60,8 +66,12 @@ def serve(
             tell(f"open {server.address} in a browser; Ctrl-C ends it")
         else:
             tell(f"the studio is open at {server.address}; Ctrl-C ends it")
+        seen = None  # when there was a page
         while not stops and not server.wait(LOOK):
-            pass
+            now = time.monotonic()
+            seen = now if server.pages else seen
+            if once and seen is not None and now - seen > GONE:
+                break
 
 
 def _found(shown: Path | None) -> tuple[Experiment, Shelf | None]:

@@ -62,6 +62,11 @@ class Server:
         """Close the server."""
         self.close()
 
+    @property
+    def pages(self) -> int:
+        """The number of pages that are connected."""
+        return len(self._links)
+
     def broadcast(self, message: str | bytes) -> None:
         """Send a message to all pages, from any thread; never wait for any of them."""
         links = self._links

@@ -72,8 +72,18 @@ export class Studio {
     find("speed").value = state.speed;
     find("speed").disabled = !this.live;
     this.handles?.renew(state.handles);
+    this.begin();
     this.offerSecond();
     showTime(this.clock, this.playing);
+  }
+
+  // Let what nobody has touched yet move at once, unless motion is unwanted.
+  begin() {
+    if (this.begun) return;
+    this.begun = true;
+    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const untouched = this.live && !this.state.playing && !this.state.outcome && this.clock.times.length < 2;
+    if (untouched && !still) this.link.ask({ play: true });
   }
 
   get playing() {

@@ -1,0 +1,102 @@
+"""Build the gallery: a page for every experiment that is shipped, and an index of all of them.
+
+python tools/build_gallery.py [FOLDER]          docs/gallery by default, which git ignores
+
+Each page is one HTML file, as `export_html` writes it; the index is one, too. None of them asks
+for anything from a server, so the folder can be opened where it is or put on any web site.
+"""
+
+import base64
+import hashlib
+import re
+import sys
+import warnings
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from gallery_groups import GROUPS, group_of
+from gallery_pictures import pictures
+
+import robsim as rs
+from robsim.plot import history
+from robsim.studio.gallery import Shelf
+
+HERE = Path(__file__).parent
+DEFAULT = HERE.parent / "docs" / "gallery"
+
+
+@dataclass(frozen=True)
+class Card:
+    """What the index says of an experiment, in HTML, and the group in which it stands."""
+
+    group: str
+    html: str
+
+
+def main() -> None:
+    """Build the pages and the index, and say where they are."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT
+    shelf = Shelf.shipped()
+    cards = []
+    for entry in shelf.entries:
+        cards.append(build(folder, shelf.experiment(entry["name"]), **entry))
+        print(entry["name"], flush=True)
+    (folder / "index.html").write_text(index(cards), encoding="utf-8")
+    print(f"{len(cards)} pages: open {folder / 'index.html'}")
+
+
+def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about: str) -> Card:
+    """Run an experiment, write its page, and return its card."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rs.RankWarning)  # some experiments show what it warns of
+        run = experiment.run()
+    rs.export_html(run, folder / f"{name}.html")
+    arrived, ending = ended(run)
+    images = "".join(f'<img src="{each}" alt="">' for each in pictures(experiment, run))
+    html = (
+        f'<a class="card" href="{name}.html"><span class="pictures">{images}</span>'
+        f'<span class="title">{escape(title)}</span>'
+        f'<span class="ending{" arrived" * arrived}">{escape(ending)}</span>'
+        f'<span class="about">{escape(about)}</span></a>'
+    )
+    return Card(group_of(experiment, run), html)
+
+
+def ended(run: Any) -> tuple[bool, str]:
+    """Return whether a run or a mission arrived, and how it ended in words."""
+    if isinstance(run, rs.MissionRun):
+        last, planned = run.legs[-1], run.planned
+        done = f"{planned} phases" if run.succeeded else f"{len(run.legs)} of {planned} phases"
+        return run.succeeded, f"{done} after {last.end:.3g} s"
+    return int(run.outcome) == rs.Outcome.CONVERGED, history.ending(run)
+
+
+def index(cards: list[Card]) -> str:
+    """Return the HTML text of the index, which may run its own script and load nothing."""
+    style, script = (_read(f"gallery.{kind}") for kind in ("css", "js"))
+    policy = (
+        f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+    groups = "".join(_section(name, cards) for name in reversed(GROUPS))
+    parts = {"policy": policy, "style": style, "groups": groups, "script": script}
+    return re.sub(r"\{(\w+)\}", lambda found: parts[found[1]], _read("gallery.html"))
+
+
+def _section(group: str, cards: list[Card]) -> str:
+    own = "\n".join(card.html for card in cards if card.group == group)
+    return f'<section><h2>{escape(group)}</h2><div class="cards">\n{own}\n</div></section>\n'
+
+
+def _read(name: str) -> str:
+    return (HERE / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+if __name__ == "__main__":
+    main()
