@@ -14,8 +14,8 @@ from attack.harness import Wrong
 from studio.fake import FILES, PAGE, Browser, Fake, answer, everything
 from websockets.frames import Frame, Opcode
 
-from robsim.studio import limits
-from robsim.studio.server import Server
+from robsim.studio.web import limits
+from robsim.studio.web.server import Server
 
 NAME, CASES, PATIENCE = "studio", 18, 60.0
 RATE, SIZE = 30.0, 100_000  # of what is broadcast: messages a second, bytes

@@ -3,7 +3,7 @@
 import pytest
 from studio.fake import Browser, Fake
 
-from robsim.studio.server import Server
+from robsim.studio.web.server import Server
 
 
 @pytest.fixture

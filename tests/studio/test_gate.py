@@ -7,10 +7,10 @@ from studio.fake import PAGE, Browser, Fake
 from websockets.exceptions import InvalidStatus
 
 from robsim.base.errors import InputError
-from robsim.studio.answers import Refused
-from robsim.studio.gate import Gate
-from robsim.studio.heads import Request
-from robsim.studio.server import Server
+from robsim.studio.web.answers import Refused
+from robsim.studio.web.gate import Gate
+from robsim.studio.web.heads import Request
+from robsim.studio.web.server import Server
 
 ASK = b"Open the address that the command printed, with its token.\n"
 EVERYWHERE = ["/", "/download/run.nc", "/socket", "/nothing"]

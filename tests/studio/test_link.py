@@ -8,9 +8,9 @@ from studio.fake import Browser, Fake, closed, everything
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 
-from robsim.studio import limits
-from robsim.studio.messages import BadMessage, Budget, parsed
-from robsim.studio.server import Server
+from robsim.studio.web import limits
+from robsim.studio.web.messages import BadMessage, Budget, parsed
+from robsim.studio.web.server import Server
 
 OBJECT = "a message is a JSON object, such as {...}"
 JSON = "a message is JSON in UTF-8, and this is not"

@@ -6,8 +6,8 @@ import time
 
 from studio.fake import answer, everything
 
-from robsim.studio import limits
-from robsim.studio.outbox import Outbox, framed
+from robsim.studio.web import limits
+from robsim.studio.web.outbox import Outbox, framed
 
 
 def test_an_outbox_keeps_the_order_and_drops_all_when_it_is_full():

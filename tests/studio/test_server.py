@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from studio.fake import FILES, PAGE, Browser, Fake, answer, closed, everything
 
-from robsim.studio import limits
-from robsim.studio.server import Server
+from robsim.studio.web import limits
+from robsim.studio.web.server import Server
 
 SAFE = {
     "x-content-type-options": "nosniff",
@@ -203,7 +203,7 @@ def test_a_page_can_end_the_server(app, caplog):
 
 
 def test_nothing_is_left_open_in_a_process_that_looks():
-    code = "from studio.fake import Browser, Fake; from robsim.studio.server import Server\n"
+    code = "from studio.fake import Browser, Fake; from robsim.studio.web.server import Server\n"
     code += "with Server(Fake()) as server, Browser(server).page() as page:\n"
     code += "    assert Browser(server).get().status == 200; page.send('{}'); server.close()"
     command = [sys.executable, "-W", "error", "-c", code]

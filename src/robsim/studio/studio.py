@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from robsim.run.experiment import Experiment
 from robsim.studio.bench import Bench
 from robsim.studio.gallery import Shelf
-from robsim.studio.server import Server
 from robsim.studio.session import Session
+from robsim.studio.web.server import Server
 
 
 @contextmanager

@@ -10,14 +10,14 @@ from websockets.http11 import Request as Handshake
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from robsim.studio import limits
-from robsim.studio.answers import Refused
-from robsim.studio.app import App
-from robsim.studio.failures import WORDS, Failures
-from robsim.studio.heads import Request
-from robsim.studio.messages import BadMessage, Budget, error, parsed
-from robsim.studio.outbox import Outbox, framed
-from robsim.studio.wire import drained
+from robsim.studio.web import limits
+from robsim.studio.web.answers import Refused
+from robsim.studio.web.app import App
+from robsim.studio.web.failures import WORDS, Failures
+from robsim.studio.web.heads import Request
+from robsim.studio.web.messages import BadMessage, Budget, error, parsed
+from robsim.studio.web.outbox import Outbox, framed
+from robsim.studio.web.wire import drained
 
 _PIECE = 65_536  # bytes that are looked at together
 _DATA = (Opcode.TEXT, Opcode.BINARY, Opcode.CONT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 
-from robsim.studio import limits
+from robsim.studio.web import limits
 
 _PIECE = 65_536  # bytes
 

@@ -6,7 +6,7 @@ import json
 import math
 from typing import Any
 
-from robsim.studio import limits
+from robsim.studio.web import limits
 
 LARGEST = 2**53  # above which a whole number is no float of a page
 

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 from http import HTTPStatus
 
-from robsim.studio import limits
-from robsim.studio.answers import Refused
+from robsim.studio.web import limits
+from robsim.studio.web.answers import Refused
 
 _LINE = re.compile(r"([A-Z]{1,20}) (\S+) HTTP/1\.[01]")
 _TARGET = re.compile(r"/[!-~]*")

@@ -9,10 +9,10 @@ from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
 from typing import TypeVar
 
-from robsim.studio import limits
-from robsim.studio.answers import POLICY, Answer, Refused
-from robsim.studio.app import App
-from robsim.studio.failures import WORDS, Failures
+from robsim.studio.web import limits
+from robsim.studio.web.answers import POLICY, Answer, Refused
+from robsim.studio.web.app import App
+from robsim.studio.web.failures import WORDS, Failures
 
 SOCKET = "/socket"
 _DOWNLOAD = re.compile(r"/download/([a-z_.]{1,64})")

@@ -12,8 +12,8 @@ import secrets
 import socket
 from http import HTTPStatus
 
-from robsim.studio.answers import Answer, Refused
-from robsim.studio.heads import Request
+from robsim.studio.web.answers import Answer, Refused
+from robsim.studio.web.heads import Request
 
 ENTRY = "/?token="
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")

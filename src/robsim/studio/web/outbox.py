@@ -7,7 +7,7 @@ from collections import deque
 
 from websockets.frames import Frame, Opcode
 
-from robsim.studio import limits
+from robsim.studio.web import limits
 
 
 class Outbox:

@@ -11,17 +11,17 @@ from typing import Self
 
 from websockets.frames import CloseCode
 
-from robsim.studio import limits
-from robsim.studio.answers import Refused
-from robsim.studio.app import App
-from robsim.studio.binding import EXPOSED, bound
-from robsim.studio.failures import Failures
-from robsim.studio.gate import ENTRY, Gate
-from robsim.studio.heads import Request, read_request
-from robsim.studio.link import Link
-from robsim.studio.outbox import framed
-from robsim.studio.site import SOCKET, Site
-from robsim.studio.wire import hold_little, linger, send
+from robsim.studio.web import limits
+from robsim.studio.web.answers import Refused
+from robsim.studio.web.app import App
+from robsim.studio.web.binding import EXPOSED, bound
+from robsim.studio.web.failures import Failures
+from robsim.studio.web.gate import ENTRY, Gate
+from robsim.studio.web.heads import Request, read_request
+from robsim.studio.web.link import Link
+from robsim.studio.web.outbox import framed
+from robsim.studio.web.site import SOCKET, Site
+from robsim.studio.web.wire import hold_little, linger, send
 
 _Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 

@@ -1,0 +1,1 @@
+"""The network side of a studio: a page, files, and a conversation with each page."""
