@@ -1,0 +1,73 @@
+"""Odd wishes of pages: a studio refuses them in words, changes nothing by them, and goes on."""
+
+import json
+import random
+from functools import cache
+
+import numpy as np
+from attack.harness import Wrong
+
+from robsim import examples, load_scenario
+from robsim.studio.bench import Bench
+from robsim.studio.gallery import Shelf
+from robsim.studio.session import Session, Wishes
+
+NAME, CASES = "wishes", 40
+FILES = ("adaptive_gain", "calibration_errors", "eye_in_hand", "unicycle_docking", "visp_tutorial")
+ODD = [
+    *(None, True, False, 0, -1, 1, 0.0, -0.0, 1e-300, 1e300, -1e9, 2**63, 2**64, 10**30),
+    *("", "x", "../../etc/passwd", "<script>", "\0", "nan", "inf", "1 m", "a" * 70_000, "\ud800"),
+    *([], {}, [[]], [1, 2], [0.0] * 7, [1e9] * 7, ["a"] * 7, {"a": 1}, [None] * 7, ["task.gain"]),
+]
+
+
+@cache
+def session(name):
+    """A session that nobody runs: its wishes are done here, one by one."""
+    return Session(Bench(load_scenario(examples.path(name))), Shelf.shipped())
+
+
+def case(seed):
+    draw = random.Random(seed)
+    here = session(draw.choice(FILES))
+    bench = here.bench
+    for _ in range(draw.randint(1, 4)):
+        before = bench.experiment
+        here._do(wish_of(draw, bench))
+        if "internal error" in here.note:
+            raise Wrong(here.note)
+        if here.note and bench.experiment is not before:
+            raise Wrong(f"it was refused, and something changed: {here.note[:200]}")
+    for message in here.outgoing.news(here, bench, here.shelf):
+        json.loads(message)
+    here._do({"reset": True})
+    here._do({"step": True})
+    if here.note:
+        raise Wrong(f"it does not go on: {here.note[:300]}")
+    if bench.live is not None and not np.isfinite(bench.live.now.q).all():
+        raise Wrong("coordinates that are not finite")
+    return True
+
+
+def wish_of(draw, bench):
+    """One thing that a page might ask for, most of it wrong."""
+    name = draw.choice([*Wishes, "set", "set", "drag", "second", "quit"])
+    if name in ("set", "second"):
+        return {
+            name: draw.choice([[path_of(draw, bench), value_of(draw, bench)], draw.choice(ODD)])
+        }
+    if name == "drag":
+        handles = [each.name for each in bench.handles] or ["none"]
+        pose = [draw.choice([0.0, 0.3, -1.0, 50.0]) for _ in range(3)]
+        turn = draw.choice([[0.0, 0.0, 0.0, 1.0], [0.0] * 4, [9.0] * 4])
+        return {name: draw.choice([[draw.choice(handles), [*pose, *turn]], draw.choice(ODD)])}
+    return {name: draw.choice([True, False, 1.0, 0.0, draw.choice(ODD), "visp_tutorial"])}
+
+
+def path_of(draw, bench):
+    return draw.choice([draw.choice(list(bench.controls)), draw.choice(ODD), "task.gain.x"])
+
+
+def value_of(draw, bench):
+    control = draw.choice(list(bench.controls.values()))
+    return draw.choice([control.value, draw.uniform(-3, 3), draw.randint(-3, 3), draw.choice(ODD)])

@@ -1,0 +1,70 @@
+"""The command that serves a studio: what it says, whom it lets in, and how it ends."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+
+import pytest
+
+from robsim import examples, load_scenario, save_run
+from robsim.cli.studio import _found
+
+COMMAND = [sys.executable, "-m", "robsim", "studio"]
+
+
+def refused(*arguments):
+    how = {"capture_output": True, "text": True, "timeout": 60, "check": False}
+    done = subprocess.run([*COMMAND, *arguments], **how)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    return done.stderr.strip()
+
+
+def test_it_serves_those_who_have_the_address_and_ends_with_ctrl_c(tmp_path):
+    with subprocess.Popen(
+        [*COMMAND, "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        said = process.stdout.readline()
+        address = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", said)[0]
+        assert said.strip() == f"open {address} in a browser; Ctrl-C ends it"
+        opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        page = opener.open(address, timeout=20).read().decode()
+        assert page.startswith("<!doctype html>") and "connect-src 'self'" in page
+        text = opener.open(f"{address.partition('?')[0]}download/experiment.toml").read()
+        assert text.decode() == load_scenario(examples.path("eye_in_hand")).text
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(address.partition("?")[0], timeout=20)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0 and process.stdout.read() == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["nothing.toml"], "nothing.toml: no such file"),
+        (["nothing.nc"], "no file nothing.nc"),
+        (["."], "no scenario file (*.toml) is there"),
+        (["--host", "0.0.0.0"], "--allow-remote"),
+        (["--port", "99999"], "99999 is not in the range"),
+        (["--speed"], "No such option"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_is_served(arguments, reason, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert reason in refused(*arguments)
+
+
+def test_a_file_a_run_and_a_folder_are_found(tmp_path):
+    experiment = load_scenario(examples.path("visp_tutorial"))
+    (tmp_path / "a.toml").write_text(experiment.text)
+    (tmp_path / "results").mkdir()
+    save_run(experiment.run(duration=0.4), tmp_path / "results" / "run.nc")
+    assert _found(tmp_path / "a.toml")[0] == experiment
+    for path in (tmp_path / "results", tmp_path / "results" / "run.nc"):
+        assert _found(path)[0] == experiment.with_(duration=0.4)
+    chosen, shelf = _found(tmp_path)
+    assert chosen == experiment and [each["name"] for each in shelf.entries] == ["a"]
