@@ -18,8 +18,8 @@ COMMAND = [sys.executable, "-m", "robsim", "studio"]
 
 
 def refused(*arguments):
-    how = {"capture_output": True, "text": True, "timeout": 60, "check": False}
-    done = subprocess.run([*COMMAND, *arguments], **how)
+    how = {"capture_output": True, "text": True, "timeout": 60}
+    done = subprocess.run([*COMMAND, *arguments], check=False, **how)
     assert done.returncode == 2 and "Traceback" not in done.stderr
     return done.stderr.strip()
 

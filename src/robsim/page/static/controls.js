@@ -68,10 +68,12 @@ export class Controls {
     const numbers = { value: [...now.value] };
     gui.domElement.title = control.meaning;
     const units = control.names.map((_, i) => (Array.isArray(control.unit) ? control.unit[i] : control.unit));
-    const rows = control.names.map((name, i) => {
+    const short = control.names.map((name) => name.split(".").at(-1));
+    const plain = new Set(short).size === short.length ? short : control.names;
+    const rows = control.names.map((_, i) => {
       const state = { value: outside(numbers.value[i], units[i]) };
       const ends = [control.low?.[i], control.high?.[i]];
-      const row = numberRow(gui, state, numbers.value[i], units[i], ends).name(labelled(name.split(".").at(-1), units[i]));
+      const row = numberRow(gui, state, numbers.value[i], units[i], ends).name(labelled(plain[i], units[i]));
       row.onChange((value) => {
         numbers.value[i] = inside(value, units[i]);
         this.set(control.path, [...numbers.value]);
@@ -123,11 +125,13 @@ function rowOf(gui, state, control, ends) {
 function numberRow(gui, state, value, unit, [low, high]) {
   const far = unit === "rad" ? Math.PI : Math.max(0.5, 2 * Math.abs(value));
   const ends = [low ?? value - far, high ?? value + far].map((end) => outside(end, unit));
-  return gui.add(state, "value", ...ends).decimals(places(ends[1] - ends[0]));
+  return gui.add(state, "value", ...ends).decimals(places(ends[1] - ends[0], outside(value, unit)));
 }
 
-function places(span) {
-  return Math.min(Math.max(Math.ceil(3 - Math.log10(span)), 0), 9);
+// Decimals that show a thousandth of the span, and two digits of the value.
+function places(span, value) {
+  const fine = value ? 1 - Math.floor(Math.log10(Math.abs(value))) : 0;
+  return Math.min(Math.max(Math.ceil(3 - Math.log10(span)), Math.abs(value) < span / 100 ? fine : 0, 0), 9);
 }
 
 // Take the value that is true, unless a hand is at it.
