@@ -91,11 +91,20 @@ def _of_mission(mission: MissionRun) -> Recording:
     scenes = [leg.scene for leg in legs]
     moving = Moving(tuple(zip(scenes, spells, strict=True)))
     text = mission.attrs.get("scenario", "")
+    begun = [{"time": leg.start, "text": leg.name} for leg in legs]
     told = {
         "outcome": legs[-1].outcome.name,
         "texts": {"mission": str(mission), "experiment": text},
-        "events": [{"time": leg.start, "text": leg.name} for leg in legs],
+        "events": [*begun, {"time": legs[-1].end, "text": _ending(mission)}],
     }
     title = Experiment.of(mission).title if text else None
     shown = Instants(joined["time"].values, moving, joint_curves(joined))
     return Film(moving).recording(title or "mission", shown, **told)
+
+
+def _ending(mission: MissionRun) -> str:
+    """Return how many phases were done, and by when, as a title."""
+    done = f"{mission.planned} phases"
+    if not mission.succeeded:
+        done = f"{sum(leg.succeeded for leg in mission.legs)} of {done}"
+    return f"{done} done after {mission.legs[-1].end:.3g} s"
