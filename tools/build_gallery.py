@@ -14,13 +14,12 @@ import warnings
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from gallery_groups import GROUPS, group_of
 from gallery_pictures import pictures
 
 import robsim as rs
-from robsim.plot import history
+from robsim.base.output import write_whole
 from robsim.studio.gallery import Shelf
 
 HERE = Path(__file__).parent
@@ -43,7 +42,7 @@ def main() -> None:
     for entry in shelf.entries:
         cards.append(build(folder, shelf.experiment(entry["name"]), **entry))
         print(entry["name"], flush=True)
-    (folder / "index.html").write_text(index(cards), encoding="utf-8")
+    write_whole(folder / "index.html", index(cards))
     print(f"{len(cards)} pages: open {folder / 'index.html'}")
 
 
@@ -52,8 +51,8 @@ def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rs.RankWarning)  # some experiments show what it warns of
         run = experiment.run()
-    rs.export_html(run, folder / f"{name}.html")
-    arrived, ending = ended(run)
+    page = rs.open_recording(rs.export_html(run, folder / f"{name}.html")).header
+    ending, arrived = page["events"][-1]["text"], page["outcome"] == rs.Outcome.CONVERGED.name
     images = "".join(f'<img src="{each}" alt="">' for each in pictures(experiment, run))
     html = (
         f'<a class="card" href="{name}.html"><span class="pictures">{images}</span>'
@@ -62,15 +61,6 @@ def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about:
         f'<span class="about">{escape(about)}</span></a>'
     )
     return Card(group_of(experiment, run), html)
-
-
-def ended(run: Any) -> tuple[bool, str]:
-    """Return whether a run or a mission arrived, and how it ended in words."""
-    if isinstance(run, rs.MissionRun):
-        last, planned = run.legs[-1], run.planned
-        done = f"{planned} phases" if run.succeeded else f"{len(run.legs)} of {planned} phases"
-        return run.succeeded, f"{done} after {last.end:.3g} s"
-    return int(run.outcome) == rs.Outcome.CONVERGED, history.ending(run)
 
 
 def index(cards: list[Card]) -> str:

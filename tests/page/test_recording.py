@@ -1,5 +1,6 @@
 """Recordings: the poses, images and curves of a run, in a page that is read back."""
 
+import dataclasses
 import hashlib
 import json
 import re
@@ -75,7 +76,10 @@ def test_a_mission_is_shown_as_a_whole():
     mission = run_of("inspection_a")
     made = recording_of(mission)
     assert made.arrays["time"].size == mission.run.sizes["time"]
-    assert [event["text"] for event in made.header["events"]] == [leg.name for leg in mission.legs]
+    told = [event["text"] for event in made.header["events"]]
+    assert told == [*(leg.name for leg in mission.legs), "14 phases done after 37.6 s"]
+    short = dataclasses.replace(mission, legs=mission.legs[:9])
+    assert recording_of(short).header["events"][-1]["text"] == "9 of 14 phases done after 27.2 s"
 
 
 def test_robots_scenes_and_experiments_stand_still():

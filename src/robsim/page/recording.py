@@ -91,12 +91,21 @@ def _of_mission(mission: MissionRun) -> Recording:
     joined, legs = mission.run, mission.legs
     moving = Moving.of_mission(mission)
     text = mission.attrs.get("scenario", "")
+    begun = [{"time": leg.start, "text": leg.name} for leg in legs]
     told = {
         "outcome": legs[-1].outcome.name,
         "texts": {"mission": str(mission), "experiment": text},
-        "events": [{"time": leg.start, "text": leg.name} for leg in legs],
+        "events": [*begun, {"time": legs[-1].end, "text": _ending(mission)}],
     }
     title = Experiment.of(mission).title if text else None
     shown = Instants(joined["time"].values, moving, joint_curves(joined))
     tell_lacks(moving.scene)
     return Film(moving).recording(title or "mission", shown, **told)
+
+
+def _ending(mission: MissionRun) -> str:
+    """Return how many phases were done, and by when, as a title."""
+    done = f"{mission.planned} phases"
+    if not mission.succeeded:
+        done = f"{sum(leg.succeeded for leg in mission.legs)} of {done}"
+    return f"{done} done after {mission.legs[-1].end:.3g} s"
