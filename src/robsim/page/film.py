@@ -52,11 +52,11 @@ class Instants:
         history.configurations(run, scene)
         moving = Moving.of(scene, run["q"].values)
         if second is None:
-            return cls(run["time"].values, moving, curves(run), images(run))
+            return cls(run["time"].values, moving, curves(run, scene), images(run))
         other, other_scene = second
         beside = Moving.of(scene, run["q"].values, Moving.of(other_scene, other["q"].values))
         pixels = {**images(run), **images(other, " second")}
-        return cls(run["time"].values, beside, curves(run, other), pixels)
+        return cls(run["time"].values, beside, curves(run, scene, other), pixels)
 
 
 class Film:

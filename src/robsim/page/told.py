@@ -12,6 +12,8 @@ from robsim.base.errors import InputError
 from robsim.page.bodies import Entry
 from robsim.plot import history, palette
 from robsim.run.experiment import Experiment
+from robsim.run.result import frame_motion
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,13 +44,12 @@ class Curves:
         return f"curve {self.title}"
 
 
-def curves(run: xr.Dataset, second: xr.Dataset | None = None) -> list[Curves]:
+def curves(run: xr.Dataset, scene: Scene, second: xr.Dataset | None = None) -> list[Curves]:
     """Return the panels of curves: the error, the velocity of what moves, and the joints.
 
     With a second run, the image errors of both stand beside each other.
     """
-    whose = "camera" if "camera_velocity" in run else "frame"
-    twist = run[f"{whose}_velocity"].values
+    whose, twist = _twist(run, scene)
     vector = [color for color, _ in palette.COMPONENTS]
     error = np.column_stack([run["error_norm"].values, np.abs(run["error"].values)])
     names = ["|e|", *(f"|e{i}|" for i in range(error.shape[1] - 1))]
@@ -62,6 +63,18 @@ def curves(run: xr.Dataset, second: xr.Dataset | None = None) -> list[Curves]:
         Curves(f"{whose} ω", "rad/s", [f"ω{a}" for a in AXES], vector, twist[:, 3:]),
         *joint_curves(run),
     ]
+
+
+def _twist(run: xr.Dataset, scene: Scene) -> tuple[str, Array]:
+    """Return the name of the frame that moves, in its own axes, and its twists (T, 6)."""
+    given = "camera_velocity" if "camera_velocity" in run else "frame_velocity"
+    frame = str(run[given].attrs.get("frame", ""))
+    moved = str(run["goal_pose"].attrs.get("frame", frame)) if "goal_pose" in run else frame
+    if moved == frame:
+        return given.removesuffix("_velocity"), run[given].values
+    rates = run["qd_actual" if "qd_actual" in run else "qd"].values
+    _, twists = frame_motion(scene, moved, run["q"].values[None], rates[None])
+    return moved, twists[0]
 
 
 def _both(run: xr.Dataset, second: xr.Dataset) -> Curves:

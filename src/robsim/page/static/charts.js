@@ -8,8 +8,8 @@ export class Chart {
     this.array = arrays[curve.values];
     this.times = [];
     this.columns = curve.names.map(() => []);
+    this.log = curve.log && this.array.values.some((value) => value > 0);
     this.extend(0);
-    this.log = curve.log && this.columns[0].some((value) => value !== null);
     new ResizeObserver(() => this.build()).observe(element);
   }
 
@@ -20,7 +20,7 @@ export class Chart {
     for (let t = from; t < shape[0]; t++) this.times.push(this.clock.times[t]);
     this.columns.forEach((column, i) => {
       column.length = from;
-      for (let t = from; t < shape[0]; t++) column.push(shownValue(values[t * shape[1] + i], this.curve.log));
+      for (let t = from; t < shape[0]; t++) column.push(shownValue(values[t * shape[1] + i], this.log));
     });
     this.plot?.setData([this.times, ...this.columns]);
   }
@@ -44,7 +44,7 @@ export class Chart {
         padding: [6, 8, 0, 0],
         legend: { show: false },
         cursor: { drag: { x: false, y: false }, points: { show: false } },
-        scales: { x: { time: false, range: sinceStart }, y: this.log ? { distr: 3 } : { range: aroundData } },
+        scales: { x: { time: false, range: sinceStart }, y: this.log ? { distr: 3, range: decadesOfData } : { range: aroundData } },
         axes: [
           { ...axis, size: 26, space: 60 },
           { ...axis, size: 46, space: 26, ...(this.log ? { splits: decades, filter: (_, s) => s } : {}), values: (_, splits) => splits.map(label) },
@@ -97,8 +97,16 @@ function sinceStart(plot, first, last) {
 function aroundData(plot, low, high) {
   if (low === null) return [-1, 1];
   const rounding = 1e-9; // what differs by less is constant
-  const margin = high - low > rounding ? 0.06 * (high - low) : Math.abs(high) || 1;
+  if (high - low > rounding) return [low - 0.06 * (high - low), high + 0.06 * (high - low)];
+  const margin = Math.abs(high) > rounding ? Math.abs(high) : 1;
   return [low - margin, high + margin];
+}
+
+// Whole powers of ten, twelve at the most: what is less beside the largest is rounding.
+function decadesOfData(plot, low, high) {
+  if (low === null) return [0.1, 1];
+  const top = Math.ceil(Math.log10(high) + 1e-9);
+  return [10 ** Math.max(Math.floor(Math.log10(low)), top - 12), 10 ** top];
 }
 
 // Powers of ten, six at the most.

@@ -11,6 +11,7 @@ const GHOSTS = {
   second: { opacity: 0.25, lines: 0.9, tint: "#e69f00" },
 };
 const SLOW = 45; // milliseconds from frame to frame
+const FAR = 10; // times its radius, a way on which the eye follows
 const LINGER = 400; // milliseconds without a motion, after which all is drawn sharply
 const COARSE = 0.5; // share of the pixels of a side that are drawn while frames are slow
 const VIEW = { elevation: 22, azimuth: -55 }; // degrees, as the figures have it
@@ -20,7 +21,7 @@ const GROUPS = ["true", "belief", "second", "goal", "start", "trails", "views", 
 export class Space {
   constructor(element) {
     this.shown = {
-      belief: true, second: true, goal: true, start: false, trails: true, views: true, rays: false, frames: false, ground: true,
+      belief: true, second: true, goal: true, start: false, trails: true, follow: false, views: true, rays: false, frames: false, ground: true,
     };
     this.renderer = new THREE.WebGLRenderer({ antialias: true });
     this.pace = new Pace();
@@ -48,6 +49,7 @@ export class Space {
   // Show a recording; with `keep` from where the eye is now.
   load(header, arrays, keep) {
     Object.assign(this, { header, arrays, bounds: null, size: null });
+    this.shown.follow &&= keep;
     for (const group of [...Object.values(this.groups), this.sky]) empty(group);
     this.build();
     this.light();
@@ -223,9 +225,12 @@ export class Space {
   }
 
   look() {
-    const sphere = this.box().getBoundingSphere(new THREE.Sphere());
+    const all = this.box().getBoundingSphere(new THREE.Sphere());
+    const near = this.far();
+    this.shown.follow = near !== null;
+    const sphere = near ? new THREE.Sphere(near.center, 2.2 * near.radius) : all;
     this.camera.near = sphere.radius / 100;
-    this.camera.far = sphere.radius * 60;
+    this.camera.far = all.radius * 60;
     this.camera.updateProjectionMatrix();
     this.sphere = sphere;
     this.home();
@@ -233,6 +238,7 @@ export class Space {
 
   home() {
     const { sphere } = this;
+    this.led = this.frames[this.header.trails[0]?.frame]?.position.clone();
     const e = (VIEW.elevation * Math.PI) / 180;
     const a = (VIEW.azimuth * Math.PI) / 180;
     const ahead = new THREE.Vector3(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e));
@@ -274,13 +280,37 @@ export class Space {
       frame.quaternion.fromArray(values, at + 3);
     });
     for (const move of this.moving) move(index);
+    if (this.shown.follow) this.follow();
     this.dirty = true;
   }
 
   show(shown) {
     Object.assign(this.shown, shown);
-    for (const [name, visible] of Object.entries(this.shown)) this.groups[name].visible = visible;
+    for (const [name, group] of Object.entries(this.groups)) group.visible = this.shown[name] ?? true;
     this.dirty = true;
+  }
+
+  // Let the eye go along with what leaves the first trail.
+  follow() {
+    const led = this.frames[this.header.trails[0]?.frame];
+    if (!led || !this.led) return;
+    const step = led.position.clone().sub(this.led);
+    this.led = led.position.clone();
+    this.camera.position.add(step);
+    this.controls.target.add(step);
+    this.controls.update();
+  }
+
+  // The sphere around what goes along the first trail, if that is far beside its size; else null.
+  far() {
+    const { shape, values } = this.arrays.poses;
+    const at = (index, frame) => new THREE.Vector3().fromArray(values, (index * shape[1] + frame) * 7);
+    const gone = (frame) => at(0, frame).distanceTo(at(shape[0] - 1, frame));
+    const way = this.header.trails.length ? gone(this.header.trails[0].frame) : 0;
+    const box = new THREE.Box3();
+    this.header.frames.forEach(({ group }, i) => group === "true" && gone(i) > way / 2 && box.expandByPoint(at(0, i)));
+    const sphere = box.getBoundingSphere(new THREE.Sphere());
+    return way > 0 && sphere.radius > 0 && way > FAR * sphere.radius ? sphere : null;
   }
 
   paint(background, dark) {

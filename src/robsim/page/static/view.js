@@ -8,7 +8,7 @@ import { Space } from "./space.js";
 
 const NAMES = {
   belief: "belief", second: "second scheme", goal: "goal", start: "start", trails: "ways",
-  views: "views of cameras", rays: "rays to marks", frames: "axes of frames", ground: "ground",
+  follow: "follow", views: "views of cameras", rays: "rays to marks", frames: "axes of frames", ground: "ground",
 };
 
 const CURVES = 120; // milliseconds between drawings of curves that grow
@@ -114,7 +114,7 @@ export class View {
     const groups = new Set(header.parts.map((part) => header.frames[part.frame].group));
     const there = {
       belief: groups.has("belief"), second: groups.has("second"), goal: groups.has("goal"),
-      start: groups.has("start"), trails: header.trails.length, views: header.cameras.length,
+      start: groups.has("start"), trails: header.trails.length, follow: header.trails.length, views: header.cameras.length,
       rays: header.cameras.length && header.marks.length, frames: true, ground: true,
     };
     const open = this.gui && !this.gui._closed;
@@ -138,7 +138,7 @@ export class View {
     const figure = element("figure");
     const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit})` : ""));
     const named = curve.names[0] === "|e|" ? 1 : curve.names.length;
-    if (curve.names.length <= 8)
+    if (named <= 8)
       curve.names.slice(0, named).forEach((name, i) => {
         const key = element("span", name, "key");
         key.style.setProperty("--own", curve.colors[i]);
