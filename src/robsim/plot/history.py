@@ -134,7 +134,12 @@ def ending(run: xr.Dataset) -> str:
     """
     if int(run["outcome"]) == Outcome.RUNNING:
         return "stopped by the user"
-    name = Outcome(int(run["outcome"])).words
-    if run.attrs.get("hold") and name == "converged":
-        return f"converged, held for {float(run['end_time']):.3g} s"
-    return f"{name} after {float(run['end_time']):.3g} s"
+    hold = bool(run.attrs.get("hold"))
+    return ended(Outcome(int(run["outcome"])), float(run["end_time"]), hold)
+
+
+def ended(outcome: Outcome, time: float, hold: bool) -> str:
+    """Return how and when a run ended, in words; `hold` says that it goes on once converged."""
+    if hold and outcome == Outcome.CONVERGED:
+        return f"converged, held for {time:.3g} s"
+    return f"{outcome.words} after {time:.3g} s"

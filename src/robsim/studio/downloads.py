@@ -7,16 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from robsim.base.errors import RobSimError
+from robsim.files import examples
 from robsim.files.netcdf import save_run
 from robsim.page.document import document
 from robsim.page.recording import recording_of
-from robsim.run.experiment import Experiment
-
-NAMES = ("experiment.toml", "experiment.py", "run.nc", "run.html")
+from robsim.run.experiment import Experiment, load_scenario
 
 
 def made(experiment: Experiment, changes: Mapping[str, Any], name: str) -> tuple[str, bytes] | None:
-    """Return media type and content of a file of one of `NAMES`; None for any other.
+    """Return media type and content of "experiment.toml", "experiment.py", "run.nc" or "run.html"; else None.
 
     What is saved of a run is that of the experiment as it is now, from its start.
     """
@@ -27,7 +27,7 @@ def made(experiment: Experiment, changes: Mapping[str, Any], name: str) -> tuple
     if name == "run.nc":
         return "application/x-netcdf", _saved(experiment)
     if name == "run.html":
-        return "text/html", document(recording_of(experiment.run())).encode()
+        return "text/html", document(recording_of(experiment.run(), experiment)).encode()
     return None
 
 
@@ -36,30 +36,40 @@ def python_of(experiment: Experiment, changes: Mapping[str, Any]) -> str:
 
     >>> from robsim import examples, load_scenario
     >>> experiment = load_scenario(examples.path("visp_tutorial")).at("task.gain", 2)
-    >>> print(python_of(experiment, {"task.gain": 2}))  # doctest: +ELLIPSIS
+    >>> print(python_of(experiment, {"task.gain": 2}))
     import robsim as rs
     <BLANKLINE>
-    experiment = rs.load_scenario(...)
+    experiment = rs.load_scenario(rs.examples.path('visp_tutorial'))
     experiment = experiment.at({'task.gain': 2})
     run = experiment.run()
     rs.show(run)
     <BLANKLINE>
     """
-    lines = ["import robsim as rs", "", _loaded(experiment)]
-    if changes:
-        lines.append(f"experiment = experiment.at({dict(changes)!r})")
-    return "\n".join([*lines, "run = experiment.run()", "rs.show(run)", ""])
+    made = _loaded(experiment, changes)
+    made = made or [f"experiment = rs.Experiment.from_text({_text(experiment)})"]
+    lines = ["import robsim as rs", "", *made, "run = experiment.run()", "rs.show(run)", ""]
+    return "\n".join(lines)
 
 
-def _loaded(experiment: Experiment) -> str:
-    path = Path(experiment.source)
-    if experiment.source and path.is_file():
-        from robsim.files import examples
+def _loaded(experiment: Experiment, changes: Mapping[str, Any]) -> list[str]:
+    """Return lines that load the experiment from its file, if that has it."""
+    path = Path(experiment.source).resolve()
+    try:
+        read = load_scenario(path) if experiment.source else None
+        if read is None or (read.at(changes) if changes else read) != experiment:
+            return []
+    except RobSimError:
+        return []
+    shipped = path.stem in examples.names() and path == Path(examples.path(path.stem)).resolve()
+    where = f"rs.examples.path({path.stem!r})" if shipped else repr(str(path))
+    changed = [f"experiment = experiment.at({dict(changes)!r})"] if changes else []
+    return [f"experiment = rs.load_scenario({where})", *changed]
 
-        shipped = path.stem in examples.names() and path == examples.path(path.stem)
-        where = f"rs.examples.path({path.stem!r})" if shipped else repr(str(path))
-        return f"experiment = rs.load_scenario({where})"
-    return f"experiment = rs.Experiment.from_text('''\n{experiment.text}''')"
+
+def _text(experiment: Experiment) -> str:
+    """Return a literal of the text, a line of code for each line."""
+    lines = experiment.text.splitlines(keepends=True)
+    return "\n".join(["(", *(f"    {line!r}" for line in lines), ")"])
 
 
 def _saved(experiment: Experiment) -> bytes:

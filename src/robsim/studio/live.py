@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,17 +23,25 @@ MOST = 100_000  # instants that are kept
 class Live:
     """The instants of an experiment so far, and what comes next.
 
-    Where the experiment is changed on its way, what follows is a run of the changed one from the
-    coordinates that were reached: filters, lags and late images begin anew there.
+    past   instants of what it goes on from, of which the last is where it begins
+    forms  a run of one instant, which says what the numbers of an instant are
+    piece  the experiment that runs since `since` seconds: from where the past ended
 
-    InputError: the experiment cannot run, or is a mission.
+    InputError: the experiment cannot run from there, or is a mission.
     """
 
-    def __init__(self, experiment: Experiment) -> None:
-        self.instants: list[Instant] = []
-        self.forms: xr.Dataset
-        self._pieces = 0
-        self._begin(experiment, experiment, 0.0)
+    def __init__(self, experiment: Experiment, past: Sequence[Instant] = (), pieces: int = 0):
+        start = {"start": past[-1].q} if past else {}
+        seed = (experiment.seed + pieces) % 2**64  # so that no noise comes twice
+        self.piece = experiment.with_(**start, record="all", seed=seed)
+        self._steps, self._pieces = self.piece.steps(), pieces
+        self.since = past[-1].time if past else 0.0
+        first = next(self._steps)
+        self.forms: xr.Dataset = history.single(self.piece.run(duration=self.piece.dt))
+        self.forms = self.forms.isel(time=[0])
+        self.experiment = experiment
+        self.instants = [*past[:-1], replace(first, time=self.since)]
+        self.fresh = not past  # whether no instant of before is of use
 
     @property
     def now(self) -> Instant:
@@ -40,50 +49,46 @@ class Live:
         return self.instants[-1]
 
     @property
+    def full(self) -> bool:
+        """Whether no more instants are kept."""
+        return len(self.instants) >= MOST
+
+    @property
     def ended(self) -> bool:
         """Whether there is nothing more to come."""
-        return self.now.outcome != Outcome.RUNNING or len(self.instants) >= MOST
+        return self.now.outcome != Outcome.RUNNING or self.full
 
     def step(self) -> None:
-        """Take the next instant; the last one once more where the run has ended."""
-        if self.ended:
-            self.instants.append(replace(self.now, time=self.now.time + self.piece.dt))
-        else:
-            self._take()
+        """Take the next instant; where the run has ended, all stands still while time goes on."""
+        if not self.ended:
+            instant = next(self._steps)
+            self.instants.append(replace(instant, time=self.since + instant.time))
+            return
+        still = {"qd": 0.0 * self.now.qd, "qd_actual": 0.0 * self.now.qd_actual}
+        self.instants.append(replace(self.now, time=self.now.time + self.piece.dt, **still))
 
-    def change(self, experiment: Experiment) -> bool:
-        """Go on as another experiment from here; return whether past instants are of use no more.
+    def changed(self, experiment: Experiment) -> Live:
+        """Return what goes on from here as a run of another experiment.
 
-        They are not where the numbers of an instant are others: other features, or marks.
-
-        InputError: it cannot run from here, and nothing is changed.
+        Filters, lags and late images begin anew. Past instants are kept where they have the same
+        numbers. InputError: it cannot run from here.
         """
-        here = self.now
-        before = _widths(self.forms)
-        self._begin(experiment, experiment.with_(start=here.q), here.time)
-        anew: bool = _widths(self.forms) != before
-        self.instants[:] = [*([] if anew else self.instants[:-2]), self.now]
-        return anew
+        made = Live(experiment, self.instants, self._pieces + 1)
+        if _numbers(made.forms) != _numbers(self.forms):
+            made.forget()
+        return made
+
+    def forget(self) -> None:
+        """Keep no instant but the last one."""
+        del self.instants[:-1]
+        self.fresh = True
 
     def table(self, start: int = 0) -> xr.Dataset:
         """Return the instants from a number on, as a run has them."""
         return _table(self.forms, self.instants[start:], self.experiment)
 
-    def _begin(self, experiment: Experiment, piece: Experiment, time: float) -> None:
-        piece = piece.with_(record="all", seed=(experiment.seed + self._pieces) % 2**64)
-        steps = piece.steps()
-        first = next(steps)
-        self.forms = history.single(piece.run(duration=piece.dt)).isel(time=[0])
-        self.experiment, self.piece, self._since, self._steps = experiment, piece, time, steps
-        self._pieces += 1
-        self.instants.append(replace(first, time=time))
 
-    def _take(self) -> None:
-        instant = next(self._steps)
-        self.instants.append(replace(instant, time=self._since + instant.time))
-
-
-def _widths(forms: xr.Dataset) -> Any:
+def _numbers(forms: xr.Dataset) -> Any:
     """Return what tells whether instants of two experiments stand in one table."""
     names = ("coordinate", "velocity", "feature_unit", "mark_camera", "mark_target")
     return [forms[name].values.tolist() for name in names]
@@ -103,6 +108,7 @@ def _table(forms: xr.Dataset, instants: list[Instant], experiment: Experiment) -
         "error_norm": np.linalg.norm(error, axis=1),
         "pixels": pixels,
         f"{whose}_velocity": twists[0],
+        **({"qd_actual": rates} if "qd_actual" in forms else {}),
     }
     many = forms.isel(time=np.zeros(len(instants), dtype=int))
     many = many.assign({name: (many[name].dims, x) for name, x in values.items()})

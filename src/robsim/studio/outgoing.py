@@ -5,7 +5,7 @@ rows       {"from", "header", "numbers"}: further instants, from that number on
 controls   {"controls"}: the values that may be changed, as declared
 gallery    {"entries"}: experiments to choose from
 texts      {"texts"}
-state      what goes on: playing, speed, factor, outcome, note, handles, second, changes
+state      what goes on: playing, speed, factor, outcome, ending, note, second, changes, handles
 """
 
 from __future__ import annotations
@@ -16,15 +16,20 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from robsim.page.document import told
-from robsim.run.outcome import Outcome
+from robsim.plot.history import ended
 
 if TYPE_CHECKING:
     from robsim.studio.bench import Bench
     from robsim.studio.gallery import Shelf
+    from robsim.studio.pair import Pair
     from robsim.studio.session import Session
 
 AFTER = ("texts", "state")  # what is about the recording
+GOAL = ".goal"  # end of the names of arrays of goals, which have no rows
 LONGEST = 300  # messages that a new page gets, before they are made one
 
 
@@ -33,55 +38,63 @@ class Outgoing:
 
     def __init__(self) -> None:
         self._kept: dict[str, str] = {}
-        self._log: list[str] = []  # the recording and its further rows
+        self._log: list[str] = []  # the recording, and its further rows
+        self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # likewise, as they were told
         self._count = 0  # of instants that are told
-        self._gone = 0  # of these, no longer kept where the experiment was changed
+        self._made = -1  # of the bench, when they were told
 
     def present(self) -> list[str | bytes]:
         """Return what brings a page to the present."""
-        kept = self._kept
+        kept, log = self._kept, self._log
         late = [kept[kind] for kind in AFTER if kind in kept]
-        return [*(kept[kind] for kind in kept if kind not in AFTER), *self._log, *late]
+        return [*(kept[kind] for kind in kept if kind not in AFTER), *log, *late]
 
     def news(self, session: Session, bench: Bench, shelf: Shelf) -> Iterator[str]:
         """Yield what pages do not know yet."""
-        news, bench.news = bench.news, ()
+        news, bench.news = bench.news, set()
         if "controls" in news:
-            yield from self._new(
-                "controls", controls=[_plain(asdict(each)) for each in bench.controls.values()]
-            )
+            listed = [_plain(asdict(each)) for each in bench.controls.values()]
+            yield from self._new("controls", controls=listed)
         if "recording" in news:
             yield self._whole(bench)
-        elif bench.live is not None:
-            yield from self._further(bench)
+        elif bench.pair is not None:
+            yield from self._further(bench, bench.pair)
         if "texts" in news:
             yield from self._new("texts", texts=bench.texts)
         yield from self._new("gallery", entries=shelf.entries)
         yield from self._new("state", **_state(session, bench))
 
     def _whole(self, bench: Bench) -> str:
+        """Return the message of a recording that begins."""
         recording = bench.recording()
-        header, numbers = told(recording.header, recording.arrays, {"poses"})
-        live = bench.live is not None
-        message = _text("recording", header=header, numbers=numbers, live=live)
-        self._count = len(bench.live.instants) if bench.live else 0
-        self._log = [message]
+        self._header, self._live = recording.header, bench.pair is not None
+        self._rows = [(0, recording.arrays)]
+        self._count = len(bench.pair.live.instants) if bench.pair else 0
         self._made = bench.made
+        return self._logged_anew()
+
+    def _logged_anew(self) -> str:
+        """Return one message of all that was told since the recording began."""
+        arrays = _joined(self._rows)
+        header, numbers = told(self._header, arrays, {"poses"})
+        message = _text("recording", header=header, numbers=numbers, live=self._live)
+        self._log, self._rows = [message], [(0, arrays)]
         return message
 
-    def _further(self, bench: Bench) -> Iterator[str]:
+    def _further(self, bench: Bench, pair: Pair) -> Iterator[str]:
         """Yield a message of the instants since the last one, which is told again if changed."""
-        assert bench.live is not None and bench.film is not None
-        count, changed = len(bench.live.instants), bench.made != self._made
+        assert bench.film is not None
+        count, changed = len(pair.live.instants), bench.made != self._made
         start = min(self._count, count) - (1 if changed else 0)
         if count == start:
             return
-        arrays = bench.film.arrays(bench.instants(start))
+        arrays = bench.film.arrays(pair.instants(start))
         header, numbers = told({}, arrays, set())
         message = _text("rows", header=header, numbers=numbers, **{"from": start})
         self._count, self._made = count, bench.made
+        self._rows.append((start, arrays))
         if len(self._log) >= LONGEST:
-            self._whole(bench)
+            self._logged_anew()
         else:
             self._log = [*self._log, message]
         yield message
@@ -94,21 +107,44 @@ class Outgoing:
             yield message
 
 
+def _joined(rows: list[tuple[int, dict[str, NDArray[Any]]]]) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a recording with all further rows; what has no rows is the last."""
+    (_, whole), *further = rows
+    found = {name: [array] for name, array in whole.items()}
+    for start, arrays in further:
+        for name, array in arrays.items():
+            if name.endswith(GOAL):
+                found[name] = [array]
+            else:
+                _cut(found[name], start)
+                found[name].append(array)
+    return {name: np.concatenate(parts) if parts[1:] else parts[0] for name, parts in found.items()}
+
+
+def _cut(parts: list[NDArray[Any]], count: int) -> None:
+    """Keep so many rows of an array in parts."""
+    rows = sum(map(len, parts))
+    while rows > count:
+        last = parts.pop()
+        rows -= len(last)
+        if rows < count:
+            parts.append(last[: count - rows])
+            rows = count
+
+
 def _state(session: Session, bench: Bench) -> dict[str, Any]:
-    ended = bench.ended and bench.live is not None
-    words = bench.outcome.words if ended and bench.outcome != Outcome.RUNNING else ""
+    end = bench.pair.end if bench.pair else None
+    factor = session.factor if session.playing else None
     return {
         "playing": session.playing,
         "speed": session.speed,
-        "factor": round(session.factor, 2) if session.playing else None,
-        "outcome": bench.outcome.name if words else "",
-        "ending": f"{words} after {bench.time:.3g} s" if words else "",
+        "factor": None if factor is None else round(factor, 2),
+        "outcome": end.outcome.name if end else "",
+        "ending": ended(end.outcome, end.time, bench.experiment.hold) if end else "",
         "note": session.note,
-        "title": bench.title,
         "second": bench.second,
         "changes": list(bench.changes),
         "handles": [asdict(each) for each in bench.handles],
-        "events": bench.events if bench.live else [],
     }
 
 

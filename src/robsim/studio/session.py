@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -15,9 +15,11 @@ from robsim.studio import downloads
 from robsim.studio.bench import Bench
 from robsim.studio.gallery import Shelf
 from robsim.studio.outgoing import Outgoing
+from robsim.studio.web.app import Unavailable
 
 TICK = 1 / 30  # seconds between what is sent
 BUSY = 0.025  # seconds of a tick that are spent on steps
+PACE = 1.0  # seconds over which the pace is measured
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0: as fast as it goes
 
 
@@ -32,19 +34,22 @@ class Session:
         self.bench, self.shelf = bench, shelf
         self.broadcast: Callable[[str], None] = lambda message: None
         self.outgoing = Outgoing()
-        self.playing, self.speed, self.factor, self.note = False, 1.0, 1.0, ""
-        self._asked: queue.Queue[dict[str, Any] | None] = queue.Queue(1000)
+        self.playing, self.speed, self.note = False, 1.0, ""
+        self.factor: float | None = None  # times real time
+        self._since: tuple[float, float] | None = None  # wall clock and time, to keep pace with
+        self._asked: queue.Queue[dict[str, Any]] = queue.Queue(1000)
+        self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="robsim-session", daemon=True)
 
     def start(self) -> None:
         """Begin with the simulation."""
-        self._tell_all()
+        self.tell_news()
         self._thread.start()
 
     def close(self) -> None:
-        """End the simulation."""
-        self._asked.put(None)
-        self._thread.join()
+        """End the simulation, within two seconds: a step that takes longer ends by itself."""
+        self._over.set()
+        self._thread.join(2.0)
 
     # what a server asks for, in its threads
 
@@ -53,8 +58,14 @@ class Session:
         return live_document()
 
     def download(self, name: str) -> tuple[str, bytes] | None:
-        """Return media type and content of what can be saved of the experiment; else None."""
-        return downloads.made(self.bench.experiment, self.bench.changes, name)
+        """Return media type and content of what can be saved of the experiment; else None.
+
+        Unavailable: there is such a file, but not of this experiment.
+        """
+        try:
+            return downloads.made(*self.bench.current, name)
+        except InputError as error:
+            raise Unavailable(str(error)) from None
 
     def hello(self) -> list[str | bytes]:
         """Return what brings a page to the present."""
@@ -70,33 +81,40 @@ class Session:
 
     def _run(self) -> None:
         due = time.monotonic()
-        while True:
+        while not self._over.is_set():
             due = max(due + TICK, time.monotonic())
-            if not self._heard(due):
-                return
-            if self.playing:
-                self._advance()
-            self._tell_news()
+            self._do_all(self._wishes(due))
+            try:
+                if self.playing:
+                    self._advance()
+                self.tell_news()
+            except Exception as error:  # noqa: BLE001  of a user's law, say: the studio goes on
+                self.playing = False
+                self.note = f"it stops here: {type(error).__name__}: {error}"
 
-    def _heard(self, due: float) -> bool:
-        """Do what was asked until then, of equal wishes the last; return False to end."""
+    def _wishes(self, due: float) -> list[dict[str, Any]]:
+        """Return what is asked for until then, of equal wishes the last."""
         wishes: dict[Any, dict[str, Any]] = {}
         with suppress(queue.Empty):
-            while True:
+            while not self._over.is_set():
                 left = due - time.monotonic()
                 wish = self._asked.get(timeout=left) if left > 0 else self._asked.get_nowait()
-                if wish is None:
-                    return False
                 key = _key(wish)
                 wishes.pop(key, None)
                 wishes[key] = wish
-        for wish in wishes.values():
-            self._do(wish)
-        return True
+        return list(wishes.values())
 
-    def _do(self, wish: dict[str, Any]) -> None:
-        """Do what a page asks for; what is wrong with it is told to all."""
-        self.note = ""
+    def _do_all(self, wishes: list[dict[str, Any]]) -> None:
+        """Do what pages ask for; what is wrong with any of it is told to all."""
+        notes = []
+        for wish in wishes:
+            if not self._over.is_set():
+                notes.append(self.do(wish))
+        if wishes:
+            self.note = "\n".join(dict.fromkeys(filter(None, notes)))
+
+    def do(self, wish: dict[str, Any]) -> str:
+        """Do what a page asks for; return what is wrong with it, in words."""
         try:
             for name, value in wish.items():
                 done = _WISHES.get(name)
@@ -104,42 +122,42 @@ class Session:
                     raise InputError(f"a page asked for {said(name)}; known: {', '.join(_WISHES)}")
                 done(self, value)
         except RobSimError as error:
-            self.note = str(error).removeprefix(f"{self.bench.experiment.source}: ")
+            return str(error).removeprefix(f"{self.bench.experiment.source}: ")
         except Exception as error:  # noqa: BLE001  a mistake of ours must not end the simulation
-            self.note = f"internal error, please report it: {type(error).__name__}: {error}"
+            return f"internal error, please report it: {type(error).__name__}: {error}"
+        return ""
 
     def _play(self, value: Any) -> None:
-        self.playing = value is True
+        if value is True and self.bench.full:
+            raise InputError("no more instants are kept: go back to the start")
+        self.playing, self._since = value is True, None
         if self.playing and self.bench.ended:
             self.bench.reset()
-        self._since = None
 
     def _step(self, value: Any) -> None:
         self.playing = False
-        self.bench.step()
+        count = value if isinstance(value, int) and not isinstance(value, bool) else 1
+        for _ in range(min(max(count, 1), 100)):
+            self.bench.step()
 
     def _reset(self, value: Any) -> None:
-        self.bench.reset()
         self._since = None
+        self.bench.reset()
 
     def _set(self, value: Any) -> None:
-        if not isinstance(value, list) or len(value) != 2:
-            raise InputError("a page sets a pair: name and value")
-        self.bench.set(*value)
         self._since = None
+        self.bench.set(*_pair(value, "sets"))
 
     def _drag(self, value: Any) -> None:
-        if not isinstance(value, list) or len(value) != 2:
-            raise InputError("a page drags a pair: name and pose")
-        self.bench.drag(*value)
         self._since = None
+        self.bench.drag(*_pair(value, "drags"))
 
     def _second(self, value: Any) -> None:
-        self.bench.compare(value)
         self._since = None
+        self.bench.compare(value)
 
     def _quicker(self, value: Any) -> None:
-        if value not in SPEEDS:
+        if value not in SPEEDS or isinstance(value, bool):
             raise InputError(f"no speed {said(value)}; speeds: {SPEEDS}")
         self.speed, self._since = float(value), None
 
@@ -147,38 +165,34 @@ class Session:
         self.bench.open(self.shelf.experiment(value))
         self.playing, self._since = True, None
 
-    _since: tuple[float, float] | None = None  # wall clock and time from which it is paced
-
     def _advance(self) -> None:
         """Take the steps that are due, or as many as there is time for, and note the factor."""
         began = time.monotonic()
-        if self._since is None:
-            self._since = began, self.bench.time
-        wall, start = self._since
-        until = start + (began - wall) * self.speed if self.speed else float("inf")
+        wall, start = self._since or (began, self.bench.time)
+        until = start + (began - wall + TICK) * self.speed if self.speed else float("inf")
         while self.bench.time < until and not self.bench.ended:
             self.bench.step()
             if time.monotonic() - began > BUSY:
                 break
-        behind = self.speed and self.bench.time < until
-        if began > wall:
-            self.factor = (self.bench.time - start) / (began - wall)
-        if behind or (began - wall) > 1.0:
-            self._since = began, self.bench.time
+        now = time.monotonic()
+        self.factor = (self.bench.time - start) / (now - wall) if now - wall > PACE / 4 else None
+        late = self.bench.time < until
+        renew = self._since is None or late or now - wall > PACE
+        self._since = (now, self.bench.time) if renew and self.factor else (wall, start)
         if self.bench.ended:
             self.playing = False
             self.bench.explain()
 
-    # what is told
-
-    def _tell_all(self) -> None:
-        self.bench.news = "recording", "controls"
-        self._tell_news()
-
-    def _tell_news(self) -> None:
+    def tell_news(self) -> None:
         """Send what is new to all pages, and keep it for those to come."""
         for message in self.outgoing.news(self, self.bench, self.shelf):
             self.broadcast(message)
+
+
+def _pair(value: Any, what: str) -> list[Any]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise InputError(f"a page {what} a pair: a name, and what it is to be")
+    return value
 
 
 def _key(wish: dict[str, Any]) -> Any:
@@ -200,4 +214,3 @@ _WISHES: dict[str, Callable[[Session, Any], None]] = {
     "speed": Session._quicker,
     "open": Session._open,
 }
-Wishes: Sequence[str] = tuple(_WISHES)

@@ -5,6 +5,10 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 
+class Unavailable(Exception):
+    """The error of an app whose words go to the page."""
+
+
 class App(Protocol):
     """What a server shows: a page, files for download, and a conversation with each page.
 
@@ -17,7 +21,10 @@ class App(Protocol):
         ...
 
     def download(self, name: str) -> tuple[str, bytes] | None:
-        """Return media type and content of a file such as "run.nc"; None where there is none."""
+        """Return media type and content of a file such as "run.nc"; None where there is none.
+
+        Unavailable: why there is none now, in words for a person.
+        """
         ...
 
     def hello(self) -> list[str | bytes]:

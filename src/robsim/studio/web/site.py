@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from robsim.studio.web import limits
 from robsim.studio.web.answers import POLICY, Answer, Refused
-from robsim.studio.web.app import App
+from robsim.studio.web.app import App, Unavailable
 from robsim.studio.web.failures import WORDS, Failures
 
 SOCKET = "/socket"
@@ -49,6 +49,8 @@ class Site:
     async def _asked(self, question: Callable[[], _T]) -> _T:
         try:
             return await asyncio.get_running_loop().run_in_executor(self._workers, question)
+        except Unavailable as reason:
+            raise Refused(HTTPStatus.CONFLICT, str(reason)) from None
         except Exception:  # noqa: BLE001  whatever the app raises, the server goes on
             self._failures.log("a page or a download")
             raise Refused(HTTPStatus.INTERNAL_SERVER_ERROR, WORDS) from None

@@ -1,0 +1,106 @@
+"""A run that goes on, and beside it that of a second scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.page.film import Film, Instants, belief_of
+from robsim.plot.moving import Moving
+from robsim.run.experiment import Experiment
+from robsim.run.instant import Instant
+from robsim.run.outcome import Outcome
+from robsim.studio.live import Live
+
+AHEAD = 2000  # steps that are looked ahead, to see what will move
+
+
+class Pair:
+    """The run of an experiment, and that of a second one, instant by instant.
+
+    Nothing of a pair is changed but that both take another step.
+    """
+
+    def __init__(self, live: Live, other: Live | None = None) -> None:
+        self.live, self.other = live, other
+        if other is not None:
+            count = min(len(live.instants), len(other.instants))
+            for each in (live, other):
+                del each.instants[:-count]
+
+    @classmethod
+    def of(cls, experiment: Experiment, second: Mapping[str, Any]) -> Pair:
+        """Return both at the start; `second` is the value in which the second one differs."""
+        return cls(Live(experiment), Live(beside(experiment, second)) if second else None)
+
+    def changed(self, experiment: Experiment, second: Mapping[str, Any]) -> Pair:
+        """Return what goes on from here as runs of another experiment. InputError: it cannot."""
+        other = self.other and self.other.changed(beside(experiment, second))
+        return Pair(self.live.changed(experiment), other)
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more is to come of either."""
+        return self.live.ended and (self.other is None or self.other.ended)
+
+    @property
+    def end(self) -> Instant | None:
+        """The instant at which the first one ended, if it has."""
+        ends = (each for each in self.live.instants if each.outcome != Outcome.RUNNING)
+        over = self.live.now.outcome != Outcome.RUNNING
+        return next(ends) if over else None
+
+    def step(self) -> None:
+        """Let both take another step."""
+        self.live.step()
+        if self.other is not None:
+            self.other.step()
+
+    def forget(self) -> None:
+        """Keep no instant but the last one."""
+        for each in filter(None, (self.live, self.other)):
+            each.forget()
+
+    def instants(self, start: int = 0) -> Instants:
+        """Return the instants from a number on."""
+        table, scene = self.live.table(start), self.live.experiment.scene
+        if self.other is None:
+            return Instants.of(table, scene)
+        return Instants.of(table, scene, (self.other.table(start), self.other.experiment.scene))
+
+    def filmed(self, depth: float | None = None) -> Film:
+        """Return what is shown; what will move is found by a look ahead."""
+        experiment, second = self.live.experiment, None
+        q = _ahead(experiment)
+        if self.other is not None:
+            q, q_other = _as_long(q, _ahead(self.other.experiment))
+            second = Moving.of(self.other.experiment.scene, q_other)
+        moving = Moving.of(experiment.scene, q, second)
+        return Film(moving, self.live.forms, belief_of(experiment), depth)
+
+
+def beside(experiment: Experiment, second: Mapping[str, Any]) -> Experiment:
+    """Return the experiment of the second scheme. InputError: there is no such value."""
+    controls = {each.path: each for each in experiment.controls()}
+    (name, value), *_ = second.items()
+    if name not in controls:
+        raise InputError(f"the second scheme differs in {name}, which there would be no more")
+    return experiment.at(controls[name].changes(value))
+
+
+def _ahead(experiment: Experiment) -> Array:
+    """Return the coordinates (T, nq) to which an experiment comes."""
+    seconds = min(experiment.duration, AHEAD * experiment.dt)
+    q = experiment.run(duration=seconds, record="all")["q"].values
+    alive: Array = q[np.isfinite(q).all(axis=1)]
+    return alive
+
+
+def _as_long(*each: Array) -> list[Array]:
+    """Return arrays (T, n) of the same T: the shorter ones stay at their last row."""
+    most = max(map(len, each))
+    return [np.concatenate([q, np.repeat(q[-1:], most - len(q), axis=0)]) for q in each]
