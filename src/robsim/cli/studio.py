@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robsim.studio.gallery import Shelf
 
 LOOK = 0.2  # seconds between looks for a stop
+LATE = 60.0  # seconds that a browser may take to open
 GONE = 5.0  # seconds without a page, which is not one that is loaded again
 FIRST = "eye_in_hand"  # what a studio shows of which nothing else is asked
 
@@ -66,11 +67,11 @@ def serve(
             tell(f"open {server.address} in a browser; Ctrl-C ends it")
         else:
             tell(f"the studio is open at {server.address}; Ctrl-C ends it")
-        seen = None  # when there was a page
+        began, seen = time.monotonic(), None  # when there was a page
         while not stops and not server.wait(LOOK):
             now = time.monotonic()
             seen = now if server.pages else seen
-            if once and seen is not None and now - seen > GONE:
+            if once and now - (seen or began + LATE) > GONE:
                 break
 
 
@@ -85,7 +86,7 @@ def _found(shown: Path | None) -> tuple[Experiment, Shelf | None]:
     path = run_file(shown) if exists(shown / "run.nc") else shown
     if exists(path) and path.is_dir():
         shelf = Shelf.of(path)
-        return shelf.experiment(shelf.entries[0]["name"]), shelf
+        return shelf.first(), shelf
     if path.suffix == ".nc":
         from robsim.files.netcdf import open_run
 

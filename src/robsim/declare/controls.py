@@ -81,15 +81,51 @@ class Place:
         """Return the control of the value here."""
         return Control(self.path, form, value, self.meaning, beside=self.beside, **more)
 
-    def slider(self, value: float, unit: str, low: Any, high: Any, united: bool = False) -> Control:
-        """Return the control of a number, which reaches far enough where it has no bounds."""
-        far = max(FACTOR * abs(value), REACH.get(unit, 1.0))
-        ends = {"low": -far if low is None else low, "high": far if high is None else high}
-        return self.control("number", float(value), unit=unit, united=united, **ends)
+    def slider(
+        self,
+        value: float,
+        unit: str,
+        low: float | None,
+        high: float | None,
+        united: bool = False,
+        open_ends: tuple[bool, bool] = (False, False),
+    ) -> Control:
+        """Return the control of a number, which reaches far enough where it has no bounds.
+
+        A bound that is not a value itself is left out by a thousandth of the reach.
+        """
+        first, last = _reach(value, unit, low, high)
+        gap = 1e-3 * (last - first)
+        first, last = first + gap * open_ends[0], last - gap * open_ends[1]
+        return self.control("number", float(value), unit=unit, united=united, low=first, high=last)
 
     def several(
-        self, values: Any, names: Sequence[str], unit: Any, united: bool = True, **more: Any
+        self,
+        values: Any,
+        names: Sequence[str],
+        unit: Any,
+        united: bool = True,
+        limits: Any = None,
     ) -> Control:
-        """Return the control of several numbers."""
-        given = {"names": tuple(names), "unit": unit, "united": united, **more}
-        return self.control("numbers", [float(x) for x in values], **given)
+        """Return the control of several numbers, within limits (n, 2) where there are any."""
+        numbers = [float(x) for x in values]
+        units = [unit] * len(numbers) if isinstance(unit, str) else unit
+        bounds = limits if limits is not None else [(-math.inf, math.inf)] * len(numbers)
+        ends = [
+            _around(x, u, float(low), float(high))
+            for x, u, (low, high) in zip(numbers, units, bounds, strict=True)
+        ]
+        given = {"names": tuple(names), "unit": unit, "united": united}
+        low, high = [each[0] for each in ends], [each[1] for each in ends]
+        return self.control("numbers", numbers, low=low, high=high, **given)
+
+
+def _reach(value: float, unit: str, low: float | None, high: float | None) -> tuple[float, float]:
+    far = max(FACTOR * abs(value), REACH.get(unit, 1.0))
+    return -far if low is None else low, far if high is None else high
+
+
+def _around(value: float, unit: str, low: float, high: float) -> tuple[float, float]:
+    """Return the limits of a number; where there are none, as far around it as one reaches."""
+    far = max(abs(value), REACH.get(unit, 1.0))
+    return (value - far if low == -math.inf else low, value + far if high == math.inf else high)

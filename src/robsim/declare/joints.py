@@ -133,11 +133,8 @@ class PerJoint(Spec):
         axes = self.axes(place.c)
         if value is None or axes is None or np.shape(value) != (len(axes.units),):
             return ()
-        ends = {}
-        if self.axes is coordinates:
-            low, high = place.c.facts["scene"].limits.T.tolist()
-            ends = {"low": low, "high": high}
-        return [place.several(value, tuple(axes.names), tuple(axes.units), **ends)]
+        limits = place.c.facts["scene"].limits if self.axes is coordinates else None
+        return [place.several(value, tuple(axes.names), tuple(axes.units), limits=limits)]
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": ["string", "number"]}}

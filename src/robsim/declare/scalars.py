@@ -64,7 +64,8 @@ class Number(Spec):
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if not isinstance(value, float | int) or not math.isfinite(value):
             return ()
-        return [place.slider(value, *self._slide())]
+        ends = self.above is not None, self.below is not None
+        return [place.slider(value, *self._slide(), ends)]
 
     def _slide(self) -> tuple[Any, ...]:
         """Return the unit in which a number is shown, its bounds, and whether texts have it."""

@@ -16,7 +16,19 @@ from robsim.page.film import Recording
 from robsim.page.packing import check_size, packed
 
 MODULES = (
-    *("unpack", "growing", "clock", "shading", "space", "picture", "charts", "view", "time"),
+    *(
+        "unpack",
+        "growing",
+        "clock",
+        "pace",
+        "shading",
+        "solids",
+        "space",
+        "picture",
+        "charts",
+        "view",
+        "time",
+    ),
     *("link", "handles", "controls", "studio", "main"),
 )
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)

@@ -255,6 +255,7 @@ def common_belief(task: Any) -> Scene | None:
 
 
 def beliefs(task: Any) -> list[Scene | None]:
+    """Return what each servo task within a task believes; None where that is the truth."""
     if hasattr(task, "inner"):
         return [belief for each in task.inner for belief in beliefs(each)]
     return [task.belief] if hasattr(task, "belief") else []

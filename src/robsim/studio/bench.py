@@ -120,6 +120,7 @@ class Bench:
     def recording(self) -> Recording:
         """Return the instants that are there as a recording."""
         if self.pair is None:
+            assert self._played is not None
             return self._played
         assert self.film is not None
         title = self.experiment.title or "experiment"

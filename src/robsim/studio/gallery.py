@@ -33,6 +33,16 @@ class Shelf:
             raise FileError(f"{folder}: no scenario file (*.toml) is there")
         return cls(found)
 
+    def first(self) -> Experiment:
+        """Return the first experiment that is valid. FileError: none is; what is wrong with one."""
+        problems = []
+        for name in self._paths:
+            try:
+                return self.experiment(name)
+            except FileError as error:
+                problems.append(error)
+        raise problems[0]
+
     def experiment(self, name: Any) -> Experiment:
         """Return the experiment of a name. InputError: there is none, or it is not valid."""
         if not isinstance(name, str) or name not in self._paths:

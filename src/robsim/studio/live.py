@@ -64,8 +64,9 @@ class Live:
             instant = next(self._steps)
             self.instants.append(replace(instant, time=self.since + instant.time))
             return
-        still = {"qd": 0.0 * self.now.qd, "qd_actual": 0.0 * self.now.qd_actual}
-        self.instants.append(replace(self.now, time=self.now.time + self.piece.dt, **still))
+        now, still = self.now, 0.0 * self.now.qd
+        later = now.time + self.piece.dt
+        self.instants.append(replace(now, time=later, qd=still, qd_actual=still))
 
     def changed(self, experiment: Experiment) -> Live:
         """Return what goes on from here as a run of another experiment.

@@ -6,18 +6,25 @@ export class Chart {
   constructor(element, curve, arrays, clock) {
     Object.assign(this, { element, curve, clock });
     this.array = arrays[curve.values];
+    this.time = arrays.time;
     this.times = [];
     this.columns = curve.names.map(() => []);
     this.log = curve.log && this.array.values.some((value) => value > 0);
     this.extend(0);
-    new ResizeObserver(() => this.build()).observe(element);
+    this.observer = new ResizeObserver(() => this.build());
+    this.observer.observe(element);
+  }
+
+  destroy() {
+    this.observer.disconnect();
+    this.plot?.destroy();
   }
 
   // Take over the values from an instant on.
   extend(from) {
     const { shape, values } = this.array;
     this.times.length = from;
-    for (let t = from; t < shape[0]; t++) this.times.push(this.clock.times[t]);
+    for (let t = from; t < shape[0]; t++) this.times.push(this.time.values[t]);
     this.columns.forEach((column, i) => {
       column.length = from;
       for (let t = from; t < shape[0]; t++) column.push(shownValue(values[t * shape[1] + i], this.log));

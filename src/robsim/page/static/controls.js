@@ -72,8 +72,7 @@ export class Controls {
     const plain = new Set(short).size === short.length ? short : control.names;
     const rows = control.names.map((_, i) => {
       const state = { value: outside(numbers.value[i], units[i]) };
-      const ends = [control.low?.[i], control.high?.[i]];
-      const row = numberRow(gui, state, numbers.value[i], units[i], ends).name(labelled(plain[i], units[i]));
+      const row = numberRow(gui, state, numbers.value[i], units[i], [control.low[i], control.high[i]]).name(labelled(plain[i], units[i]));
       row.onChange((value) => {
         numbers.value[i] = inside(value, units[i]);
         this.set(control.path, [...numbers.value]);
@@ -121,10 +120,8 @@ function rowOf(gui, state, control, ends) {
   return numberRow(gui, state, control.value, control.unit, ends);
 }
 
-// A slider between two ends; where there are none, around the value.
-function numberRow(gui, state, value, unit, [low, high]) {
-  const far = unit === "rad" ? Math.PI : Math.max(0.5, 2 * Math.abs(value));
-  const ends = [low ?? value - far, high ?? value + far].map((end) => outside(end, unit));
+function numberRow(gui, state, value, unit, bounds) {
+  const ends = bounds.map((end) => outside(end, unit));
   return gui.add(state, "value", ...ends).decimals(places(ends[1] - ends[0], outside(value, unit)));
 }
 

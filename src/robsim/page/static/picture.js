@@ -16,7 +16,12 @@ export class Picture {
     this.canvas.addEventListener("dblclick", () => this.canvas.requestFullscreen?.());
     this.bounds = this.boundsOf();
     this.index = 0;
-    new ResizeObserver(() => this.draw()).observe(element);
+    this.observer = new ResizeObserver(() => this.draw());
+    this.observer.observe(element);
+  }
+
+  destroy() {
+    this.observer.disconnect();
   }
 
   // Left, top, width and height in pixels of what is shown.

@@ -1,6 +1,8 @@
 // The scene in 3-D: solids, marks, trails and views on frames that move.
 
+import { Pace } from "./pace.js";
 import { Surface } from "./shading.js";
+import { empty, geometryOf, linesOf, surface, wayOf } from "./solids.js";
 import { THREE, OrbitControls } from "./vendor.js";
 
 const GHOSTS = {
@@ -10,10 +12,7 @@ const GHOSTS = {
   start: { opacity: 0, lines: 0.6, dashed: true, tint: "#8c8c8c" },
   second: { opacity: 0.25, lines: 0.9, tint: "#e69f00" },
 };
-const SLOW = 45; // milliseconds from frame to frame
 const FAR = 10; // times its radius, a way on which the eye follows
-const LINGER = 400; // milliseconds without a motion, after which all is drawn sharply
-const COARSE = 0.5; // share of the pixels of a side that are drawn while frames are slow
 const VIEW = { elevation: 22, azimuth: -55 }; // degrees, as the figures have it
 
 const GROUPS = ["true", "belief", "second", "goal", "start", "trails", "views", "rays", "frames", "ground"];
@@ -348,24 +347,6 @@ export class Space {
   }
 }
 
-// How sharp to draw while things move, from how long frames take.
-class Pace {
-  constructor() {
-    Object.assign(this, { slow: 0, moved: 0, before: 0, coarse: false });
-  }
-
-  share(now, moving) {
-    const took = now - this.before;
-    this.before = now;
-    if (moving && now - this.moved < LINGER) this.slow += ((took > SLOW ? 1 : 0) - this.slow) * 0.2;
-    if (moving) this.moved = now;
-    if (now - this.moved > LINGER) return 1;
-    if (this.slow > 0.6) this.coarse = true;
-    if (this.slow < 0.1) this.coarse = false;
-    return this.coarse ? COARSE : 1;
-  }
-}
-
 function groupOf(header, frame) {
   return header.frames[frame].group;
 }
@@ -373,56 +354,4 @@ function groupOf(header, frame) {
 function copyPose(to, from) {
   to.position.copy(from.position);
   to.quaternion.copy(from.quaternion);
-}
-
-function geometryOf(skin) {
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(skin.corners, 3));
-  geometry.setAttribute("normal", new THREE.BufferAttribute(skin.normals(), 3));
-  return geometry;
-}
-
-function surface(color, opacity) {
-  return new THREE.MeshStandardMaterial({
-    color: color.clone().lerp(new THREE.Color("#ffffff"), 0.18),
-    roughness: 0.75,
-    metalness: 0.05,
-    side: THREE.DoubleSide,
-    transparent: opacity < 1,
-    opacity,
-    depthWrite: opacity === 1,
-    polygonOffset: true,
-    polygonOffsetFactor: 1,
-    polygonOffsetUnits: 1,
-  });
-}
-
-function linesOf(ends, color, look) {
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(ends, 3));
-  const Kind = look.dashed ? THREE.LineDashedMaterial : THREE.LineBasicMaterial;
-  const material = new Kind({ color, transparent: true, opacity: look.lines });
-  const lines = new THREE.LineSegments(geometry, material);
-  if (look.dashed) {
-    lines.computeLineDistances();
-    const spread = Math.max(...lines.geometry.attributes.lineDistance.array, 1e-6);
-    material.dashSize = spread / 40;
-    material.gapSize = spread / 60;
-  }
-  return lines;
-}
-
-function empty(group) {
-  group.traverse((node) => {
-    node.geometry?.dispose();
-    node.material?.dispose();
-    node.shadow?.dispose?.();
-  });
-  group.clear();
-}
-
-function wayOf(color, opacity) {
-  const line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color, transparent: true, opacity }));
-  line.frustumCulled = false;
-  return line;
 }

@@ -66,6 +66,7 @@ export class Studio {
   tell(state) {
     this.state = state;
     this.tellNote(state.note);
+    if (state.note && this.listed) this.controls.echo(this.listed); // what was refused does not stay
     if (this.live) this.view.tellOutcome(state.outcome, state.ending);
     const factor = state.playing && state.factor !== null && this.live;
     find("factor").textContent = factor ? `${state.factor.toFixed(state.factor < 10 ? 2 : 0)} x` : "";
@@ -79,10 +80,11 @@ export class Studio {
 
   // Let what nobody has touched yet move at once, unless motion is unwanted.
   begin() {
-    if (this.begun) return;
+    if (this.begun || !this.view.arrays) return;
     this.begun = true;
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const untouched = this.live && !this.state.playing && !this.state.outcome && this.clock.times.length < 2;
+    const begun = this.view.arrays.time.shape[0] > 1 || this.state.playing || this.state.outcome;
+    const untouched = this.live && !begun;
     if (untouched && !still) this.link.ask({ play: true });
   }
 
@@ -98,7 +100,7 @@ export class Studio {
   tellThere(there) {
     const problem = find("problem");
     problem.hidden = there;
-    problem.textContent = "The studio does not answer; it is tried again.";
+    problem.textContent = "The studio does not answer. If it was started anew, open the new address that it printed.";
     document.body.classList.toggle("alone", !there);
   }
 
@@ -138,7 +140,7 @@ export class Studio {
 
   step(count) {
     const last = this.clock.index === this.clock.times.length - 1;
-    if (this.live && last) this.link.ask({ step: true });
+    if (this.live && last) this.link.ask({ step: count });
     else this.scrub(count);
   }
 
@@ -172,10 +174,12 @@ export class Studio {
   offerSecond() {
     const choices = (this.listed ?? []).filter((c) => c.form === "choice" || c.form === "number");
     const [path, value] = Object.entries(this.state.second ?? {})[0] ?? ["", null];
-    const key = JSON.stringify([choices.map((c) => c.path), path, value]);
+    const key = JSON.stringify([this.live, choices.map((c) => c.path), path, value]);
     if (key === this.secondKey) return;
     this.secondKey = key;
     this.secondGui?.destroy();
+    this.secondGui = null;
+    if (!this.live) return;
     const gui = (this.secondGui = new GUI({ container: this.top, title: "second scheme", injectStyles: false }));
     const chosen = { path: path || "none", value };
     gui.add(chosen, "path", ["none", ...choices.map((c) => c.path)]).name("differs in").onChange((name) => {

@@ -35,7 +35,7 @@ export class View {
     try {
       this.space = new Space(find("space"));
     } catch (error) {
-      find("space").textContent = `This browser cannot draw in 3-D: ${error.message}`;
+      find("space").append(element("p", `This browser cannot draw in 3-D: ${error.message}`, "flat"));
       this.space = FLAT;
     }
     this.shown = -1;
@@ -48,6 +48,7 @@ export class View {
     Object.assign(this, { header, arrays, late: undefined, unplotted: undefined });
     document.title = header.title;
     find("title").textContent = header.title;
+    for (const each of [...this.pictures, ...this.charts]) each.destroy();
     for (const id of ["pictures", "charts", "texts"]) find(id).replaceChildren();
     this.space.load(header, arrays, same);
     this.options();
@@ -76,15 +77,15 @@ export class View {
 
   // Draw what has come since the last frame, and curves no oftener than the eye can follow.
   refresh(now) {
-    if (this.late === undefined) return;
-    this.clock.times = this.arrays.time.values;
-    this.space.extend(this.late);
-    this.unplotted = Math.min(this.unplotted ?? Infinity, this.late);
-    this.late = undefined;
-    if (now - (this.plotted ?? 0) > CURVES) {
+    if (this.late !== undefined) this.unplotted = Math.min(this.unplotted ?? Infinity, this.late);
+    if (this.unplotted !== undefined && now - (this.plotted ?? 0) > CURVES) {
       for (const chart of this.charts) chart.extend(this.unplotted);
       [this.plotted, this.unplotted] = [now, undefined];
     }
+    if (this.late === undefined) return;
+    this.clock.times = this.arrays.time.values;
+    this.space.extend(this.late);
+    this.late = undefined;
     this.shown = -1;
     this.clock.renew(this.arrays.time.values);
   }
