@@ -10,7 +10,7 @@ from attack.harness import Wrong
 from robsim import examples, load_scenario
 from robsim.studio.bench import Bench
 from robsim.studio.gallery import Shelf
-from robsim.studio.session import Session, Wishes
+from robsim.studio.session import _WISHES, Session
 
 NAME, CASES = "wishes", 40
 FILES = ("adaptive_gain", "calibration_errors", "eye_in_hand", "unicycle_docking", "visp_tutorial")
@@ -51,7 +51,7 @@ def case(seed):
 
 def wish_of(draw, bench):
     """One thing that a page might ask for, most of it wrong."""
-    name = draw.choice([*Wishes, "set", "set", "drag", "second", "quit"])
+    name = draw.choice([*_WISHES, "set", "set", "drag", "second", "quit"])
     if name in ("set", "second"):
         return {
             name: draw.choice([[path_of(draw, bench), value_of(draw, bench)], draw.choice(ODD)])

@@ -196,7 +196,7 @@ def test_two_schemes_have_one_period(experiment):
 
 def test_a_file_that_is_gone_is_not_missed(experiment, tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text(f"# Watch it.\n{experiment.text}")
+    path.write_text(f"# Watch it.\n\n{experiment.text}")
     bench = Bench(load_scenario(path))
     path.unlink()
     bench.set("task.gain", 2.0)

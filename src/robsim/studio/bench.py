@@ -167,7 +167,7 @@ class Bench:
         if before is None or pair is None or pair.live.fresh:
             self.news.add("recording")
         self.pair, self.film, self._played = pair, film, played
-        self.texts = self._heard()
+        self.texts = {**self._heard(), **(played.header["texts"] if played else {})}
 
     def _heard(self) -> dict[str, str]:
         """Return what there is to watch for, where the experiment says it."""

@@ -18,7 +18,8 @@ from robsim.run.experiment import Experiment, load_scenario
 def made(experiment: Experiment, changes: Mapping[str, Any], name: str) -> tuple[str, bytes] | None:
     """Return media type and content of a file that can be saved; None where there is no such file.
 
-    There are experiment.toml, experiment.py, run.nc and run.html. What is saved of a run is that of the experiment as it is now, from its start.
+    There are experiment.toml, experiment.py, run.nc and run.html. What is saved of a run is that of
+    the experiment as it is now, from its start.
     """
     if name == "experiment.toml":
         return "application/toml", experiment.text.encode()
