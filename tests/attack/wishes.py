@@ -32,19 +32,18 @@ def case(seed):
     here = session(draw.choice(FILES))
     bench = here.bench
     for _ in range(draw.randint(1, 4)):
-        before = bench.experiment
-        here._do(wish_of(draw, bench))
-        if "internal error" in here.note:
-            raise Wrong(here.note)
-        if here.note and bench.experiment is not before:
-            raise Wrong(f"it was refused, and something changed: {here.note[:200]}")
-    for message in here.outgoing.news(here, bench, here.shelf):
-        json.loads(message)
-    here._do({"reset": True})
-    here._do({"step": True})
-    if here.note:
-        raise Wrong(f"it does not go on: {here.note[:300]}")
-    if bench.live is not None and not np.isfinite(bench.live.now.q).all():
+        before = bench.current, bench.pair, bench.second, bench.film
+        note = here.do(wish_of(draw, bench))
+        if "internal error" in note:
+            raise Wrong(note)
+        after = bench.current, bench.pair, bench.second, bench.film
+        if note and any(x is not y for x, y in zip(before, after, strict=True)):
+            raise Wrong(f"it was refused, and something changed: {note[:200]}")
+        for message in here.outgoing.news(here, bench, here.shelf):
+            json.loads(message)
+    if note := here.do({"reset": True}) or here.do({"step": True}):
+        raise Wrong(f"it does not go on: {note[:300]}")
+    if bench.pair is not None and not np.isfinite(bench.pair.live.now.q).all():
         raise Wrong("coordinates that are not finite")
     return True
 

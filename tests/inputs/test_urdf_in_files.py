@@ -110,3 +110,26 @@ def test_nor_is_the_file_of_a_tool_needed(bench):
 def test_what_is_wrong_is_told_with_its_key(bench, old, new, told):
     with pytest.raises(rs.FileError, match=f"^[^\n]*bench.toml: {told}[^\n]*$"):
         bench(old, new)
+
+
+def test_an_arm_with_meshes_is_used_like_any_other(tmp_path):
+    """Its file names a mesh, whose folder no text holds; there or not, it makes no difference."""
+    (tmp_path / "arm.urdf").write_text(
+        """<robot name="arm"><link name="base"/><link name="hand"><visual><geometry>
+        <mesh filename="package://nowhere/hand.stl"/></geometry></visual></link>
+        <joint name="j" type="revolute"><parent link="base"/><child link="hand"/>
+        <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+    )
+    (tmp_path / "arm.toml").write_text(
+        """schema = 1
+        robots = [{ urdf = "arm.urdf" }]
+        objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm"] }]
+        cameras = [{ name = "eye", on = "arm.hand", focal = 800, size = [640, 480] }]
+        task = { kind = "ibvs", inverse = "damped" }
+        start = { q = ["5 deg"] }
+        """
+    )
+    experiment = rs.load_scenario(tmp_path / "arm.toml")
+    run = experiment.run()
+    assert run["q"].values[0, 0] == np.deg2rad(5) and abs(float(run["q_end"][0])) < 1e-4
+    assert rs.Experiment.of(run) == experiment and "hand.stl" in experiment.to_toml()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robsim import InputError, Outcome, Pose, examples, load_scenario
-from robsim.studio.bench import Bench
+from robsim.studio.bench import Bench, explained
 from robsim.studio.downloads import python_of
 
 
@@ -219,6 +219,6 @@ def test_explained_is_what_ran_since_the_last_change(experiment):
         bench.step()
     bench.set("task.gain", 2.0)
     through(bench)
-    bench.explain()
+    bench.explain(explained(bench.experiment, bench.pair.live, trials=False))
     assert bench.texts["explanation"].startswith("After the last change, at 2.00 s")
     assert bench.texts["experiment"] == experiment.at("task.gain", 2.0).text

@@ -91,4 +91,4 @@ def _found(shown: Path | None) -> tuple[Experiment, Shelf | None]:
         from robsim.files.netcdf import open_run
 
         return Experiment.of(open_run(path)), None
-    return load_scenario(path), None
+    return load_scenario(path), Shelf([path, *(Path(examples.path(n)) for n in examples.names())])

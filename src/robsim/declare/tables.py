@@ -107,7 +107,7 @@ def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: 
 def _check_plain(source: Any, own: dict[str, Any]) -> None:
     """Raise NoText if an object holds what its declared fields do not say."""
     for each in dataclasses.fields(source):
-        if each.init and each.name not in own:
+        if each.init and each.compare and each.name not in own:  # what is part of the value
             plain, value = each.default, getattr(source, each.name)
             if type(plain) is not type(value) or hashable(plain) != hashable(value):
                 raise NoText(f"{type(source).__name__} has a {each.name} of its own")

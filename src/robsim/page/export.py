@@ -78,7 +78,7 @@ def show(shown: Any, experiment: Experiment | None = None) -> None:
     page = document(recording_of(shown, experiment))
     if _in_notebook():
         notebook: Any = importlib.import_module("IPython.display")
-        notebook.display(notebook.HTML(framed(page)))
+        notebook.display({"text/html": framed(page)}, raw=True)
         return
     folder = Path(tempfile.mkdtemp(prefix="robsim-"))
     open_page(write_whole(folder / "run.html", page))

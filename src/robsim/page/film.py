@@ -31,6 +31,11 @@ class Recording:
     header: dict[str, Any]
     arrays: dict[str, NDArray[Any]]
 
+    def __repr__(self) -> str:
+        """Return what it shows, in a line."""
+        count = len(self.arrays["time"])
+        return f"<Recording {self.header['title']!r} of {count} instants>"
+
 
 @dataclass(frozen=True, eq=False)
 class Instants:

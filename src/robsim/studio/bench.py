@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 from robsim.base.errors import InputError, said
@@ -16,6 +17,7 @@ from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
 from robsim.studio.gallery import about
 from robsim.studio.handles import Handle, dragged, handles_of
+from robsim.studio.live import Live
 from robsim.studio.pair import Pair
 from robsim.studio.values import checked
 
@@ -104,16 +106,8 @@ class Bench:
             chosen = {control.path: checked(control, second[1])}
         self._take(*self.current, chosen, None, self._about)
 
-    def explain(self) -> None:
-        """Say why the run ended, in the texts."""
-        if self.pair is None:
-            return
-        piece, since = self.pair.live.piece, self.pair.live.since
-        found = texts(piece.run(), piece, trials=False)
-        if since:
-            changed = f"After the last change, at {since:.2f} s, from which its times count:\n"
-            found["explanation"] = changed + found["explanation"]
-        found |= {"experiment": self._text(found["experiment"])}
+    def explain(self, found: Mapping[str, str]) -> None:
+        """Put into the texts why the run ended, as `explained` has it."""
         self.texts = {**self._heard(), **found}
         self.news.add("texts")
 
@@ -173,8 +167,13 @@ class Bench:
         """Return what there is to watch for, where the experiment says it."""
         return {"watch for": self._about} if self._about else {}
 
-    def _text(self, otherwise: str) -> str:
-        try:
-            return self.experiment.text
-        except InputError:
-            return otherwise
+
+def explained(experiment: Experiment, live: Live, trials: bool) -> dict[str, str]:
+    """Return why a run ended, with what would have helped if `trials` are wanted, and its text."""
+    found = texts(live.piece.run(), live.piece, trials)
+    if live.since:
+        changed = f"After the last change, at {live.since:.2f} s, from which its times count:\n"
+        found["explanation"] = changed + found["explanation"]
+    with suppress(InputError):
+        found["experiment"] = experiment.text
+    return found

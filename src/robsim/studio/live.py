@@ -49,6 +49,13 @@ class Live:
         return self.instants[-1]
 
     @property
+    def end(self) -> Instant | None:
+        """The instant at which the run ended, if it has."""
+        if self.now.outcome == Outcome.RUNNING:
+            return None
+        return next(each for each in self.instants if each.outcome != Outcome.RUNNING)
+
+    @property
     def full(self) -> bool:
         """Whether no more instants are kept."""
         return len(self.instants) >= MOST

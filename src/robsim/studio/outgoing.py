@@ -71,6 +71,7 @@ class Outgoing:
         self._rows = [(0, recording.arrays)]
         self._count = len(bench.pair.live.instants) if bench.pair else 0
         self._made = bench.made
+        self._kept.pop("texts", None)  # which a page forgets with what it showed
         return self._logged_anew()
 
     def _logged_anew(self) -> str:
@@ -134,13 +135,17 @@ def _cut(parts: list[NDArray[Any]], count: int) -> None:
 
 def _state(session: Session, bench: Bench) -> dict[str, Any]:
     end = bench.pair.end if bench.pair else None
+    other = bench.pair.end_of_second if bench.pair else None
+    hold = bench.experiment.hold
+    ends = [ended(end.outcome, end.time, hold)] if end else []
+    ends += [f"second scheme {ended(other.outcome, other.time, hold)}"] if other else []
     factor = session.factor if session.playing else None
     return {
         "playing": session.playing,
         "speed": session.speed,
         "factor": None if factor is None else round(factor, 2),
         "outcome": end.outcome.name if end else "",
-        "ending": ended(end.outcome, end.time, bench.experiment.hold) if end else "",
+        "ending": "; ".join(ends),
         "note": session.note,
         "second": bench.second,
         "changes": list(bench.changes),

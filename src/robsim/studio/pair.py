@@ -13,7 +13,6 @@ from robsim.page.film import Film, Instants, belief_of
 from robsim.plot.moving import Moving
 from robsim.run.experiment import Experiment
 from robsim.run.instant import Instant
-from robsim.run.outcome import Outcome
 from robsim.studio.live import Live
 
 AHEAD = 2000  # steps that are looked ahead, to see what will move
@@ -50,9 +49,12 @@ class Pair:
     @property
     def end(self) -> Instant | None:
         """The instant at which the first one ended, if it has."""
-        ends = (each for each in self.live.instants if each.outcome != Outcome.RUNNING)
-        over = self.live.now.outcome != Outcome.RUNNING
-        return next(ends) if over else None
+        return self.live.end
+
+    @property
+    def end_of_second(self) -> Instant | None:
+        """The instant at which the second one ended, if there is one, and it has."""
+        return self.other.end if self.other else None
 
     def step(self) -> None:
         """Let both take another step."""

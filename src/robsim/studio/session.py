@@ -12,7 +12,7 @@ from typing import Any
 from robsim.base.errors import InputError, RobSimError, said
 from robsim.page.document import live_document
 from robsim.studio import downloads
-from robsim.studio.bench import Bench
+from robsim.studio.bench import Bench, explained
 from robsim.studio.gallery import Shelf
 from robsim.studio.outgoing import Outgoing
 from robsim.studio.web.app import Unavailable
@@ -38,6 +38,7 @@ class Session:
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and time, to keep pace with
         self._asked: queue.Queue[dict[str, Any]] = queue.Queue(1000)
+        self._found: queue.Queue[tuple[int, dict[str, str]]] = queue.Queue()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="robsim-session", daemon=True)
 
@@ -87,6 +88,7 @@ class Session:
             try:
                 if self.playing:
                     self._advance()
+                self._hear_further()
                 self.tell_news()
             except Exception as error:  # noqa: BLE001  of a user's law, say: the studio goes on
                 self.playing = False
@@ -162,7 +164,10 @@ class Session:
         self.speed, self._since = float(value), None
 
     def _open(self, value: Any) -> None:
-        self.bench.open(self.shelf.experiment(value))
+        experiment = self.shelf.experiment(value)
+        self.note = f"opening {value} …"
+        self.tell_news()
+        self.bench.open(experiment)
         self.playing, self._since = True, None
 
     def _advance(self) -> None:
@@ -181,7 +186,28 @@ class Session:
         self._since = (now, self.bench.time) if renew and self.factor else (wall, start)
         if self.bench.ended:
             self.playing = False
-            self.bench.explain()
+            self._explain()
+
+    def _explain(self) -> None:
+        """Say why the run ended: at once what can be said, and later what would have helped."""
+        bench = self.bench
+        if bench.pair is None:
+            return
+        live, experiment, made = bench.pair.live, bench.experiment, bench.made
+        bench.explain(explained(experiment, live, trials=False))
+
+        def further() -> None:
+            with suppress(Exception):  # what was said at once stands
+                self._found.put((made, explained(experiment, live, trials=True)))
+
+        threading.Thread(target=further, name="robsim-explaining", daemon=True).start()
+
+    def _hear_further(self) -> None:
+        """Take what was found of a run, if that is still the one on the bench."""
+        with suppress(queue.Empty):
+            made, found = self._found.get_nowait()
+            if made == self.bench.made:
+                self.bench.explain(found)
 
     def tell_news(self) -> None:
         """Send what is new to all pages, and keep it for those to come."""

@@ -122,7 +122,9 @@ function rowOf(gui, state, control, ends) {
 
 function numberRow(gui, state, value, unit, bounds) {
   const ends = bounds.map((end) => outside(end, unit));
-  return gui.add(state, "value", ...ends).decimals(places(ends[1] - ends[0], outside(value, unit)));
+  const row = gui.add(state, "value", ...ends).decimals(places(ends[1] - ends[0], outside(value, unit)));
+  row.domElement.querySelector("input").addEventListener("input", (event) => reach(row, parseFloat(event.target.value)), true);
+  return row;
 }
 
 // Decimals that show a thousandth of the span, and two digits of the value.
@@ -131,11 +133,16 @@ function places(span, value) {
   return Math.min(Math.max(Math.ceil(3 - Math.log10(span)), Math.abs(value) < span / 100 ? fine : 0, 0), 9);
 }
 
+// Let a slider reach a value that is typed: whether it is possible, the studio says.
+function reach(row, value) {
+  if (value < row._min) row.min(value);
+  if (value > row._max) row.max(value);
+}
+
 // Take the value that is true, unless a hand is at it.
 function takeOver(row, state, value) {
   if (row.domElement.contains(document.activeElement) && document.activeElement.matches("input")) return;
-  if (row._min !== undefined && value < row._min) row.min(value);
-  if (row._max !== undefined && value > row._max) row.max(value);
+  reach(row, value);
   state.value = value;
   row.updateDisplay();
 }

@@ -62,7 +62,7 @@ export class Handles {
     this.key = key;
     this.gui?.destroy();
     if (!this.balls.size) return;
-    this.gui = new GUI({ container: find("dragging"), title: "drag", injectStyles: false });
+    this.gui = new GUI({ container: find("dragging"), title: "drag (click a ball)", injectStyles: false });
     const names = Object.fromEntries(["nothing", ...this.balls.keys()].map((name) => [name.replace(/^\w+\./, ""), name]));
     this.picker = this.gui.add(this.choice, "held", names).name("what").onChange((name) => this.hold(name));
     this.gui.add(this.choice, "turn").name("turn it").onChange(() => this.hold(this.choice.held));

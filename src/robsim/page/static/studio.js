@@ -9,6 +9,7 @@ import { unpack } from "./unpack.js";
 import { element, find } from "./view.js";
 
 const FASTNESS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 0]; // 0: as fast as it goes
+const COMPARED = /^(task|sensing|actuation|belief\.cameras)\./; // what two schemes differ in
 const FILES = ["experiment.toml", "experiment.py", "run.nc", "run.html"];
 
 export class Studio {
@@ -70,8 +71,7 @@ export class Studio {
     if (this.live) this.view.tellOutcome(state.outcome, state.ending);
     const factor = state.playing && state.factor !== null && this.live;
     find("factor").textContent = factor ? `${state.factor.toFixed(state.factor < 10 ? 2 : 0)} x` : "";
-    find("speed").value = state.speed;
-    find("speed").disabled = !this.live;
+    if (this.live) find("speed").value = state.speed;
     this.handles?.renew(state.handles);
     this.begin();
     this.offerSecond();
@@ -109,7 +109,7 @@ export class Studio {
     const toggle = () => (this.live ? this.play(!this.state.playing) : clock.toggle());
     const scrub = (count) => this.scrub(count);
     listenForTime(clock, toggle, scrub);
-    offerSpeeds(FASTNESS, (speed) => this.link.ask({ speed }));
+    offerSpeeds(FASTNESS, (speed) => (this.live ? this.link.ask({ speed }) : (clock.speed = speed || 100)));
     find("reset").addEventListener("click", () => this.reset());
     find("step").addEventListener("click", () => this.step(1));
     clock.listen(() => showTime(clock, this.playing));
@@ -172,7 +172,7 @@ export class Studio {
 
   // A second scheme, which differs in one value, runs beside the first.
   offerSecond() {
-    const choices = (this.listed ?? []).filter((c) => c.form === "choice" || c.form === "number");
+    const choices = (this.listed ?? []).filter((c) => ["choice", "number"].includes(c.form) && COMPARED.test(c.path));
     const [path, value] = Object.entries(this.state.second ?? {})[0] ?? ["", null];
     const key = JSON.stringify([this.live, choices.map((c) => c.path), path, value]);
     if (key === this.secondKey) return;
@@ -210,6 +210,7 @@ export class Studio {
       setTimeout(() => (copy.textContent = "copy the Python"), 1500);
     });
     row.append(copy);
+    row.title = "The experiment as it is now, and its run from the start.";
     find("controls").append(this.top, row);
   }
 }
