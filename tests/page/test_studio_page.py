@@ -183,6 +183,26 @@ def test_the_past_is_looked_at_while_it_goes_on(desk):
     until(page, "robsim.clock.index === robsim.clock.times.length - 1")
 
 
+def test_what_is_typed_beyond_the_slider_is_taken(desk):
+    page = desk.page()
+    gain = row(page, "gain (1/s)").locator("input")
+    gain.fill("30")
+    gain.press("Enter")
+    until(page, "robsim.state.changes.includes('task.gain')")
+    assert page.evaluate("robsim.listed.find((c) => c.path === 'task.gain').value") == 30
+    assert float(gain.input_value()) == 30
+
+
+def test_it_is_explained_again_when_it_ends_again(desk):
+    page = desk.page()
+    page.locator("#speed").select_option("0")
+    for _ in range(2):
+        page.locator("#play").click()
+        until(page, "document.getElementById('texts').innerText.includes('the run converged')")
+        page.locator("#reset").click()
+        until(page, "!document.getElementById('texts').innerText.includes('the run converged')")
+
+
 def test_what_is_refused_is_said(desk):
     page = desk.page()
     page.evaluate("robsim.controls.set('task.gain', 0)")

@@ -385,19 +385,16 @@ def test_what_cannot_be_shown_in_motion_is_refused_before_it_is_simulated(called
 
 
 @pytest.mark.parametrize(("seen", "options"), [(True, []), (True, ["--no-open"]), (False, [])])
-def test_the_demo_opens_its_page_where_a_person_sees_it(
-    called, monkeypatch, tmp_path, seen, options
-):
-    opened = []
+def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, seen, options):
+    served = []
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("robsim.page.export.has_browser", lambda: seen)
-    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
+    monkeypatch.setattr("robsim.cli.demo.serve", lambda *given, **how: served.append((given, how)))
     status, out, _ = called("demo", *options)
     assert status == 0
     line = "see it move  open robsim-demo/run.html in any browser\n"
     if seen and not options:
-        assert opened == [(tmp_path / "robsim-demo" / "run.html").as_uri()]
-        assert line not in out
+        assert served == [((example("chapter_6_1"),), {"once": True})] and line not in out
     else:
-        assert not opened and out.endswith(line)
+        assert not served and out.endswith(line)
     assert rs.open_recording("robsim-demo/run.html").header["outcome"] == "CONVERGED"
