@@ -18,7 +18,7 @@ from robsim import Experiment, InputError, examples
 from robsim.base import errors
 from robsim.run.text import ExperimentTable, keys_of
 
-NAME, CASES = "toml_mutants", 250
+NAME, CASES = "toml_mutants", 150
 LONGEST = 2.0  # seconds of the processor, in which anything is refused
 RUNS, WRITTEN = 0.05, 0.1  # shares of the scenarios taken that are run, and read again
 TABLES = {*keys_of(ExperimentTable), "schema"}

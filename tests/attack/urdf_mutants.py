@@ -18,7 +18,7 @@ from attack.toml_mutants import letters, lines
 
 from robsim import FileWarning, InputError, Robot, robots
 
-NAME, CASES = "urdf_mutants", 300
+NAME, CASES = "urdf_mutants", 180
 CORPUS = Path(__file__).parents[1] / "inputs" / "urdf"
 LONGEST = 2.0  # seconds of the processor, in which anything is refused
 NUMBERS = ["0", "-0.0", "1", "-1", "3.14", "1e9", "-1e9", "1e10", "1e18", "1e308", "-1e308"]

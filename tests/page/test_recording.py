@@ -58,6 +58,7 @@ def test_the_same_run_gives_the_same_bytes(demo, tmp_path):
     assert first == second and len(first) < 3_000_000
 
 
+@pytest.mark.full
 def test_ten_thousand_instants_of_an_arm_stay_below_three_megabytes(tmp_path):
     long = run_of("wrong_calibration", duration=400.0, hold=True)
     assert long.sizes["time"] == 10_001

@@ -94,6 +94,7 @@ def test_an_instant_alone_is_a_film_of_one_frame(tmp_path):
     assert written(run, tmp_path / "run.gif")[1] == [10 * round(100 * (1 / 20 + PAUSE))]
 
 
+@pytest.mark.full
 def test_what_is_after_the_end_of_a_run_is_not_filmed():
     run = example("visp_tutorial").run()
     assert np.isnan(run.error_norm.values[-1])
@@ -143,6 +144,7 @@ def faces(figure):
     return solids
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["chapter_6_1", "eye_to_hand", "differential_drive"])
 def test_solids_stand_and_are_lit_as_in_a_figure_of_that_moment(name):
     experiment = example(name, duration=1.0)
@@ -183,6 +185,7 @@ def placement(screen):
         yield limits, seen, axes.get_position().bounds
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["chapter_6_1", "differential_drive", "stereo_in_hand"])
 def test_axes_view_and_ground_are_the_same_in_all_frames(name):
     screen = screen_of(example(name, duration=2.0).run())
@@ -197,6 +200,7 @@ def test_axes_view_and_ground_are_the_same_in_all_frames(name):
     np.testing.assert_array_equal(screen[0], first)  # nothing is left of what was drawn since
 
 
+@pytest.mark.full
 def test_everything_stays_inside_of_the_box_of_the_scene(arm):
     screen = screen_of(arm, fps=10.0)
     axes = screen.figure.axes[0]
@@ -213,6 +217,7 @@ def test_a_view_and_a_title_are_obeyed(short):
     assert screen.figure.get_suptitle() == "Mine"
 
 
+@pytest.mark.full
 def test_a_mission_shows_its_phases_and_its_camera_where_it_is_used(mission):
     screen = screen_of(mission, fps=1.0)
     time = mission.run.time.values
@@ -245,6 +250,7 @@ def test_a_gif_has_the_frames_that_were_drawn(arm, tmp_path):
         assert (picture[white] == 255).all() and white.mean() > 0.5
 
 
+@pytest.mark.full
 def test_the_same_run_gives_the_same_bytes(arm, tmp_path):
     one, other = (rs.animate(arm, tmp_path / name, fps=5) for name in ("a.gif", "b.gif"))
     assert one.read_bytes() == other.read_bytes()
