@@ -11,7 +11,7 @@ from attack.harness import Wrong
 import robsim as rs
 
 NAME = "api calls"
-CASES = 1200
+CASES = 800
 DOORS = ("classic", "curves", "examples", "robots", "testing", "trajectory", "units")
 INNER = (  # of the kernels' layout, or of files: not for users
     "stages", "is_own", "of_last", "blind", "repeated", "some", "image_of", "points_of",
