@@ -1,0 +1,62 @@
+"""Shares of runs, with the interval in which the true share lies."""
+
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+from typing import NamedTuple
+
+from robsim.base.arrays import whole
+from robsim.base.errors import InputError, said
+
+
+class Share(NamedTuple):
+    """How many of how many, with the ends of the interval of Wilson."""
+
+    count: int
+    of: int
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        """The share, 0 to 1; NaN of nothing."""
+        return self.count / self.of if self.of else math.nan
+
+    def __str__(self) -> str:
+        """Return it in percent, as "71.3 % [67.1, 75.2]"; "-" of nothing."""
+        if not self.of:
+            return "-"
+        return f"{100 * self.value:.1f} % [{100 * self.low:.1f}, {100 * self.high:.1f}]"
+
+
+def share(count: int, of: int, level: float = 0.95) -> Share:
+    """Return a share with its score interval of Wilson, which holds the truth at about `level`.
+
+    With p = count / of and z the quantile of the normal distribution for the level,
+
+        (p + z^2 / 2n -+ z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n)
+
+    (Wilson 1927, "Probable inference, the law of succession, and statistical inference"). It stays
+    within 0 and 1, and serves also where all runs or none succeed. Of nothing it is 0 to 1.
+
+    InputError: count above `of`, or a level beyond 0 and 1.
+
+    >>> str(share(8, 10))
+    '80.0 % [49.0, 94.3]'
+    """
+    of, z = whole(of, "of", 0), normal_quantile(level)
+    count = whole(count, "count", 0, of + 1)
+    if not of:
+        return Share(0, 0, 0.0, 1.0)
+    p, spread = count / of, z * z / of
+    middle, half = p + spread / 2, z * math.sqrt(p * (1 - p) / of + spread / (4 * of))
+    low, high = (middle - half) / (1 + spread), (middle + half) / (1 + spread)
+    return Share(count, of, max(low, 0.0) if count else 0.0, high if count < of else 1.0)
+
+
+def normal_quantile(level: float) -> float:
+    """Return z with which a normal number is within -z and z at this level, above 0 and below 1."""
+    if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
+        raise InputError(f"level: expected a number above 0 and below 1, got {said(level)}")
+    return NormalDist().inv_cdf(0.5 + level / 2)

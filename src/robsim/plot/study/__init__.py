@@ -1,0 +1,1 @@
+"""Figures of studies, as Matplotlib figures."""
