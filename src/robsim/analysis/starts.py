@@ -10,6 +10,7 @@ import numpy as np
 from robsim.analysis.field import Field
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError, said
+from robsim.geometry.looking import facing, in_cone
 from robsim.geometry.pose import Pose, homogeneous
 
 ROUNDS = 100  # of draws at most
@@ -71,33 +72,16 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
 
     def draw(rng: np.random.Generator, count: int) -> Array:
         scale, roll = rng.uniform(near, far, count), rng.uniform(-np.pi, np.pi, count)
-        out = _in_cone(way / np.linalg.norm(way), cone, rng, count)
+        along, around = rng.uniform(0.0, 1.0, (2, count))
+        out = in_cone(way / np.linalg.norm(way), cone, along, around)
         T = np.tile(np.eye(4), (count, 1, 1))
-        T[:, :3, :3] = _facing(-out, roll)
+        T[:, :3, :3] = facing(-out, roll)
         T[:, :3, 3] = middle + np.linalg.norm(way) * scale[:, None] * out
         q = np.repeat(home, count, axis=1)
         q[first : first + 7] = (place.inv() @ Pose(T) @ Pose(T_b_c).inv()).q.T
         return q
 
     return draw
-
-
-def _in_cone(axis: Array, cone: float, rng: np.random.Generator, count: int) -> Array:
-    """Return unit vectors (count, 3), uniform on the sphere within the angle `cone` of the axis."""
-    along, round_ = rng.uniform(np.cos(cone), 1.0, count), rng.uniform(-np.pi, np.pi, count)
-    turn = _facing(axis[None], np.zeros(1))[0]
-    across = np.sqrt(1.0 - along**2)
-    inside = np.stack([across * np.cos(round_), across * np.sin(round_), along], axis=1)
-    return np.asarray(inside @ turn.T)
-
-
-def _facing(z: Array, roll: Array) -> Array:
-    """Return rotations (B, 3, 3) with third axes z (B, 3), turned about them by `roll`."""
-    helper = np.eye(3)[np.argmin(np.abs(z), axis=1)]
-    x = np.cross(helper, z)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    y, (c, s) = np.cross(z, x), (np.cos(roll)[:, None], np.sin(roll)[:, None])
-    return np.stack([c * x + s * y, c * y - s * x, z], axis=2)
 
 
 def _anywhere(field: Field) -> Draw:

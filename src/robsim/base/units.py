@@ -1,7 +1,7 @@
 """Quantities with units in texts; all values in Python are in metres, radians and seconds.
 
->>> 22.86 * cm, round(90 * deg, 6)
-(0.2286, 1.570796)
+>>> 22.86 * cm, round(90 * deg, 6), (1, 2) * mm
+(0.2286, 1.570796, (0.001, 0.002))
 >>> parse("22.86 cm", "length"), parse("1, 2, 3 mm", "length", count=3)
 (0.2286, (0.001, 0.002, 0.003))
 """
@@ -9,13 +9,24 @@
 import math
 import re
 from decimal import Decimal, DecimalException
-from typing import Literal, overload
+from typing import Any, Literal, overload
 
 from robsim.base.errors import UnitError
 
-m, cm, mm, um = 1.0, 1e-2, 1e-3, 1e-6
-rad, deg = 1.0, math.pi / 180.0
-s, ms = 1.0, 1e-3
+
+class Unit(float):
+    """A unit as its factor to SI, by which tuples and lists are multiplied number by number."""
+
+    def __rmul__(self, other: Any) -> Any:
+        """Return a number, or a tuple or a list of them, in SI."""
+        if isinstance(other, tuple | list):
+            return type(other)(each * self for each in other)
+        return float.__rmul__(self, other)
+
+
+m, cm, mm, um = Unit(1.0), Unit(1e-2), Unit(1e-3), Unit(1e-6)
+rad, deg = Unit(1.0), Unit(math.pi / 180.0)
+s, ms = Unit(1.0), Unit(1e-3)
 
 Dimension = Literal[
     "length",

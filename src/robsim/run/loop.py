@@ -49,6 +49,7 @@ class Loop:
     actuation: Actuation = field(default_factory=Actuation)
     hold: bool = False
     first_run: int = 0
+    numbers: NDArray[np.int64] | None = None  # of the runs, by which noise is drawn
     record: Record = "summary"
     single: bool = False  # whether one start was given, not a batch of one
     limited: bool = True  # whether joint limits end a run
@@ -73,6 +74,13 @@ class Loop:
     def scene(self) -> Scene:
         """The true scene."""
         return self.controller.scene
+
+    @property
+    def runs(self) -> NDArray[np.int64]:
+        """The number of each run; they follow one another if none are given."""
+        if self.numbers is None:
+            return self.first_run + np.arange(len(self.q0))
+        return self.numbers
 
     @cached_property
     def sequence(self) -> Steps:
@@ -130,7 +138,7 @@ class Steps:
     def __init__(self, loop: Loop) -> None:
         program = self.program = Program()
         controller = self.controller = loop.controller
-        runs = loop.first_run + np.arange(len(loop.q0))
+        runs = loop.runs
         plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt, loop.seed, runs)
         spoilt = loop.sensing, loop.steps, loop.seed, runs
         sensor = self.sensor = Sensor(program, plant, controller.sights, *spoilt)

@@ -191,7 +191,7 @@ def _coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
     seconds = {"units": "s", "long_name": "time"}
     keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
     return {
-        "run": (["run"], loop.first_run + np.arange(len(loop.q0))),
+        "run": (["run"], loop.runs),
         "time": (["time"], np.arange(instants) * every * loop.dt, seconds),
         "coordinate": (["coordinate"], list(scene.coordinate_names)),
         "coordinate_unit": (["coordinate"], list(scene.coordinate_units)),

@@ -8,6 +8,7 @@ from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import flag, positive, whole
 from robsim.base.errors import GoalError, InputError, said
@@ -95,15 +96,19 @@ class Setup(Value):
                 raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
         return replace(self, **changes)
 
-    def loop(self) -> Loop:
-        """Return the loop that simulates this experiment."""
+    def loop(self, numbers: NDArray[np.int64] | None = None) -> Loop:
+        """Return the loop that simulates this experiment; its runs may have numbers of their own.
+
+        Else they follow one another. Noise is drawn by these.
+        """
         made = simulated(self) if self.varied else self
         with self.keyed("task"):
             controller = made.task.bind(made.scene)
         start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
         q0 = np.broadcast_to(start, (self.runs, self.scene.nq))
         steps = whole_periods(self.dt, self.duration)
-        settings = self.hold, self.first_run, self.record, start.ndim == 1 and not self.varied
+        single = start.ndim == 1 and not self.varied
+        settings = self.hold, self.first_run, numbers, self.record, single
         with self.keyed():
             return Loop(
                 controller,

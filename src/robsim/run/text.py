@@ -108,6 +108,32 @@ class BeliefTables(Spec):
 
 
 @dataclass(frozen=True)
+class Aside(Spec):
+    """A table that is no part of the experiment, and is read by who knows it."""
+
+    form: ClassVar[str] = "table"
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        if not isinstance(raw, Mapping):
+            raise expected(self.words(), raw)
+        return MISSING
+
+    def words(self) -> str:
+        return "a table"
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": "object"}
+
+    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
+        if not isinstance(old, Mapping) or not isinstance(new, Mapping):
+            return new
+        return {**old, **{key: self.merge(old.get(key), raw, loose) for key, raw in new.items()}}
+
+    def wrong(self) -> Sequence[Raw]:
+        return [3, "x"]
+
+
+@dataclass(frozen=True)
 class TaskTable:
     """The part of a text that is not its scene."""
 
@@ -123,6 +149,7 @@ class TaskTable:
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
     endings: Annotated[Any, ENDING_LIST, "Conditions on which a run ends."] = ()
     run: Annotated[Any, Table(RunTable), "Periods, duration and record of the run."] = None
+    study: Annotated[Any, Aside(), "Study of many runs of it, for `robsim study`."] = None
 
 
 @dataclass(frozen=True)

@@ -67,12 +67,10 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
     """
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"vary: expected {{name: numbers}}, got {said(given)}")
-    kind = type(experiment.task)
-    if not isinstance(experiment.task, ServoTask) or kind.bound_law is not ServoTask.bound_law:
+    if not has_one_law(experiment.task):
         wanted = "one servo task, whose law does not depend on the scene"
-        raise InputError(
-            f"vary: numbers may differ from run to run of {wanted}, not {kind.__name__}"
-        )
+        kind = type(experiment.task).__name__
+        raise InputError(f"vary: numbers may differ from run to run of {wanted}, not {kind}")
     made = {name: frozen(_shaped(name, values)) for name, values in given.items()}
     counts = {name: len(values) for name, values in made.items()}
     if len(set(counts.values())) > 1:
@@ -83,6 +81,23 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
         for end in _ends(name, values):
             experiment.at({**{n: v[0] for n, v in made.items()}, name: end})
     return made
+
+
+def has_one_law(task: Any) -> bool:
+    """Return whether numbers may differ from run to run of a task: its law asks for no scene."""
+    return isinstance(task, ServoTask) and type(task).bound_law is ServoTask.bound_law
+
+
+def may_differ(experiment: Any, name: str, values: Array) -> bool:
+    """Return whether all runs of an experiment can be bound at once with these numbers of a name.
+
+    Else each value needs an experiment of its own.
+    """
+    if not has_one_law(experiment.task) or _shapes(name.split(".")) is None:
+        return False
+    if name == "actuation.lag":
+        return bool((values > 0.0).all())
+    return name != "sensing.latency" or not experiment.sensing.effects
 
 
 def _check_imperfections(experiment: Any, made: Mapping[str, Array]) -> None:

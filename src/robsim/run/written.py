@@ -67,7 +67,11 @@ class Written(Setup):
             made = cls(**read, source=source)
         except InputError as error:
             raise FileError(f"{source}: {error}" if source else str(error)) from None
-        made.__dict__["tables"] = tables
+        if has_objects(tables):  # which are written anew, as far as a text can say them
+            said = {key: raw for key, raw in tables.items() if not has_objects(raw)}
+            made.__dict__["_kept"] = {key: raw for key, raw in said.items() if key in GROUPS}
+        else:
+            made.__dict__["tables"] = tables
         if text is not None:
             made.__dict__["text"] = text
         return made

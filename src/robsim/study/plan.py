@@ -1,0 +1,200 @@
+"""The plan of a study: which runs there are, and what differs between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, whole
+from robsim.base.errors import InputError, said, suggest
+from robsim.run.checks import of_kind, starts
+from robsim.run.experiment import Experiment
+from robsim.run.staged import Staged
+from robsim.study.axes import Axis, axis_of
+from robsim.study.draws import Draws
+from robsim.study.samplers import Sampler, is_even
+from robsim.study.starts import Anywhere, Start
+
+MOST_RUNS = 10**12
+LOOK = 200_000  # draws whose numbers are looked at before anything runs; later ones on their way
+MOST_CELLS = 100_000  # combinations of values that every draw is run with
+Codes = NDArray[np.int64]
+START = "start"  # the name under which starts are drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Runs of one experiment: draws, each of which is run with every combination in turn.
+
+    Run number r is of draw r // cells, with the combination r % cells. What is drawn depends on
+    the seed, the name and the draw alone, so that runs of one draw differ only in what is in turn,
+    and any part of the runs can be simulated anywhere.
+    """
+
+    experiment: Experiment
+    draws: int
+    seed: int
+    axes: tuple[Axis, ...] = ()
+    start: Start | None = None
+
+    @cached_property
+    def in_turn(self) -> tuple[Axis, ...]:
+        """The axes whose values every draw is run with."""
+        return tuple(axis for axis in self.axes if axis.in_turn)
+
+    @cached_property
+    def cells(self) -> int:
+        """The number of combinations that every draw is run with."""
+        return math.prod(len(axis.values or ()) for axis in self.in_turn)
+
+    @property
+    def runs(self) -> int:
+        """The number of runs in all."""
+        return self.draws * self.cells
+
+    def axis(self, name: str) -> Axis:
+        """Return the axis of a varied name; InputError if nothing varies under it."""
+        for axis in self.axes:
+            if axis.name == name:
+                return axis
+        names = [axis.name for axis in self.axes]
+        raise InputError(f"nothing varies under {said(name)}; {suggest(name, names, 'names')}")
+
+    def source(self, name: str, draws: Codes, attempt: int = 0) -> Draws:
+        """Return the random numbers of a name for some draws."""
+        return Draws(self.seed, name, draws, attempt, (self._even_count, self._even_first(name)))
+
+    def codes(self, axis: Axis, runs: Codes) -> Codes:
+        """Return which of its values an axis has in some runs, (runs,)."""
+        if not axis.in_turn:
+            return _by_draw(
+                runs // self.cells, lambda draws: axis.picked(self.source(axis.name, draws))
+            )
+        sizes = [len(each.values or ()) for each in self.in_turn]
+        digits = np.unravel_index(runs % self.cells, sizes)
+        found: Codes = digits[self.in_turn.index(axis)]
+        return found
+
+    def numbers(self, axis: Axis, runs: Codes) -> Array:
+        """Return the numbers (runs, ...) of an axis in some runs, in SI."""
+        if axis.values is not None:
+            return np.array(list(axis.values.values()), dtype=float)[self.codes(axis, runs)]
+        return _by_draw(
+            runs // self.cells, lambda draws: axis.numbers(self.source(axis.name, draws))
+        )
+
+    @cached_property
+    def _evenly(self) -> list[tuple[str, int]]:
+        """The names whose numbers are of Sobol's sequence, with how many they have."""
+        chosen = (axis for axis in self.axes if is_even(axis.sampler))
+        return [(axis.name, math.prod(axis.shape)) for axis in chosen]
+
+    @property
+    def _even_count(self) -> int:
+        return sum(count for _, count in self._evenly)
+
+    def _even_first(self, name: str) -> int:
+        names = [each for each, _ in self._evenly]
+        before = self._evenly[: names.index(name)] if name in names else []
+        return sum(count for _, count in before)
+
+
+def _by_draw(draws: Codes, what: Any) -> Any:
+    """Return what is drawn, computed once for all runs of the same draw."""
+    own, where = np.unique(draws, return_inverse=True)
+    return what(own)[where]
+
+
+def planned(
+    experiment: Any, runs: Any, seed: Any = None, start: Any = None, vary: Any = None
+) -> Plan:
+    """Return the plan of a study; InputError for what is no study."""
+    base = of_kind(experiment, Experiment, "experiment")
+    if isinstance(base.task, Staged):
+        raise InputError("a mission has no single end that can be counted; study one of its phases")
+    if base.varied:
+        raise InputError("numbers differ from run to run in this experiment: give them in vary=")
+    seed = base.seed if seed is None else whole(seed, "seed", 0, 2**64)
+    base = base.with_(seed=seed, first_run=0, record="summary")
+    base, own = _started(base, start)
+    axes = tuple(axis_of(base, name, given) for name, given in _pairs(vary))
+    _check_names(axes, own)
+    plan = _valid(Plan(base, _count(base, runs), seed, axes, own))
+    if plan.cells > MOST_CELLS:
+        raise InputError(
+            f"vary: {plan.cells} combinations of what is in turn; at most {MOST_CELLS}"
+        )
+    return plan
+
+
+def _valid(plan: Plan) -> Plan:
+    """Return the plan, once what is drawn first is known to be valid."""
+    first = np.arange(min(plan.draws, LOOK))
+    base = plan.experiment
+    base = base.with_(start=None) if np.ndim(base.start) > 1 else base
+    axes = [
+        axis
+        if axis.values is not None
+        else axis.check(base, plan.numbers(axis, first * plan.cells))
+        for axis in plan.axes
+    ]
+    return replace(plan, axes=tuple(axes))
+
+
+def _pairs(vary: Any) -> list[tuple[Any, Any]]:
+    if vary is None:
+        return []
+    if not isinstance(vary, Mapping):
+        raise InputError(f"vary: expected {{name: sampler or list}}, got {said(vary)}")
+    return list(vary.items())
+
+
+def _count(base: Experiment, runs: Any) -> int:
+    """Return the number of draws: as asked, or one for each start that is given."""
+    given = len(base.start) if np.ndim(base.start) > 1 else None
+    if runs is None:
+        if given is None:
+            raise InputError("runs: how many? give a whole number")
+        return given
+    count = whole(runs, "runs", 1, MOST_RUNS + 1)
+    if given is not None and count != given:
+        raise InputError(f"runs: {count}, and {given} starts are given; leave one of them out")
+    return count
+
+
+def _started(base: Experiment, start: Any) -> tuple[Experiment, Start | None]:
+    """Return the experiment with given starts, or with the sampler of them."""
+    if start is None:
+        return base, None
+    if isinstance(start, Start):
+        return base.with_(start=None), start
+    if isinstance(start, Sampler) and not isinstance(start, type):
+        low, high = getattr(start, "low", None), getattr(start, "high", None)
+        if type(start).__name__ == "Uniform":
+            return base.with_(start=None), Anywhere(low=low, high=high)
+    if isinstance(start, type) or hasattr(start, "drawn"):
+        raise InputError(
+            "start: expected starts (nq,) or (B, nq), rs.Uniform(low, high), or a sampler of poses "
+            f"such as rs.LookAt(...), got {said(start)}"
+        )
+    return base.with_(start=starts(base.scene, start, "start")), None
+
+
+def _check_names(axes: tuple[Axis, ...], start: Start | None) -> None:
+    """Raise InputError for names of which one says the other, or that cannot be in a study."""
+    names = [axis.name for axis in axes]
+    for name in names:
+        if name == START or (name.startswith("start.") and start is not None):
+            raise InputError(f"vary: {name}: starts are given by start=")
+        if name in ("run.seed", "run.first_run", "run.record"):
+            raise InputError(f"vary: {name}: the study gives each run its own; give seed=")
+    for name in names:
+        within = [each for each in names if each.startswith(f"{name}.")]
+        if within and name != "task":
+            raise InputError(f"vary: {name} and {within[0]}: one is a part of the other")

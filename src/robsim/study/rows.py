@@ -1,0 +1,244 @@
+"""The simulation of some runs of a plan, and the columns of what came out."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen, runs_last
+from robsim.base.errors import RankWarning, naming
+from robsim.run import ends
+from robsim.run.experiment import Experiment
+from robsim.run.loop import Loop
+from robsim.run.outcome import Outcome
+from robsim.run.varied import may_differ
+from robsim.run.workers import advance
+from robsim.study.axes import Axis
+from robsim.study.plan import Codes, Plan
+from robsim.study.reach import Reach
+
+NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
+ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts that are looked at together, 1,000 in all
+Columns = dict[str, Any]
+
+
+class Stopped(Exception):
+    """A stop came while runs were simulated; they count as not begun."""
+
+
+class Part(NamedTuple):
+    """Some of the runs that one experiment makes: their places, and the experiment."""
+
+    at: Codes
+    experiment: Experiment
+
+
+@dataclass(eq=False)
+class Rows:
+    """What simulates the runs of a plan, from any one to any other."""
+
+    plan: Plan
+    threads: int | None = None
+    chunk: int = 256
+    _variants: dict[Any, Experiment] = field(default_factory=dict)
+
+    def columns(self, first: int, last: int) -> Columns:
+        """Simulate the runs from one until before another, and return a column of each fact.
+
+        Stopped: a stop came before they had all ended.
+        """
+        runs = np.arange(first, last)
+        draws = np.unique(runs // self.plan.cells)
+        q0, tries = self.starts(draws)
+        place = runs // self.plan.cells - draws[0]
+        made: Columns = {}
+        for part in self.parts(runs):
+            found = self._simulated(part, runs[part.at] // self.plan.cells, q0[place[part.at]])
+            for name, values in found.items():
+                if name not in made:
+                    made[name] = np.empty(len(runs), dtype=values.dtype)
+                made[name][part.at] = values
+        if self.plan.start is not None:
+            made["start_tries"] = tries[place]
+        return made
+
+    def parts(self, runs: Codes) -> Iterator[Part]:
+        """Yield experiments which together have these runs, with the places of their runs."""
+        plain = [axis for axis in self.plan.axes if not axis.is_number]
+        codes = np.stack([self.plan.codes(axis, runs) for axis in plain], axis=1) if plain else None
+        for at in _alike(codes, len(runs)):
+            own = {} if codes is None else dict(zip(plain, codes[at[0]].tolist(), strict=True))
+            variant = self._variant(
+                {a.name: list((a.values or {}).values())[i] for a, i in own.items()}
+            )
+            yield from self._with_numbers(variant, runs, at)
+
+    def _with_numbers(self, variant: Experiment, runs: Codes, at: Codes) -> Iterator[Part]:
+        """Yield the variant with numbers of its own in each run, or one for each number."""
+        numbers = {a.name: self._numbers(a, runs[at]) for a in self.plan.axes if a.is_number}
+        bulk = {name: x for name, x in numbers.items() if may_differ(variant, name, x)}
+        single = {name: x for name, x in numbers.items() if name not in bulk}
+        table = (
+            np.concatenate([x.reshape(len(at), -1) for x in single.values()], axis=1)
+            if single
+            else None
+        )
+        for some in _alike(table, len(at)):
+            own = {name: _plain(x[some[0]]) for name, x in single.items()}
+            one = self._variant_of(variant, own) if own else variant
+            varied = {name: frozen(x[some]) for name, x in bulk.items()}
+            yield Part(at[some], one.with_(varied=varied) if varied else one)
+
+    def _numbers(self, axis: Axis, runs: Codes) -> Array:
+        """Return the numbers of an axis; InputError for any that is not valid."""
+        found = self.plan.numbers(axis, runs)
+        if axis.values is None:
+            axis.check(self._alone, found)
+        return found
+
+    @cached_property
+    def _alone(self) -> Experiment:
+        """The experiment without several starts, of which a changed copy can be made."""
+        base = self.plan.experiment
+        return base.with_(start=None) if np.ndim(base.start) > 1 else base
+
+    def _variant(self, values: dict[str, Any]) -> Experiment:
+        """Return the experiment with other objects under some names."""
+        key = tuple((name, id(value)) for name, value in values.items())
+        if key not in self._variants:
+            self._variants[key] = self._variant_of(self.plan.experiment, values)
+        return self._variants[key]
+
+    def _variant_of(self, base: Experiment, values: dict[str, Any]) -> Experiment:
+        if not values:
+            return base
+        ordered = sorted(values.items(), key=lambda each: each[0].count("."))
+        own = self._alone if base is self.plan.experiment else base
+        return own.at(dict(ordered))
+
+    def starts(self, draws: Codes) -> tuple[Array, Codes]:
+        """Return the starts (draws, nq) of some draws, and how many were drawn until then."""
+        experiment, start = self.plan.experiment, self.plan.start
+        tries = np.ones(len(draws), dtype=np.int64)
+        if start is None:
+            own = experiment.scene.home if experiment.start is None else experiment.start
+            q0 = own[draws] if np.ndim(own) > 1 else np.tile(own, (len(draws), 1))
+            return np.ascontiguousarray(q0), tries
+        q0 = np.empty((len(draws), experiment.scene.nq))
+        left, first = np.arange(len(draws)), 0
+        for count in ROUNDS:
+            q, fits = self._attempts(draws[left], first, count)
+            chosen = np.where(fits.any(axis=1), fits.argmax(axis=1), count - 1)
+            q0[left] = q[np.arange(len(left)), chosen]
+            tries[left] = first + chosen + 1
+            left, first = left[~fits.any(axis=1)], first + count
+            if not left.size:
+                break
+        return q0, tries
+
+    def _attempts(self, draws: Codes, first: int, count: int) -> tuple[Array, Any]:
+        """Return some attempts at starts (draws, count, nq), and which of them will do."""
+        start = self.plan.start
+        assert start is not None
+        tried = [
+            start.coordinates(self.reach, self.plan.source("start", draws, attempt))
+            for attempt in range(first, first + count)
+        ]
+        q = np.stack([each for each, _ in tried], axis=1)
+        fits = np.stack([ok for _, ok in tried], axis=1)
+        if start.visible and fits.any():
+            each = np.repeat(draws, count)[fits.reshape(-1)]
+            fits[fits] = self.begin(each, q[fits])
+        return q, fits
+
+    @cached_property
+    def reach(self) -> Reach:
+        """The places of the plan's experiment."""
+        with _quiet():
+            return Reach(self.plan.experiment.loop().controller)
+
+    def begin(self, draws: Codes, q0: Array) -> Any:
+        """Return which starts (draws, nq) see their target and are within the limits.
+
+        It is judged with the numbers of the draw, and the first of what is in turn.
+        """
+        found = np.zeros(len(draws), dtype=bool)
+        for part in self.parts(draws * self.plan.cells):
+            one = part.experiment.with_(start=q0[part.at], duration=part.experiment.dt)
+            loop = self._ended(one, draws[part.at])
+            found[part.at] = _began(loop)
+        return found
+
+    def _simulated(self, part: Part, draws: Codes, q0: Array) -> Columns:
+        with naming(f"runs of draw {draws[0]} on") if part.experiment.varied else naming("run"):
+            loop = self._ended(part.experiment.with_(start=q0), draws)
+        return _facts(loop)
+
+    def _ended(self, experiment: Experiment, numbers: Codes) -> Loop:
+        """Return the loop of an experiment after all its runs, with these numbers."""
+        with _quiet():
+            loop = experiment.loop(numbers)
+            if not advance(loop, self.threads, self.chunk, None):
+                raise Stopped
+        return loop
+
+
+def _alike(table: Any, count: int) -> Iterator[Codes]:
+    """Yield the rows of a table that are the same, group by group; all if there is no table."""
+    if table is None:
+        yield np.arange(count)
+        return
+    _, group = np.unique(table, axis=0, return_inverse=True)
+    for number in range(group.max() + 1):
+        yield np.flatnonzero(group.reshape(-1) == number)
+
+
+def _plain(value: Any) -> Any:
+    """Return a number, or an array of several."""
+    return float(value) if np.ndim(value) == 0 else np.array(value)
+
+
+def _began(loop: Loop) -> Any:
+    at_once = loop.recorder.end_step == 0
+    return ~(at_once & np.isin(loop.recorder.outcome, NO_START))
+
+
+def _facts(loop: Loop) -> Columns:
+    """Return what a table says of the start and the end of each run."""
+    found, controller = ends.variables(loop), loop.controller
+    error = loop.recorder.last.s[:, 0] - controller.s_goal.T
+    q0 = runs_last(loop.q0, 1)
+    with np.errstate(all="ignore"):  # a run that went wrong is data
+        _, away, turn = ends.off_goal(controller, q0, loop.q0)
+        place = ends.pose_of(ends.regarded(controller), q0)[:, 3]
+        square = np.zeros(len(error))
+        for i in range(error.shape[1]):
+            square += error[:, i] ** 2
+    return {
+        "start_x": place[0],
+        "start_y": place[1],
+        "start_z": place[2],
+        "start_distance": away,
+        "start_angle": turn,
+        "outcome": found["outcome"],
+        "began": _began(loop),
+        "end_time": found["end_time"],
+        "error_norm": np.sqrt(square),
+        "pixel_error": found["pixel_error"],
+        "distance_to_goal": found["distance_to_goal"],
+        "angle_to_goal": found["angle_to_goal"],
+        "path_length": found["path_length"],
+    }
+
+
+class _quiet(warnings.catch_warnings):
+    """A block without warnings that were given when the study was planned."""
+
+    def __enter__(self) -> None:
+        super().__enter__()
+        warnings.simplefilter("ignore", RankWarning)

@@ -1,0 +1,238 @@
+"""Samplers: what the values of a varied name are drawn from, or which they are in turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, said
+from robsim.declare import Choice as ChoiceSpec
+from robsim.declare import Declared, register
+from robsim.declare.amounts import Amount
+from robsim.declare.families import family
+from robsim.study.draws import Draws
+from robsim.study.values import ValuesSpec
+
+SAMPLER = family("sampler")
+AMOUNT, POSITIVE = Amount(), Amount(above=0)
+
+
+@runtime_checkable
+class Sampler(Protocol):
+    """What draws numbers: one value (draws, *shape) for each draw.
+
+    `shape` is the shape of the numbers that are given to it, () for one number; `even` is how
+    many numbers of a draw are those of Sobol's sequence. Your own class joins the others by
+    `robsim.declare.register("sampler", "my_sampler")`.
+    """
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one value, as far as the sampler says it."""
+        ...
+
+    def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
+        """Return a value (draws, *shape) for each draw."""
+        ...
+
+
+def is_even(sampler: Any) -> bool:
+    """Return whether a sampler takes its numbers from Sobol's sequence."""
+    return isinstance(sampler, Sobol) or is_even_inside(sampler)
+
+
+def is_even_inside(sampler: Any) -> bool:
+    """Return whether the sampler inside of another one takes them from there."""
+    return isinstance(sampler, Plus | Times) and is_even(sampler.of)
+
+
+def _numbers(draw: Any, shape: tuple[int, ...]) -> Array:
+    """Return what `draw` gives for so many numbers, in this shape."""
+    return np.asarray(draw(math.prod(shape)).reshape(-1, *shape))
+
+
+def _check_order(kind: str, low: Any, high: Any) -> None:
+    try:
+        wrong = bool((low > high).any())
+    except ValueError:
+        raise InputError(f"{kind}: low and high have shapes {low.shape} and {high.shape}") from None
+    if wrong:
+        raise InputError(f"{kind}: low {said(low.tolist())} is above high {said(high.tolist())}")
+
+
+@dataclass(frozen=True, eq=False)
+class Between(Declared):
+    """Numbers between two others."""
+
+    low: Annotated[Any, AMOUNT, "Lowest value."]
+    high: Annotated[Any, AMOUNT, "Highest value."]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_order(type(self).__name__, self.low, self.high)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one value."""
+        return np.broadcast_shapes(self.low.shape, self.high.shape)
+
+
+@register("sampler", "uniform")
+@dataclass(frozen=True, eq=False)
+class Uniform(Between):
+    """Numbers that are anywhere between low and high with the same chance.
+
+    >>> Uniform(0.5, 2.0).high
+    array(2.)
+    """
+
+    def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
+        """Return a value (draws, *shape) for each draw."""
+        share = _numbers(draws.uniform, shape)
+        return np.asarray(self.low + (self.high - self.low) * share)
+
+
+@register("sampler", "sobol")
+@dataclass(frozen=True, eq=False)
+class Sobol(Between):
+    """Numbers between low and high that fill the space of all that are so marked evenly.
+
+    All numbers of a study with this sampler are the coordinates of one point of Sobol's sequence,
+    scrambled by the seed, so that means over the runs converge faster. It needs SciPy, of
+    `pip install 'robsim[store]'`.
+
+    >>> Sobol(0.5, 2.0).low
+    array(0.5)
+    """
+
+    def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
+        """Return a value (draws, *shape) for each draw."""
+        share = _numbers(draws.even, shape)
+        return np.asarray(self.low + (self.high - self.low) * share)
+
+
+@register("sampler", "log_uniform")
+@dataclass(frozen=True, eq=False)
+class LogUniform(Declared):
+    """Positive numbers whose logarithm is uniform: as often from 0.1 to 1 as from 1 to 10.
+
+    >>> LogUniform(0.1, 10.0).high
+    array(10.)
+    """
+
+    low: Annotated[Any, POSITIVE, "Lowest value."]
+    high: Annotated[Any, POSITIVE, "Highest value."]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_order("LogUniform", self.low, self.high)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one value."""
+        return np.broadcast_shapes(self.low.shape, self.high.shape)
+
+    def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
+        """Return a value (draws, *shape) for each draw."""
+        share = _numbers(draws.uniform, shape)
+        return np.asarray(self.low * np.exp(np.log(self.high / self.low) * share))
+
+
+@register("sampler", "normal")
+@dataclass(frozen=True, eq=False)
+class Normal(Declared):
+    """Numbers of a normal distribution.
+
+    >>> Normal(0.0, 0.01).std
+    array(0.01)
+    """
+
+    mean: Annotated[Any, AMOUNT, "Mean."]
+    std: Annotated[Any, Amount(least=0), "Standard deviation."]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            np.broadcast_shapes(self.mean.shape, self.std.shape)
+        except ValueError:
+            raise InputError(
+                f"Normal: mean and std have shapes {self.mean.shape} and {self.std.shape}"
+            ) from None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one value."""
+        return np.broadcast_shapes(self.mean.shape, self.std.shape)
+
+    def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
+        """Return a value (draws, *shape) for each draw."""
+        return np.asarray(self.mean + self.std * _numbers(draws.normal, shape))
+
+
+@dataclass(frozen=True, eq=False)
+class _OfAnother(Declared):
+    """Numbers of another sampler that change the value which the experiment has."""
+
+    of: Annotated[Any, ChoiceSpec(SAMPLER, short=False, protocol=Sampler), "What is drawn."]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.of, Plus | Times | Choice):
+            raise InputError(
+                f"{type(self).__name__}: expected a sampler of numbers, got {said(self.of)}"
+            )
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one value."""
+        shape: tuple[int, ...] = self.of.shape
+        return shape
+
+    def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
+        """Return what is drawn (draws, *shape), without the value of the experiment."""
+        made: Array = self.of.drawn(draws, shape)
+        return made
+
+
+@register("sampler", "plus")
+@dataclass(frozen=True, eq=False)
+class Plus(_OfAnother):
+    """The value that the experiment has, plus what is drawn: an error about the nominal value.
+
+    >>> Plus(Normal(0.0, 0.002)).of.std
+    array(0.002)
+    """
+
+
+@register("sampler", "times")
+@dataclass(frozen=True, eq=False)
+class Times(_OfAnother):
+    """The value that the experiment has, times what is drawn: an error in percent.
+
+    >>> Times(Uniform(0.9, 1.1)).of.low
+    array(0.9)
+    """
+
+
+@register("sampler", "choice")
+@dataclass(frozen=True, eq=False)
+class Choice(Declared):
+    """One of some values, drawn by chance: numbers, texts as in a file, or objects.
+
+    To run every draw with each of them give the list alone, without `Choice`.
+
+    >>> Choice([0.2, 0.5, 1.0]).values
+    (0.2, 0.5, 1.0)
+    """
+
+    values: Annotated[Any, ValuesSpec(), "Values, of which one is drawn."]
+
+    def picked(self, draws: Draws) -> NDArray[np.int64]:
+        """Return the number of a value (draws,) for each draw."""
+        share = draws.uniform(1)[:, 0]
+        return np.minimum((share * len(self.values)).astype(np.int64), len(self.values) - 1)
