@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from statistics import NormalDist
-from typing import NamedTuple
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError, said
 
 
-class Share(NamedTuple):
+@dataclass(frozen=True)
+class Share:
     """How many of how many, with the ends of the interval of Wilson."""
 
     count: int

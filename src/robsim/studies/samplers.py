@@ -15,8 +15,8 @@ from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Declared, register
 from robsim.declare.amounts import Amount
 from robsim.declare.families import family
-from robsim.study.draws import Draws
-from robsim.study.values import ValuesSpec
+from robsim.studies.draws import Draws
+from robsim.studies.values import ValuesSpec
 
 SAMPLER = family("sampler")
 AMOUNT, POSITIVE = Amount(), Amount(above=0)

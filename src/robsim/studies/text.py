@@ -20,12 +20,12 @@ from robsim.files.changes import Changes
 from robsim.files.toml import parse, write
 from robsim.run.experiment import Experiment, load_scenario
 from robsim.run.present import raw_at
-from robsim.study import in_turn as _in_turn  # noqa: F401  a sampler that files may name
-from robsim.study import starts as _starts  # noqa: F401  likewise
-from robsim.study.axes import Axis
-from robsim.study.plan import MOST_RUNS, Plan, planned
-from robsim.study.samplers import SAMPLER
-from robsim.study.starts import START
+from robsim.studies import in_turn as _in_turn  # noqa: F401  a sampler that files may name
+from robsim.studies import starts as _starts  # noqa: F401  likewise
+from robsim.studies.axes import Axis
+from robsim.studies.plan import MOST_RUNS, Plan, planned
+from robsim.studies.samplers import SAMPLER
+from robsim.studies.starts import START
 
 STUDY = "study"  # the key of the table
 SAMPLED = ChoiceSpec(SAMPLER, short=False)

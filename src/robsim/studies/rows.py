@@ -18,12 +18,13 @@ from robsim.run.loop import Loop
 from robsim.run.outcome import Outcome
 from robsim.run.varied import may_differ
 from robsim.run.workers import advance
-from robsim.study.axes import Axis
-from robsim.study.plan import Codes, Plan
-from robsim.study.reach import Reach
+from robsim.studies.axes import Axis
+from robsim.studies.plan import Codes, Plan
+from robsim.studies.reach import Reach
 
 NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
-ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts that are looked at together, 1,000 in all
+ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts at a start that are looked at together
+MOST_TRIES = sum(ROUNDS)
 Columns = dict[str, Any]
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Flag, Whole, register
-from robsim.study.samplers import Between
-from robsim.study.values import MOST, check_values
+from robsim.studies.samplers import Between
+from robsim.studies.values import MOST, check_values
 
 
 @register("sampler", "grid")

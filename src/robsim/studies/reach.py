@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +111,7 @@ class Reach:
 
     def _carrier(self) -> tuple[str, str]:
         """Return the robot and the link that carry the frame."""
-        parts = [*self.scene.cameras, *self.scene.objects]
+        parts: list[Any] = [*self.scene.cameras, *self.scene.objects]
         on = next((part.on for part in parts if part.name == self.frame), self.frame)
         robot, dot, link = on.partition(".")
         if not dot or robot not in [each.name for each in self.scene.robots]:

@@ -61,7 +61,7 @@ class Draws:
                 engine.fast_forward(low)
             points = engine.random(high - low + 1)
         chosen = points[self.numbers - low, first : first + count]
-        return np.clip(chosen, 2.0**-53, 1.0 - 2.0**-53)
+        return np.asarray(np.clip(chosen, 2.0**-53, 1.0 - 2.0**-53))
 
     @property
     def _key(self) -> tuple[np.uint64, NDArray[np.uint64]]:

@@ -17,8 +17,8 @@ from robsim.declare.words import Reference
 from robsim.geometry.looking import facing, in_cone
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import PoseTable
-from robsim.study.draws import Draws
-from robsim.study.reach import Reach
+from robsim.studies.draws import Draws
+from robsim.studies.reach import Reach
 
 START = family("start")
 PAIR = Amount(count=2)
@@ -151,12 +151,12 @@ class Shell(Start):
 
 @register("start", "ball")
 @dataclass(frozen=True, eq=False)
-class Ball(Start):
+class Within(Start):
     """Poses no farther than `radius` and `angle` from another one, in any direction.
 
     `about` is that pose in the world; None is the goal.
 
-    >>> Ball(radius=0.2, angle=0.5).radius
+    >>> Within(radius=0.2, angle=0.5).radius
     0.2
     """
 

@@ -12,9 +12,9 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, naming, said
 from robsim.run.experiment import Experiment
 from robsim.run.present import number_at
-from robsim.study.draws import Draws
-from robsim.study.in_turn import labelled, values_in_turn
-from robsim.study.samplers import Choice, Plus, Sampler, Times
+from robsim.studies.draws import Draws
+from robsim.studies.in_turn import labelled, values_in_turn
+from robsim.studies.samplers import Choice, Plus, Sampler, Times
 
 SCALE = 10.0  # pixels, below which a focal length is a factor, as in `Scene.believe`
 

@@ -16,10 +16,10 @@ from robsim.base.errors import InputError, said, suggest
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
-from robsim.study.axes import Axis, axis_of
-from robsim.study.draws import Draws
-from robsim.study.samplers import Sampler, is_even
-from robsim.study.starts import Anywhere, Start
+from robsim.studies.axes import Axis, axis_of
+from robsim.studies.draws import Draws
+from robsim.studies.samplers import Sampler, is_even
+from robsim.studies.starts import Anywhere, Start
 
 MOST_RUNS = 10**12
 LOOK = 200_000  # draws whose numbers are looked at before anything runs; later ones on their way
@@ -73,9 +73,8 @@ class Plan:
     def codes(self, axis: Axis, runs: Codes) -> Codes:
         """Return which of its values an axis has in some runs, (runs,)."""
         if not axis.in_turn:
-            return _by_draw(
-                runs // self.cells, lambda draws: axis.picked(self.source(axis.name, draws))
-            )
+            own, where = np.unique(runs // self.cells, return_inverse=True)
+            return axis.picked(self.source(axis.name, own))[where]
         sizes = [len(each.values or ()) for each in self.in_turn]
         digits = np.unravel_index(runs % self.cells, sizes)
         found: Codes = digits[self.in_turn.index(axis)]
@@ -85,9 +84,9 @@ class Plan:
         """Return the numbers (runs, ...) of an axis in some runs, in SI."""
         if axis.values is not None:
             return np.array(list(axis.values.values()), dtype=float)[self.codes(axis, runs)]
-        return _by_draw(
-            runs // self.cells, lambda draws: axis.numbers(self.source(axis.name, draws))
-        )
+        own, where = np.unique(runs // self.cells, return_inverse=True)
+        drawn: Array = axis.numbers(self.source(axis.name, own))
+        return drawn[where]
 
     @cached_property
     def _evenly(self) -> list[tuple[str, int]]:
@@ -103,12 +102,6 @@ class Plan:
         names = [each for each, _ in self._evenly]
         before = self._evenly[: names.index(name)] if name in names else []
         return sum(count for _, count in before)
-
-
-def _by_draw(draws: Codes, what: Any) -> Any:
-    """Return what is drawn, computed once for all runs of the same draw."""
-    own, where = np.unique(draws, return_inverse=True)
-    return what(own)[where]
 
 
 def planned(

@@ -1,0 +1,151 @@
+"""The runs of a study on a cluster of dask.distributed that somebody else has started."""
+
+from __future__ import annotations
+
+import asyncio
+import pickle
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from robsim.base import interrupt
+from robsim.base.errors import InputError, RobSimError, said
+from robsim.kernels.store import KERNEL_HASH
+from robsim.run.result import VERSION
+from robsim.studies.columns import Columns
+from robsim.studies.plan import Plan
+from robsim.studies.rows import Rows
+from robsim.studies.running import Chunk, Progress, Sink, chunks, done
+
+PATIENCE = 10.0  # seconds, for a scheduler to answer
+LOOK = 0.2  # seconds between looks for a stop
+AHEAD = 2  # chunks for each thread of the cluster that are given out at a time
+
+
+class Work(NamedTuple):
+    """What a worker is told: a plan, as it travels, and the versions that must be there."""
+
+    plan: bytes
+    versions: tuple[str, str]
+
+
+def connect(address: str) -> Any:
+    """Return a client of the scheduler at an address; InputError if it does not answer in time.
+
+    Encryption and keys are those of Dask's own configuration.
+    """
+    distributed = _distributed()
+    if not isinstance(address, str) or "://" not in address:
+        raise InputError(
+            f"scheduler: expected an address such as tcp://host:8786, got {said(address)}"
+        )
+    try:
+        asyncio.run(asyncio.wait_for(_identity(distributed, address), PATIENCE))
+        return distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+    except Exception as error:  # noqa: BLE001 what is there may be anything, and answer so
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"no scheduler answers at {address}: {reason:.200}") from None
+
+
+async def _identity(distributed: Any, address: str) -> None:
+    """Ask a scheduler who it is, without a client, which would wait for it to its own end."""
+    arguments = distributed.Security().get_connection_args("client")
+    async with distributed.rpc(address, connection_args=arguments, timeout=PATIENCE / 2) as there:
+        await there.identity()
+
+
+def distribute(plan: Plan, sink: Sink, size: int, client: Any, progress: Progress | None) -> bool:
+    """Simulate what is missing on a cluster; return False if a stop came before the end.
+
+    A chunk whose worker dies runs again on another. InputError: no client, or no workers, or of
+    another version.
+    """
+    distributed = _distributed()
+    if not isinstance(client, distributed.Client):
+        raise InputError(f"client: expected a client of dask.distributed, got {said(client)}")
+    at_once = AHEAD * _threads(client)
+    work, finished = _packed(plan), done(sink, plan)
+    left, going = chunks(sink, plan, size), dict[Any, Chunk]()
+    with interrupt.held() as stops:
+        try:
+            while not stops:
+                _give(client, work, left, going, at_once)
+                if not going:
+                    return True
+                for future in _ended(distributed, going):
+                    first, last = going.pop(future)
+                    sink.put(plan, first, last, _result(future))
+                    finished += last - first
+                    if progress:
+                        progress(finished / plan.runs)
+        finally:
+            client.cancel(list(going))
+    return False
+
+
+def _give(client: Any, work: Work, left: Any, going: dict[Any, Chunk], at_once: int) -> None:
+    """Give out chunks until so many are on their way."""
+    for first, last in left:
+        going[client.submit(run_chunk, work, first, last, pure=False)] = first, last
+        if len(going) >= at_once:
+            return
+
+
+def _ended(distributed: Any, going: dict[Any, Chunk]) -> list[Any]:
+    """Return the chunks that are done, after a short wait for the first of them."""
+    try:
+        found = distributed.wait(list(going), timeout=LOOK, return_when="FIRST_COMPLETED")
+    except TimeoutError:
+        return []
+    return list(found.done)
+
+
+def _result(future: Any) -> Columns:
+    """Return what came out of a chunk; RobSimError if the cluster could not do it."""
+    error = future.exception()
+    if error is None:
+        found: Columns = future.result()
+        return found
+    if isinstance(error, RobSimError):
+        raise error
+    text = " ".join(str(error).split())
+    raise RobSimError(
+        f"the cluster could not simulate some runs: {type(error).__name__}: {text:.300}"
+    )
+
+
+def run_chunk(work: Work, first: int, last: int) -> Columns:
+    """Simulate some runs in a worker, in one thread; InputError if its version is another."""
+    if work.versions != (VERSION, KERNEL_HASH):
+        raise InputError(
+            f"this worker has RobSim {VERSION} with kernels {KERNEL_HASH:.12}, the study "
+            f"{work.versions[0]} with {work.versions[1]:.12}: install the same"
+        )
+    return _rows(work.plan).columns(first, last)
+
+
+@lru_cache(maxsize=4)
+def _rows(plan: bytes) -> Rows:
+    return Rows(pickle.loads(plan), threads=1)  # from our own client, as all tasks of Dask are
+
+
+def _packed(plan: Plan) -> Work:
+    """Return what workers are told."""
+    return Work(pickle.dumps(plan), (VERSION, KERNEL_HASH))
+
+
+def _threads(client: Any) -> int:
+    """Return the number of threads of all workers; InputError if there are none."""
+    found = client.ncores()
+    if not found:
+        raise InputError("the cluster has no workers; start some, and they will be used")
+    return int(sum(found.values()))
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise InputError(
+            "a cluster needs dask.distributed: pip install 'robsim[cluster]'"
+        ) from None
+    return distributed

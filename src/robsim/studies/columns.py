@@ -1,0 +1,67 @@
+"""The columns of a study's table: what they mean, their units, and their places in memory."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.run.outcome import Outcome
+from robsim.studies.plan import Codes, Plan
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Columns = dict[str, Any]
+MEANINGS = {
+    "run": "number of the run",
+    "draw": "number of the draw; runs of one draw have the same start and drawn numbers",
+    "start_x": "where the frame that moves was at the start, in the world (m)",
+    "start_y": "likewise (m)",
+    "start_z": "likewise (m)",
+    "start_distance": "from there to its goal (m)",
+    "start_angle": "from its orientation at the start to that at its goal (rad)",
+    "start_tries": "how many starts were drawn until one would do",
+    "outcome": "why the run ended, see robsim.Outcome",
+    "began": "whether the start was in sight and within the limits, so that there is a run",
+    "end_time": "when the run ended (s)",
+    "error_norm": "length of the error at the end, in the units of the features",
+    "pixel_error": "largest distance of a mark from its goal in the image at the end (px)",
+    "distance_to_goal": "from where the frame ended to its goal (m)",
+    "angle_to_goal": "from its orientation at the end to that at its goal (rad)",
+    "path_length": "way of the frame (m)",
+}
+BYTES = 120  # of a run in memory: what came out of it
+TABLE_BYTES = 400  # likewise while its table is made
+
+
+def varied(plan: Plan, runs: Codes) -> Columns:
+    """Return a column of each varied number, or one of the code of each varied value."""
+    made: Columns = {}
+    for axis in plan.axes:
+        if not axis.is_number:
+            made[axis.name] = plan.codes(axis, runs)
+            continue
+        numbers = plan.numbers(axis, runs)
+        if numbers.ndim == 1:
+            made[axis.name] = numbers
+            continue
+        for place in np.ndindex(*numbers.shape[1:]):
+            index = ",".join(map(str, place))
+            made[f"{axis.name}[{index}]"] = numbers[(slice(None), *place)]
+    return made
+
+
+def frame(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
+    """Return the table of some runs, one row each."""
+    import pandas as pd
+
+    own = varied(plan, runs)
+    for axis in plan.axes:
+        if not axis.is_number:
+            own[axis.name] = pd.Categorical.from_codes(own[axis.name], axis.labels)
+    outcomes = [outcome.name for outcome in Outcome]
+    places = np.array([int(outcome) for outcome in Outcome])
+    codes = np.searchsorted(places, facts["outcome"])
+    told = {**facts, "outcome": pd.Categorical.from_codes(codes, outcomes)}
+    return pd.DataFrame({"run": runs, "draw": runs // plan.cells, **own, **told})

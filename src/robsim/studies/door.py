@@ -1,0 +1,130 @@
+"""The functions `study` and `open_study`."""
+
+from __future__ import annotations
+
+import os
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+from robsim.base import interrupt
+from robsim.base.arrays import flag, whole
+from robsim.base.claim import claimed
+from robsim.base.errors import InputError, Interrupted
+from robsim.base.output import refused
+from robsim.run.experiment import Experiment
+from robsim.run.workers import check_progress
+from robsim.studies.plan import Plan, planned
+from robsim.studies.running import Memory, Progress, check, simulate
+from robsim.studies.store import Store
+from robsim.studies.study import Study
+
+CHUNK = 1000  # runs that are simulated together, and stored in one file
+MOST_CHUNK = 1_000_000
+
+
+def study(
+    experiment: Experiment,
+    runs: int | None = None,
+    *,
+    seed: int | None = None,
+    start: Any = None,
+    vary: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    client: Any = None,
+    threads: int | None = None,
+    chunk: int = CHUNK,
+    progress: Progress | None = None,
+) -> Study:
+    """Run an experiment many times, with other numbers, choices and starts, and return the study.
+
+    runs      draws, each of which is run with every combination of what is in turn
+    seed      of all that is drawn, and of the noise; None: that of the experiment
+    start     a sampler such as `LookAt`, `Uniform` for coordinates, starts (B, nq), or one (nq,)
+    vary      {name: what it is}, with the dotted names of `Experiment.at`: a sampler (`Uniform`,
+              `Normal`, `LogUniform`, `Sobol`, `Choice`, or `Plus` and `Times` of these), whose
+              values are drawn anew for each draw; or values in turn, which every draw is run with:
+              a list, {label: value}, or a `Grid`
+    store     folder for the rows, which are written some at a time; what is stopped goes on with
+              `resume`, to the same bits. None: they are kept in memory
+    client    of dask.distributed, whose workers simulate the runs; see docs/studies.md
+    threads   how many; None for one per processor
+    chunk     how many runs are simulated together, and are one file of a store
+    progress  called now and then with the share that is done, 0 to 1
+
+    A focal length that is drawn below 10 is a factor of the one that the experiment has, as in
+    `Scene.believe`. Results have the same bits for any threads, chunk and client.
+
+    InputError before anything runs; Interrupted after a stop, whose `run` is the study so far.
+
+    >>> from robsim import Choice, LookAt, examples, load_scenario
+    >>> one = load_scenario(examples.path("visp_tutorial")).with_(duration=8)
+    >>> found = study(one, 20, start=LookAt(distance=(0.5, 1)), vary={"task.gain": Choice([1, 2])})
+    >>> len(found.table), found.visible.value
+    (20, 1.0)
+    """
+    plan = planned(experiment, runs, seed, start, vary)
+    return run_plan(plan, store, resume, client, threads, chunk, progress)
+
+
+def run_plan(
+    plan: Plan,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    client: Any = None,
+    threads: int | None = None,
+    chunk: int = CHUNK,
+    progress: Progress | None = None,
+) -> Study:
+    """Run a plan; see `study`."""
+    check_progress(progress)
+    size = whole(chunk, "chunk", 1, MOST_CHUNK + 1)
+    if flag(resume, "resume") and store is None:
+        raise InputError("resume: which study? give the folder that holds it, store=folder")
+    if store is None:
+        sink: Any = Memory(plan.runs)
+        folder = None
+    else:
+        sink = _store(store)
+        folder = sink.folder
+    with claimed(folder) if folder else nullcontext():
+        check(plan)
+        if folder:
+            sink.begin(plan, resume)
+        with interrupt.held(begun=False):
+            if client is None:
+                whole_study = simulate(plan, sink, size, threads, progress)
+            else:
+                from robsim.studies.cluster import distribute
+
+                whole_study = distribute(plan, sink, size, client, progress)
+    made = Study(plan, lambda: sink.facts(plan), folder)
+    if not whole_study:
+        raise Interrupted("stopped by the user; the runs that are done are in .run", made)
+    return made
+
+
+def _store(path: str | os.PathLike[str]) -> Store:
+    folder = Path(path) if isinstance(path, str | os.PathLike) else None
+    if folder is None:
+        raise InputError(f"store: expected a folder, got {path!r:.60}")
+    with refused(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    return Store(folder)
+
+
+def open_study(path: str | os.PathLike[str]) -> Study:
+    """Return the study that a folder holds, also one that is not complete.
+
+    FileError: there is none, or one of a newer version, or rows that are not as written.
+
+    >>> open_study("nowhere")
+    Traceback (most recent call last):
+    robsim.base.errors.FileError: nowhere: there is no study: it has no study.json
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"expected the folder of a study, got {path!r:.60}")
+    store = Store(Path(path))
+    plan = store.plan()
+    return Study(plan, lambda: store.facts(plan), store.folder)

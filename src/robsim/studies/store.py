@@ -1,0 +1,209 @@
+"""The folder of a study: its text, and its rows as Parquet files that are whole or not there."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from robsim.base.errors import FileError, InputError
+from robsim.base.output import refused, write_whole
+from robsim.files.toml import read_text
+from robsim.kernels.store import KERNEL_HASH
+from robsim.run.experiment import Experiment
+from robsim.run.outcome import Outcome
+from robsim.run.result import VERSION
+from robsim.studies.columns import Columns, frame
+from robsim.studies.plan import Plan
+from robsim.studies.text import plan_of, text_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMAT = 1
+TEXT, ABOUT = "study.toml", "study.json"
+BYTES = 150  # of a row on the disk
+_PART = re.compile(r"rows-(\d{13})-(\d{13})\.parquet")
+
+
+class Stored(NamedTuple):
+    """A file of rows: those from one until before another."""
+
+    first: int
+    last: int
+    path: Path
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder that holds a study."""
+
+    folder: Path
+
+    def begin(self, plan: Plan, resume: bool) -> None:
+        """Write what the study is; FileError or InputError if another one is in the way."""
+        arrow()
+        text = text_of(plan)
+        if self.is_there:
+            self._check(text, resume)
+            return
+        self._check_room(plan)
+        about = {"format": FORMAT, **_versions(), "runs": plan.runs, "draws": plan.draws}
+        write_whole(self.folder / TEXT, text)
+        write_whole(self.folder / ABOUT, json.dumps(about, indent=1) + "\n")
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the folder holds a study."""
+        with refused(self.folder, "read"):
+            return (self.folder / ABOUT).exists()
+
+    def plan(self) -> Plan:
+        """Return the plan of the study here; FileError if there is none that can be read."""
+        self.about()
+        path = self.folder / TEXT
+        return plan_of(Experiment.from_text(read_text(path), str(path)))
+
+    def about(self) -> dict[str, Any]:
+        """Return what is said of the study; FileError if it is none of this or an older format."""
+        path = self.folder / ABOUT
+        if not self.is_there:
+            raise FileError(f"{self.folder}: there is no study: it has no {ABOUT}")
+        try:
+            about = json.loads(read_text(path))
+            found = int(about["format"])
+        except (ValueError, KeyError, TypeError):
+            raise FileError(f"{path}: not as RobSim wrote it") from None
+        if found > FORMAT:
+            newer = about.get("robsim", "a newer version")
+            raise FileError(
+                f"{self.folder}: a study of format {found}, of RobSim {newer:.40}; this is "
+                f"{VERSION}, which reads format {FORMAT}: install the newer one"
+            )
+        return dict(about)
+
+    def parts(self) -> list[Stored]:
+        """Return the files of rows, in their order; FileError if two of them overlap."""
+        with refused(self.folder, "read"):
+            names = sorted(path.name for path in self.folder.iterdir())
+        found = [(match, self.folder / name) for name in names if (match := _PART.fullmatch(name))]
+        parts = [Stored(int(match[1]), int(match[2]), path) for match, path in found]
+        for one, other in pairwise(parts):
+            if other.first < one.last:
+                raise FileError(f"{self.folder}: {one.path.name} and {other.path.name} overlap")
+        return parts
+
+    def missing(self, runs: int) -> Iterator[tuple[int, int]]:
+        """Yield the runs that have no row yet, from one until before another."""
+        first = 0
+        for part in self.parts():
+            if part.first > first:
+                yield first, part.first
+            first = part.last
+        if first < runs:
+            yield first, runs
+
+    def put(self, plan: Plan, first: int, last: int, facts: Columns) -> None:
+        """Write the rows of some runs; FileError if they cannot be, and nothing is left then."""
+        name = f"rows-{first:013d}-{last:013d}.parquet"
+        write_whole(self.folder / name, as_parquet(frame(plan, np.arange(first, last), facts)))
+
+    def facts(self, plan: Plan) -> tuple[Any, Columns]:
+        """Return the numbers of the runs that are there, and what came out of them."""
+        pa, pq = arrow()
+        runs: list[Any] = []
+        parts: list[Columns] = []
+        for part in self.parts():
+            with refused(part.path, "read"):
+                try:
+                    table = pq.read_table(part.path)
+                except pa.ArrowException as error:
+                    raise FileError(f"{part.path}: {str(error).splitlines()[0]:.200}") from None
+            parts.append(_facts(table, part, plan))
+            runs.append(np.arange(part.first, part.last))
+        if not parts:
+            return np.arange(0), {}
+        return np.concatenate(runs), {
+            name: np.concatenate([part[name] for part in parts]) for name in parts[0]
+        }
+
+    def _check(self, text: str, resume: bool) -> None:
+        about = self.about()
+        if read_text(self.folder / TEXT) != text:
+            raise FileError(
+                f"{self.folder} holds another study; choose another folder, or remove this one"
+            )
+        if not resume:
+            raise FileError(
+                f"{self.folder} holds this study already; resume it (resume=True, --resume), or "
+                "choose another folder"
+            )
+        other = {key: (about.get(key), now) for key, now in _versions().items()}
+        differ = [f"{key} {was}, now {now}" for key, (was, now) in other.items() if was != now]
+        if differ:
+            raise FileError(
+                f"{self.folder} was begun elsewhere ({'; '.join(differ)}), and its rows would not "
+                "have the same bits: begin it anew"
+            )
+
+    def _check_room(self, plan: Plan) -> None:
+        """Raise InputError if the disk has no room for the rows, before anything runs."""
+        with refused(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            free = shutil.disk_usage(self.folder).free
+        need = plan.runs * BYTES
+        if need > free:
+            raise InputError(
+                f"{plan.runs} runs need about {need / 1e9:.3g} GB in {self.folder}, and "
+                f"{free / 1e9:.3g} GB are free: fewer runs, or another disk"
+            )
+
+
+def _versions() -> dict[str, str]:
+    """Return what decides the bits of a run."""
+    return {"robsim": VERSION, "kernels": KERNEL_HASH}
+
+
+def _facts(table: Any, part: Stored, plan: Plan) -> Columns:
+    """Return what came out of the runs of a file; FileError if it is not theirs."""
+    if table.num_rows != part.last - part.first:
+        raise FileError(f"{part.path}: {table.num_rows} rows instead of {part.last - part.first}")
+    try:
+        data = table.to_pandas()
+        known = {"run", "draw"} | {name for name in data if str(name).split("[")[0] in _names(plan)}
+        facts = {str(name): data[name].to_numpy() for name in data if name not in known}
+        codes = np.array([int(Outcome[name]) for name in facts["outcome"]], dtype=np.int8)
+    except (KeyError, ValueError):
+        raise FileError(f"{part.path}: not as RobSim wrote it") from None
+    return {**facts, "outcome": codes}
+
+
+def _names(plan: Plan) -> set[str]:
+    return {axis.name for axis in plan.axes}
+
+
+def as_parquet(table: pd.DataFrame) -> memoryview:
+    """Return a table as the content of a Parquet file."""
+    pa, pq = arrow()
+    sink = pa.BufferOutputStream()
+    pq.write_table(pa.Table.from_pandas(table, preserve_index=False), sink)
+    return memoryview(sink.getvalue())
+
+
+def arrow() -> tuple[Any, Any]:
+    """Return PyArrow and its part for Parquet; InputError if it is not installed."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise InputError(
+            "a store, and Parquet, need PyArrow: pip install 'robsim[store]'"
+        ) from None
+    return pyarrow, pyarrow.parquet

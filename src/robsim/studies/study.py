@@ -1,0 +1,184 @@
+"""`Study`: what came out of thousands of runs, as a table and as counts."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import warnings
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.analysis.shares import Share, share
+from robsim.base.arrays import whole
+from robsim.base.errors import InputError, ReplayWarning, said, suggest
+from robsim.base.output import write_whole
+from robsim.base.room import room
+from robsim.run.experiment import Experiment
+from robsim.run.outcome import Outcome
+from robsim.studies.columns import TABLE_BYTES, Columns, frame
+from robsim.studies.counts import Counts, counted
+from robsim.studies.plan import Plan
+from robsim.studies.rows import Rows
+from robsim.studies.text import text_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Study:
+    """The runs of a study: a table with a row for each, and its plan, by which they are repeated.
+
+    `table` is a pandas DataFrame: the number of the run and of its draw, what differs from run to
+    run, where it started (m, rad), and how it ended (see `robsim.studies.columns.MEANINGS`). Runs
+    with `began` false have nothing to count: their start was out of sight, or beyond the limits of
+    the joints. `str` of a study counts the outcomes, with intervals.
+    """
+
+    plan: Plan
+    _read: Any = field(repr=False)  # returns (runs, columns)
+    folder: Path | None = None
+
+    @property
+    def experiment(self) -> Experiment:
+        """The experiment that was varied."""
+        return self.plan.experiment
+
+    @property
+    def complete(self) -> bool:
+        """Whether all runs of the plan are there."""
+        return len(self.runs) == self.plan.runs
+
+    @cached_property
+    def _facts(self) -> tuple[Any, Columns]:
+        found: tuple[Any, Columns] = self._read()
+        return found
+
+    @property
+    def runs(self) -> Any:
+        """The numbers (n,) of the runs that are there."""
+        return self._facts[0]
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The table, one row a run; see the class."""
+        need, free = len(self.runs) * TABLE_BYTES, room()
+        if need > free:
+            raise InputError(
+                f"a table of {len(self.runs)} runs needs about {need / 1e9:.3g} GB, and "
+                f"{free / 1e9:.3g} GB are free; read the Parquet files of the store in parts"
+            )
+        return frame(self.plan, *self._facts)
+
+    def counts(self, by: str | None = None) -> Counts:
+        """Return how the runs ended, with intervals, for each value of a name if one is given."""
+        return counted(self.table, by, self._tries())
+
+    def __str__(self) -> str:
+        """Return the counts, for each value of what is in turn first."""
+        first = next((axis.name for axis in self.plan.in_turn), None)
+        return str(self.counts(first))
+
+    def __repr__(self) -> str:
+        """Return the counts, also where a notebook shows them as text."""
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        """Return the counts as a table for notebooks."""
+        first = next((axis.name for axis in self.plan.in_turn), None)
+        return self.counts(first)._repr_html_()
+
+    @property
+    def visible(self) -> Share | None:
+        """The share of the starts that were drawn which would do; None if none were drawn."""
+        tries = self._tries()
+        return None if tries is None else share(*tries)
+
+    def _tries(self) -> tuple[int, int] | None:
+        runs, facts = self._facts
+        if "start_tries" not in facts:
+            return None
+        _, first = np.unique(runs // self.plan.cells, return_index=True)
+        return int(facts["began"][first].sum()), int(facts["start_tries"][first].sum())
+
+    def of_run(self, number: int) -> Experiment:
+        """Return the experiment of one run, with its start and its noise; InputError: no run."""
+        i = whole(number, "run", 0, self.plan.runs)
+        rows = Rows(self.plan)
+        draw = np.array([i // self.plan.cells])
+        q0, _ = rows.starts(draw)
+        (part,) = rows.parts(np.array([i]))
+        one = part.experiment.of_run(0) if part.experiment.varied else part.experiment
+        return one.with_(start=q0[0], first_run=int(draw[0]), record="all")
+
+    def replay(self, number: int) -> xr.Dataset:
+        """Simulate one run again, with all instants; ReplayWarning if it ends otherwise.
+
+        InputError: there is no such run.
+        """
+        one = self.of_run(number)
+        run: xr.Dataset = one.run()
+        at = np.flatnonzero(self.runs == number)
+        for name in ("outcome", "end_time", "distance_to_goal", "path_length") if at.size else ():
+            was, now = self._facts[1][name][at[0]], run[name].values
+            if not np.array_equal(was, now, equal_nan=True):
+                text = f"run {number} has another {name} now: {float(was)!r} became {float(now)!r}"
+                warnings.warn(text, ReplayWarning, stacklevel=2)
+                break
+        return run
+
+    def worst(self, measure: str = "distance_to_goal", count: int = 10) -> pd.DataFrame:
+        """Return the rows of the runs that began with the largest values of a column."""
+        numbers = self._column(measure)
+        table = self.table[self.table["began"] & np.isfinite(numbers)]
+        return table.nlargest(whole(count, "count", 1), measure)
+
+    def _column(self, name: Any) -> Any:
+        """Return the numbers of a column; InputError if there are none of this name."""
+        names = [str(each) for each in self.table]
+        if not isinstance(name, str) or name not in names:
+            raise InputError(f"no column {said(name)}; {suggest(name, names, 'columns')}")
+        values = self.table[name]
+        if values.dtype.kind not in "iufb":
+            raise InputError(f"column {name!r} holds no numbers")
+        return values.to_numpy(float)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the table as .parquet or .csv, or the counts as .tex; FileError: it cannot be."""
+        suffix = Path(path).suffix
+        if suffix == ".csv":
+            return write_whole(path, self.table.to_csv(index=False))
+        if suffix == ".tex":
+            first = next((axis.name for axis in self.plan.in_turn), None)
+            return write_whole(path, self.counts(first).latex())
+        if suffix == ".parquet":
+            from robsim.studies.store import as_parquet
+
+            return write_whole(path, as_parquet(self.table))
+        raise InputError(f"expected a name that ends in .parquet, .csv or .tex, got {said(path)}")
+
+    @property
+    def text(self) -> str:
+        """The TOML text of the study, for `robsim study`; InputError if it is Python code."""
+        return text_of(self.plan)
+
+    @property
+    def hash(self) -> str:
+        """The first 16 hexadecimal digits of the hash of all rows, to the bit."""
+        runs, facts = self._facts
+        made = hashlib.sha256(np.asarray(runs, dtype=np.int64).tobytes())
+        for name in sorted(facts):
+            values = facts[name]
+            made.update(name.encode() + np.ascontiguousarray(values).tobytes())
+        return made.hexdigest()[:16]
+
+    def converged(self) -> Share:
+        """Return the share of the runs that converged, of those that began."""
+        began = self._facts[1]["began"]
+        arrived = self._facts[1]["outcome"] == Outcome.CONVERGED
+        return share(int((arrived & began).sum()), int(began.sum()))
