@@ -21,6 +21,7 @@ from robsim.cli import (
     run,
     schema,
     studio,
+    study,
     warm,
 )
 from robsim.cli.tell import tell
@@ -35,7 +36,20 @@ def cli() -> None:
     """Model, simulate and see robots that are guided by cameras."""
 
 
-for _each in (demo, run, compare, check, explain, export, examples, robots, schema, studio, warm):
+for _each in (
+    demo,
+    run,
+    compare,
+    study,
+    check,
+    explain,
+    export,
+    examples,
+    robots,
+    schema,
+    studio,
+    warm,
+):
     cli.add_command(_each.command)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -56,6 +57,31 @@ def bar(label: str) -> Iterator[Any]:
 
         yield show
         show(1.0)
+
+
+@contextmanager
+def counting(label: str, total: int) -> Iterator[Any]:
+    """Yield likewise a function of the share done, which shows runs, their rate and time left."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    begun: list[tuple[float, float]] = []  # when, and which share was done already
+
+    def rate(share: float | None) -> str:
+        now = time.monotonic()
+        if not begun or share is None or now <= begun[0][0]:
+            return ""
+        return f"{(share - begun[0][1]) * total / (now - begun[0][0]):,.0f} runs/s"
+
+    how: Any = {"show_pos": True, "item_show_func": rate, "file": sys.stderr}
+    with click.progressbar(length=total, label=label, **how) as bar:
+
+        def show(share: float) -> None:
+            if not begun:
+                begun.append((time.monotonic(), share))
+            bar.update(round(total * share) - bar.pos, share)
+
+        yield show
 
 
 @contextmanager

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 from robsim.base import interrupt
 from robsim.base.arrays import flag, whole
 from robsim.base.claim import claimed
-from robsim.base.errors import InputError, Interrupted
+from robsim.base.errors import InputError, Interrupted, said
 from robsim.base.output import refused
 from robsim.run.experiment import Experiment
 from robsim.run.workers import check_progress
@@ -65,53 +64,52 @@ def study(
     (20, 1.0)
     """
     plan = planned(experiment, runs, seed, start, vary)
-    return run_plan(plan, store, resume, client, threads, chunk, progress)
+    if flag(resume, "resume") and store is None:
+        raise InputError("resume: which study? give the folder that holds it, store=folder")
+    how: Any = (resume, client, threads, chunk, progress)
+    if store is None:
+        return run_plan(plan, None, *how)
+    folder = _folder(store)
+    with claimed(folder):
+        return run_plan(plan, folder, *how)
 
 
 def run_plan(
     plan: Plan,
-    store: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    client: Any = None,
-    threads: int | None = None,
-    chunk: int = CHUNK,
-    progress: Progress | None = None,
+    folder: Path | None,
+    resume: bool,
+    client: Any,
+    threads: int | None,
+    chunk: int,
+    progress: Progress | None,
 ) -> Study:
-    """Run a plan; see `study`."""
+    """Run a plan into a folder that is ours, or into memory; see `study`."""
     check_progress(progress)
     size = whole(chunk, "chunk", 1, MOST_CHUNK + 1)
-    if flag(resume, "resume") and store is None:
-        raise InputError("resume: which study? give the folder that holds it, store=folder")
-    if store is None:
-        sink: Any = Memory(plan.runs)
-        folder = None
-    else:
-        sink = _store(store)
-        folder = sink.folder
-    with claimed(folder) if folder else nullcontext():
+    sink: Any = Memory(plan.runs) if folder is None else Store(folder)
+    with interrupt.held(begun=False):
         check(plan)
-        if folder:
+        if folder is not None:
             sink.begin(plan, resume)
-        with interrupt.held(begun=False):
-            if client is None:
-                whole_study = simulate(plan, sink, size, threads, progress)
-            else:
-                from robsim.studies.cluster import distribute
+        if client is None:
+            complete = simulate(plan, sink, size, threads, progress)
+        else:
+            from robsim.studies.cluster import distribute
 
-                whole_study = distribute(plan, sink, size, client, progress)
+            complete = distribute(plan, sink, size, client, progress)
     made = Study(plan, lambda: sink.facts(plan), folder)
-    if not whole_study:
+    if not complete:
         raise Interrupted("stopped by the user; the runs that are done are in .run", made)
     return made
 
 
-def _store(path: str | os.PathLike[str]) -> Store:
-    folder = Path(path) if isinstance(path, str | os.PathLike) else None
-    if folder is None:
-        raise InputError(f"store: expected a folder, got {path!r:.60}")
-    with refused(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    return Store(folder)
+def _folder(path: Any) -> Path:
+    """Return a folder, which is made; InputError or FileError: it cannot be one."""
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"store: expected a folder, got {said(path)}")
+    with refused(path):
+        Path(path).mkdir(parents=True, exist_ok=True)
+    return Path(path)
 
 
 def open_study(path: str | os.PathLike[str]) -> Study:
@@ -124,7 +122,7 @@ def open_study(path: str | os.PathLike[str]) -> Study:
     robsim.base.errors.FileError: nowhere: there is no study: it has no study.json
     """
     if not isinstance(path, str | os.PathLike):
-        raise InputError(f"expected the folder of a study, got {path!r:.60}")
+        raise InputError(f"expected the folder of a study, got {said(path)}")
     store = Store(Path(path))
     plan = store.plan()
     return Study(plan, lambda: store.facts(plan), store.folder)

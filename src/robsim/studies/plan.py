@@ -58,6 +58,14 @@ class Plan:
         """The number of runs in all."""
         return self.draws * self.cells
 
+    def __str__(self) -> str:
+        """Return in a line how many runs there are, and of what."""
+        turns = [f"{len(axis.values or ())} of {axis.name}" for axis in self.in_turn]
+        drawn = [axis.name for axis in self.axes if not axis.in_turn]
+        drawn = [*(["start"] if self.start else []), *drawn]
+        counts = " x ".join([f"{self.draws} draws", *turns])
+        return f"{self.runs} runs: {counts}" + (f"; drawn: {', '.join(drawn)}" if drawn else "")
+
     def axis(self, name: str) -> Axis:
         """Return the axis of a varied name; InputError if nothing varies under it."""
         for axis in self.axes:

@@ -1,0 +1,92 @@
+"""The command `study`: many runs of a scenario, and what came out of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robsim.base.errors import FileError, Interrupted
+from robsim.base.output import write_whole
+from robsim.cli.files import exists, results_folder
+from robsim.cli.options import changes
+from robsim.cli.progress import counting, stopped, warnings_as_lines
+from robsim.cli.tell import tell
+
+if TYPE_CHECKING:
+    from robsim.studies.plan import Plan
+    from robsim.studies.study import Study
+
+CSV = 200_000  # runs up to which the table is written as text, too
+
+
+@click.command("study")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results.")
+@click.option("--resume", is_flag=True, help="Go on with a study that was stopped; needs -o.")
+@click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster: tcp://host:8786.")
+@click.option("--chunk", type=int, default=1000, show_default=True, help="Runs in one file.")
+@click.option("--threads", type=int, help="How many; by default one per processor.")
+@changes
+def command(
+    file: Path,
+    output: Path | None,
+    resume: bool,
+    scheduler: str | None,
+    chunk: int,
+    threads: int | None,
+    changes: tuple[str, ...],
+) -> None:
+    """Run the scenario in FILE many times, as its table [study] says.
+
+    The rows go into a folder as Parquet files, some at a time: what is stopped or killed goes on
+    with --resume, to the same bits.
+    """
+    from robsim.studies.text import load_plan
+
+    if resume and (output is None or not exists(output / "study.json")):
+        raise FileError("nothing to resume: say with -o which folder holds the study")
+    plan = load_plan(file, changes)
+    with _client(scheduler) as client, results_folder(output, f"{file.stem}-study", True, ()) as to:
+        tell(plan)
+        found = _finished(plan, to, resume, client, chunk, threads)
+        _report(found, to)
+
+
+@contextmanager
+def _client(scheduler: str | None) -> Iterator[Any]:
+    """Yield a client of the scheduler at an address, or None."""
+    if scheduler is None:
+        yield None
+        return
+    from robsim.studies.cluster import connect
+
+    client = connect(scheduler)
+    try:
+        yield client
+    finally:
+        client.close()
+
+
+def _finished(
+    plan: Plan, folder: Path, resume: bool, client: Any, chunk: int, threads: int | None
+) -> Study:
+    """Run a plan into a folder, with a progress bar; after a stop, end the command."""
+    from robsim.studies.door import run_plan
+
+    try:
+        with warnings_as_lines(), counting("simulating", plan.runs) as progress:
+            return run_plan(plan, folder, resume, client, threads, chunk, progress)
+    except Interrupted as stop:
+        tell(f"{len(stop.run.runs)} of {plan.runs} runs are done; go on with --resume", err=True)
+        stopped(folder)
+
+
+def _report(found: Study, folder: Path) -> None:
+    tell(found)
+    if len(found.runs) <= CSV:
+        write_whole(folder / "table.csv", found.table.to_csv(index=False))
+    tell(f"results  {folder}")
