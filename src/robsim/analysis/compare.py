@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
@@ -16,14 +15,12 @@ from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
 from robsim.base import interrupt
 from robsim.base.errors import InputError, Interrupted, naming, said, suggest
 from robsim.run.checks import of_kind, starts
+from robsim.run.ends import began
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
 from robsim.run.staged import Staged
 from robsim.run.workers import Progress, check_progress
 from robsim.servo import Task
 from robsim.world.scene import Scene
-
-NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
 
 
 def compare(
@@ -150,10 +147,11 @@ def _comparison(
         for key in MEASURES
     }
     endings = np.stack([runs[scheme.name]["outcome"].values for scheme in done])
-    began = np.stack([_began(runs[scheme.name]) for scheme in done])
+    ended = [(runs[scheme.name]["outcome"], runs[scheme.name]["end_time"]) for scheme in done]
+    begun = np.stack([began(outcome.values, end.values) for outcome, end in ended])
     ending = {
         "outcome": (dims, endings, first["outcome"].attrs),
-        "began": (dims, began, {"units": "1", "long_name": "whether the start could begin"}),
+        "began": (dims, begun, {"units": "1", "long_name": "whether the start could begin"}),
     }
     coordinates = {"scheme": [scheme.name for scheme in done]}
     coordinates |= {dim: first[dim].values for dim in dims[1:]}
@@ -164,12 +162,6 @@ def _comparison(
         {scheme.name: scheme.experiment.scene for scheme in done},
         tuple(_differences(done)),
     )
-
-
-def _began(run: xr.Dataset) -> NDArray[np.bool_]:
-    """Return whether each start, () or (B,), was in sight and within the joint limits."""
-    at_once = run["end_time"].values == 0.0
-    return np.asarray(~(at_once & np.isin(run["outcome"].values, NO_START)))
 
 
 def _attributes(key: str) -> dict[str, str]:

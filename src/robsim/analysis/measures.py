@@ -53,7 +53,7 @@ def angle_to_goal(of: Recorded) -> Array:
 
 def image_excursion(of: Recorded) -> Array:
     """The largest distance of a mark from its goal on the way, over the largest at the start."""
-    away = _largest(_lengths(of.pixels - of.run["pixels_goal"].values[..., None]))
+    away = _largest(_lengths(of.pixels - of.goal_at_moments))
     start, worst = of.first(away), of.worst(away)
     return np.where(start > 0, worst / np.where(start > 0, start, 1.0), np.nan)
 
@@ -61,7 +61,7 @@ def image_excursion(of: Recorded) -> Array:
 def image_detour(of: Recorded) -> Array:
     """The largest distance in pixels of a mark from the straight line between start and goal."""
     start = np.moveaxis(of.each("pixels")[:, 0], 0, -1)
-    chord = of.run["pixels_goal"].values[..., None] - start
+    chord = of.pixels_goal - start
     square = _dot(chord, chord)
     chord, square = of.spread(chord), of.spread(np.where(square > 0, square, 1.0))
     off = of.pixels - of.spread(start)

@@ -62,6 +62,18 @@ class Recorded:
         """The pixels (N, 2, M) of the marks."""
         return self.moments("pixels")
 
+    @cached_property
+    def pixels_goal(self) -> Array:
+        """The pixels of the marks at the goal, (N, 2, B), or (N, 2, 1) where all runs have one."""
+        goal = self.run["pixels_goal"]
+        return self.at_once("pixels_goal") if "run" in goal.dims else goal.values[..., None]
+
+    @property
+    def goal_at_moments(self) -> Array:
+        """Likewise of the run of each moment, (N, 2, M) or (N, 2, 1)."""
+        goal = self.pixels_goal
+        return goal if goal.shape[-1] == 1 else self.spread(goal)
+
     def at_once(self, name: str) -> Array:
         """Return (..., B) of a variable that has one value for each run."""
         return np.ascontiguousarray(np.moveaxis(self.each(name), 0, -1))

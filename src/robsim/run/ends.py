@@ -27,12 +27,18 @@ if TYPE_CHECKING:
     from robsim.run.loop import Loop
 
 FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians: beyond, it is another pose
+NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
 UNITS = {"goal_pose": "m", "distance_to_goal": "m", "angle_to_goal": "rad"}
 DESCRIPTIONS = {
     "goal_pose": "pose in the world of the frame that moves, had it ended at its goal",
     "distance_to_goal": "metres from there to where it ended",
     "angle_to_goal": "angle from that pose to the one in which it ended",
 }
+
+
+def began(outcome: NDArray[Any], end_time: Array) -> NDArray[np.bool_]:
+    """Return whether each start was in sight and within the limits of the joints."""
+    return np.asarray(~((end_time == 0.0) & np.isin(outcome, NO_START)))
 
 
 def variables(loop: Loop) -> dict[str, NDArray[Any]]:

@@ -89,7 +89,7 @@ def _record(loop: Loop, scene: Scene, varied: Mapping[str, Array]) -> xr.Dataset
     with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
         variables = {
             **_motion(controller, series),
-            **_features(series, s_goal[:, None]),
+            **error_variables(series, s_goal[:, None]),
             "pixels": series.pixels.reshape(*series.q.shape[:2], -1, 2),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
@@ -145,8 +145,8 @@ def _motion(controller: Controller, series: Track) -> dict[str, Array]:
     }
 
 
-def _features(series: Track, s_goal: Array) -> dict[str, Array]:
-    """Return s and what follows from it.
+def error_variables(series: Track, s_goal: Array) -> dict[str, Array]:
+    """Return s and what follows from it, of goals that broadcast with (runs, instants, k).
 
     Sums go feature by feature, so that they are the same in any batch.
     """

@@ -11,9 +11,8 @@ from robsim.base import interrupt
 from robsim.base.errors import InputError, RobSimError, said
 from robsim.kernels.store import KERNEL_HASH
 from robsim.run.result import VERSION
-from robsim.studies.columns import Columns
 from robsim.studies.plan import Plan
-from robsim.studies.rows import Rows
+from robsim.studies.rows import Done, Rows
 from robsim.studies.running import Chunk, Progress, Sink, chunks, done
 
 PATIENCE = 10.0  # seconds, for a scheduler to answer
@@ -99,11 +98,11 @@ def _ended(distributed: Any, going: dict[Any, Chunk]) -> list[Any]:
     return list(found.done)
 
 
-def _result(future: Any) -> Columns:
+def _result(future: Any) -> Done:
     """Return what came out of a chunk; RobSimError if the cluster could not do it."""
     error = future.exception()
     if error is None:
-        found: Columns = future.result()
+        found: Done = future.result()
         return found
     if isinstance(error, RobSimError):
         raise error
@@ -113,14 +112,14 @@ def _result(future: Any) -> Columns:
     )
 
 
-def run_chunk(work: Work, first: int, last: int) -> Columns:
+def run_chunk(work: Work, first: int, last: int) -> Done:
     """Simulate some runs in a worker, in one thread; InputError if its version is another."""
     if work.versions != (VERSION, KERNEL_HASH):
         raise InputError(
             f"this worker has RobSim {VERSION} with kernels {KERNEL_HASH:.12}, the study "
             f"{work.versions[0]} with {work.versions[1]:.12}: install the same"
         )
-    return _rows(work.plan).columns(first, last)
+    return _rows(work.plan).done(first, last)
 
 
 @lru_cache(maxsize=4)

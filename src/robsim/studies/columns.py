@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robsim.run.outcome import Outcome
+from robsim.studies.facts import Columns
 from robsim.studies.plan import Codes, Plan
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Columns = dict[str, Any]
 MEANINGS = {
     "run": "number of the run",
     "draw": "number of the draw; runs of one draw have the same start and drawn numbers",

@@ -29,6 +29,8 @@ def study(
     seed: int | None = None,
     start: Any = None,
     vary: Any = None,
+    measures: bool = False,
+    trajectories: int | None = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
     client: Any = None,
@@ -45,6 +47,9 @@ def study(
               `Normal`, `LogUniform`, `Sobol`, `Choice`, or `Plus` and `Times` of these), whose
               values are drawn anew for each draw; or values in turn, which every draw is run with:
               a list, {label: value}, or a `Grid`
+    measures  whether the standard measures (`robsim.analysis.measures`) are taken of all instants
+    trajectories
+              every n-th instant of coordinates, velocities and errors that is kept in the store
     store     folder for the rows, which are written some at a time; what is stopped goes on with
               `resume`, to the same bits. None: they are kept in memory
     client    of dask.distributed, whose workers simulate the runs; see docs/studies.md
@@ -63,10 +68,12 @@ def study(
     >>> len(found.table), found.visible.value
     (20, 1.0)
     """
-    plan = planned(experiment, runs, seed, start, vary)
+    plan = planned(experiment, runs, seed, start, vary, trajectories, measures)
     if flag(resume, "resume") and store is None:
         raise InputError("resume: which study? give the folder that holds it, store=folder")
     how: Any = (resume, client, threads, chunk, progress)
+    if trajectories is not None and store is None:
+        raise InputError("trajectories: they are kept in a store; give its folder, store=folder")
     if store is None:
         return run_plan(plan, None, *how)
     folder = _folder(store)

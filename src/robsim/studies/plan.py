@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, whole
+from robsim.base.arrays import Array, flag, whole
 from robsim.base.errors import InputError, said, suggest
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
@@ -42,6 +42,8 @@ class Plan:
     seed: int
     axes: tuple[Axis, ...] = ()
     start: Start | None = None
+    trajectories: int | None = None  # every n-th instant that is kept, if any
+    measures: bool = False  # whether the standard measures are taken
 
     @cached_property
     def in_turn(self) -> tuple[Axis, ...]:
@@ -113,7 +115,13 @@ class Plan:
 
 
 def planned(
-    experiment: Any, runs: Any, seed: Any = None, start: Any = None, vary: Any = None
+    experiment: Any,
+    runs: Any,
+    seed: Any = None,
+    start: Any = None,
+    vary: Any = None,
+    trajectories: Any = None,
+    measures: Any = False,
 ) -> Plan:
     """Return the plan of a study; InputError for what is no study."""
     base = of_kind(experiment, Experiment, "experiment")
@@ -125,8 +133,10 @@ def planned(
     base = base.with_(seed=seed, first_run=0, record="summary")
     base, own = _started(base, start)
     axes = tuple(axis_of(base, name, given) for name, given in _pairs(vary))
-    _check_names(axes, own)
-    plan = _valid(Plan(base, _count(base, runs), seed, axes, own))
+    _check_names(axes, own, trajectories is not None)
+    every = None if trajectories is None else whole(trajectories, "trajectories", 1, 10**7)
+    kept = own, every, flag(measures, "measures")
+    plan = _valid(Plan(base, _count(base, runs), seed, axes, *kept))
     if plan.cells > MOST_CELLS:
         raise InputError(
             f"vary: {plan.cells} combinations of what is in turn; at most {MOST_CELLS}"
@@ -187,7 +197,7 @@ def _started(base: Experiment, start: Any) -> tuple[Experiment, Start | None]:
     return base.with_(start=starts(base.scene, start, "start")), None
 
 
-def _check_names(axes: tuple[Axis, ...], start: Start | None) -> None:
+def _check_names(axes: tuple[Axis, ...], start: Start | None, ways: bool) -> None:
     """Raise InputError for names of which one says the other, or that cannot be in a study."""
     names = [axis.name for axis in axes]
     for name in names:
@@ -195,6 +205,8 @@ def _check_names(axes: tuple[Axis, ...], start: Start | None) -> None:
             raise InputError(f"vary: {name}: starts are given by start=")
         if name in ("run.seed", "run.first_run", "run.record"):
             raise InputError(f"vary: {name}: the study gives each run its own; give seed=")
+        if ways and name in ("run", "run.dt", "run.duration"):
+            raise InputError(f"trajectories: all runs need the same instants, and {name} varies")
     for name in names:
         within = [each for each in names if each.startswith(f"{name}.")]
         if within and name != "task":

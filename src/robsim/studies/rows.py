@@ -10,26 +10,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, runs_last
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import RankWarning, naming
-from robsim.run import ends
 from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
-from robsim.run.outcome import Outcome
 from robsim.run.varied import may_differ
 from robsim.run.workers import advance
 from robsim.studies.axes import Axis
+from robsim.studies.facts import Columns, block, facts, measures, tracks
 from robsim.studies.plan import Codes, Plan
 from robsim.studies.reach import Reach
 
-NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
 ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts at a start that are looked at together
 MOST_TRIES = sum(ROUNDS)
-Columns = dict[str, Any]
 
 
 class Stopped(Exception):
     """A stop came while runs were simulated; they count as not begun."""
+
+
+class Done(NamedTuple):
+    """What came out of some runs: a column of each fact, and what was kept of each instant."""
+
+    facts: Columns
+    tracks: Columns
 
 
 class Part(NamedTuple):
@@ -48,8 +52,8 @@ class Rows:
     chunk: int = 256
     _variants: dict[Any, Experiment] = field(default_factory=dict)
 
-    def columns(self, first: int, last: int) -> Columns:
-        """Simulate the runs from one until before another, and return a column of each fact.
+    def done(self, first: int, last: int) -> Done:
+        """Simulate the runs from one until before another, and return what came out of them.
 
         Stopped: a stop came before they had all ended.
         """
@@ -57,15 +61,14 @@ class Rows:
         draws = np.unique(runs // self.plan.cells)
         q0, tries = self.starts(draws)
         place = runs // self.plan.cells - draws[0]
-        made: Columns = {}
+        made = Done({}, {})
         for part in self.parts(runs):
-            found = self._simulated(part, runs[part.at] // self.plan.cells, q0[place[part.at]])
-            for name, values in found.items():
-                if name not in made:
-                    made[name] = np.empty(len(runs), dtype=values.dtype)
-                made[name][part.at] = values
+            some = runs[part.at] // self.plan.cells
+            for at, found in self._simulated(part.experiment, some, q0[place[part.at]]):
+                _put(made.facts, found.facts, part.at[at], len(runs))
+                _put(made.tracks, found.tracks, part.at[at], len(runs))
         if self.plan.start is not None:
-            made["start_tries"] = tries[place]
+            made.facts["start_tries"] = tries[place]
         return made
 
     def parts(self, runs: Codes) -> Iterator[Part]:
@@ -172,13 +175,30 @@ class Rows:
         for part in self.parts(draws * self.plan.cells):
             one = part.experiment.with_(start=q0[part.at], duration=part.experiment.dt)
             loop = self._ended(one, draws[part.at])
-            found[part.at] = _began(loop)
+            found[part.at] = facts(loop)["began"]
         return found
 
-    def _simulated(self, part: Part, draws: Codes, q0: Array) -> Columns:
-        with naming(f"runs of draw {draws[0]} on") if part.experiment.varied else naming("run"):
-            loop = self._ended(part.experiment.with_(start=q0), draws)
-        return _facts(loop)
+    def _simulated(
+        self, experiment: Experiment, draws: Codes, q0: Array
+    ) -> Iterator[tuple[slice, Done]]:
+        """Yield what came out of the runs of an experiment, some of them at a time."""
+        plan = self.plan
+        size = block(experiment) if plan.measures else len(draws)
+        every = 1 if plan.measures else plan.trajectories
+        for i in range(0, len(draws), size):
+            some = slice(i, i + size)
+            one = experiment.with_(start=q0[some], record=every or "summary")
+            if one.varied:
+                one = one.with_(varied={n: frozen(x[some]) for n, x in one.varied.items()})
+            with naming(f"run of draw {draws[i]}"):
+                loop = self._ended(one, draws[some])
+            yield (
+                some,
+                Done(
+                    {**facts(loop), **(measures(one, loop) if plan.measures else {})},
+                    tracks(loop, plan.trajectories) if plan.trajectories else {},
+                ),
+            )
 
     def _ended(self, experiment: Experiment, numbers: Codes) -> Loop:
         """Return the loop of an experiment after all its runs, with these numbers."""
@@ -199,42 +219,18 @@ def _alike(table: Any, count: int) -> Iterator[Codes]:
         yield np.flatnonzero(group.reshape(-1) == number)
 
 
+def _put(into: Columns, found: Columns, at: Codes, count: int) -> None:
+    """Put the values of some runs in their places; where others have none there is NaN."""
+    for name, values in found.items():
+        if name not in into:
+            fill = np.nan if values.dtype.kind == "f" else 0
+            into[name] = np.full((count, *values.shape[1:]), fill, dtype=values.dtype)
+        into[name][at] = values
+
+
 def _plain(value: Any) -> Any:
     """Return a number, or an array of several."""
     return float(value) if np.ndim(value) == 0 else np.array(value)
-
-
-def _began(loop: Loop) -> Any:
-    at_once = loop.recorder.end_step == 0
-    return ~(at_once & np.isin(loop.recorder.outcome, NO_START))
-
-
-def _facts(loop: Loop) -> Columns:
-    """Return what a table says of the start and the end of each run."""
-    found, controller = ends.variables(loop), loop.controller
-    error = loop.recorder.last.s[:, 0] - controller.s_goal.T
-    q0 = runs_last(loop.q0, 1)
-    with np.errstate(all="ignore"):  # a run that went wrong is data
-        _, away, turn = ends.off_goal(controller, q0, loop.q0)
-        place = ends.pose_of(ends.regarded(controller), q0)[:, 3]
-        square = np.zeros(len(error))
-        for i in range(error.shape[1]):
-            square += error[:, i] ** 2
-    return {
-        "start_x": place[0],
-        "start_y": place[1],
-        "start_z": place[2],
-        "start_distance": away,
-        "start_angle": turn,
-        "outcome": found["outcome"],
-        "began": _began(loop),
-        "end_time": found["end_time"],
-        "error_norm": np.sqrt(square),
-        "pixel_error": found["pixel_error"],
-        "distance_to_goal": found["distance_to_goal"],
-        "angle_to_goal": found["angle_to_goal"],
-        "path_length": found["path_length"],
-    }
 
 
 class _quiet(warnings.catch_warnings):

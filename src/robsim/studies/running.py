@@ -11,9 +11,10 @@ import numpy as np
 from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.room import room
-from robsim.studies.columns import BYTES, Columns
+from robsim.studies.columns import BYTES
+from robsim.studies.facts import Columns
 from robsim.studies.plan import Plan
-from robsim.studies.rows import MOST_TRIES, Rows, Stopped
+from robsim.studies.rows import MOST_TRIES, Done, Rows, Stopped
 
 Progress = Callable[[float], None]
 CHECKED = 32  # draws, and combinations of what is in turn, that are tried before anything runs
@@ -27,7 +28,7 @@ class Sink(Protocol):
         """Yield the runs that have no row yet, from one until before another."""
         ...
 
-    def put(self, plan: Plan, first: int, last: int, facts: Columns) -> None:
+    def put(self, plan: Plan, first: int, last: int, found: Done) -> None:
         """Take what came out of some runs."""
         ...
 
@@ -57,9 +58,9 @@ class Memory:
         """Yield all runs."""
         yield 0, runs
 
-    def put(self, plan: Plan, first: int, last: int, facts: Columns) -> None:
+    def put(self, plan: Plan, first: int, last: int, found: Done) -> None:
         """Keep what came out of some runs."""
-        for name, values in facts.items():
+        for name, values in found.facts.items():
             if name not in self.columns:
                 self.columns[name] = np.empty(self.runs, dtype=values.dtype)
             self.columns[name][first:last] = values
@@ -87,10 +88,10 @@ def simulate(
     with interrupt.held() as stops:
         for first, last in chunks(sink, plan, size):
             try:
-                facts = rows.columns(first, last)
+                found = rows.done(first, last)
             except Stopped:
                 return False
-            sink.put(plan, first, last, facts)
+            sink.put(plan, first, last, found)
             finished += last - first
             if progress:
                 progress(finished / plan.runs)

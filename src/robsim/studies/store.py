@@ -20,15 +20,18 @@ from robsim.kernels.store import KERNEL_HASH
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.run.result import VERSION
-from robsim.studies.columns import Columns, frame
+from robsim.studies.columns import frame
+from robsim.studies.facts import Columns
 from robsim.studies.plan import Plan
+from robsim.studies.rows import Done
 from robsim.studies.text import plan_of, text_of
+from robsim.studies.tracks import Tracks, track_bytes
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT = 1
-TEXT, ABOUT = "study.toml", "study.json"
+TEXT, ABOUT, TRACKS = "study.toml", "study.json", "trajectories.zarr"
 BYTES = 150  # of a row on the disk
 _PART = re.compile(r"rows-(\d{13})-(\d{13})\.parquet")
 
@@ -110,10 +113,17 @@ class Store:
         if first < runs:
             yield first, runs
 
-    def put(self, plan: Plan, first: int, last: int, facts: Columns) -> None:
-        """Write the rows of some runs; FileError if they cannot be, and nothing is left then."""
+    def put(self, plan: Plan, first: int, last: int, found: Done) -> None:
+        """Write the rows of some runs; FileError if they cannot be, and nothing is left then.
+
+        What was kept of their instants is written first: without its rows it is not read.
+        """
+        if plan.trajectories:
+            Tracks(self.folder / TRACKS).put(plan, first, found.tracks)
         name = f"rows-{first:013d}-{last:013d}.parquet"
-        write_whole(self.folder / name, as_parquet(frame(plan, np.arange(first, last), facts)))
+        write_whole(
+            self.folder / name, as_parquet(frame(plan, np.arange(first, last), found.facts))
+        )
 
     def facts(self, plan: Plan) -> tuple[Any, Columns]:
         """Return the numbers of the runs that are there, and what came out of them."""
@@ -158,7 +168,7 @@ class Store:
         with refused(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
             free = shutil.disk_usage(self.folder).free
-        need = plan.runs * BYTES
+        need = plan.runs * (BYTES + (track_bytes(plan) if plan.trajectories else 0))
         if need > free:
             raise InputError(
                 f"{plan.runs} runs need about {need / 1e9:.3g} GB in {self.folder}, and "

@@ -19,11 +19,14 @@ from robsim.base.output import write_whole
 from robsim.base.room import room
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
-from robsim.studies.columns import TABLE_BYTES, Columns, frame
+from robsim.studies.columns import TABLE_BYTES, frame
 from robsim.studies.counts import Counts, counted
+from robsim.studies.facts import Columns
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Rows
+from robsim.studies.store import TRACKS, as_parquet
 from robsim.studies.text import text_of
+from robsim.studies.tracks import Tracks
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,6 +135,15 @@ class Study:
                 break
         return run
 
+    def trajectories(self) -> xr.Dataset:
+        """Return what a store has kept of the instants of the runs, read when it is used.
+
+        InputError: nothing was kept.
+        """
+        if self.folder is None or not self.plan.trajectories:
+            raise InputError("no trajectories were kept; give trajectories=1 and a store")
+        return Tracks(self.folder / TRACKS).open(self.runs)
+
     def worst(self, measure: str = "distance_to_goal", count: int = 10) -> pd.DataFrame:
         """Return the rows of the runs that began with the largest values of a column."""
         numbers = self._column(measure)
@@ -157,8 +169,6 @@ class Study:
             first = next((axis.name for axis in self.plan.in_turn), None)
             return write_whole(path, self.counts(first).latex())
         if suffix == ".parquet":
-            from robsim.studies.store import as_parquet
-
             return write_whole(path, as_parquet(self.table))
         raise InputError(f"expected a name that ends in .parquet, .csv or .tex, got {said(path)}")
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.base.errors import FileError, InputError
 from robsim.declare import Choice as ChoiceSpec
-from robsim.declare import Whole
+from robsim.declare import Flag, Whole
 from robsim.declare.arrays import Matrix
 from robsim.declare.problems import Problems
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
@@ -92,6 +92,12 @@ class StudyTable:
     start: Annotated[Any, ChoiceSpec(START, short=False), "Where starts are drawn."] = None
     starts: Annotated[Any, Matrix(), "Coordinates of all starts, one row for each run."] = None
     vary: Annotated[Any, VarySpec(), "What differs from run to run, by dotted names."] = None
+    trajectories: Annotated[
+        int | None, Whole(1, 10**7), "Every n-th instant that is kept, in a store."
+    ] = None
+    measures: Annotated[
+        bool, Flag(), "Whether the standard measures are taken, of every instant."
+    ] = False
 
 
 def load_plan(path: str | os.PathLike[str], set: Changes = ()) -> Plan:
@@ -116,7 +122,15 @@ def plan_of(experiment: Experiment) -> Plan:
         raise FileError(f"{source}: study: start and starts: give one of the two only")
     start = said.start if said.starts is None else np.array(said.starts)
     try:
-        return planned(experiment, said.runs, said.seed, start, said.vary)
+        return planned(
+            experiment,
+            said.runs,
+            said.seed,
+            start,
+            said.vary,
+            said.trajectories,
+            said.measures,
+        )
     except InputError as error:
         text = str(error).removeprefix(f"{source}: ")
         raise FileError(f"{source}: study: {text}" if source else f"study: {text}") from None
@@ -131,9 +145,9 @@ def text_of(plan: Plan) -> str:
     several = np.ndim(base.start) > 1
     tables = parse((base.with_(start=None) if several else base).to_toml(), "text")
     vary = {axis.name: _said(plan, axis) for axis in plan.axes}
-    own = StudyTable(
-        plan.draws, plan.seed, plan.start, base.start if several else None, vary or None
-    )
+    given = base.start if several else None
+    kept = plan.trajectories, plan.measures
+    own = StudyTable(plan.draws, plan.seed, plan.start, given, vary or None, *kept)
     try:
         return write({**tables, STUDY: write_table(own, Context(Problems("<text>")))})
     except NoText as reason:

@@ -1,0 +1,91 @@
+"""The instants of the runs of a study, in a Zarr folder beside their rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.errors import InputError
+from robsim.base.output import refused
+from robsim.run.checks import whole_periods
+from robsim.studies.facts import Columns
+from robsim.studies.plan import Plan
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RUNS = 256  # that are one chunk of an array
+DIMENSIONS = {"q": ("run", "time", "coordinate"), "qd": ("run", "time", "velocity")}
+UNITS = {"q": "see coordinate_unit of a run", "qd": "the same, per second", "error_norm": "see s"}
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """A Zarr group, format 3: arrays of all runs, NaN after the end of each."""
+
+    path: Path
+
+    def put(self, plan: Plan, first: int, found: Columns) -> None:
+        """Write the instants of some runs, from one on."""
+        with refused(self.path):
+            group = self._group(plan, found)
+            for name, values in found.items():
+                group[name][first : first + len(values)] = values
+
+    def open(self, runs: Any) -> xr.Dataset:
+        """Return the instants of the runs whose rows are there; they are read when used."""
+        import xarray as xr
+
+        zarr()
+        with refused(self.path, "read"):
+            data: xr.Dataset = xr.open_zarr(self.path, consolidated=False, chunks=None)
+        return data.isel(run=runs).assign_coords(run=runs)
+
+    def _group(self, plan: Plan, found: Columns) -> Any:
+        """Return the group, whose arrays are made for all runs when the first are written."""
+        made = zarr()
+        group = made.open_group(self.path, mode="a", zarr_format=3)
+        if "time" in group:
+            return group
+        for name, values in found.items():
+            shape = (plan.runs, *values.shape[1:])
+            group.create_array(
+                name,
+                shape=shape,
+                chunks=(min(RUNS, plan.runs), *values.shape[1:]),
+                dtype="float64",
+                fill_value=np.nan,
+                dimension_names=DIMENSIONS.get(name, ("run", "time")),
+                attributes={"units": UNITS[name]},
+            )
+        time = times(plan)
+        last = group.create_array(
+            "time", shape=time.shape, dtype="float64", dimension_names=("time",),
+            attributes={"units": "s"},
+        )  # fmt: skip
+        last[:] = time
+        return group
+
+
+def times(plan: Plan) -> Any:
+    """Return when (s) the instants are that are kept."""
+    one, every = plan.experiment, plan.trajectories or 1
+    return np.arange(0, whole_periods(one.dt, one.duration) + 1, every) * one.dt
+
+
+def track_bytes(plan: Plan) -> int:
+    """Return how many bytes the instants of one run take at most."""
+    scene = plan.experiment.scene
+    return 8 * len(times(plan)) * (scene.nq + scene.nv + 1)
+
+
+def zarr() -> Any:
+    """Return the library; InputError if it is not installed."""
+    try:
+        import zarr as found
+    except ImportError:
+        raise InputError("trajectories need Zarr: pip install 'robsim[store]'") from None
+    return found
