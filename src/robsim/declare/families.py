@@ -102,7 +102,7 @@ def _load_shipped() -> None:
 
     The module of what a file may say imports them all; it lies above this one, as users' do.
     """
-    import_module("robsim.run.text")
+    import_module("robsim.studies.text")
 
 
 @cache

@@ -13,6 +13,7 @@ import numpy as np
 from robsim.base.arrays import whole
 from robsim.base.errors import FileError, InputError, said
 from robsim.declare.controls import Control
+from robsim.declare.spec import Live
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, write
 from robsim.run.by_hand import experiment_controls
@@ -67,9 +68,11 @@ class Written(Setup):
             made = cls(**read, source=source)
         except InputError as error:
             raise FileError(f"{source}: {error}" if source else str(error)) from None
-        if has_objects(tables):  # which are written anew, as far as a text can say them
-            said = {key: raw for key, raw in tables.items() if not has_objects(raw)}
-            made.__dict__["_kept"] = {key: raw for key, raw in said.items() if key in GROUPS}
+        objects = {GROUPS.get(key) for key, raw in tables.items() if isinstance(raw, Live)}
+        if objects:  # which are written anew, as far as a text can say them
+            kept = {key: raw for key, raw in tables.items() if key in GROUPS}
+            kept = {key: raw for key, raw in kept.items() if GROUPS[key] not in objects}
+            made.__dict__["_kept"] = kept
         else:
             made.__dict__["tables"] = tables
         if text is not None:

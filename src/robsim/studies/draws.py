@@ -13,6 +13,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.kernels import random
 
+MOST_EVEN = 2**30  # points of Sobol's sequence in SciPy
 STREAM = 18  # those below 16 are of sensors in a run, 16 and 17 of robsim.analysis.draws
 
 
@@ -53,7 +54,7 @@ class Draws:
         except ImportError:
             raise InputError("Sobol's sequence needs SciPy: pip install 'robsim[store]'") from None
         dimensions, first = self.evenly
-        engine = qmc.Sobol(dimensions, rng=np.random.default_rng(self.seed), bits=60)
+        engine = qmc.Sobol(dimensions, rng=np.random.default_rng(self.seed))
         low, high = int(self.numbers.min()), int(self.numbers.max())
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of counts that are no power of two

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, said
+from robsim.base.values import hashable
 from robsim.declare import Flag, Whole, register
 from robsim.studies.samplers import Between
 from robsim.studies.values import MOST, check_values
@@ -44,29 +45,69 @@ def values_in_turn(axis: Any, what: str) -> dict[str, Any] | None:
     if isinstance(axis, Grid):
         return {f"{each:.12g}": each for each in axis.values}
     if isinstance(axis, dict):
-        check_values(list(axis.values()), what)
+        check_values(list(axis.values()), what, twice=True)
+        _check_labels(axis, what)
         return dict(axis)
     if isinstance(axis, list | tuple | np.ndarray):
         return labelled(check_values(axis, what))
     return None
 
 
+def _check_labels(values: dict[Any, Any], what: str) -> None:
+    for label in values:
+        if not isinstance(label, str) or not label.strip() or len(label) > 200:
+            raise InputError(f"{what}: expected a text as label, got {said(label)}")
+
+
 def labelled(values: tuple[Any, ...]) -> dict[str, Any]:
-    """Return values by labels: as short as tells them apart."""
-    for label in (_plain, _kind, repr):
-        labels = [label(each) for each in values]
-        if len(set(labels)) == len(values):
-            return dict(zip(labels, values, strict=True))
-    return {f"{_kind(each)} {i + 1}": each for i, each in enumerate(values)}
+    """Return values by labels: as short as tells them apart.
 
-
-def _plain(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.12g}"
-    return str(value) if isinstance(value, str | int | bool) or value is None else _kind(value)
+    >>> list(labelled(({"kind": "ibvs"}, {"kind": "ibvs", "gain": 2.0}, {"kind": "pbvs"})))
+    ['ibvs', 'ibvs gain=2', 'pbvs']
+    """
+    kinds = [_kind(each) for each in values]
+    twice = {kind for kind in kinds if kinds.count(kind) > 1}
+    more = {
+        kind: _differing([x for x, k in zip(values, kinds, strict=True) if k == kind])
+        for kind in twice
+    }
+    labels = [
+        " ".join([kind, *_said(value, more[kind])]) if kind in twice else kind
+        for kind, value in zip(kinds, values, strict=True)
+    ]
+    if len(set(labels)) < len(values):
+        labels = [f"{label} {i + 1}" for i, label in enumerate(labels)]
+    return dict(zip(labels, values, strict=True))
 
 
 def _kind(value: Any) -> str:
+    """Return the name of what a value is, or a number or a text itself."""
+    if isinstance(value, float):
+        return f"{value:.12g}"
+    if value is None or isinstance(value, str | int):
+        return str(value)
     if isinstance(value, dict):
-        return str(value.get("kind", value))
-    return type(value).__name__
+        return str(value.get("kind", "table"))
+    return str(value) if isinstance(value, list) else type(value).__name__
+
+
+def _differing(values: list[Any]) -> list[str]:
+    """Return the fields or keys in which values of one kind differ."""
+    tables = [_parts(value) for value in values]
+    names = list(dict.fromkeys(name for table in tables for name in table))
+    return [n for n in names if len({repr(hashable(table.get(n))) for table in tables}) > 1]
+
+
+def _said(value: Any, names: list[str]) -> list[str]:
+    table = _parts(value)
+    return [f"{name}={_kind(table[name])}" for name in names if name in table]
+
+
+def _parts(value: Any) -> dict[str, Any]:
+    if isinstance(value, dict):
+        return value
+    return (
+        {each.name: getattr(value, each.name) for each in fields(value)}
+        if is_dataclass(value)
+        else {}
+    )

@@ -17,8 +17,8 @@ from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
 from robsim.studies.axes import Axis, axis_of
-from robsim.studies.draws import Draws
-from robsim.studies.samplers import Sampler, is_even
+from robsim.studies.draws import MOST_EVEN, Draws
+from robsim.studies.samplers import Uniform, is_even
 from robsim.studies.starts import Anywhere, Start
 
 MOST_RUNS = 10**12
@@ -42,6 +42,7 @@ class Plan:
     seed: int
     axes: tuple[Axis, ...] = ()
     start: Start | None = None
+    q0: Array | None = None  # (draws, nq), starts that were given
     trajectories: int | None = None  # every n-th instant that is kept, if any
     measures: bool = False  # whether the standard measures are taken
 
@@ -131,28 +132,28 @@ def planned(
         raise InputError("numbers differ from run to run in this experiment: give them in vary=")
     seed = base.seed if seed is None else whole(seed, "seed", 0, 2**64)
     base = base.with_(seed=seed, first_run=0, record="summary")
-    base, own = _started(base, start)
+    base, own, q0 = _started(base, start)
     axes = tuple(axis_of(base, name, given) for name, given in _pairs(vary))
     _check_names(axes, own, trajectories is not None)
     every = None if trajectories is None else whole(trajectories, "trajectories", 1, 10**7)
-    kept = own, every, flag(measures, "measures")
-    plan = _valid(Plan(base, _count(base, runs), seed, axes, *kept))
+    kept = own, q0, every, flag(measures, "measures")
+    plan = _valid(Plan(base, _count(q0, runs), seed, axes, *kept))
     if plan.cells > MOST_CELLS:
         raise InputError(
             f"vary: {plan.cells} combinations of what is in turn; at most {MOST_CELLS}"
         )
+    if plan.draws > MOST_EVEN and any(is_even(axis.sampler) for axis in axes):
+        raise InputError(f"runs: Sobol's sequence has {MOST_EVEN} points, got {plan.draws}")
     return plan
 
 
 def _valid(plan: Plan) -> Plan:
     """Return the plan, once what is drawn first is known to be valid."""
     first = np.arange(min(plan.draws, LOOK))
-    base = plan.experiment
-    base = base.with_(start=None) if np.ndim(base.start) > 1 else base
     axes = [
         axis
         if axis.values is not None
-        else axis.check(base, plan.numbers(axis, first * plan.cells))
+        else axis.check(plan.experiment, plan.numbers(axis, first * plan.cells))
         for axis in plan.axes
     ]
     return replace(plan, axes=tuple(axes))
@@ -166,9 +167,9 @@ def _pairs(vary: Any) -> list[tuple[Any, Any]]:
     return list(vary.items())
 
 
-def _count(base: Experiment, runs: Any) -> int:
+def _count(q0: Array | None, runs: Any) -> int:
     """Return the number of draws: as asked, or one for each start that is given."""
-    given = len(base.start) if np.ndim(base.start) > 1 else None
+    given = None if q0 is None else len(q0)
     if runs is None:
         if given is None:
             raise InputError("runs: how many? give a whole number")
@@ -179,22 +180,21 @@ def _count(base: Experiment, runs: Any) -> int:
     return count
 
 
-def _started(base: Experiment, start: Any) -> tuple[Experiment, Start | None]:
-    """Return the experiment with given starts, or with the sampler of them."""
-    if start is None:
-        return base, None
+def _started(base: Experiment, start: Any) -> tuple[Experiment, Start | None, Array | None]:
+    """Return the experiment of one start, the sampler of starts, and the starts that are given."""
+    if type(start) is Uniform:
+        start = Anywhere(low=start.low, high=start.high)
     if isinstance(start, Start):
-        return base.with_(start=None), start
-    if isinstance(start, Sampler) and not isinstance(start, type):
-        low, high = getattr(start, "low", None), getattr(start, "high", None)
-        if type(start).__name__ == "Uniform":
-            return base.with_(start=None), Anywhere(low=low, high=high)
+        return base.with_(start=None), start, None
     if isinstance(start, type) or hasattr(start, "drawn"):
         raise InputError(
             "start: expected starts (nq,) or (B, nq), rs.Uniform(low, high), or a sampler of poses "
             f"such as rs.LookAt(...), got {said(start)}"
         )
-    return base.with_(start=starts(base.scene, start, "start")), None
+    q0 = base.start if start is None else starts(base.scene, start, "start")
+    if np.ndim(q0) > 1:
+        return base.with_(start=None), None, q0
+    return base.with_(start=q0), None, None
 
 
 def _check_names(axes: tuple[Axis, ...], start: Start | None, ways: bool) -> None:

@@ -102,14 +102,8 @@ class Rows:
         """Return the numbers of an axis; InputError for any that is not valid."""
         found = self.plan.numbers(axis, runs)
         if axis.values is None:
-            axis.check(self._alone, found)
+            axis.check(self.plan.experiment, found)
         return found
-
-    @cached_property
-    def _alone(self) -> Experiment:
-        """The experiment without several starts, of which a changed copy can be made."""
-        base = self.plan.experiment
-        return base.with_(start=None) if np.ndim(base.start) > 1 else base
 
     def _variant(self, values: dict[str, Any]) -> Experiment:
         """Return the experiment with other objects under some names."""
@@ -122,17 +116,17 @@ class Rows:
         if not values:
             return base
         ordered = sorted(values.items(), key=lambda each: each[0].count("."))
-        own = self._alone if base is self.plan.experiment else base
-        return own.at(dict(ordered))
+        return base.at(dict(ordered))
 
     def starts(self, draws: Codes) -> tuple[Array, Codes]:
         """Return the starts (draws, nq) of some draws, and how many were drawn until then."""
         experiment, start = self.plan.experiment, self.plan.start
         tries = np.ones(len(draws), dtype=np.int64)
+        if self.plan.q0 is not None:
+            return np.ascontiguousarray(self.plan.q0[draws]), tries
         if start is None:
             own = experiment.scene.home if experiment.start is None else experiment.start
-            q0 = own[draws] if np.ndim(own) > 1 else np.tile(own, (len(draws), 1))
-            return np.ascontiguousarray(q0), tries
+            return np.tile(own, (len(draws), 1)), tries
         q0 = np.empty((len(draws), experiment.scene.nq))
         left, first = np.arange(len(draws)), 0
         for count in ROUNDS:

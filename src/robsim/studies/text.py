@@ -141,13 +141,10 @@ def text_of(plan: Plan) -> str:
 
     InputError: it is made of Python code that no text can hold.
     """
-    base = plan.experiment
-    several = np.ndim(base.start) > 1
-    tables = parse((base.with_(start=None) if several else base).to_toml(), "text")
+    tables = parse(plan.experiment.to_toml(), "text")
     vary = {axis.name: _said(plan, axis) for axis in plan.axes}
-    given = base.start if several else None
     kept = plan.trajectories, plan.measures
-    own = StudyTable(plan.draws, plan.seed, plan.start, given, vary or None, *kept)
+    own = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *kept)
     try:
         return write({**tables, STUDY: write_table(own, Context(Problems("<text>")))})
     except NoText as reason:
@@ -170,5 +167,4 @@ def _raw(experiment: Experiment, name: str, value: Any) -> Raw:
         return value
     if value is None:
         raise InputError(f"vary: {name}: a text cannot say None")
-    one = experiment.with_(start=None) if np.ndim(experiment.start) > 1 else experiment
-    return raw_at(parse(one.at(name, value).to_toml(), "text"), name)
+    return raw_at(parse(experiment.at(name, value).to_toml(), "text"), name)

@@ -16,15 +16,15 @@ from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 MOST = 10_000
 
 
-def check_values(value: Any, what: str) -> tuple[Any, ...]:
-    """Return values as a tuple; InputError if there are none, or one twice."""
+def check_values(value: Any, what: str, *, twice: bool = False) -> tuple[Any, ...]:
+    """Return values as a tuple; InputError if there are none, or one twice where it may not be."""
     if not is_listed(value) or isinstance(value, dict) or not 1 <= len(value) <= MOST:
         raise InputError(f"{what}: expected a list of 1 to {MOST} values, got {said(value)}")
     made = tuple(each.item() if isinstance(each, np.generic) else each for each in value)
     for each in made:
         if isinstance(each, float) and not np.isfinite(each):
             raise InputError(f"{what}: {each} is not finite")
-    for i, each in enumerate(made):
+    for i, each in enumerate(() if twice else made):
         if any(_same(each, other) for other in made[:i]):
             raise InputError(f"{what}: {said(each)} is there twice")
     return made

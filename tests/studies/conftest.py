@@ -1,0 +1,37 @@
+"""A camera that flies to a square, from starts that look at it."""
+
+import pytest
+
+import robsim as rs
+from robsim.units import cm, deg
+
+TEXT = """
+schema = 1
+robots = [{ model = "free_camera" }]
+cameras = [{ name = "eye", on = "free_camera.body", focal = 500, size = [640, 480] }]
+task = { kind = "ibvs", gain = 2 }
+run = { duration = "4 s" }
+[[objects]]
+name = "square"
+position = "0, 0, 1 m"
+marks = ["-10, -10, 0 cm", "10, -10, 0 cm", "10, 10, 0 cm", "-10, 10, 0 cm"]
+"""
+START = rs.LookAt("square", distance=(60 * cm, 1.5), roll=(-120, 120) * deg)
+TASKS = [rs.IBVS(), rs.PBVS(), rs.Hybrid()]
+
+
+@pytest.fixture(scope="session")
+def flying():
+    """An experiment of four seconds in 100 periods."""
+    return rs.Experiment.from_text(TEXT)
+
+
+@pytest.fixture(scope="session")
+def how():
+    """What differs from run to run: a start, a choice, a believed number, and the task in turn."""
+    vary = {
+        "task.gain": rs.Choice([0.5, 1.0, 2.0]),
+        "belief.cameras.eye.focal": rs.Normal(1.0, 0.05),
+        "task": TASKS,
+    }
+    return {"start": START, "vary": vary, "seed": 7}

@@ -1,0 +1,140 @@
+"""What is drawn: moments of distributions, places of starts, and what depends on nothing else."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.studies.draws import Draws
+from robsim.studies.reach import Reach
+from robsim.units import deg
+
+MANY = np.arange(100_000)
+
+
+def drawn(sampler, count=MANY, shape=()):
+    return sampler.drawn(Draws(3, "x", count), shape)
+
+
+@pytest.mark.parametrize(
+    ("sampler", "mean", "std"),
+    [
+        (rs.Uniform(2.0, 5.0), 3.5, 3.0 / np.sqrt(12)),
+        (rs.Normal(1.0, 0.2), 1.0, 0.2),
+        # of log-uniform numbers from a to b: (b - a) / l and (b^2 - a^2) / 2 l, l = log(b / a)
+        (
+            rs.LogUniform(0.1, 10.0),
+            9.9 / np.log(100),
+            np.sqrt(99.99 / (2 * np.log(100)) - (9.9 / np.log(100)) ** 2),
+        ),
+        (rs.Sobol(-1.0, 1.0), 0.0, 2.0 / np.sqrt(12)),
+    ],
+)
+def test_numbers_have_the_mean_and_spread_of_their_distribution(sampler, mean, std):
+    source = Draws(3, "x", MANY, evenly=(1, 0))
+    values = sampler.drawn(source, ())
+    assert abs(values.mean() - mean) < 4 * std / np.sqrt(MANY.size)
+    assert abs(values.std() - std) < 0.01 * std
+
+
+def test_evenly_drawn_numbers_miss_no_cell():
+    points = rs.Sobol([0, 0], [1, 1]).drawn(Draws(1, "x", np.arange(256), evenly=(2, 0)), (2,))
+    cells = np.floor(points * 16).astype(int)
+    assert len({tuple(each) for each in cells}) == 256  # a net: one point in each of 16 x 16
+    two = rs.Sobol(0, 1).drawn(Draws(1, "y", np.array([5, 200]), evenly=(2, 1)), ())
+    np.testing.assert_array_equal(two, points[[5, 200], 1])
+
+
+def test_what_is_drawn_depends_on_seed_name_and_draw_alone():
+    some = np.array([7, 3, 40])
+    whole = drawn(rs.Normal(0, [1.0, 2.0]), shape=(2,))
+    np.testing.assert_array_equal(drawn(rs.Normal(0, [1.0, 2.0]), some, (2,)), whole[some])
+    for other in (Draws(4, "x", MANY), Draws(3, "y", MANY), Draws(3, "x", MANY, 1)):
+        r = np.corrcoef(other.uniform(1)[:, 0], Draws(3, "x", MANY).uniform(1)[:, 0])[0, 1]
+        assert abs(r) < 0.02
+
+
+def test_choices_are_drawn_as_often():
+    found = np.bincount(rs.Choice(["a", "b", "c"]).picked(Draws(3, "x", MANY)))
+    assert (abs(found - MANY.size / 3) < 4 * np.sqrt(MANY.size * 2 / 9)).all()
+
+
+def test_a_grid_is_taken_in_turn():
+    assert rs.Grid(1.0, 100.0, 3, log=True).values == pytest.approx((1.0, 10.0, 100.0))
+
+
+@pytest.fixture(scope="module")
+def reach(flying):
+    return Reach(flying.at("task.goal", rs.GoalPose(rs.Pose.at(0, 0, 0.5))).loop().controller)
+
+
+def places(start, reach, count=2000):
+    q, ok = start.coordinates(reach, Draws(1, "start", np.arange(count)))
+    assert ok.all()
+    return rs.Pose.from_quaternion(q[:, :3], q[:, 3:])
+
+
+def test_the_goal_is_where_the_frame_would_be(reach):
+    np.testing.assert_allclose(reach.goal.position, [0, 0, 0.5], atol=1e-12)
+    np.testing.assert_allclose(reach.middle("square"), [0, 0, 1], atol=1e-12)
+
+
+def test_look_at_looks_at_the_middle_of_the_marks(reach):
+    start = rs.LookAt("square", distance=(0.3, 0.8), roll=(-30, 60) * deg, cone=40 * deg)
+    T = places(start, reach)
+    to = np.array([0, 0, 1.0]) - T.position
+    far = np.linalg.norm(to, axis=1)
+    assert 0.3 <= far.min() < 0.31 and 0.79 < far.max() <= 0.8
+    np.testing.assert_allclose(to / far[:, None], T.rotation[:, :, 2], atol=1e-12)
+    away = np.degrees(np.arccos(to[:, 2] / far))
+    assert 39 < away.max() <= 40 + 1e-9
+    share = (away < 20).mean()  # on the sphere: (1 - cos 20) / (1 - cos 40)
+    assert abs(share - (1 - np.cos(20 * deg)) / (1 - np.cos(40 * deg))) < 0.03
+
+
+def test_aside_looks_past_the_middle_by_no_more(reach):
+    T = places(rs.LookAt("square", distance=(1, 1), cone=0.0, aside=0.1), reach)
+    off = np.linalg.norm(np.cross([0, 0, 1.0] - T.position, T.rotation[:, :, 2]), axis=1)
+    assert 0.09 < off.max() <= 0.1 + 1e-12
+
+
+def test_a_shell_is_even_in_volume_and_in_all_directions(reach):
+    T = places(rs.Shell(distance=(0.1, 0.2), angle=(0.2, 0.4)), reach, 20_000)
+    off = T.position - [0, 0, 0.5]
+    far = np.linalg.norm(off, axis=1)
+    inner = (far < 0.15).mean()
+    assert abs(inner - (0.15**3 - 0.1**3) / (0.2**3 - 0.1**3)) < 0.012
+    assert np.abs((off / far[:, None]).mean(axis=0)).max() < 0.02
+    turn = np.linalg.norm(T.rotvec, axis=1)
+    assert turn.min() >= 0.2 - 1e-9 and turn.max() <= 0.4 + 1e-9
+
+
+def test_about_and_within_stay_within(reach):
+    T = places(rs.Within(0.3, 0.5, about=rs.Pose.at(1, 2, 3)), reach)
+    assert np.linalg.norm(T.position - [1, 2, 3], axis=1).max() <= 0.3
+    box = places(rs.About(position=[0.1, 0.2, 0.0], rpy=[0, 0, 0.5]), reach)
+    np.testing.assert_allclose(box.position[:, 2], 0.5, atol=1e-12)
+    assert 0.19 < np.abs(box.position[:, 1]).max() <= 0.2
+    assert 0.49 < np.linalg.norm(box.rotvec, axis=1).max() <= 0.5 + 1e-12
+
+
+def test_starts_of_an_arm_are_reached_by_its_joints():
+    arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    at = Reach(arm.loop().controller)
+    draws = Draws(1, "start", np.arange(40))
+    wanted = rs.Shell(distance=(0.02, 0.05), angle=(0.0, 0.2))
+    q, ok = wanted.coordinates(at, draws)
+    assert ok.sum() > 30
+    eye = at.scene.camera().name
+    for i in np.flatnonzero(ok)[:5]:
+        found = at.scene.pose(eye, q[i])
+        asked = wanted.poses(at, draws.uniform(6))[i]
+        np.testing.assert_allclose(found.matrix, asked, atol=1e-7)
+
+
+def test_anywhere_is_within_the_limits():
+    arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    at = Reach(arm.loop().controller)
+    q, _ = rs.Anywhere().coordinates(at, Draws(1, "start", np.arange(1000)))
+    low, high = arm.scene.limits.T
+    assert (q >= low).all() and (q <= high).all()
+    assert (np.ptp(q, axis=0) > 0.98 * (high - low)).all()
