@@ -133,8 +133,9 @@ def planned(
     seed = base.seed if seed is None else whole(seed, "seed", 0, 2**64)
     base = base.with_(seed=seed, first_run=0, record="summary")
     base, own, q0 = _started(base, start)
-    axes = tuple(axis_of(base, name, given) for name, given in _pairs(vary))
-    _check_names(axes, own, trajectories is not None)
+    given = _pairs(vary)
+    _check_names([str(name) for name, _ in given], own, trajectories is not None)
+    axes = tuple(axis_of(base, name, each) for name, each in given)
     every = None if trajectories is None else whole(trajectories, "trajectories", 1, 10**7)
     kept = own, q0, every, flag(measures, "measures")
     plan = _valid(Plan(base, _count(q0, runs), seed, axes, *kept))
@@ -197,9 +198,8 @@ def _started(base: Experiment, start: Any) -> tuple[Experiment, Start | None, Ar
     return base.with_(start=q0), None, None
 
 
-def _check_names(axes: tuple[Axis, ...], start: Start | None, ways: bool) -> None:
+def _check_names(names: list[str], start: Start | None, ways: bool) -> None:
     """Raise InputError for names of which one says the other, or that cannot be in a study."""
-    names = [axis.name for axis in axes]
     for name in names:
         if name == START or (name.startswith("start.") and start is not None):
             raise InputError(f"vary: {name}: starts are given by start=")

@@ -1,0 +1,215 @@
+"""What is no study: one clear error each, before anything runs."""
+
+import json
+import re
+import socket
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.studies import cluster
+from robsim.studies.cluster import connect
+from robsim.units import deg
+
+TEXT = """
+schema = 1
+robots = [{ model = "free_camera" }]
+cameras = [{ name = "eye", on = "free_camera.body", focal = 500, size = [640, 480] }]
+task = { kind = "ibvs", gain = 2 }
+run = { duration = "0.2 s" }
+[[objects]]
+name = "square"
+position = "0, 0, 1 m"
+marks = ["-10, -10, 0 cm", "10, -10, 0 cm", "10, 10, 0 cm", "-10, 10, 0 cm"]
+"""
+FLYING = rs.Experiment.from_text(TEXT)
+GAIN = {"task.gain": rs.Uniform(1, 2)}
+BAD = {
+    "runs must be a whole number from 1 on, got 0": {"runs": 0},
+    "runs must be a whole number from 1 on, got -3": {"runs": -3},
+    "runs must be a whole number from 1 on, got 2.5": {"runs": 2.5},
+    "runs: how many?": {"runs": None},
+    "runs need about 1.2e.05 GB of memory, and .* GB are free: .* a store": {"runs": 10**12},
+    "runs must be below": {"runs": 10**13},
+    "vary: task.gian: expected": {"vary": {"task.gian": 3}},
+    "task.gian: .*did you mean 'gain'": {"vary": {"task.gian": rs.Uniform(1, 2)}},
+    "vary: expected {name: sampler or list}, got \\[1\\]": {"vary": [1]},
+    "vary: expected dotted names .* got 3": {"vary": {3: rs.Uniform(1, 2)}},
+    "vary: task.gain: expected a sampler .* got <class": {"vary": {"task.gain": rs.Uniform}},
+    "vary: task.gain: expected a list of 1 to 10000 values, got \\[\\]": {
+        "vary": {"task.gain": []}
+    },
+    "vary: task.gain: 2.0 is there twice": {"vary": {"task.gain": [2.0, 2.0]}},
+    "vary: task.gain: nan is not finite": {"vary": {"task.gain": [np.nan]}},
+    "task.kind": {"vary": {"task.kind": rs.Uniform(1, 2)}},
+    "title": {"vary": {"title": rs.Uniform(1, 2)}},
+    "gain": {"vary": {"task.gain": rs.Uniform(-2, -1)}},
+    "vary: run.seed: the study gives each run its own": {"vary": {"run.seed": [1, 2]}},
+    "vary: start: starts are given by start=": {"vary": {"start": [1, 2]}},
+    "vary: task.law and task.law.length: one is a part": {
+        "vary": {"task.law": [rs.CameraLaw(length=0.1)], "task.law.length": rs.Uniform(0.1, 0.2)}
+    },
+    "start: expected starts .* got <class": {"start": rs.LookAt},
+    "start: expected starts .* got Normal": {"start": rs.Normal(0, 1)},
+    "start: of 5000 starts that were drawn none sees its target": {
+        "start": rs.Shell(distance=(5, 6), about=rs.Pose.at(50, 0, 0))
+    },
+    "no object 'plate' in the scene; objects: square": {
+        "start": rs.LookAt("plate", distance=(1, 2))
+    },
+    "Anywhere.low: expected 7 finite coordinates": {"start": rs.Anywhere()},
+    "chunk must be a whole number from 1 on, got 0": {"chunk": 0},
+    "resume: which study": {"resume": True},
+    "trajectories: they are kept in a store": {"trajectories": 1},
+    "client: expected a client of dask.distributed, got 3": {"client": 3},
+    "store: expected a folder, got 3": {"store": 3},
+}
+
+
+@pytest.mark.parametrize("wanted", BAD)
+def test_what_is_no_study_is_refused(wanted):
+    given = {"runs": 5, **BAD[wanted]}
+    with pytest.raises(rs.InputError, match=wanted):
+        rs.study(FLYING, **given)
+
+
+def test_starts_and_runs_must_agree():
+    with pytest.raises(rs.InputError, match="runs: 5, and 2 starts are given"):
+        rs.study(FLYING, 5, start=np.tile(FLYING.scene.home, (2, 1)))
+
+
+def test_a_mission_and_other_things_are_no_experiments():
+    mission = rs.load_scenario(rs.examples.path("inspection_a"))
+    with pytest.raises(rs.InputError, match="a mission has no single end"):
+        rs.study(mission, 3)
+    with pytest.raises(rs.InputError, match="experiment: expected an Experiment, got 3"):
+        rs.study(3, 3)
+    with pytest.raises(rs.InputError, match="give them in vary="):
+        rs.study(FLYING.vary({"task.gain": [1.0, 2.0]}), 3)
+
+
+WRONG = {
+    "Uniform: low 2.0 is above high 1.0": lambda: rs.Uniform(2, 1),
+    "LogUniform: low 2.0 is above high 1.0": lambda: rs.LogUniform(2, 1),
+    "LogUniform.low: expected a number above 0": lambda: rs.LogUniform(0, 1),
+    "Normal.std: expected a number not below 0": lambda: rs.Normal(0, -1),
+    "Uniform.low.*finite": lambda: rs.Uniform(np.nan, 1),
+    "Uniform.low: expected.*'a'": lambda: rs.Uniform("a", 1),
+    "Grid: low and high are one number each": lambda: rs.Grid([1, 2], 3),
+    "Grid: with log, low is above 0": lambda: rs.Grid(0, 3, log=True),
+    "Grid.count must be a whole number from 1": lambda: rs.Grid(1, 3, 0),
+    "Plus.of.* got 3": lambda: rs.Plus(3),
+    "Times: expected a sampler of numbers, got Plus": lambda: rs.Times(rs.Plus(rs.Uniform(0, 1))),
+    "Choice.values: expected a list": lambda: rs.Choice(3),
+    "LookAt.distance .*expected \\(low, high\\)": lambda: rs.LookAt(distance=(2, 1)),
+    "LookAt.roll": lambda: rs.LookAt(distance=(1, 2), roll=(1, -1)),
+    "LookAt.distance": lambda: rs.LookAt(distance=3),
+    "Shell.angle: at most pi": lambda: rs.Shell(distance=(0, 1), angle=(0, 4)),
+    "About.position": lambda: rs.About(position=[1, 2]),
+}
+
+
+@pytest.mark.parametrize("wanted", WRONG)
+def test_what_is_no_sampler_is_refused(wanted):
+    with pytest.raises(rs.InputError, match=wanted):
+        WRONG[wanted]()
+
+
+def test_a_number_that_is_drawn_and_not_valid_is_refused_before_anything_runs():
+    with pytest.raises(rs.InputError, match=r"vary: task.gain: -?\d.* was drawn: .*task.gain"):
+        rs.study(FLYING, 1000, vary={"task.gain": rs.Normal(1.0, 1.0)})
+
+
+def test_a_store_of_another_study_is_not_touched(tmp_path):
+    rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for resume in (False, True):
+        with pytest.raises(rs.FileError, match="holds another study; choose another folder"):
+            rs.study(FLYING, 6, store=tmp_path, vary=GAIN, resume=resume)
+    assert before == {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("change", "wanted"),
+    [
+        ({"format": 2, "robsim": "9.9.9"}, "a study of format 2, of RobSim 9.9.9"),
+        ({"format": "x"}, "not as RobSim wrote it"),
+        ({"kernels": "0"}, None),
+    ],
+)
+def test_a_store_of_another_version_is_told(tmp_path, change, wanted):
+    made = rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
+    about = tmp_path / "study.json"
+    about.write_text(json.dumps({**json.loads(about.read_text()), **change}))
+    if wanted is None:  # its rows can be read, and none be added
+        assert rs.open_study(tmp_path).hash == made.hash
+        with pytest.raises(rs.FileError, match="was begun elsewhere"):
+            rs.study(FLYING, 5, store=tmp_path, vary=GAIN, resume=True)
+    else:
+        with pytest.raises(rs.FileError, match=wanted):
+            rs.open_study(tmp_path)
+
+
+def test_a_damaged_part_is_named(tmp_path):
+    rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
+    (part,) = tmp_path.glob("rows-*")
+    whole = part.read_bytes()
+    for data in (b"", whole[: len(whole) // 2], whole[:50] + b"\0" * 50 + whole[100:]):
+        part.write_bytes(data)
+        try:
+            assert rs.open_study(tmp_path).table is not None  # where no checked byte was hit
+        except rs.FileError as error:
+            assert str(part) in str(error)
+    part.rename(part.with_name("rows-0000000000000-0000000000004.parquet"))
+    part.with_name("rows-0000000000000-0000000000004.parquet").write_bytes(whole)
+    with pytest.raises(rs.FileError, match="5 rows instead of 4"):
+        _ = rs.open_study(tmp_path).runs
+
+
+def test_a_scheduler_that_does_not_answer_is_told_soon(monkeypatch):
+    assert cluster.PATIENCE < 15
+    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    silent = socket.create_server(("127.0.0.1", 0))
+    address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+    with silent, pytest.raises(rs.InputError, match=f"no scheduler answers at {address}"):
+        connect(address)
+    with pytest.raises(rs.InputError, match="expected an address such as tcp://host:8786"):
+        connect("host")
+
+
+def test_commands_tell_what_is_no_study(called, tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(TEXT)
+    _, _, err = called("study", path)
+    assert "there is no table [study], as in" in err
+    path.write_text(TEXT + '[study]\nruns = 5\nvary = { "task.gain" = { kind = "unifrom" } }')
+    status, _, err = called("study", path, "-o", tmp_path / "out")
+    assert status == 2 and "task.gain" in err and not (tmp_path / "out").exists()
+    path.write_text(TEXT + "[study]\nruns = 5\nvry = 3")
+    status, _, err = called("study", path)
+    assert status == 2 and re.search("study.vry: unknown key.*did you mean 'vary'", err)
+    path.write_text(TEXT + '[study]\nruns = 5\nstart = { kind = "look_at", distance = ["1 m", 2] }')
+    status, out, err = called("study", path, "-o", tmp_path / "out")
+    assert status == 0 and "5 runs: 5 draws; drawn: start" in out
+    status, _, err = called("study", path, "--resume")
+    assert status == 2 and "nothing to resume" in err
+
+
+def test_names_without_quotes_are_taken_as_meant(tmp_path):
+    from robsim.studies.text import load_plan
+
+    path = tmp_path / "s.toml"
+    path.write_text(
+        TEXT + '[study]\nruns = 5\nvary.task.gain = { kind = "uniform", low = 1, high = 2 }'
+    )
+    assert load_plan(path).axes[0].name == "task.gain"
+    assert load_plan(path, ["study.runs=7"]).draws == 7
+    assert (
+        119 * deg
+        < load_plan(
+            path,
+            ['study.start={ kind = "look_at", distance = [1, 2], roll = ["-1 deg", "120 deg"] }'],
+        ).start.roll[1]
+        < 121 * deg
+    )
