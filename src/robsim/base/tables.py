@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Iterable, Sequence
 
 from robsim.base.html import table
@@ -13,7 +14,7 @@ _LATEX = str.maketrans(
     {
         **{mark: f"\\{mark}" for mark in "&%$#_{}"},
         **{"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"},
-        **{"<": "$<$", ">": "$>$", "\u2212": "$-$"},
+        **{"<": "$<$", ">": "$>$"},
     }
 )
 
@@ -102,7 +103,12 @@ def latex_text(rows: Sequence[Sequence[str]], left: int = 2) -> str:
     \\bottomrule
     \\end{tabular}
     """
-    head, *body = (" & ".join(text.translate(_LATEX) for text in row) + r" \\" for row in rows)
+    head, *body = (" & ".join(map(_escaped, row)) + r" \\" for row in rows)
     columns = "l" * left + "r" * (len(rows[0]) - left)
     lines = [rf"\begin{{tabular}}{{{columns}}}", r"\toprule", head, r"\midrule", *body]
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
+
+
+def _escaped(text: str) -> str:
+    """Return a text for LaTeX, in which the sign of a negative number is a minus."""
+    return re.sub(r"(?<!\w)-(?=\d)", "$-$", text.translate(_LATEX))

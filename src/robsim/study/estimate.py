@@ -17,11 +17,11 @@ class Estimate(NamedTuple):
     high: float
     of: int
 
-    def text(self, form: str = "+.3g", scale: float = 1.0) -> str:
+    def text(self, form: str = "+z.3g", scale: float = 1.0) -> str:
         """Return the number and its interval, as "+0.12 [-0.04, +0.27]"; "-" for no number."""
         if math.isnan(self.value):
             return "-"
-        value, low, high = (format(scale * each + 0.0, form) for each in self[:3])
+        value, low, high = (format(scale * each, form) for each in self[:3])
         return f"{value} [{low}, {high}]" if math.isfinite(self.low) else f"{value} [-]"
 
     def __str__(self) -> str:

@@ -110,24 +110,31 @@ class Paired(Printed):
         return [head, *([*row, *of] for row, of in zip(rows, medians, strict=True))]
 
     def _notes(self) -> list[str]:
-        lines = ["draws in which both could begin; difference: share of the first that converged"]
-        lines[0] += " less that of the second; p: McNemar's exact test"
+        lines = [
+            "draws in which both could begin; difference: share of the first that converged less "
+            "that of the second; p: McNemar's exact test"
+        ]
         if self.measure:
             lines.append(
                 f"{self.measure}: median of first less second, over draws in which both converged"
             )
-        for pair in self.pairs:
-            apart, missing = pair.counts[4:]
-            if apart or missing:
-                lines.append(
-                    f"note: {pair.first} and {pair.second}: one or both could not begin in "
-                    f"{apart} draws, and one was not run in {missing}; they do not count"
-                )
-        return lines
+        left_out = dict.fromkeys(_left_out(pair.counts) for pair in self.pairs)
+        if len(left_out) == 1:
+            return lines + [f"note: {why}" for why in left_out if why]
+        pairs = ((f"{pair.first}, {pair.second}", _left_out(pair.counts)) for pair in self.pairs)
+        return lines + [f"note: {names}: {why}" for names, why in pairs if why]
+
+
+def _left_out(counts: Counts) -> str:
+    """Return which draws do not count, and why; empty if all do."""
+    apart = f"in {counts.apart} draws one or both could not begin" if counts.apart else ""
+    missing = f"in {counts.missing} draws one was not run" if counts.missing else ""
+    why = ", ".join(text for text in (apart, missing) if text)
+    return f"{why}: they do not count" if why else ""
 
 
 def _percent(share: Estimate) -> str:
-    return share.text("+.1f", 100)
+    return share.text("+z.1f", 100)
 
 
 def _p(p: float) -> str:

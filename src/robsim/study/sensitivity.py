@@ -66,8 +66,8 @@ class Sensitivity(Printed):
         return [
             ["varied", *(each.name for each in self.effects)],
             ["kind", *(each.kind for each in self.effects)],
-            [f"eta [{percent}]", *(each.eta.text(".2f") for each in self.effects)],
-            [f"rho [{percent}]", *(each.rho.text("+.2f") for each in self.effects)],
+            [f"eta [{percent}]", *(each.eta.text("z.2f") for each in self.effects)],
+            [f"rho [{percent}]", *(each.rho.text("+z.2f") for each in self.effects)],
             ["runs", *(str(each.eta.of) for each in self.effects)],
         ]
 

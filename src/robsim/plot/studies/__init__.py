@@ -1,1 +1,1 @@
-"""Figures of studies, as Matplotlib figures."""
+"""Figures of studies: many runs, a dot, a share or a distribution of them."""
