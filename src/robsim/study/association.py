@@ -126,7 +126,7 @@ def _noncentrality(seen: float, freedom: int, share: float) -> float:
     low, high = 0.0, (math.sqrt(seen) + abs(z) + freedom + 3) ** 2
     if _normal_score(seen, freedom, low) < z:
         return 0.0
-    for _ in range(100):
+    for _ in range(60):  # halvings, to the last digits
         middle = (low + high) / 2
         above = _normal_score(seen, freedom, middle) > z
         low, high = (middle, high) if above else (low, middle)

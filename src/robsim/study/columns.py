@@ -22,8 +22,8 @@ START_AWAY = {"start_distance": "m", "start_angle": "rad"}  # from the goal: the
 UNITS = {
     **STARTS,
     **START_AWAY,
-    **{name: each.unit for name, each in MEASURES.items()},
     "end_time": "s",
+    **{name: each.unit for name, each in MEASURES.items()},
     "error_norm": "",  # of the features, whose units may be mixed
 }
 _GIVEN = {"run", "draw", *NEEDED, *STARTS, *START_AWAY, *UNITS}

@@ -136,10 +136,11 @@ def _judged(
 ) -> tuple[Array, NDArray[np.bool_], Among]:
     """Return the values (rows,) that may depend on others, the runs that count, and which."""
     if of == "converged":
+        started = columns.counted(table, "began" if among is None else among)
         if among == "converged":
             raise InputError("whether runs converged is told among those that began")
         values = (columns.outcomes(table) == Outcome.CONVERGED).astype(float)
-        return values, columns.counted(table, "began"), "began"
+        return values, started, "began"
     chosen = among or "converged"
     return columns.numbers_in(table, of), columns.counted(table, chosen), chosen
 
@@ -169,9 +170,7 @@ def _effect(
 def _check(numbers: NDArray[Any], values: Array, name: str) -> None:
     """Raise InputError for too few runs, and where there is one value only."""
     if len(values) < FEWEST:
-        raise InputError(
-            f"{name}: what matters is told of {FEWEST} runs or more, not {len(values)}"
-        )
+        raise InputError(f"{name}: expected {FEWEST} runs that count, or more, got {len(values)}")
     if (values == values[0]).all():
         raise InputError(
             f"all {len(values)} runs that count went alike ({values[0]:g}): nothing depends on "

@@ -47,8 +47,8 @@ def study_distributions(
     A line rises at each run by its share: where it is at 50 %, there is the median. The band,
     sqrt(ln(40) / 2 n) to either side, holds the true distribution as a whole at 95 % (Dvoretzky,
     Kiefer and Wolfowitz 1956, with the constant of Massart 1990). Measures with a long tail
-    have a logarithmic axis. The titles say of how many runs each is. `size` is (width, height) of the
-    figure in inches.
+    have a logarithmic axis. The titles say of how many runs each is. `size` is (width, height) of
+    the figure in inches.
 
     InputError: a column that is not there or holds no numbers, or no run that counts.
 

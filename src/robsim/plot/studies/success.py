@@ -54,8 +54,8 @@ def study_success(
     >>> import pandas as pd
     >>> rows = {"task": ["IBVS", "PBVS"] * 4, "outcome": ["CONVERGED", "OUT_OF_IMAGE"] * 4}
     >>> figure = study_success(pd.DataFrame({**rows, "began": True}), "task")
-    >>> figure.axes[0].get_title(), figure.axes[0].get_ylim()[0]
-    ('8 runs that began', -3.0)
+    >>> figure.axes[0].get_title(), [text.get_text() for text in figure.axes[0].texts]
+    ('8 runs that began', ['n 4', '4'])
     """
     bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
     table = columns.table_of(study)
