@@ -24,6 +24,7 @@ _WORDS = {
     "end_time": "time at the end",
     "error_norm": "norm of the error at the end",
 }
+LARGEST = 1e100  # that can be drawn
 FEW = 12  # different numbers up to which each has a place of its own, as a choice has
 
 
@@ -51,8 +52,12 @@ def label(table: pd.DataFrame, name: str) -> str:
 
 
 def drawn(table: pd.DataFrame, name: str) -> Array:
-    """Return a column of numbers (rows,) in the unit in which it is drawn; or InputError."""
+    """Return a column of numbers (rows,) in the unit in which it is drawn; or InputError.
+
+    NaN stands for what is not there, and for what went beyond all bounds and any axis.
+    """
     values = columns.numbers_in(table, name)
+    values[np.abs(values) > LARGEST] = np.nan
     return np.degrees(values) if columns.unit_of(table, name).startswith("rad") else values
 
 
@@ -62,6 +67,24 @@ def given(name: Any, what: str, table: pd.DataFrame) -> str:
     if not is_one_of(name, names):
         raise InputError(f"{what}: no column {said(name)}; {suggest(name, names, 'columns')}")
     return str(name)
+
+
+def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> columns.Groups:
+    """Return the values of a choice that get a line or a panel each; one without a name of None.
+
+    InputError: no such column, more than `most` values, or none in the rows that count.
+    """
+    if by is None:
+        return columns.Groups(("",), np.zeros(len(table), np.intp))
+    groups = columns.groups_of(table, given(by, "by", table), most)
+    _check(by, groups, rows)
+    return groups
+
+
+def _check(name: str, groups: columns.Groups, rows: NDArray[np.bool_]) -> None:
+    """Raise InputError unless some of the rows that count have a value."""
+    if (groups.which[rows] < 0).all():
+        raise InputError(f"column {name!r} has no value in the runs that count")
 
 
 def is_choice(table: pd.DataFrame, name: str) -> bool:
@@ -77,6 +100,7 @@ def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], e
     """
     if is_choice(table, name):
         groups = columns.several_groups(table, name)
+        _check(name, groups, rows)
         names = tuple(_short(table, name, text) for text in groups.labels)
         return Bins(groups.which, np.arange(len(names) + 1.0) - 0.5, names)
     values = drawn(table, name)

@@ -15,7 +15,7 @@ from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies import dots
-from robsim.plot.studies.axis import drawn, given, label
+from robsim.plot.studies.axis import drawn, given, label, split
 from robsim.run.outcome import Outcome
 from robsim.study import columns
 
@@ -62,8 +62,7 @@ def study_basin(
     started = columns.began(table) & np.isfinite(at[0]) & np.isfinite(at[1])
     if not started.any():
         raise InputError(f"no run that began has both {names[0]} and {names[1]}")
-    groups = columns.Groups(("",), np.zeros(len(table), np.intp))
-    groups = groups if by is None else columns.groups_of(table, given(by, "by", table), MOST_PANELS)
+    groups = split(table, by, MOST_PANELS, started)
     with style():
         rows = -(-len(groups.labels) // IN_A_ROW)
         wide = -(-len(groups.labels) // rows)

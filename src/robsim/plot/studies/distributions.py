@@ -16,7 +16,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
-from robsim.plot.studies.axis import drawn, given, label, said_runs, thousands
+from robsim.plot.studies.axis import drawn, label, said_runs, split, thousands
 from robsim.study import columns
 from robsim.study.columns import Among
 
@@ -61,8 +61,7 @@ def study_distributions(
     table = columns.table_of(study)
     rows = columns.counted(table, among)
     names = _names(table, rows, measures)
-    lines = columns.Groups(("",), np.zeros(len(table), np.intp))
-    lines = lines if by is None else columns.groups_of(table, given(by, "by", table), MOST_LINES)
+    lines = split(table, by, MOST_LINES, rows)
     with style():
         down = -(-len(names) // IN_A_ROW)
         wide = -(-len(names) // down)

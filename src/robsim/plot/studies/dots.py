@@ -51,7 +51,7 @@ def hollow(axes: Axes, x: Array, y: Array, rows: NDArray[np.bool_]) -> list[Line
     if not rows.any():
         return []
     look: dict[str, Any] = {"facecolors": "none", "edgecolors": palette.LIGHT_GREY}
-    scatter(axes, x, y, order(rows), **look, linewidths=0.6, zorder=1)
+    scatter(axes, x, y, order(rows), **look, s=area(rows.size), linewidths=0.6, zorder=1)
     return apart_legend(int(rows.sum()))
 
 

@@ -13,7 +13,17 @@ from robsim.analysis.shares import Share, share
 from robsim.base.arrays import whole as whole_number
 from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
-from robsim.plot.studies.axis import Bins, binned, drawn, given, label, mark, said_runs, thousands
+from robsim.plot.studies.axis import (
+    Bins,
+    binned,
+    drawn,
+    given,
+    label,
+    mark,
+    said_runs,
+    split,
+    thousands,
+)
 from robsim.run.outcome import Outcome
 from robsim.study import columns
 
@@ -61,8 +71,7 @@ def study_success(
     table = columns.table_of(study)
     started = columns.began(table)
     found = binned(table, given(x, "x", table), bins, started, even=False)
-    lines = columns.Groups(("",), np.zeros(len(table), np.intp))
-    lines = lines if by is None else columns.groups_of(table, given(by, "by", table), MOST_LINES)
+    lines = split(table, by, MOST_LINES, started)
     with style():
         panel = checked_panels(axes, 1, size)[0] if axes is not None else None
         figure = new_figure(7.2, 4.2, size) if panel is None else whole(panel)
@@ -97,6 +106,8 @@ def _draw(
         of = np.bincount(found.which[rows], minlength=found.many)
         hits = np.bincount(found.which[rows & arrived], minlength=found.many)
         some = of > 0
+        if not some.any():
+            continue
         shares = [share(int(hit), int(n)) for hit, n in zip(hits[some], of[some], strict=True)]
         beside = SPREAD * ((i + 0.5) / many - 0.5) if found.labels else 0.0
         at = place[some] / of[some] + beside
