@@ -55,7 +55,7 @@ def study_distributions(
     >>> import pandas as pd
     >>> rows = {"end_time": [1.0, 2.0, 3.0], "path_length": [1.0, 1.5, float("nan")]}
     >>> table = pd.DataFrame({**rows, "outcome": "CONVERGED", "began": True})
-    >>> [axes.get_title() for axes in study_distributions(table).axes]
+    >>> [axes.get_title("right") for axes in study_distributions(table).axes]
     ['n 3', 'n 2']
     """
     table = columns.table_of(study)
