@@ -59,7 +59,9 @@ def study_basin(
     table = columns.table_of(study)
     names = given(x, "x", table), given(y, "y", table)
     at = drawn(table, names[0]), drawn(table, names[1])
-    started = columns.began(table) & np.isfinite(at[0]) & np.isfinite(at[1])
+    known = np.isfinite(at[0]) & np.isfinite(at[1])
+    started = columns.began(table) & known
+    apart = known & ~started
     if not started.any():
         raise InputError(f"no run that began has both {names[0]} and {names[1]}")
     groups = split(table, by, MOST_PANELS, started)
@@ -68,9 +70,9 @@ def study_basin(
         wide = -(-len(groups.labels) // rows)
         figure = new_figure(2.2 + (4.0 if wide == 1 else 3.2) * wide, 0.9 + 3.3 * rows, size)
         panels = figure.subplots(rows, wide, sharex=True, sharey=True, squeeze=False).ravel()
-        _fill(figure, list(panels), table, at, started, groups)
+        _fill(figure, list(panels), table, at, (started, apart), groups)
         _frame(list(panels), table, names, groups.labels)
-        figure.suptitle(dots.title_of(table, started) if title is None else title)
+        figure.suptitle(dots.title_of(table, started, apart) if title is None else title)
     return figure
 
 
@@ -79,22 +81,26 @@ def _fill(
     panels: list[Axes],
     table: pd.DataFrame,
     at: tuple[Array, Array],
-    started: NDArray[np.bool_],
+    kinds: tuple[NDArray[np.bool_], NDArray[np.bool_]],
     groups: columns.Groups,
 ) -> None:
-    """Draw the runs of each value into its panel, with one scale of times and one legend."""
+    """Draw the runs of each value into its panel, with one scale of times and one legend.
+
+    The kinds (rows,) are the runs that began and those that could not.
+    """
+    started, apart = kinds
     endings, time = columns.outcomes(table), columns.numbers_in(table, "end_time")
     arrived = started & (endings == Outcome.CONVERGED) & np.isfinite(time)
     low, high = (time[arrived].min(), time[arrived].max()) if arrived.any() else (0.0, 1.0)
     faces = dots.outcome_colors(endings)
     faces[arrived] = _BLUES((time[arrived] - low) / max(high - low, 1e-12))
+    some, rest = dots.order(started), dots.order(apart)
     for i, axes in enumerate(panels[: len(groups.labels)]):
-        mine = groups.which == i
-        dots.hollow(axes, *at, mine & ~started)
-        some = dots.order(mine & started)
-        dots.scatter(axes, *at, some, c=faces[some])
+        dots.hollow(axes, *at, rest[groups.which[rest] == i])
+        mine = some[groups.which[some] == i]
+        dots.scatter(axes, *at, mine, c=faces[mine])
     handles = dots.outcome_legend(endings, started)
-    handles += dots.apart_legend(int((~started).sum()))
+    handles += dots.apart_legend(int(apart.sum()))
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
     if arrived.any():
         scale = dots.scale(_BLUES, low, high)

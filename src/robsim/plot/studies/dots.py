@@ -46,13 +46,11 @@ def scatter(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp], **look: Any)
     return axes.scatter(x[rows], y[rows], **look)
 
 
-def hollow(axes: Axes, x: Array, y: Array, rows: NDArray[np.bool_]) -> list[Line2D]:
-    """Draw the runs that could not begin as hollow grey dots; return their legend."""
-    if not rows.any():
-        return []
+def hollow(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp]) -> None:
+    """Draw the chosen rows, of runs that could not begin, as hollow grey dots."""
     look: dict[str, Any] = {"facecolors": "none", "edgecolors": palette.LIGHT_GREY}
-    scatter(axes, x, y, order(rows), **look, s=area(rows.size), linewidths=0.6, zorder=1)
-    return apart_legend(int(rows.sum()))
+    if rows.size:
+        scatter(axes, x, y, rows, **look, s=area(x.size), linewidths=0.6, zorder=1)
 
 
 def apart_legend(count: int) -> list[Line2D]:
@@ -110,8 +108,8 @@ def _handle(name: str, face: str, edge: str = "none") -> Line2D:
     return Line2D([], [], label=name, markerfacecolor=face, markeredgecolor=edge, **look)
 
 
-def title_of(table: pd.DataFrame, shown: NDArray[np.bool_]) -> str:
-    """Return how many runs there are, and how many of them are drawn if not all."""
-    many = thousands(len(table))
-    drawn = min(int(shown.sum()), MOST)
-    return f"{many} runs" if drawn == shown.sum() else f"{thousands(drawn)} of {many} runs drawn"
+def title_of(table: pd.DataFrame, *shown: NDArray[np.bool_]) -> str:
+    """Return how many runs there are, and how many of the kinds shown are drawn if not all."""
+    many, counts = thousands(len(table)), [int(kind.sum()) for kind in shown]
+    drawn = sum(min(count, MOST) for count in counts)
+    return f"{many} runs" if drawn == sum(counts) else f"{thousands(drawn)} of {many} runs drawn"

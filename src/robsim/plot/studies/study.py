@@ -40,8 +40,8 @@ def study(
                 of a scale for numbers, a colour for each value of a choice such as "task"
 
     Runs that could not begin are hollow and grey. Dots lie over each other in a mixed order, so
-    that none is hidden for what it is; of more than 100 000 runs as many are drawn, and the title
-    says so. The counts in the legend are of all. `axes` is one to draw into, instead of a new
+    that none is hidden for what it is; of more than 100 000 that began as many are drawn, and the
+    title says so. The counts in the legend are of all. `axes` is one to draw into, instead of a new
     figure of `size` (width, height) inches.
 
     InputError: a column that is not there or holds no numbers, or where no run has both.
@@ -66,13 +66,14 @@ def study(
         panel = checked_panels(axes, 1, size)[0] if axes is not None else None
         figure = new_figure(7.2, 4.4, size) if panel is None else whole(panel)
         panel = figure.add_subplot() if panel is None else panel
-        apart = dots.hollow(panel, across, up, known & ~started)
+        dots.hollow(panel, across, up, dots.order(known & ~started))
+        apart = dots.apart_legend(int((known & ~started).sum()))
         _draw(panel, table, (across, up), color, started, apart)
         panel.set(xlabel=label(table, names[0]), ylabel=label(table, names[1]))
         panel.grid(True)
         panel.set_axisbelow(True)
         panel.spines[["top", "right"]].set_visible(False)
-        set_title(panel, dots.title_of(table, known), title)
+        set_title(panel, dots.title_of(table, started, known & ~started), title)
     return figure
 
 
