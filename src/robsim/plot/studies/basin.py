@@ -116,7 +116,7 @@ def _frame(
     for axes, text in zip(panels, titles, strict=False):
         axes.set_title(text)
         axes.spines[["top", "right"]].set_visible(False)
-        if len({columns.unit_of(table, name) for name in names}) == 1:
+        if {columns.unit_of(table, name) for name in names} == {"m"}:
             axes.set_aspect("equal")
         axes.set(xlabel=label(table, names[0]), ylabel=label(table, names[1]))
         axes.label_outer()
