@@ -9,8 +9,8 @@ import pytest
 from scipy import stats
 
 from robsim import InputError
-from robsim.study.paired import paired
-from robsim.study.pairs import half_binomial, mcnemar, median_interval, paired_difference
+from robsim.studies.paired import paired
+from robsim.studies.pairs import half_binomial, mcnemar, median_interval, paired_difference
 
 
 def table(rows):

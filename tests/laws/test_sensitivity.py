@@ -6,8 +6,8 @@ import pytest
 from scipy import stats
 
 from robsim import InputError
-from robsim.study.association import correlation_ratio, ranks, spearman
-from robsim.study.sensitivity import sensitivity
+from robsim.studies.association import correlation_ratio, ranks, spearman
+from robsim.studies.sensitivity import sensitivity
 
 RNG = np.random.default_rng(11)
 X = RNG.normal(size=400)

@@ -11,7 +11,7 @@ import robsim as rs
 from robsim import plot
 from robsim.analysis.shares import share
 from robsim.plot import palette
-from robsim.study.sensitivity import sensitivity
+from robsim.studies.sensitivity import sensitivity
 
 matplotlib.use("agg")
 

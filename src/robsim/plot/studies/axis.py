@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, is_one_of, said, suggest
-from robsim.study import columns
+from robsim.studies import columns
 
 if TYPE_CHECKING:
     import pandas as pd

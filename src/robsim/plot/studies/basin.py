@@ -17,7 +17,7 @@ from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies import dots
 from robsim.plot.studies.axis import drawn, given, label, split
 from robsim.run.outcome import Outcome
-from robsim.study import columns
+from robsim.studies import columns
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,8 +17,8 @@ from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies.axis import drawn, label, said_runs, split, thousands
-from robsim.study import columns
-from robsim.study.columns import Among
+from robsim.studies import columns
+from robsim.studies.reading import Among
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -15,7 +15,7 @@ from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.studies.axis import thousands
 from robsim.run.outcome import Outcome
-from robsim.study import columns
+from robsim.studies import columns
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,7 +17,7 @@ from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies.axis import Bins, binned, given, label, mark, said_runs
 from robsim.run.outcome import Outcome
-from robsim.study import columns
+from robsim.studies import columns
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
 from robsim.plot.studies.axis import thousands
-from robsim.study.sensitivity import Effect, Sensitivity, sensitivity
+from robsim.studies.sensitivity import Effect, Sensitivity, sensitivity
 
 _POINTS: dict[str, Any] = {"textcoords": "offset points"}
 BEND = 2.0  # times |rho| above which eta tells of more than rising or falling
@@ -28,7 +28,7 @@ def study_sensitivity(
 ) -> Figure:
     """Draw how much an outcome or a measure depends on each column of a study, as bars.
 
-    study       a study, its table, or what `robsim.study.sensitivity.sensitivity` returned
+    study       a study, its table, or what `robsim.studies.sensitivity.sensitivity` returned
     of          "converged", or a column of numbers
     settings    names, among and level of that function
 

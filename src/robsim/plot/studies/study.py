@@ -16,7 +16,7 @@ from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
 from robsim.plot.studies import dots
 from robsim.plot.studies.axis import drawn, given, label
-from robsim.study import columns
+from robsim.studies import columns
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.analysis.shares import normal_quantile
 from robsim.base.arrays import Array
-from robsim.study.estimate import Estimate
+from robsim.studies.estimate import Estimate
 
 FEWEST = 5  # independent values that an interval needs
 EXACT = 1e-12  # nearer to 1 than this is 1

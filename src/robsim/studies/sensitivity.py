@@ -15,10 +15,10 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
 from robsim.run.outcome import Outcome
-from robsim.study import columns
-from robsim.study.association import correlation_ratio, ranks, spearman
-from robsim.study.columns import Among
-from robsim.study.estimate import Estimate
+from robsim.studies import columns
+from robsim.studies.association import correlation_ratio, ranks, spearman
+from robsim.studies.reading import Among
+from robsim.studies.estimate import Estimate
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,7 +105,7 @@ def sensitivity(
                 converged, as a measure of a failed run says little
 
     Of each column the correlation ratio, which sees dependences of any shape, and of numbers the
-    rank correlation of Spearman, which tells the direction (see `robsim.study.association`). Each
+    rank correlation of Spearman, which tells the direction (see `robsim.studies.association`). Each
     stands for itself alone: what acts only together with another is not seen. Runs of the same draw
     are not independent: of a column that is the same for all of them, the draws are counted.
 

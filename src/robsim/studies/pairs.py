@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.analysis.shares import normal_quantile, share
 from robsim.base.arrays import Array
-from robsim.study.estimate import Estimate
+from robsim.studies.estimate import Estimate
 
 
 def half_binomial(n: int) -> Array:

@@ -15,9 +15,9 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
 from robsim.run.outcome import Outcome
-from robsim.study import columns
-from robsim.study.estimate import Estimate
-from robsim.study.pairs import mcnemar, median_interval, paired_difference
+from robsim.studies import columns
+from robsim.studies.estimate import Estimate
+from robsim.studies.pairs import mcnemar, median_interval, paired_difference
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -155,7 +155,7 @@ def paired(
     For each pair of values: in how many draws both, one alone, or neither converged; the exact test
     of McNemar; the difference of the shares with the interval of Newcombe's method 10; and the
     median of the differences of the measure with an interval that holds for any distribution (see
-    `robsim.study.pairs`). With several pairs the p are also corrected by Holm (1979, "A simple
+    `robsim.studies.pairs`). With several pairs the p are also corrected by Holm (1979, "A simple
     sequentially rejective multiple test procedure"). The same draws tell more than as many others:
     what makes a draw hard is the same for both.
 
