@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -14,6 +12,7 @@ from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import not_negative
 from robsim.base.errors import InputError
 from robsim.base.html import table
+from robsim.base.tables import aligned, csv_text
 from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
@@ -72,20 +71,17 @@ class Comparison:
 
     def csv(self) -> str:
         """Return the table as comma-separated values, with all measures, in full precision."""
-        text = io.StringIO()
-        rows = csv.writer(text, lineterminator="\n")
         units = [f"{name} ({each.unit})" for name, each in MEASURES.items()]
-        rows.writerow(["scheme", *self._heads("converged (1)", "began (1)"), *units])
         numbers = self.quantile()
-        for i, name in enumerate(self.names):
-            values = [float(numbers[key][i]) for key in MEASURES]
-            texts = ["" if np.isnan(value) else repr(value) for value in values]
-            rows.writerow([name, *self._endings(i), *texts])
-        return text.getvalue()
+        rows = [
+            [name, *self._endings(i), *(float(numbers[key][i]) for key in MEASURES)]
+            for i, name in enumerate(self.names)
+        ]
+        return csv_text([["scheme", *self._heads("converged (1)", "began (1)"), *units], *rows])
 
     def __str__(self) -> str:
         """Return the table; measures that are undefined for every scheme are left out."""
-        return "\n".join([*_aligned(self._columns()), *self._denominators(), *self.notes])
+        return "\n".join([*aligned(self._columns()), *self._denominators(), *self.notes])
 
     def _repr_html_(self) -> str:
         """Return the table for notebooks."""
@@ -161,13 +157,3 @@ def _text(value: float) -> str:
     if abs(value) < 1e-9:
         return "0"
     return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
-
-
-def _aligned(columns: list[list[str]]) -> list[str]:
-    """Return the lines of a table; the first two columns flush left, the others flush right."""
-    widths = [max(map(len, column)) for column in columns]
-    padded = [
-        [text.ljust(width) if i < 2 else text.rjust(width) for text in column]
-        for i, (column, width) in enumerate(zip(columns, widths, strict=True))
-    ]
-    return ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]

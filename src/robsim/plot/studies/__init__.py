@@ -1,0 +1,1 @@
+"""Figures of studies: many runs, a dot, a share or a distribution of them."""

@@ -1,0 +1,146 @@
+"""The columns of a study along the axes of a figure: their labels, units, values and bins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from robsim.analysis.measures import MEASURES
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.studies import columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_WORDS = {
+    **{name: each.label for name, each in MEASURES.items()},
+    **{f"start_{axis}": f"start {axis}" for axis in "xyz"},
+    "start_distance": "distance of the start from the goal",
+    "start_angle": "angle of the start to the goal",
+    "end_time": "time at the end",
+    "error_norm": "norm of the error at the end",
+}
+LARGEST = 1e100  # that can be drawn
+FEW = 12  # different numbers up to which each has a place of its own, as a choice has
+
+
+class Bins(NamedTuple):
+    """The bin of each row (-1: none), where bins lie along the axis, and what they are called.
+
+    `edges` are (bins + 1,) and `labels` is empty for bins of a number; a choice has bins of width 1
+    about 0, 1, ... and a label for each.
+    """
+
+    which: NDArray[np.intp]
+    edges: Array
+    labels: tuple[str, ...]
+
+    @property
+    def many(self) -> int:
+        """The number of bins."""
+        return len(self.edges) - 1
+
+
+def label(table: pd.DataFrame, name: str) -> str:
+    """Return the label of a column with the unit in which it is drawn; angles are in degrees."""
+    unit = columns.unit_of(table, name).replace("rad", "deg").replace("^2", "²")
+    return f"{_WORDS.get(name, name)} ({unit})" if unit else _WORDS.get(name, name)
+
+
+def drawn(table: pd.DataFrame, name: str) -> Array:
+    """Return a column of numbers (rows,) in the unit in which it is drawn; or InputError.
+
+    NaN stands for what is not there, and for what went beyond all bounds and any axis.
+    """
+    values = columns.numbers_in(table, name)
+    values[np.abs(values) > LARGEST] = np.nan
+    return np.degrees(values) if columns.unit_of(table, name).startswith("rad") else values
+
+
+def given(name: Any, what: str, table: pd.DataFrame) -> str:
+    """Return the name of a column that an argument gives; InputError for none."""
+    names = list(map(str, table.columns))
+    if not is_one_of(name, names):
+        raise InputError(f"{what}: no column {said(name)}; {suggest(name, names, 'columns')}")
+    return str(name)
+
+
+def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> columns.Groups:
+    """Return the values of a choice that get a line or a panel each; one without a name of None.
+
+    InputError: no such column, more than `most` values, or none in the rows that count.
+    """
+    if by is None:
+        return columns.Groups(("",), np.zeros(len(table), np.intp))
+    groups = columns.groups_of(table, given(by, "by", table), most)
+    _check(by, groups, rows)
+    return groups
+
+
+def _check(name: str, groups: columns.Groups, rows: NDArray[np.bool_]) -> None:
+    """Raise InputError unless some of the rows that count have a value."""
+    if (groups.which[rows] < 0).all():
+        raise InputError(f"column {name!r} has no value in the runs that count")
+
+
+def is_choice(table: pd.DataFrame, name: str) -> bool:
+    """Return whether a column has so few values that each has a place of its own."""
+    return not columns.is_number(table, name) or table[name].nunique() <= FEW
+
+
+def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], even: bool) -> Bins:
+    """Return the bins of a column, made for the rows that count: see `Bins`.
+
+    A choice has one for each value. A number has `many`: of equal widths where `even`, else of as
+    many rows each, which makes them equally certain.
+    """
+    if is_choice(table, name):
+        groups = columns.several_groups(table, name)
+        _check(name, groups, rows)
+        names = tuple(_short(table, name, text) for text in groups.labels)
+        return Bins(groups.which, np.arange(len(names) + 1.0) - 0.5, names)
+    values = drawn(table, name)
+    known = values[rows & np.isfinite(values)]
+    if not known.size or known.min() == known.max():
+        raise InputError(f"column {name!r} has no two values in the runs that count")
+    low, high = known.min(), known.max()
+    even_edges = np.linspace(low, high, many + 1)
+    edges = even_edges if even else np.unique(np.quantile(known, np.linspace(0, 1, many + 1)))
+    which = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    return Bins(np.where(np.isfinite(values), which, -1), edges, ())
+
+
+def _short(table: pd.DataFrame, name: str, text: str) -> str:
+    """Return the label of a value: numbers in the unit in which they are drawn."""
+    if columns.is_number(table, name) and columns.unit_of(table, name).startswith("rad"):
+        return f"{np.degrees(float(text)):.4g}"
+    return text
+
+
+def mark(axes: Axes, along: str, found: Bins) -> None:
+    """Set the ticks of an axis, "x" or "y", to the names of a choice."""
+    if not found.labels:
+        return
+    axis = axes.xaxis if along == "x" else axes.yaxis
+    axis.set_ticks(range(found.many), labels=found.labels)
+    axis.set_tick_params(length=0)
+
+
+def thousands(count: int) -> str:
+    """Return a count with spaces between the thousands.
+
+    >>> thousands(1234567)
+    '1 234 567'
+    """
+    return f"{count:,}".replace(",", " ")
+
+
+def said_runs(table: pd.DataFrame, counted: NDArray[np.bool_], what: str) -> str:
+    """Return how many runs count and how many could not begin, as a title of a figure."""
+    apart = int((~table["began"].to_numpy(bool)).sum())
+    rest = f"; {thousands(apart)} could not begin" if apart else ""
+    return f"{thousands(int(counted.sum()))} runs that {what}{rest}"

@@ -1,0 +1,122 @@
+"""From which starts runs converge: the outcome of each by its colour, its time by the shade."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.plot import palette
+from robsim.plot.canvas import new_figure, style
+from robsim.plot.studies import dots
+from robsim.plot.studies.axis import drawn, given, label, split
+from robsim.run.outcome import Outcome
+from robsim.studies import columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_PANELS, IN_A_ROW = 12, 4
+_BLUES = LinearSegmentedColormap.from_list(
+    "time", [palette.tinted(palette.BLUE, share) for share in (0.72, 0.0, -0.55)]
+)
+
+
+def study_basin(
+    study: Any,
+    x: str = "start_x",
+    y: str = "start_y",
+    *,
+    by: str | None = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the starts of a study: from where runs converge, and how fast.
+
+    study       a study, or its table, of which some rows may be taken: a slice of the starts
+    x, y        columns of numbers, as a rule two of start_x, start_y, start_z (m)
+    by          a choice such as "task": a panel for each of its values
+
+    Runs that converged are blue, the darker the longer they took (s); the others have the colour of
+    their outcome, and runs that could not begin are hollow and grey. `size` is (width, height) of
+    the figure in inches.
+
+    InputError: a column that is not there or holds no numbers, or nothing that began.
+
+    >>> import pandas as pd
+    >>> rows = {"start_x": [0.0, 0.1, 0.2], "start_y": [0.0, 0.0, 0.0], "end_time": [1.0, 2.0, 9.0]}
+    >>> outcomes = ["CONVERGED", "CONVERGED", "LOCAL_MINIMUM"]
+    >>> figure = study_basin(pd.DataFrame({**rows, "outcome": outcomes, "began": True}))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['start y (m)', 'time to converge (s)']
+    """
+    table = columns.table_of(study)
+    names = given(x, "x", table), given(y, "y", table)
+    at = drawn(table, names[0]), drawn(table, names[1])
+    known = np.isfinite(at[0]) & np.isfinite(at[1])
+    started = columns.began(table) & known
+    apart = known & ~started
+    if not started.any():
+        raise InputError(f"no run that began has both {names[0]} and {names[1]}")
+    groups = split(table, by, MOST_PANELS, started)
+    with style():
+        rows = -(-len(groups.labels) // IN_A_ROW)
+        wide = -(-len(groups.labels) // rows)
+        figure = new_figure(2.2 + (4.0 if wide == 1 else 3.2) * wide, 0.9 + 3.3 * rows, size)
+        panels = figure.subplots(rows, wide, sharex=True, sharey=True, squeeze=False).ravel()
+        _fill(figure, list(panels), table, at, (started, apart), groups)
+        _frame(list(panels), table, names, groups.labels)
+        figure.suptitle(dots.title_of(table, started, apart) if title is None else title)
+    return figure
+
+
+def _fill(
+    figure: Figure,
+    panels: list[Axes],
+    table: pd.DataFrame,
+    at: tuple[Array, Array],
+    kinds: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    groups: columns.Groups,
+) -> None:
+    """Draw the runs of each value into its panel, with one scale of times and one legend.
+
+    The kinds (rows,) are the runs that began and those that could not.
+    """
+    started, apart = kinds
+    endings, time = columns.outcomes(table), columns.numbers_in(table, "end_time")
+    arrived = started & (endings == Outcome.CONVERGED) & np.isfinite(time)
+    low, high = (time[arrived].min(), time[arrived].max()) if arrived.any() else (0.0, 1.0)
+    faces = dots.outcome_colors(endings)
+    faces[arrived] = _BLUES((time[arrived] - low) / max(high - low, 1e-12))
+    some, rest = dots.order(started), dots.order(apart)
+    for i, axes in enumerate(panels[: len(groups.labels)]):
+        dots.hollow(axes, *at, rest[groups.which[rest] == i])
+        mine = some[groups.which[some] == i]
+        dots.scatter(axes, *at, mine, c=faces[mine])
+    handles = dots.outcome_legend(endings, started)
+    handles += dots.apart_legend(int(apart.sum()))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
+    if arrived.any():
+        scale = dots.scale(_BLUES, low, high)
+        figure.colorbar(scale, ax=panels, label="time to converge (s)", aspect=30)
+
+
+def _frame(
+    panels: list[Axes], table: pd.DataFrame, names: tuple[str, str], titles: tuple[str, ...]
+) -> None:
+    """Set labels, titles and, for two lengths, equal scales; empty panels vanish."""
+    for axes in panels[len(titles) :]:
+        axes.set_axis_off()
+    for axes, text in zip(panels, titles, strict=False):
+        axes.set_title(text)
+        axes.spines[["top", "right"]].set_visible(False)
+        if {columns.unit_of(table, name) for name in names} == {"m"}:
+            axes.set_aspect("equal")
+        axes.set(xlabel=label(table, names[0]), ylabel=label(table, names[1]))
+        axes.label_outer()

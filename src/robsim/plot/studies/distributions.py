@@ -1,0 +1,150 @@
+"""The measures of a study as empirical distributions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.plot import palette
+from robsim.plot.canvas import new_figure, style
+from robsim.plot.studies.axis import drawn, label, said_runs, split, thousands
+from robsim.studies import columns
+from robsim.studies.reading import Among
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_LINES, IN_A_ROW, MOST_PANELS = 7, 4, 24
+STEPS = 2000  # points of a line: more are not seen
+WIDE = 10.0  # ratio of the largest value to the median above which an axis is logarithmic
+
+
+def study_distributions(
+    study: Any,
+    measures: Sequence[str] | str | None = None,
+    *,
+    by: str | None = None,
+    among: Among = "converged",
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the distributions of measures over the runs of a study, a panel for each.
+
+    study       a study, or its table
+    measures    columns of numbers; None: the measures that the table has and that differ
+    by          a choice such as "task": a line for each of its values, up to 7
+    among       the runs that count: those that "converged", or all that "began"
+
+    A line rises at each run by its share: where it is at 50 %, there is the median. The band,
+    sqrt(ln(40) / 2 n) to either side, holds the true distribution as a whole at 95 % (Dvoretzky,
+    Kiefer and Wolfowitz 1956, with the constant of Massart 1990). Measures with a long tail
+    have a logarithmic axis. The titles say of how many runs each is. `size` is (width, height) of
+    the figure in inches.
+
+    InputError: a column that is not there or holds no numbers, or no run that counts.
+
+    >>> import pandas as pd
+    >>> rows = {"end_time": [1.0, 2.0, 3.0], "path_length": [1.0, 1.5, float("nan")]}
+    >>> table = pd.DataFrame({**rows, "outcome": "CONVERGED", "began": True})
+    >>> [axes.get_title("right") for axes in study_distributions(table).axes]
+    ['n 3', 'n 2']
+    """
+    table = columns.table_of(study)
+    rows = columns.counted(table, among)
+    names = _names(table, rows, measures)
+    lines = split(table, by, MOST_LINES, rows)
+    with style():
+        down = -(-len(names) // IN_A_ROW)
+        wide = -(-len(names) // down)
+        figure = new_figure(max(4.8, 3.0 * wide), 0.9 + 2.5 * down, size)
+        panels = list(figure.subplots(down, wide, squeeze=False, sharey=True).ravel())
+        for axes, name in zip(panels, names, strict=False):
+            _draw(axes, table, name, rows, lines)
+        for axes in panels[len(names) :]:
+            axes.set_axis_off()
+        for axes in panels[::wide]:
+            axes.set_ylabel("share of the runs (%)")
+        if by is not None:
+            _legend(figure, lines, rows)
+        figure.suptitle(said_runs(table, rows, among) if title is None else title)
+    return figure
+
+
+def _legend(figure: Figure, lines: columns.Groups, rows: NDArray[np.bool_]) -> None:
+    """Show which line is which value, and how many runs of it count, below all panels."""
+    counts = np.bincount(lines.which[rows & (lines.which >= 0)], minlength=len(lines.labels))
+    handles = [
+        Line2D([], [], label=f"{name} ({thousands(n)})", **_look(i))
+        for i, (name, n) in enumerate(zip(lines.labels, counts, strict=True))
+    ]
+    where: dict[str, Any] = {"loc": "outside lower center", "ncols": len(handles)}
+    figure.legend(handles=handles, frameon=False, **where)
+
+
+def _look(i: int) -> dict[str, Any]:
+    return {"color": palette.nth(i), "linestyle": palette.LINES[i % len(palette.LINES)]}
+
+
+def _names(table: pd.DataFrame, rows: NDArray[np.bool_], measures: Any) -> Sequence[str]:
+    """Return the measures to draw: those given, or all that differ among the runs that count."""
+    if measures is not None:
+        names = columns.checked_names(measures, "measures")
+        if len(names) > MOST_PANELS:
+            raise InputError(f"measures: expected up to {MOST_PANELS} columns, got {len(names)}")
+        return names
+    found = [name for name in columns.measures_in(table) if _differs(drawn(table, name)[rows])]
+    if not found:
+        raise InputError("no measure of this study differs between the runs that count")
+    return found[:MOST_PANELS]
+
+
+def _differs(values: Array) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(known.size) and bool(np.ptp(known) > 1e-9 * max(1.0, np.abs(known).max()))
+
+
+def _draw(
+    axes: Axes, table: pd.DataFrame, name: str, rows: NDArray[np.bool_], lines: columns.Groups
+) -> None:
+    """Draw the distribution of a measure for each value of `lines`, with its band."""
+    values = drawn(table, name)
+    known = rows & np.isfinite(values) & (lines.which >= 0)
+    if not known.any():
+        raise InputError(f"no run that counts has a number in column {name!r}")
+    for i in range(len(lines.labels)):
+        mine = np.sort(values[known & (lines.which == i)])
+        if mine.size:
+            _step(axes, mine, i)
+    if _spans_decades(values[known]):
+        axes.set_xscale("log")
+    axes.set(xlabel=label(table, name), ylim=(0, 100))
+    axes.set_title(f"n {thousands(int(known.sum()))}", fontsize=8, loc="right")
+    axes.grid(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _step(axes: Axes, ordered: Array, i: int) -> None:
+    """Draw the distribution of ordered values; of very many, as many as can be seen."""
+    n = len(ordered)
+    shown = np.unique(np.linspace(0, n - 1, min(n, STEPS)).round().astype(int))
+    x = np.concatenate([ordered[:1], ordered[shown]])
+    share = np.concatenate([[0.0], (shown + 1) / n])
+    band = math.sqrt(math.log(40) / (2 * n))
+    look: dict[str, Any] = {"step": "post", "alpha": 0.15, "linewidth": 0}
+    low, high = np.clip(share - band, 0, 1), np.clip(share + band, 0, 1)
+    axes.fill_between(x, 100 * low, 100 * high, color=palette.nth(i), **look)
+    axes.plot(x, 100 * share, drawstyle="steps-post", **_look(i))
+
+
+def _spans_decades(values: Array) -> bool:
+    """Return whether positive values have so long a tail that a logarithmic axis is needed."""
+    return bool(values.min() > 0 and values.max() > WIDE * np.median(values))

@@ -1,0 +1,155 @@
+"""The share of the runs that converged against one column, with the intervals of Wilson."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from robsim.analysis.shares import Share, share
+from robsim.base.arrays import whole as whole_number
+from robsim.plot import palette
+from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.studies.axis import (
+    Bins,
+    binned,
+    drawn,
+    given,
+    label,
+    mark,
+    said_runs,
+    split,
+    thousands,
+)
+from robsim.run.outcome import Outcome
+from robsim.studies import columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_LINES, MOST_BINS = 7, 100
+MARKERS = "osD^v<>"
+SPREAD = 0.5  # of the place of a value, over which the lines are set beside each other
+ROW = 8.5  # height in points of a row of counts
+TOLD = 14  # bins up to which the counts are written above each
+
+
+def study_success(
+    study: Any,
+    x: str,
+    *,
+    by: str | None = None,
+    bins: int = 10,
+    axes: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw which share of the runs converged (%) against a column of a study.
+
+    study       a study, or its table
+    x           a choice, or a number with up to 12 values: a mark for each; another number: bins of
+                about as many runs each, with the mark at their mean
+    by          a choice such as "task": a line for each of its values, up to 7
+    bins        how many bins a number is cut into, 2 to 100
+
+    Bars, and bands, are the intervals of Wilson at 95 %, and the numbers above say of how many runs
+    each is. Runs that could not begin count nothing. `axes` is one to draw into, instead of a new
+    figure of `size` (width, height) inches.
+
+    InputError: a column that is not there, has one value only, or too many for a line each.
+
+    >>> import pandas as pd
+    >>> rows = {"task": ["IBVS", "PBVS"] * 4, "outcome": ["CONVERGED", "OUT_OF_IMAGE"] * 4}
+    >>> figure = study_success(pd.DataFrame({**rows, "began": True}), "task")
+    >>> figure.axes[0].get_title(), [text.get_text() for text in figure.axes[0].texts]
+    ('8 runs that began', ['n 4', '4'])
+    """
+    bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
+    table = columns.table_of(study)
+    started = columns.began(table)
+    found = binned(table, given(x, "x", table), bins, started, even=False)
+    lines = split(table, by, MOST_LINES, started)
+    with style():
+        panel = checked_panels(axes, 1, size)[0] if axes is not None else None
+        figure = new_figure(7.2, 4.2, size) if panel is None else whole(panel)
+        panel = figure.add_subplot() if panel is None else panel
+        _draw(panel, table, x, found, lines, started)
+        panel.set(xlabel=label(table, x), ylabel="converged (%)", ylim=(-3, 103))
+        panel.grid(True, axis="y" if found.labels else "both")
+        panel.spines[["top", "right"]].set_visible(False)
+        if by is not None:
+            panel.legend(title=label(table, by), frameon=False, loc="best", alignment="left")
+        pad = 6 + ROW * len(lines.labels)  # the counts are below it
+        panel.set_title(said_runs(table, started, "began") if title is None else title, pad=pad)
+    return figure
+
+
+def _draw(
+    axes: Axes,
+    table: pd.DataFrame,
+    x: str,
+    found: Bins,
+    lines: columns.Groups,
+    started: NDArray[np.bool_],
+) -> None:
+    """Draw a line, or marks, for each value of `lines`, with the counts above."""
+    arrived = columns.outcomes(table) == Outcome.CONVERGED
+    values = np.where(found.which >= 0, found.which, np.nan)
+    values = values if found.labels else drawn(table, x)
+    many = len(lines.labels)
+    for i, name in enumerate(lines.labels):
+        rows = started & (lines.which == i) & (found.which >= 0)
+        place = np.bincount(found.which[rows], values[rows], found.many)
+        of = np.bincount(found.which[rows], minlength=found.many)
+        hits = np.bincount(found.which[rows & arrived], minlength=found.many)
+        some = of > 0
+        if not some.any():
+            continue
+        shares = [share(int(hit), int(n)) for hit, n in zip(hits[some], of[some], strict=True)]
+        beside = SPREAD * ((i + 0.5) / many - 0.5) if found.labels else 0.0
+        at = place[some] / of[some] + beside
+        (_marks if found.labels else _line)(axes, at, shares, i, name)
+        _tell(axes, at, of[some], many - 1 - i, palette.nth(i) if many > 1 else palette.BLACK)
+    mark(axes, "x", found)
+    if found.labels:
+        axes.set_xlim(-0.5, found.many - 0.5)
+
+
+def _ends(shares: list[Share]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Return the shares and the ends of their intervals in percent."""
+    numbers = np.array([(each.value, each.low, each.high) for each in shares])
+    value, low, high = 100 * numbers.T
+    return value, low, high
+
+
+def _marks(axes: Axes, at: NDArray[Any], shares: list[Share], i: int, name: str) -> None:
+    """Draw a mark with a bar for each value of a choice."""
+    value, low, high = _ends(shares)
+    look: dict[str, Any] = {"color": palette.nth(i), "capsize": 4, "markersize": 6}
+    ends = (value - low, high - value)
+    axes.errorbar(at, value, ends, linestyle="none", marker=MARKERS[i], label=name, **look)
+
+
+def _line(axes: Axes, at: NDArray[Any], shares: list[Share], i: int, name: str) -> None:
+    """Draw a line with a band through the bins of a number."""
+    value, low, high = _ends(shares)
+    color, line = palette.nth(i), palette.LINES[i % len(palette.LINES)]
+    axes.fill_between(at, low, high, color=color, alpha=0.18, linewidth=0)
+    look: dict[str, Any] = {"marker": MARKERS[i], "markersize": 5, "linewidth": 1.6}
+    axes.plot(at, value, line, color=color, label=name, **look)
+
+
+def _tell(axes: Axes, at: NDArray[Any], of: NDArray[Any], row: int, color: str) -> None:
+    """Write of how many runs each mark is, in a row above the axes; of many, the least and most."""
+    look: dict[str, Any] = {"color": color, "fontsize": 7, "textcoords": "offset points"}
+    up = (0, 3 + ROW * row)
+    if len(at) > TOLD:
+        text = f"n {thousands(of.min())} to {thousands(of.max())}"
+        axes.annotate(text, (0, 1), up, xycoords="axes fraction", **look)
+        return
+    for i, (x, n) in enumerate(zip(at, of, strict=True)):
+        text = thousands(n) if i else f"n {thousands(n)}"
+        axes.annotate(text, (x, 1), up, xycoords=axes.get_xaxis_transform(), ha="center", **look)

@@ -1,0 +1,196 @@
+"""The columns of a study's table, read for statistics and figures, with clear errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.analysis.measures import MEASURES
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.run.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+NEEDED = ("outcome", "began")
+STARTS = {"start_x": "m", "start_y": "m", "start_z": "m"}
+START_AWAY = {"start_distance": "m", "start_angle": "rad"}  # from the goal: they may matter
+UNITS = {
+    **STARTS,
+    **START_AWAY,
+    "end_time": "s",
+    **{name: each.unit for name, each in MEASURES.items()},
+    "error_norm": "",  # of the features, whose units may be mixed
+}
+_GIVEN = {"run", "draw", *NEEDED, *STARTS, *START_AWAY, *UNITS}
+MOST_GROUPS = 30  # different values of a column above which it is no choice
+
+Among = Literal["converged", "began"]
+
+
+class Groups(NamedTuple):
+    """The different values of a column as texts, and which of them each row has; -1 for none."""
+
+    labels: tuple[str, ...]
+    which: NDArray[np.intp]
+
+
+def table_of(study: Any) -> pd.DataFrame:
+    """Return the table of a study, or the table itself, a row for each run.
+
+    InputError: neither of both, a column that it must have is not there, or no row.
+    """
+    import pandas as pd
+
+    table = getattr(study, "table", study)
+    if not isinstance(table, pd.DataFrame):
+        raise InputError(f"expected a study or its table, a DataFrame, got {said(study)}")
+    if not table.columns.is_unique:
+        twice = table.columns[table.columns.duplicated()][0]
+        raise InputError(f"this table has several columns {twice!r}")
+    for name in NEEDED:
+        column(table, name)
+    if not len(table):
+        raise InputError("this table has no runs")
+    if table["began"].dtype != np.bool_:
+        raise InputError("column 'began': expected true or false in every row")
+    return table
+
+
+def column(table: pd.DataFrame, name: Any) -> pd.Series[Any]:
+    """Return a column by its name; InputError if it is not there, with the nearest that is."""
+    names = list(map(str, table.columns))
+    if not is_one_of(name, names):
+        raise InputError(f"no column {said(name)} in this study; {suggest(name, names, 'columns')}")
+    return table[name]
+
+
+def is_number(table: pd.DataFrame, name: str) -> bool:
+    """Return whether a column holds real numbers; truth values are none."""
+    from pandas.api import types
+
+    kind = column(table, name).dtype
+    other = types.is_bool_dtype(kind) or types.is_complex_dtype(kind)
+    return bool(types.is_numeric_dtype(kind) and not other)
+
+
+def numbers_in(table: pd.DataFrame, name: str) -> Array:
+    """Return a column of numbers (rows,); NaN for what is not there or infinite.
+
+    InputError: a column that is not there, or that holds texts.
+    """
+    values = column(table, name)
+    if not is_number(table, name):
+        raise InputError(
+            f"column {name!r}: expected numbers, but it holds values such as "
+            f"{said(values.iloc[0])}; group by it instead"
+        )
+    found = values.to_numpy(dtype=np.float64, na_value=np.nan).copy()
+    found[~np.isfinite(found)] = np.nan
+    return np.asarray(found)
+
+
+def groups_of(table: pd.DataFrame, name: str, most: int = MOST_GROUPS) -> Groups:
+    """Return the different values of a column: numbers in rising order, else as they come first.
+
+    InputError: a column that is not there, has no value, or has more than `most` values.
+    """
+    import pandas as pd
+
+    try:
+        index, values = pd.factorize(column(table, name), sort=is_number(table, name))
+    except TypeError:
+        raise InputError(f"column {name!r} holds values that are no texts and no numbers") from None
+    if not 0 < len(values) <= most:
+        raise InputError(
+            f"column {name!r} has {len(values)} different values; expected a choice, 1 to {most}"
+        )
+    return Groups(_labels(values), np.asarray(index, np.intp))
+
+
+def _labels(values: Any) -> tuple[str, ...]:
+    """Return values as texts; numbers are short where that tells them apart."""
+    short = [f"{v:g}" if isinstance(v, float | np.floating) else str(v) for v in values]
+    return tuple(short if len(set(short)) == len(short) else map(str, values))
+
+
+def several_groups(table: pd.DataFrame, name: str) -> Groups:
+    """Return the different values of a column, of which there are at least two; or InputError."""
+    groups = groups_of(table, name)
+    if len(groups.labels) < 2:
+        raise InputError(f"column {name!r} has one value only, {groups.labels[0]}")
+    return groups
+
+
+def outcomes(table: pd.DataFrame) -> NDArray[np.int64]:
+    """Return the outcome of each row as its number; InputError for a text that is none."""
+    labels, index = groups_of(table, "outcome")
+    known = Outcome.__members__
+    for label in labels:
+        if label not in known:
+            raise InputError(f"column 'outcome': no outcome {label!r}; {suggest(label, known, '')}")
+    if (index < 0).any():
+        raise InputError("column 'outcome' has gaps: every run has an outcome")
+    return np.array([int(known[label]) for label in labels])[index]
+
+
+def began(table: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return which runs could begin; InputError if none could."""
+    found: NDArray[np.bool_] = table["began"].to_numpy(dtype=np.bool_)
+    if not found.any():
+        raise InputError(
+            f"none of the {len(table)} runs could begin: their starts are out of sight or beyond "
+            "the limits of the joints"
+        )
+    return found
+
+
+def counted(table: pd.DataFrame, among: Among) -> NDArray[np.bool_]:
+    """Return which runs count: those that converged, or all that began; InputError if none."""
+    if not is_one_of(among, ("converged", "began")):
+        raise InputError(f"among: expected 'converged' or 'began', got {said(among)}")
+    started = began(table)
+    if among == "began":
+        return started
+    arrived: NDArray[np.bool_] = started & (outcomes(table) == Outcome.CONVERGED)
+    if not arrived.any():
+        raise InputError(f"none of {started.sum()} runs converged; take among='began' for all")
+    return arrived
+
+
+def measures_in(table: pd.DataFrame) -> list[str]:
+    """Return the columns of numbers that say how the runs went."""
+    results = [name for name in UNITS if name not in STARTS and name not in START_AWAY]
+    return [name for name in results if name in table.columns and is_number(table, name)]
+
+
+def factors_in(table: pd.DataFrame) -> list[str]:
+    """Return the columns that may matter and have several values: what was varied, the start.
+
+    Of the start they are its distance and its angle from the goal.
+    """
+    mine = [str(name) for name in table.columns if name not in _GIVEN]
+    both = [*mine, *(name for name in START_AWAY if name in table.columns)]
+    return [name for name in both if table[name].nunique() > 1]
+
+
+def unit_of(table: pd.DataFrame, name: str) -> str:
+    """Return the unit of a column, "" for none or where it is not known.
+
+    `table.attrs["units"]`, {column: unit}, says those of what was varied.
+    """
+    units = table.attrs.get("units", {})
+    unit = str(units.get(name, UNITS.get(name, "")))
+    return "" if unit == "1" else unit
+
+
+def checked_names(names: Any, what: str) -> Sequence[str]:
+    """Return names of columns, given as a list of texts or as one; InputError for another."""
+    listed = [names] if isinstance(names, str) else names
+    if not isinstance(listed, list | tuple) or not listed:
+        raise InputError(f"{what}: expected names of columns, got {said(names)}")
+    return listed
