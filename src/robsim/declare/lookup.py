@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.declare.fields import Field, fields_of
+from robsim.declare.quantities import SI
 from robsim.declare.spec import Live, Raw
 from robsim.declare.tables import form_of, keys_of
 
@@ -31,6 +32,13 @@ def as_raw(kind: type[Any], tables: Any, path: str, value: Any) -> Raw:
     spec = _spec_at(kind, tables, path.split(".")) if plain else None
     bare = spec is not None and spec.united and _is_numeric(value)
     return Live(value) if not plain or bare else value
+
+
+def unit_at(kind: type[Any], tables: Any, path: str) -> str:
+    """Return the unit in Python of the numbers at a dotted name; "" where there is none."""
+    spec = _spec_at(kind, tables, path.split("."))
+    dimension = getattr(spec, "dimension", None)
+    return SI[dimension] if dimension in SI else str(getattr(spec, "unit", ""))
 
 
 def _is_numeric(value: Any) -> bool:

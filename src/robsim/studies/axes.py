@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, naming, said
+from robsim.declare.lookup import unit_at
 from robsim.run.experiment import Experiment
 from robsim.run.present import number_at
+from robsim.run.text import ExperimentTable
 from robsim.studies.draws import Draws
 from robsim.studies.in_turn import labelled, values_in_turn
 from robsim.studies.samplers import Choice, Plus, Sampler, Times
@@ -29,6 +31,7 @@ class Axis:
     shape: tuple[int, ...] = ()
     nominal: Array | None = None  # the value of the experiment, which Plus and Times change
     factor: bool = False
+    unit: str = ""
     ends: tuple[Array, Array] | None = None  # least and largest numbers that are known to be valid
 
     @property
@@ -81,6 +84,12 @@ def axis_of(experiment: Experiment, name: Any, given: Any) -> Axis:
     """Return the axis of a name; InputError or FileError for what cannot be varied so."""
     if not isinstance(name, str) or not name:
         raise InputError(f"vary: expected dotted names such as 'task.gain', got {said(name)}")
+    made = _axis(experiment, name, given)
+    plain = name.removeprefix("belief.")
+    return replace(made, unit=unit_at(ExperimentTable, experiment.tables, plain))
+
+
+def _axis(experiment: Experiment, name: str, given: Any) -> Axis:
     values = values_in_turn(given, f"vary: {name}")
     if values is not None:
         return _checked(experiment, Axis(name, values))

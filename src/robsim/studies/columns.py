@@ -64,4 +64,11 @@ def frame(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
     places = np.array([int(outcome) for outcome in Outcome])
     codes = np.searchsorted(places, facts["outcome"])
     told = {**facts, "outcome": pd.Categorical.from_codes(codes, outcomes)}
-    return pd.DataFrame({"run": runs, "draw": runs // plan.cells, **own, **told})
+    table = pd.DataFrame({"run": runs, "draw": runs // plan.cells, **own, **told})
+    table.attrs["units"] = {
+        name: axis.unit
+        for axis in plan.axes
+        for name in table
+        if str(name).split("[")[0] == axis.name
+    }
+    return table

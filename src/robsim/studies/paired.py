@@ -15,7 +15,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
 from robsim.run.outcome import Outcome
-from robsim.studies import columns
+from robsim.studies import reading
 from robsim.studies.estimate import Estimate
 from robsim.studies.pairs import mcnemar, median_interval, paired_difference
 
@@ -171,10 +171,10 @@ def paired(
     (2, 6, 0.03125, '+0.75 [+0.28, +0.929]')
     """
     normal_quantile(level)  # checks it
-    table = columns.table_of(study)
+    table = reading.table_of(study)
     labels, rows = _arranged(table, by)
-    values = None if measure is None else columns.numbers_in(table, measure)
-    arrived = columns.outcomes(table) == Outcome.CONVERGED
+    values = None if measure is None else reading.numbers_in(table, measure)
+    arrived = reading.outcomes(table) == Outcome.CONVERGED
     runs = _Runs(table["began"].to_numpy(bool), arrived, values)
     pairs = []
     for i, j in combinations(range(len(labels)), 2):
@@ -182,7 +182,7 @@ def paired(
         pairs.append(_pair(labels[i], labels[j], counts, away, level))
     if not any(pair.difference.of + pair.counts.apart for pair in pairs):
         raise InputError(f"no draw has runs with two values of {by!r}: nothing can be compared")
-    unit = columns.unit_of(table, measure) if measure else ""
+    unit = reading.unit_of(table, measure) if measure else ""
     return Paired(by, measure or "", unit, level, tuple(_holm(pairs)))
 
 
@@ -190,9 +190,9 @@ def _arranged(table: pd.DataFrame, by: str) -> tuple[tuple[str, ...], NDArray[np
     """Return the compared values, and the row (draws, values) of each in each draw; -1 for none."""
     if by == "draw":
         raise InputError("the draws are the same for all that is compared: compare another column")
-    columns.groups_of(table, by, MOST_COMPARED)
-    labels, index = columns.several_groups(table, by)
-    draws, draw = np.unique(columns.numbers_in(table, "draw"), return_inverse=True)
+    reading.groups_of(table, by, MOST_COMPARED)
+    labels, index = reading.several_groups(table, by)
+    draws, draw = np.unique(reading.numbers_in(table, "draw"), return_inverse=True)
     rows = np.full((len(draws), len(labels)), -1, np.intp)
     there = np.flatnonzero(index >= 0)
     rows[draw[there], index[there]] = there

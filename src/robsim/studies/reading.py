@@ -26,7 +26,7 @@ UNITS = {
     **{name: each.unit for name, each in MEASURES.items()},
     "error_norm": "",  # of the features, whose units may be mixed
 }
-_GIVEN = {"run", "draw", *NEEDED, *STARTS, *START_AWAY, *UNITS}
+_GIVEN = {"run", "draw", "start_tries", *NEEDED, *STARTS, *START_AWAY, *UNITS}
 MOST_GROUPS = 30  # different values of a column above which it is no choice
 
 Among = Literal["converged", "began"]

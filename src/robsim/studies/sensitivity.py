@@ -15,10 +15,10 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
 from robsim.run.outcome import Outcome
-from robsim.studies import columns
+from robsim.studies import reading
 from robsim.studies.association import correlation_ratio, ranks, spearman
-from robsim.studies.reading import Among
 from robsim.studies.estimate import Estimate
+from robsim.studies.reading import Among
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,9 +120,9 @@ def sensitivity(
     ('task.gain', '-0.849 [-0.902, -0.769]')
     """
     normal_quantile(level)  # checks it
-    table = columns.table_of(study)
+    table = reading.table_of(study)
     values, chosen, among = _judged(table, of, among)
-    listed = columns.factors_in(table) if names is None else columns.checked_names(names, "names")
+    listed = reading.factors_in(table) if names is None else reading.checked_names(names, "names")
     if not listed:
         raise InputError("nothing was varied in this study: every run has the same numbers")
     known = chosen & np.isfinite(values)
@@ -136,28 +136,28 @@ def _judged(
 ) -> tuple[Array, NDArray[np.bool_], Among]:
     """Return the values (rows,) that may depend on others, the runs that count, and which."""
     if of == "converged":
-        started = columns.counted(table, "began" if among is None else among)
+        started = reading.counted(table, "began" if among is None else among)
         if among == "converged":
             raise InputError("whether runs converged is told among those that began")
-        values = (columns.outcomes(table) == Outcome.CONVERGED).astype(float)
+        values = (reading.outcomes(table) == Outcome.CONVERGED).astype(float)
         return values, started, "began"
     chosen = among or "converged"
-    return columns.numbers_in(table, of), columns.counted(table, chosen), chosen
+    return reading.numbers_in(table, of), reading.counted(table, chosen), chosen
 
 
 def _effect(
     table: pd.DataFrame, name: str, values: Array, known: NDArray[np.bool_], level: float
 ) -> Effect:
     """Return how much values (rows,) depend on a column, over the rows that are known."""
-    if not columns.is_number(table, name):
-        groups = columns.several_groups(table, name)
+    if not reading.is_number(table, name):
+        groups = reading.several_groups(table, name)
         rows = known & (groups.which >= 0)
         many = _independent(table, groups.which, rows)
         _check(groups.which[rows], values[rows], name)
         eta = correlation_ratio(groups.which[rows], values[rows], level, many)
         none = Estimate(math.nan, math.nan, math.nan, many)
         return Effect(name, "choice", len(set(groups.which[rows].tolist())), eta, none)
-    numbers = columns.numbers_in(table, name)
+    numbers = reading.numbers_in(table, name)
     rows = known & np.isfinite(numbers)
     many = _independent(table, numbers, rows)
     _check(numbers[rows], values[rows], name)
@@ -196,7 +196,7 @@ def _bins(numbers: Array) -> NDArray[np.intp]:
 
 def _independent(table: pd.DataFrame, numbers: NDArray[Any], rows: NDArray[np.bool_]) -> int:
     """Return how many of the rows are independent: draws of a column that is theirs, else rows."""
-    draw = np.unique(columns.numbers_in(table, "draw")[rows], return_inverse=True)[1]
+    draw = np.unique(reading.numbers_in(table, "draw")[rows], return_inverse=True)[1]
     here = numbers[rows]
     if not len(here):
         return 0

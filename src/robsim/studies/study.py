@@ -14,7 +14,7 @@ import numpy as np
 
 from robsim.analysis.shares import Share, share
 from robsim.base.arrays import whole
-from robsim.base.errors import InputError, ReplayWarning, said, suggest
+from robsim.base.errors import InputError, ReplayWarning, said
 from robsim.base.output import write_whole
 from robsim.base.room import room
 from robsim.run.experiment import Experiment
@@ -22,8 +22,11 @@ from robsim.run.outcome import Outcome
 from robsim.studies.columns import TABLE_BYTES, frame
 from robsim.studies.counts import Counts, counted
 from robsim.studies.facts import Columns
+from robsim.studies.paired import Paired, paired
 from robsim.studies.plan import Plan
+from robsim.studies.reading import numbers_in
 from robsim.studies.rows import Rows
+from robsim.studies.sensitivity import Sensitivity, sensitivity
 from robsim.studies.store import TRACKS, as_parquet
 from robsim.studies.text import text_of
 from robsim.studies.tracks import Tracks
@@ -144,21 +147,26 @@ class Study:
             raise InputError("no trajectories were kept; give trajectories=1 and a store")
         return Tracks(self.folder / TRACKS).open(self.runs)
 
+    def paired(self, by: str, measure: str | None = "end_time", *, level: float = 0.95) -> Paired:
+        """Return how the values of a name compare on the same draws; see `robsim.studies.paired`.
+
+        McNemar's exact test, the difference of the shares that converged, and the median difference
+        of a measure, with intervals.
+        """
+        return paired(self.table, by, measure, level=level)
+
+    def sensitivity(self, of: str = "converged", **how: Any) -> Sensitivity:
+        """Return which varied numbers and choices matter most for a column, or for convergence.
+
+        See `robsim.studies.sensitivity`.
+        """
+        return sensitivity(self.table, of, **how)
+
     def worst(self, measure: str = "distance_to_goal", count: int = 10) -> pd.DataFrame:
         """Return the rows of the runs that began with the largest values of a column."""
-        numbers = self._column(measure)
+        numbers = numbers_in(self.table, measure)
         table = self.table[self.table["began"] & np.isfinite(numbers)]
         return table.nlargest(whole(count, "count", 1), measure)
-
-    def _column(self, name: Any) -> Any:
-        """Return the numbers of a column; InputError if there are none of this name."""
-        names = [str(each) for each in self.table]
-        if not isinstance(name, str) or name not in names:
-            raise InputError(f"no column {said(name)}; {suggest(name, names, 'columns')}")
-        values = self.table[name]
-        if values.dtype.kind not in "iufb":
-            raise InputError(f"column {name!r} holds no numbers")
-        return values.to_numpy(float)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the table as .parquet or .csv, or the counts as .tex; FileError: it cannot be."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, is_one_of, said, suggest
-from robsim.studies import columns
+from robsim.studies import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,7 +47,7 @@ class Bins(NamedTuple):
 
 def label(table: pd.DataFrame, name: str) -> str:
     """Return the label of a column with the unit in which it is drawn; angles are in degrees."""
-    unit = columns.unit_of(table, name).replace("rad", "deg").replace("^2", "²")
+    unit = reading.unit_of(table, name).replace("rad", "deg").replace("^2", "²")
     return f"{_WORDS.get(name, name)} ({unit})" if unit else _WORDS.get(name, name)
 
 
@@ -56,9 +56,9 @@ def drawn(table: pd.DataFrame, name: str) -> Array:
 
     NaN stands for what is not there, and for what went beyond all bounds and any axis.
     """
-    values = columns.numbers_in(table, name)
+    values = reading.numbers_in(table, name)
     values[np.abs(values) > LARGEST] = np.nan
-    return np.degrees(values) if columns.unit_of(table, name).startswith("rad") else values
+    return np.degrees(values) if reading.unit_of(table, name).startswith("rad") else values
 
 
 def given(name: Any, what: str, table: pd.DataFrame) -> str:
@@ -69,19 +69,19 @@ def given(name: Any, what: str, table: pd.DataFrame) -> str:
     return str(name)
 
 
-def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> columns.Groups:
+def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> reading.Groups:
     """Return the values of a choice that get a line or a panel each; one without a name of None.
 
     InputError: no such column, more than `most` values, or none in the rows that count.
     """
     if by is None:
-        return columns.Groups(("",), np.zeros(len(table), np.intp))
-    groups = columns.groups_of(table, given(by, "by", table), most)
+        return reading.Groups(("",), np.zeros(len(table), np.intp))
+    groups = reading.groups_of(table, given(by, "by", table), most)
     _check(by, groups, rows)
     return groups
 
 
-def _check(name: str, groups: columns.Groups, rows: NDArray[np.bool_]) -> None:
+def _check(name: str, groups: reading.Groups, rows: NDArray[np.bool_]) -> None:
     """Raise InputError unless some of the rows that count have a value."""
     if (groups.which[rows] < 0).all():
         raise InputError(f"column {name!r} has no value in the runs that count")
@@ -89,7 +89,7 @@ def _check(name: str, groups: columns.Groups, rows: NDArray[np.bool_]) -> None:
 
 def is_choice(table: pd.DataFrame, name: str) -> bool:
     """Return whether a column has so few values that each has a place of its own."""
-    return not columns.is_number(table, name) or table[name].nunique() <= FEW
+    return not reading.is_number(table, name) or table[name].nunique() <= FEW
 
 
 def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], even: bool) -> Bins:
@@ -99,7 +99,7 @@ def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], e
     many rows each, which makes them equally certain.
     """
     if is_choice(table, name):
-        groups = columns.several_groups(table, name)
+        groups = reading.several_groups(table, name)
         _check(name, groups, rows)
         names = tuple(_short(table, name, text) for text in groups.labels)
         return Bins(groups.which, np.arange(len(names) + 1.0) - 0.5, names)
@@ -116,7 +116,7 @@ def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], e
 
 def _short(table: pd.DataFrame, name: str, text: str) -> str:
     """Return the label of a value: numbers in the unit in which they are drawn."""
-    if columns.is_number(table, name) and columns.unit_of(table, name).startswith("rad"):
+    if reading.is_number(table, name) and reading.unit_of(table, name).startswith("rad"):
         return f"{np.degrees(float(text)):.4g}"
     return text
 

@@ -17,7 +17,7 @@ from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies import dots
 from robsim.plot.studies.axis import drawn, given, label, split
 from robsim.run.outcome import Outcome
-from robsim.studies import columns
+from robsim.studies import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,11 +56,11 @@ def study_basin(
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['start y (m)', 'time to converge (s)']
     """
-    table = columns.table_of(study)
+    table = reading.table_of(study)
     names = given(x, "x", table), given(y, "y", table)
     at = drawn(table, names[0]), drawn(table, names[1])
     known = np.isfinite(at[0]) & np.isfinite(at[1])
-    started = columns.began(table) & known
+    started = reading.began(table) & known
     apart = known & ~started
     if not started.any():
         raise InputError(f"no run that began has both {names[0]} and {names[1]}")
@@ -82,14 +82,14 @@ def _fill(
     table: pd.DataFrame,
     at: tuple[Array, Array],
     kinds: tuple[NDArray[np.bool_], NDArray[np.bool_]],
-    groups: columns.Groups,
+    groups: reading.Groups,
 ) -> None:
     """Draw the runs of each value into its panel, with one scale of times and one legend.
 
     The kinds (rows,) are the runs that began and those that could not.
     """
     started, apart = kinds
-    endings, time = columns.outcomes(table), columns.numbers_in(table, "end_time")
+    endings, time = reading.outcomes(table), reading.numbers_in(table, "end_time")
     arrived = started & (endings == Outcome.CONVERGED) & np.isfinite(time)
     low, high = (time[arrived].min(), time[arrived].max()) if arrived.any() else (0.0, 1.0)
     faces = dots.outcome_colors(endings)
@@ -116,7 +116,7 @@ def _frame(
     for axes, text in zip(panels, titles, strict=False):
         axes.set_title(text)
         axes.spines[["top", "right"]].set_visible(False)
-        if {columns.unit_of(table, name) for name in names} == {"m"}:
+        if {reading.unit_of(table, name) for name in names} == {"m"}:
             axes.set_aspect("equal")
         axes.set(xlabel=label(table, names[0]), ylabel=label(table, names[1]))
         axes.label_outer()

@@ -17,7 +17,7 @@ from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies.axis import drawn, label, said_runs, split, thousands
-from robsim.studies import columns
+from robsim.studies import reading
 from robsim.studies.reading import Among
 
 if TYPE_CHECKING:
@@ -58,8 +58,8 @@ def study_distributions(
     >>> [axes.get_title("right") for axes in study_distributions(table).axes]
     ['n 3', 'n 2']
     """
-    table = columns.table_of(study)
-    rows = columns.counted(table, among)
+    table = reading.table_of(study)
+    rows = reading.counted(table, among)
     names = _names(table, rows, measures)
     lines = split(table, by, MOST_LINES, rows)
     with style():
@@ -79,7 +79,7 @@ def study_distributions(
     return figure
 
 
-def _legend(figure: Figure, lines: columns.Groups, rows: NDArray[np.bool_]) -> None:
+def _legend(figure: Figure, lines: reading.Groups, rows: NDArray[np.bool_]) -> None:
     """Show which line is which value, and how many runs of it count, below all panels."""
     counts = np.bincount(lines.which[rows & (lines.which >= 0)], minlength=len(lines.labels))
     handles = [
@@ -97,11 +97,11 @@ def _look(i: int) -> dict[str, Any]:
 def _names(table: pd.DataFrame, rows: NDArray[np.bool_], measures: Any) -> Sequence[str]:
     """Return the measures to draw: those given, or all that differ among the runs that count."""
     if measures is not None:
-        names = columns.checked_names(measures, "measures")
+        names = reading.checked_names(measures, "measures")
         if len(names) > MOST_PANELS:
             raise InputError(f"measures: expected up to {MOST_PANELS} columns, got {len(names)}")
         return names
-    found = [name for name in columns.measures_in(table) if _differs(drawn(table, name)[rows])]
+    found = [name for name in reading.measures_in(table) if _differs(drawn(table, name)[rows])]
     if not found:
         raise InputError("no measure of this study differs between the runs that count")
     return found[:MOST_PANELS]
@@ -113,7 +113,7 @@ def _differs(values: Array) -> bool:
 
 
 def _draw(
-    axes: Axes, table: pd.DataFrame, name: str, rows: NDArray[np.bool_], lines: columns.Groups
+    axes: Axes, table: pd.DataFrame, name: str, rows: NDArray[np.bool_], lines: reading.Groups
 ) -> None:
     """Draw the distribution of a measure for each value of `lines`, with its band."""
     values = drawn(table, name)

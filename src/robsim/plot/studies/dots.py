@@ -15,7 +15,7 @@ from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.studies.axis import thousands
 from robsim.run.outcome import Outcome
-from robsim.studies import columns
+from robsim.studies import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -76,7 +76,7 @@ def outcome_legend(endings: NDArray[np.int64], rows: NDArray[np.bool_]) -> list[
     ]
 
 
-def choice_legend(groups: columns.Groups, rows: NDArray[np.bool_]) -> list[Line2D]:
+def choice_legend(groups: reading.Groups, rows: NDArray[np.bool_]) -> list[Line2D]:
     """Return a legend of the values of a choice, with how many runs each has."""
     counts = np.bincount(groups.which[rows & (groups.which >= 0)], minlength=len(groups.labels))
     return [

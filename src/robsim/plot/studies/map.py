@@ -17,7 +17,7 @@ from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies.axis import Bins, binned, given, label, mark, said_runs
 from robsim.run.outcome import Outcome
-from robsim.studies import columns
+from robsim.studies import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,11 +59,11 @@ def study_map(
     ['100', '0', '100', '0']
     """
     bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
-    table = columns.table_of(study)
+    table = reading.table_of(study)
     names = given(x, "x", table), given(y, "y", table)
     if x == y:
         raise InputError(f"x and y: expected two columns, got {x!r} twice")
-    started = columns.began(table)
+    started = reading.began(table)
     across, up = (binned(table, name, bins, started, even=True) for name in names)
     cells = _cells(table, across, up)
     told = max(across.many, up.many) <= TOLD
@@ -87,9 +87,9 @@ def study_map(
 
 def _cells(table: pd.DataFrame, across: Bins, up: Bins) -> list[list[Share]]:
     """Return the share that converged in each cell [up][across], of the runs that began."""
-    rows = columns.began(table) & (across.which >= 0) & (up.which >= 0)
+    rows = reading.began(table) & (across.which >= 0) & (up.which >= 0)
     place = up.which * across.many + across.which
-    arrived = rows & (columns.outcomes(table) == Outcome.CONVERGED)
+    arrived = rows & (reading.outcomes(table) == Outcome.CONVERGED)
     many = across.many * up.many
     of, hits = (np.bincount(place[some], minlength=many) for some in (rows, arrived))
     found = [share(int(hit), int(n)) for hit, n in zip(hits, of, strict=True)]

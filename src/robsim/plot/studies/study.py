@@ -16,7 +16,7 @@ from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
 from robsim.plot.studies import dots
 from robsim.plot.studies.axis import drawn, given, label
-from robsim.studies import columns
+from robsim.studies import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,14 +54,14 @@ def study(
     >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     ['converged (2)', 'diverged (1)']
     """
-    table = columns.table_of(study)
+    table = reading.table_of(study)
     names = given(x, "x", table), given(y, "y", table)
     color = given(color, "color", table)
     across, up = (drawn(table, name) for name in names)
     known = np.isfinite(across) & np.isfinite(up)
     if not known.any():
         raise InputError(f"no run has both {names[0]} and {names[1]}: there is nothing to draw")
-    started = known & columns.began(table)
+    started = known & reading.began(table)
     with style():
         panel = checked_panels(axes, 1, size)[0] if axes is not None else None
         figure = new_figure(7.2, 4.4, size) if panel is None else whole(panel)
@@ -87,10 +87,10 @@ def _draw(
 ) -> None:
     """Draw the runs that began in the colours of a column, with a legend or a scale."""
     if color == "outcome":
-        endings, some = columns.outcomes(table), dots.order(rows)
+        endings, some = reading.outcomes(table), dots.order(rows)
         dots.scatter(axes, *at, some, c=dots.outcome_colors(endings)[some])
         dots.show_legend(axes, dots.outcome_legend(endings, rows) + apart)
-    elif columns.is_number(table, color):
+    elif reading.is_number(table, color):
         values = drawn(table, color)
         some = dots.order(rows & np.isfinite(values))
         shown = dots.scatter(axes, *at, some, c=values[some], cmap=dots.COLORS)
@@ -98,7 +98,7 @@ def _draw(
         if apart:
             axes.legend(handles=apart, loc="upper left", frameon=False)
     else:
-        groups = columns.groups_of(table, color)
+        groups = reading.groups_of(table, color)
         some = dots.order(rows & (groups.which >= 0))
         faces = to_rgba_array([palette.nth(i) for i in range(len(groups.labels))])
         dots.scatter(axes, *at, some, c=faces[groups.which[some]])

@@ -25,7 +25,7 @@ from robsim.plot.studies.axis import (
     thousands,
 )
 from robsim.run.outcome import Outcome
-from robsim.studies import columns
+from robsim.studies import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,8 +68,8 @@ def study_success(
     ('8 runs that began', ['n 4', '4'])
     """
     bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
-    table = columns.table_of(study)
-    started = columns.began(table)
+    table = reading.table_of(study)
+    started = reading.began(table)
     found = binned(table, given(x, "x", table), bins, started, even=False)
     lines = split(table, by, MOST_LINES, started)
     with style():
@@ -92,11 +92,11 @@ def _draw(
     table: pd.DataFrame,
     x: str,
     found: Bins,
-    lines: columns.Groups,
+    lines: reading.Groups,
     started: NDArray[np.bool_],
 ) -> None:
     """Draw a line, or marks, for each value of `lines`, with the counts above."""
-    arrived = columns.outcomes(table) == Outcome.CONVERGED
+    arrived = reading.outcomes(table) == Outcome.CONVERGED
     values = np.where(found.which >= 0, found.which, np.nan)
     values = values if found.labels else drawn(table, x)
     many = len(lines.labels)
