@@ -114,6 +114,13 @@ def test_the_constants_of_a_link_differ_from_run_to_run(name, link):
     check_same(experiment.vary(quiet))
 
 
+@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+def test_the_law_of_the_partitioned_scheme_is_that_of_any_scene():
+    experiment = rs.load_scenario(examples.path("schemes_compared"), ["task.kind=partitioned"])
+    numbers = everything(experiment.with_(duration=2.0), np.random.default_rng(4), {})
+    check_same(experiment.with_(duration=2.0).vary(numbers))
+
+
 FOCAL = "belief.cameras.camera.focal"
 
 

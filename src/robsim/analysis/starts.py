@@ -73,7 +73,7 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
         scale, roll = rng.uniform(near, far, count), rng.uniform(-np.pi, np.pi, count)
         out = _in_cone(way / np.linalg.norm(way), cone, rng, count)
         T = np.tile(np.eye(4), (count, 1, 1))
-        T[:, :3, :3] = _facing(-out, roll)
+        T[:, :3, :3] = facing(-out, roll)
         T[:, :3, 3] = middle + np.linalg.norm(way) * scale[:, None] * out
         q = np.repeat(home, count, axis=1)
         q[first : first + 7] = (place.inv() @ Pose(T) @ Pose(T_b_c).inv()).q.T
@@ -85,15 +85,18 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
 def _in_cone(axis: Array, cone: float, rng: np.random.Generator, count: int) -> Array:
     """Return unit vectors (count, 3), uniform on the sphere within the angle `cone` of the axis."""
     along, round_ = rng.uniform(np.cos(cone), 1.0, count), rng.uniform(-np.pi, np.pi, count)
-    turn = _facing(axis[None], np.zeros(1))[0]
+    turn = facing(axis[None], np.zeros(1))[0]
     across = np.sqrt(1.0 - along**2)
     inside = np.stack([across * np.cos(round_), across * np.sin(round_), along], axis=1)
     return np.asarray(inside @ turn.T)
 
 
-def _facing(z: Array, roll: Array) -> Array:
-    """Return rotations (B, 3, 3) with third axes z (B, 3), turned about them by `roll`."""
-    helper = np.eye(3)[np.argmin(np.abs(z), axis=1)]
+def facing(z: Array, roll: Array, y: Array | None = None) -> Array:
+    """Return rotations (B, 3, 3) with third axes z (B, 3), turned about them by `roll`.
+
+    Without roll the second axes are as near as can be to y (3,); None: to some axis.
+    """
+    helper = np.eye(3)[np.argmin(np.abs(z), axis=1)] if y is None else y
     x = np.cross(helper, z)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     y, (c, s) = np.cross(z, x), (np.cos(roll)[:, None], np.sin(roll)[:, None])

@@ -21,6 +21,7 @@ from robsim.robot.dh import dh_constants, rigid
 from robsim.robot.joint import Joint
 from robsim.robot.robot import Robot
 from robsim.run.text import dh_row
+from robsim.servo.tasks.schemes import Partitioned
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.actuation import Actuation
 from robsim.world.mounted_camera import MountedCamera
@@ -43,6 +44,7 @@ OTHER: dict[str, dict[str, Shapes]] = {
     "sensing": dict.fromkeys(IMAGES, ((),)),
     "actuation": {"lag": ((),)},
 }
+SAME_LAW = ServoTask.bound_law, Partitioned.bound_law  # in whatever scene
 MAY = (
     "[belief.]cameras.NAME.(K, focal, center, skew, distortion or the pose), "
     "[belief.]objects.NAME.(marks or the pose), [belief.]robots.NAME.(the pose), "
@@ -68,7 +70,7 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"vary: expected {{name: numbers}}, got {said(given)}")
     kind = type(experiment.task)
-    if not isinstance(experiment.task, ServoTask) or kind.bound_law is not ServoTask.bound_law:
+    if not isinstance(experiment.task, ServoTask) or kind.bound_law not in SAME_LAW:
         wanted = "one servo task, whose law does not depend on the scene"
         raise InputError(
             f"vary: numbers may differ from run to run of {wanted}, not {kind.__name__}"
