@@ -127,6 +127,9 @@ from robsim.servo import ServoTask as ServoTask
 from robsim.servo import SpeedLimit as SpeedLimit
 from robsim.servo import Switch as Switch
 from robsim.servo import TaughtGoal as TaughtGoal
+from robsim.suites.bench import bench as bench
+from robsim.suites.benchmark import Benchmark as Benchmark
+from robsim.suites.suite import Suite as Suite
 from robsim.vision import HomographyMotions as HomographyMotions
 from robsim.vision import PoseEstimate as PoseEstimate
 from robsim.vision import Triangulation as Triangulation

@@ -150,10 +150,10 @@ def _comparison(
         for key in MEASURES
     }
     endings = np.stack([runs[scheme.name]["outcome"].values for scheme in done])
-    began = np.stack([_began(runs[scheme.name]) for scheme in done])
+    begun = np.stack([began(runs[scheme.name]) for scheme in done])
     ending = {
         "outcome": (dims, endings, first["outcome"].attrs),
-        "began": (dims, began, {"units": "1", "long_name": "whether the start could begin"}),
+        "began": (dims, begun, {"units": "1", "long_name": "whether the start could begin"}),
     }
     coordinates = {"scheme": [scheme.name for scheme in done]}
     coordinates |= {dim: first[dim].values for dim in dims[1:]}
@@ -166,7 +166,7 @@ def _comparison(
     )
 
 
-def _began(run: xr.Dataset) -> NDArray[np.bool_]:
+def began(run: xr.Dataset) -> NDArray[np.bool_]:
     """Return whether each start, () or (B,), was in sight and within the joint limits."""
     at_once = run["end_time"].values == 0.0
     return np.asarray(~(at_once & np.isin(run["outcome"].values, NO_START)))

@@ -12,6 +12,7 @@ import xarray as xr
 
 from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import not_negative
+from robsim.base.columns import aligned, digits
 from robsim.base.errors import InputError
 from robsim.base.html import table
 from robsim.run.outcome import Outcome
@@ -85,7 +86,7 @@ class Comparison:
 
     def __str__(self) -> str:
         """Return the table; measures that are undefined for every scheme are left out."""
-        return "\n".join([*_aligned(self._columns()), *self._denominators(), *self.notes])
+        return "\n".join([*aligned(self._columns()), *self._denominators(), *self.notes])
 
     def _repr_html_(self) -> str:
         """Return the table for notebooks."""
@@ -107,7 +108,7 @@ class Comparison:
         columns += [[head, "", *column] for head, *column in zip(heads, *endings, strict=True)]
         for key, each in shown.items():
             unit = "" if each.unit == "1" else each.unit
-            columns.append([each.short, unit, *map(_text, numbers[key].values)])
+            columns.append([each.short, unit, *map(digits, numbers[key].values)])
         return columns
 
     def __repr__(self) -> str:
@@ -152,22 +153,3 @@ def _quantile(values: xr.DataArray, share: float) -> xr.DataArray:
     rows = [row[np.isfinite(row)] for row in values.values]
     found = [float(np.quantile(row, share)) if row.size else np.nan for row in rows]
     return xr.DataArray(found, {"scheme": values["scheme"]}, attrs=values.attrs)
-
-
-def _text(value: float) -> str:
-    """Return a number to three digits; "-" for NaN, and "0" for rounding errors."""
-    if np.isnan(value):
-        return "-"
-    if abs(value) < 1e-9:
-        return "0"
-    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
-
-
-def _aligned(columns: list[list[str]]) -> list[str]:
-    """Return the lines of a table; the first two columns flush left, the others flush right."""
-    widths = [max(map(len, column)) for column in columns]
-    padded = [
-        [text.ljust(width) if i < 2 else text.rjust(width) for text in column]
-        for i, (column, width) in enumerate(zip(columns, widths, strict=True))
-    ]
-    return ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]

@@ -11,6 +11,7 @@ from robsim import __version__
 from robsim.base import interrupt
 from robsim.base.errors import Interrupted, RobSimError
 from robsim.cli import (
+    bench,
     check,
     compare,
     demo,
@@ -35,7 +36,9 @@ def cli() -> None:
     """Model, simulate and see robots that are guided by cameras."""
 
 
-for _each in (demo, run, compare, check, explain, export, examples, robots, schema, studio, warm):
+for _each in (
+    *(demo, run, compare, bench, check, explain, export, examples, robots, schema, studio, warm),
+):
     cli.add_command(_each.command)
 
 

@@ -20,7 +20,7 @@ def flying(focal: float, marks: Array) -> Scene:
     """Return a flying camera, 640 x 480 pixels, and a target at the origin of the world."""
     K = [[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]]
     eye = MountedCamera("eye", Camera(K, size=SIZE), on="free_camera.body")
-    return Scene([robots.load("free_camera")], [Object("square", marks=marks)], [eye])
+    return Scene((robots.load("free_camera"),), (Object("square", marks=marks),), (eye,))
 
 
 def looking(positions: Array, at: Array, roll: Array, y: Array) -> Pose:
