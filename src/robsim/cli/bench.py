@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robsim.base import interrupt
+from robsim.base.errors import InputError
 from robsim.base.output import write_whole
 from robsim.cli.files import results_folder
 from robsim.cli.options import force
@@ -50,6 +51,8 @@ def command(
         for suite in chosen:
             tell(f"{suite.name:12} {suite.title}")
         return
+    if alone and not tasks:
+        raise InputError("--alone: which scheme is compared? name one by --task FILE.py:NAME")
     own = schemes_of(tasks)
     with results_folder(output, "robsim-bench", force, WRITTEN) as folder:
         _bench(chosen, own, not alone, folder)

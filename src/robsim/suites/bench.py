@@ -7,9 +7,10 @@ from typing import Any
 
 from robsim.analysis.scheme import share_of
 from robsim.base import interrupt
+from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, Interrupted, said
 from robsim.run.workers import Progress, check_progress
-from robsim.suites.benchmark import Benchmark
+from robsim.suites.benchmark import Benchmark, counted
 from robsim.suites.registry import names, suite_of
 from robsim.suites.reproduction import Repeated, Reproduction
 from robsim.suites.schemes import BUILT_IN, checked, task_of
@@ -42,13 +43,10 @@ def bench(
     >>> from robsim import IBVS
     >>> found = bench("vit_500", {"twice the depth": IBVS(depth_scale=2.0)}, builtin=False)
     >>> int(found.data["success"].sum())
-    412
+    391
     """
     check_progress(progress)
-    chosen = [
-        each if isinstance(each, Suite | Reproduction) else suite_of(each)
-        for each in _listed(suites)
-    ]
+    chosen = _chosen(suites)
     own = checked({} if schemes is None else schemes)
     every = {**(BUILT_IN if builtin else {}), **own}
     if not every:
@@ -60,15 +58,18 @@ def bench(
     return _run(chosen, trials, progress)
 
 
-def _listed(suites: Any) -> list[Any]:
-    """Return suites as a list without repetitions; InputError if there are none."""
-    if suites is None:
-        return list(names())
-    if isinstance(suites, str | Suite | Reproduction):
-        return [suites]
-    if not isinstance(suites, Sequence) or not suites:
+def _chosen(suites: Any) -> list[Any]:
+    """Return suites by name or as they are; InputError for what is none."""
+    listed = names() if suites is None else suites
+    if isinstance(listed, str | Suite | Reproduction):
+        listed = [listed]
+    if not is_listed(listed) or not listed:
         raise InputError(f"expected names of suites, got {said(suites)}")
-    return list(dict.fromkeys(suites))
+    found = [each if isinstance(each, Suite | Reproduction) else suite_of(each) for each in listed]
+    called = [each.name for each in found]
+    if len(set(called)) < len(called):
+        raise InputError(f"suites: each once, got {', '.join(called)}")
+    return found
 
 
 def _trials(suite: Any, schemes: Mapping[str, Any], how: Mapping[str, Any]) -> list[Any]:
@@ -93,7 +94,7 @@ def _run(suites: list[Any], trials: list[Any], progress: Progress | None) -> Ben
                 complete = False
             if stops or not complete:
                 break
-        made = Benchmark.of(suites, found)
+        made = counted(suites, found)
     if stops or not complete:
         raise Interrupted("stopped by the user; what was simulated so far is in .run", made)
     return made

@@ -32,14 +32,6 @@ class Benchmark:
     suites: tuple[Suite | Reproduction, ...]
     data: pd.DataFrame
 
-    @classmethod
-    def of(cls, suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
-        """Return the benchmark of suites from the rows of each trial."""
-        data = pd.concat([part for part in parts if len(part)], ignore_index=True)
-        data.attrs = {"robsim": __version__}
-        present = set(data["suite"])
-        return cls(tuple(each for each in suites if each.name in present), data)
-
     @property
     def table(self) -> pd.DataFrame:
         """A row for each suite, group and scheme.
@@ -49,7 +41,7 @@ class Benchmark:
         `distance_to_goal` (m) and `angle_to_goal` (rad) of those that began.
         """
         parts = [tables.counted(suite, self._rows(suite)) for suite in self.suites]
-        return pd.concat(parts, ignore_index=True)
+        return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
     def csv(self) -> str:
         """Return the table as comma-separated values, in full precision."""
@@ -85,3 +77,12 @@ class Benchmark:
 
     def _rows(self, suite: Suite | Reproduction) -> pd.DataFrame:
         return self.data[self.data["suite"] == suite.name]
+
+
+def counted(suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
+    """Return the benchmark of suites from the rows of each trial; those without rows are left."""
+    kept = [part for part in parts if len(part)]
+    data = pd.concat(kept or parts[:1], ignore_index=True)
+    data.attrs = {"robsim": __version__}
+    present = set(data["suite"])
+    return Benchmark(tuple(each for each in suites if each.name in present), data)

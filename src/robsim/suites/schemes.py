@@ -44,7 +44,7 @@ def checked(schemes: Any) -> dict[str, Any]:
 
 def task_of(name: str, scheme: Any, goal: Any, gain: float) -> Any:
     """Return the task that a scheme makes of a goal and a gain; InputError names the scheme."""
-    with of_the_user(name):
+    with of_the_user(f"scheme '{name}'"):
         if isinstance(scheme, ServoTask):
             return replace(scheme, goal=goal, gain=gain)
         made = scheme(goal, gain=gain)
@@ -54,21 +54,20 @@ def task_of(name: str, scheme: Any, goal: Any, gain: float) -> Any:
 
 
 @contextmanager
-def of_the_user(name: str) -> Iterator[None]:
-    """Turn what a user's code raises into an InputError that names the scheme and the line."""
+def of_the_user(what: str) -> Iterator[None]:
+    """Turn what a user's code raises into an InputError that says of what, and at which line."""
     try:
-        with naming(f"scheme '{name}'"):
+        with naming(what):
             yield
     except (RobSimError, Warning):
         raise
     except Exception as error:
-        raise InputError(f"scheme '{name}' {told(error)}") from error
+        raise InputError(f"{what} {told(error)}") from error
 
 
 def told(error: BaseException) -> str:
-    """Return what a user's code raised, and at which of its lines."""
-    every = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in every if not frame.filename.startswith(OURS)]
-    last = (own or every)[-1]
-    where = f"{last.filename}, line {last.lineno}"
-    return f"raised {type(error).__name__}: {error} ({where})"
+    """Return what a user's code raised, and at which of its lines, where it is one of them."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if not frame.filename.startswith(OURS)]
+    where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
+    return f"raised {type(error).__name__}: {error}{where}"

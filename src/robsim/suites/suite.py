@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, positive, whole
+from robsim.base.arrays import Array, flag, frozen, is_listed, numbers, positive, whole
 from robsim.base.errors import InputError, said
 from robsim.geometry.pose import Pose
 from robsim.run.checks import of_kind, starts
@@ -76,25 +76,48 @@ class Suite:
 
     def __post_init__(self) -> None:
         for name in TEXTS:
-            if not isinstance(getattr(self, name), str) or not getattr(self, name):
-                raise InputError(f"{name} of a suite: expected a text, got {said(self.name)}")
+            text = getattr(self, name)
+            if not isinstance(text, str) or not text:
+                raise InputError(f"{name} of a suite: expected a text, got {said(text)}")
         if not callable(self.succeeds):
             raise InputError(f"succeeds: expected a function of rows, got {said(self.succeeds)}")
+        whole(self.version, "version", 1)
+        whole(self.seed, "seed", 0, 2**64)
+        for name in ("gain", "dt", "duration"):
+            positive(getattr(self, name), name)
+        of_kind(self.sensing, Sensing, "sensing")
+        self._put_starts()
+        self._put_lists()
+        if flag(self.crossed, "crossed") and len(self.groups) != 2:
+            raise InputError(f"crossed: two groups are needed, got {len(self.groups)}")
+        if flag(self.computed, "computed"):
+            _ = self.task_goal
+
+    def _put_starts(self) -> None:
+        """Check goal and starts in the scene, and keep them as arrays."""
         scene = of_kind(self.scene, Scene, "scene")
+        _ = scene.camera(), scene.object()
         goal, start = starts(scene, self.goal, "goal"), starts(scene, self.starts, "starts")
         if goal.ndim != 1 or start.ndim != 2:
             shapes = f"got {goal.shape} and {start.shape}"
             raise InputError(f"expected a goal (nq,) and starts (runs, nq), {shapes}")
-        for name, values in {**self.varied, **self.groups}.items():
-            if len(values) != len(start):
-                raise InputError(f"{name}: {len(values)} values for {len(start)} starts")
-        if self.crossed and len(self.groups) != 2:
-            raise InputError(f"crossed: two groups are needed, got {len(self.groups)}")
-        whole(self.version, "version", 1)
-        for name in ("gain", "dt", "duration"):
-            positive(getattr(self, name), name)
         object.__setattr__(self, "goal", goal)
         object.__setattr__(self, "starts", start)
+
+    def _put_lists(self) -> None:
+        """Check that all that has a value for each run has as many; keep it unchanging."""
+        for what in ("varied", "groups"):
+            given = getattr(self, what)
+            lists = isinstance(given, Mapping) and all(map(is_listed, given.values()))
+            if not lists or not all(isinstance(each, Sized) for each in given.values()):
+                raise InputError(f"{what}: expected a list for each name, got {said(given)}")
+            for name, values in given.items():
+                if len(values) != self.runs:
+                    raise InputError(f"{name}: {len(values)} values for {self.runs} starts")
+        varied = {name: frozen(numbers(x, name, ())) for name, x in self.varied.items()}
+        object.__setattr__(self, "varied", varied)
+        labels = {what: tuple(map(str, each)) for what, each in self.groups.items()}
+        object.__setattr__(self, "groups", labels)
 
     @property
     def runs(self) -> int:

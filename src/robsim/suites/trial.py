@@ -33,6 +33,11 @@ class Trial:
     task: Any
     how: Mapping[str, Any]
 
+    @property
+    def what(self) -> str:
+        """What errors are said of."""
+        return f"scheme '{self.scheme}' in suite '{self.suite.name}'"
+
     @cached_property
     def experiments(self) -> list[Experiment]:
         """The experiment of all runs; one for each, where its task cannot be bound for all."""
@@ -50,7 +55,7 @@ class Trial:
 
     def check(self) -> None:
         """Bind the task, as a run would; InputError names the scheme."""
-        with of_the_user(self.scheme), warnings.catch_warnings():
+        with of_the_user(self.what), warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
             self.experiments[0].check(view=False)
 
@@ -60,7 +65,7 @@ class Trial:
         count = len(self.experiments)
         for i, one in enumerate(self.experiments):
             try:
-                with of_the_user(self.scheme):
+                with of_the_user(self.what):
                     run = one.run(share_of(progress, i / count, 1 / count), **self.how)
             except Interrupted as stop:
                 raise Interrupted(str(stop), self._table([*found, _ends(stop.run)])) from None
@@ -86,7 +91,8 @@ class Trial:
 
     def _successes(self, rows: pd.DataFrame) -> Any:
         """Return which runs began and succeeded; InputError: the suite does not say."""
-        found = np.asarray(self.suite.succeeds(rows))
+        with of_the_user(f"succeeds of suite '{self.suite.name}'"):
+            found = np.asarray(self.suite.succeeds(rows))
         if found.shape != (len(rows),) or found.dtype != np.bool_:
             raise InputError(
                 f"succeeds of suite '{self.suite.name}': expected truth values of shape "
