@@ -7,7 +7,7 @@ from typing import Any
 
 from robsim.analysis.scheme import share_of
 from robsim.base import interrupt
-from robsim.base.arrays import is_listed
+from robsim.base.arrays import flag, is_listed
 from robsim.base.errors import InputError, Interrupted, said
 from robsim.run.workers import Progress, check_progress
 from robsim.suites.benchmark import Benchmark, counted
@@ -48,7 +48,7 @@ def bench(
     check_progress(progress)
     chosen = _chosen(suites)
     own = checked({} if schemes is None else schemes)
-    every = {**(BUILT_IN if builtin else {}), **own}
+    every = {**(BUILT_IN if flag(builtin, "builtin") else {}), **own}
     if not every:
         raise InputError("no scheme to compare: give some, or builtin=True")
     how = {"threads": threads, "chunk": chunk}
@@ -63,7 +63,8 @@ def _chosen(suites: Any) -> list[Any]:
     listed = names() if suites is None else suites
     if isinstance(listed, str | Suite | Reproduction):
         listed = [listed]
-    if not is_listed(listed) or not listed:
+    listed = tuple(listed) if is_listed(listed) else ()
+    if not listed:
         raise InputError(f"expected names of suites, got {said(suites)}")
     found = [each if isinstance(each, Suite | Reproduction) else suite_of(each) for each in listed]
     called = [each.name for each in found]
