@@ -134,6 +134,18 @@ def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
     assert pd.read_csv("out/bench.csv")["scheme"].tolist() == ["IBVS, L current", "IBVS, L desired"]
 
 
+def test_a_class_of_ones_own_meets_the_same_errors():
+    """Of camera, depths and images, although no text knows the class."""
+
+    class Mine(rs.PBVS):
+        pass
+
+    data = rs.bench("calibration", {"mine": Mine}).data
+    own, other = (data[data["scheme"] == name] for name in ("mine", "PBVS, goal form"))
+    same = [name for name in data if name != "scheme"]
+    assert (own[same].to_numpy() == other[same].to_numpy()).all()
+
+
 class Raising:
     def command(self, state):
         if state.time > 0.5:
