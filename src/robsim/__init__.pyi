@@ -145,6 +145,9 @@ from robsim.studies.starts import LookAt as LookAt
 from robsim.studies.starts import Shell as Shell
 from robsim.studies.starts import Within as Within
 from robsim.studies.study import Study as Study
+from robsim.suites.bench import bench as bench
+from robsim.suites.benchmark import Benchmark as Benchmark
+from robsim.suites.suite import Suite as Suite
 from robsim.vision import HomographyMotions as HomographyMotions
 from robsim.vision import PoseEstimate as PoseEstimate
 from robsim.vision import Triangulation as Triangulation

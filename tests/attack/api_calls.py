@@ -22,7 +22,7 @@ INNER = (  # of the kernels' layout, or of files: not for users
 )  # fmt: skip
 SLOW = (
     "explain", "equilibria", "workspace", "compare", "clearance", "run", "ik", "simulate",
-    "replay",
+    "replay", "bench",
 )  # fmt: skip
 RESULTS = ("HomographyMotions", "PoseEstimate", "Triangulation", "IKResult", "ClosedIK")
 

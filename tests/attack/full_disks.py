@@ -29,6 +29,8 @@ TARGETS = {  # the names that are written, and the code or the arguments that wr
                 ["run", "given.toml", "-o", "out", "--force"]),
     "compare": (("out/comparison.nc", "out/comparison.csv", "out/given.nc"),
                 ["compare", "given.toml", "-o", "out", "--force", "--no-figures"]),
+    "bench": (("out/bench.csv", "out/bench.tex", "out/runs.csv"),
+              ["bench", "gallery", "-o", "out", "--force"]),
 }  # fmt: skip
 
 

@@ -114,6 +114,29 @@ def test_the_constants_of_a_link_differ_from_run_to_run(name, link):
     check_same(experiment.vary(quiet))
 
 
+@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+def test_the_law_of_the_partitioned_scheme_is_that_of_any_scene():
+    experiment = rs.load_scenario(examples.path("schemes_compared"), ["task.kind=partitioned"])
+    numbers = everything(experiment.with_(duration=2.0), np.random.default_rng(4), {})
+    check_same(experiment.with_(duration=2.0).vary(numbers))
+
+
+def test_the_numbers_of_a_task_of_ones_own_class_may_differ():
+    class Mine(rs.IBVS):
+        pass
+
+    experiment = rs.load_scenario(examples.path("schemes_compared")).with_(duration=2.0)
+    numbers = {"task.gain": [1.0, 2.0], "task.depth_scale": [0.8, 1.2]}
+    numbers["belief.cameras.camera.focal"] = [390.0, 410.0]
+    goal = experiment.task.goal
+    own, other = (experiment.with_(task=kind(goal)).vary(numbers).run() for kind in (Mine, rs.IBVS))
+    np.testing.assert_array_equal(own.q.values, other.q.values)
+    one = experiment.with_(task=Mine(goal)).at("task.gain", 3.0)
+    assert type(one.task) is Mine and one.task.gain == 3.0
+    with pytest.raises(rs.InputError, match="gain"):
+        one.at("task.gain", -1.0)
+
+
 FOCAL = "belief.cameras.camera.focal"
 
 

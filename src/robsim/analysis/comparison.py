@@ -12,7 +12,7 @@ from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import not_negative
 from robsim.base.errors import InputError
 from robsim.base.html import table
-from robsim.base.tables import aligned, csv_text
+from robsim.base.tables import aligned, csv_text, digits
 from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
@@ -103,7 +103,7 @@ class Comparison:
         columns += [[head, "", *column] for head, *column in zip(heads, *endings, strict=True)]
         for key, each in shown.items():
             unit = "" if each.unit == "1" else each.unit
-            columns.append([each.short, unit, *map(_text, numbers[key].values)])
+            columns.append([each.short, unit, *map(digits, numbers[key].values)])
         return columns
 
     def __repr__(self) -> str:
@@ -148,12 +148,3 @@ def _quantile(values: xr.DataArray, share: float) -> xr.DataArray:
     rows = [row[np.isfinite(row)] for row in values.values]
     found = [float(np.quantile(row, share)) if row.size else np.nan for row in rows]
     return xr.DataArray(found, {"scheme": values["scheme"]}, attrs=values.attrs)
-
-
-def _text(value: float) -> str:
-    """Return a number to three digits; "-" for NaN, and "0" for rounding errors."""
-    if np.isnan(value):
-        return "-"
-    if abs(value) < 1e-9:
-        return "0"
-    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"

@@ -7,7 +7,7 @@ import numpy as np
 from robsim.base.arrays import Array, runs_first
 from robsim.kernels import random
 
-WORKSPACE, PROBES = 16, 17  # streams; those below 16 are for sensors in a run
+WORKSPACE, PROBES, SUITES = 16, 17, 24  # streams; those below 16 are for sensors in a run
 
 
 def uniform(seed: int, stream: int, count: int, n: int) -> Array:

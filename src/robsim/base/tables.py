@@ -74,6 +74,19 @@ def aligned(columns: Sequence[Sequence[str]], left: int = 2) -> list[str]:
     return ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]
 
 
+def digits(value: float) -> str:
+    """Return a number to three digits; "-" for NaN, and "0" for rounding errors.
+
+    >>> digits(0.12345), digits(4321.0), digits(1e-12)
+    ('0.123', '4321', '0')
+    """
+    if math.isnan(value):
+        return "-"
+    if abs(value) < 1e-9:
+        return "0"
+    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
+
+
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
     """Return rows as comma-separated values; NaN is an empty cell.
 

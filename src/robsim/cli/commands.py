@@ -11,6 +11,7 @@ from robsim import __version__
 from robsim.base import interrupt
 from robsim.base.errors import Interrupted, RobSimError
 from robsim.cli import (
+    bench,
     check,
     compare,
     demo,
@@ -37,17 +38,7 @@ def cli() -> None:
 
 
 for _each in (
-    demo,
-    run,
-    compare,
-    study,
-    check,
-    explain,
-    export,
-    examples,
-    robots,
-    schema,
-    studio,
+    *(demo, run, compare, study, bench, check, explain, export, examples, robots, schema, studio),
     warm,
 ):
     cli.add_command(_each.command)

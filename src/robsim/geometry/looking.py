@@ -20,9 +20,12 @@ def in_cone(axis: Array, cone: float, along: Array, around: Array) -> Array:
     return combined(inside, facing(axis[None], np.zeros(1))[0])
 
 
-def facing(z: Array, roll: Array) -> Array:
-    """Return rotations (B, 3, 3) with third axes z (B, 3), turned about them by `roll` (B,)."""
-    helper = np.eye(3)[np.argmin(np.abs(z), axis=1)]
+def facing(z: Array, roll: Array, y: Array | None = None) -> Array:
+    """Return rotations (B, 3, 3) with third axes z (B, 3), turned about them by `roll` (B,).
+
+    Without roll the second axes are as near as can be to y (3,); None: to some axis.
+    """
+    helper = np.eye(3)[np.argmin(np.abs(z), axis=1)] if y is None else y
     x = np.cross(helper, z)
     x /= np.sqrt((x * x).sum(axis=1, keepdims=True))
     y, (c, s) = np.cross(z, x), (np.cos(roll)[:, None], np.sin(roll)[:, None])

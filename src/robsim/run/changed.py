@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from robsim.base.errors import InputError
@@ -23,6 +23,9 @@ def changed(tables: Tables, changes: Changes, source: str, python: bool = False)
     problems = Problems(source)
     with problems.at():
         for path, value in pairs(changes):
+            if python and _is_of_own_task(tables, path, value):
+                tables = _with_own_task(tables, path, value)
+                continue
             raw = as_raw(ExperimentTable, tables, path, value) if python else value
             over = nested(path, raw)
             if next(iter(over)) not in _TOP:
@@ -32,6 +35,22 @@ def changed(tables: Tables, changes: Changes, source: str, python: bool = False)
     problems.stop()
     nothing = any(value is None for _, value in pairs(changes))
     return _without_none(tables) if nothing else tables
+
+
+def _is_of_own_task(tables: Tables, path: str, value: Any) -> bool:
+    """Return whether a path names a field of a task of a class that no text knows."""
+    task, (top, _, key) = tables.get("task"), path.partition(".")
+    if not isinstance(task, Live) or not is_dataclass(task.value) or top != "task":
+        return False
+    return value is not None and any(each.name == key for each in fields(task.value))
+
+
+def _with_own_task(tables: Tables, path: str, value: Any) -> Tables:
+    """Return tables whose task, of a class that no text knows, has another value in a field."""
+    task, key = tables["task"], path.partition(".")[2]
+    gone = {"belief"} & {key}  # that of the experiment, which is that of its task
+    kept = {name: each for name, each in tables.items() if name not in gone}
+    return {**kept, "task": Live(replace(task.value, **{key: value}))}
 
 
 def _without_none(tables: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -13,7 +13,7 @@ import numpy as np
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
 from robsim.declare.problems import Broken, Problems
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
 from robsim.files.library import expanded
 from robsim.files.toml import write
@@ -188,6 +188,9 @@ def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
     made = None if found is MISSING or scene is None else _fields(scene, found, c)
     problems.stop()
     assert made is not None
+    belief, task = c.facts["belief"], made["task"]
+    if belief is not None and isinstance(rest.get("task"), Live) and hasattr(task, "belief"):
+        made["task"] = replace(task, belief=belief)  # which reading a table gives to other tasks
     return made
 
 

@@ -21,6 +21,7 @@ from robsim.robot.dh import dh_constants, rigid
 from robsim.robot.joint import Joint
 from robsim.robot.robot import Robot
 from robsim.run.text import dh_row
+from robsim.servo.tasks.schemes import Partitioned
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.actuation import Actuation
 from robsim.world.mounted_camera import MountedCamera
@@ -43,6 +44,7 @@ OTHER: dict[str, dict[str, Shapes]] = {
     "sensing": dict.fromkeys(IMAGES, ((),)),
     "actuation": {"lag": ((),)},
 }
+SAME_LAW = ServoTask.bound_law, Partitioned.bound_law  # in whatever scene
 MAY = (
     "[belief.]cameras.NAME.(K, focal, center, skew, distortion or the pose), "
     "[belief.]objects.NAME.(marks or the pose), [belief.]robots.NAME.(the pose), "
@@ -85,7 +87,7 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
 
 def has_one_law(task: Any) -> bool:
     """Return whether numbers may differ from run to run of a task: its law asks for no scene."""
-    return isinstance(task, ServoTask) and type(task).bound_law is ServoTask.bound_law
+    return isinstance(task, ServoTask) and type(task).bound_law in SAME_LAW
 
 
 def may_differ(experiment: Any, name: str, values: Array) -> bool:

@@ -118,6 +118,11 @@ OWN = {  # where a name has another meaning
     "Catenary.start": (0, 0, 0), "Catenary.end": (1, 0, 0), "Catenary.length": 1.5,
     "check_joint.kind": lambda: rs.JointKind, "Robot.coordinates.q": lambda: arm().home,
     "Scene.believe.base": None, "Scene.believe.robot": None, "load.name": "ur5e",
+    "bench.suites": "gallery", "bench.schemes": lambda: {"mine": rs.IBVS()},
+    "Suite.version": 1, "Suite.title": "ours", "Suite.source": "ours", "Suite.criterion": "ours",
+    "Suite.succeeds": lambda: len, "Suite.goal": lambda: scenario().task.goal.q,
+    "Suite.starts": lambda: scenario().start[None], "Suite.varied": lambda: {},
+    "Suite.groups": lambda: {"side": ["left"]}, "Suite.sensing": rs.Sensing,
     "check_feature.feature": rs.Points, "table.of": None, "examples.path.name": "eye_in_hand",
 }  # fmt: skip
 

@@ -1,0 +1,46 @@
+"""Write the tables of docs/bench.md: the schemes of the textbooks on every suite.
+
+python docs/bench.py            writes them, in seconds
+python docs/bench.py --check    exit status 1 if they are not up to date
+"""
+
+import sys
+from pathlib import Path
+
+import robsim as rs
+from robsim.suites import tables
+from robsim.suites.registry import names
+
+PAGE = Path(__file__).parent / "bench.md"
+
+
+def section(name: str) -> str:
+    """Return the table of a suite between its two marks."""
+    found = rs.bench(name)
+    (suite,) = found.suites
+    head, *rows = zip(*tables.columns(suite, found.data), strict=True)
+    rule = ["---"] * 2 + ["---:"] * (len(head) - 2)
+    lines = [f"| {' | '.join(row)} |" for row in (head, rule, *rows)]
+    return "\n".join([f"<!-- {name} -->", "", *lines, "", f"<!-- end of {name} -->"])
+
+
+def written(text: str, name: str) -> str:
+    """Return the page with the table of a suite as it is now."""
+    before, rest = text.split(f"<!-- {name} -->")
+    _, after = rest.split(f"<!-- end of {name} -->")
+    return f"{before}{section(name)}{after}"
+
+
+def main() -> int:
+    """Write or check the tables."""
+    text = now = PAGE.read_text(encoding="utf-8")
+    for name in names():
+        now = written(now, name)
+    if "--check" in sys.argv:
+        return int(now != text)
+    PAGE.write_text(now, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,78 @@
+"""The command `bench`: compare schemes on the suites that ship with RobSim."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robsim.base import interrupt
+from robsim.base.errors import InputError
+from robsim.base.output import write_whole
+from robsim.cli.files import results_folder
+from robsim.cli.options import force
+from robsim.cli.own_code import schemes_of
+from robsim.cli.progress import finished, stopped
+from robsim.cli.tell import tell
+
+if TYPE_CHECKING:
+    from robsim.suites.benchmark import Benchmark
+
+WRITTEN = ("bench.csv", "bench.tex", "runs.csv")
+
+
+@click.command("bench")
+@click.argument("suites", nargs=-1, metavar="[SUITE]...")
+@click.option(
+    "--task",
+    "tasks",
+    multiple=True,
+    metavar="FILE.py:NAME",
+    help="A scheme of your own: a task, or what is called with a goal and a gain.",
+)
+@click.option("--alone", is_flag=True, help="Without the schemes of the textbooks.")
+@click.option("--list", "listed", is_flag=True, help="List the suites.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results.")
+@force
+def command(
+    suites: tuple[str, ...],
+    tasks: tuple[str, ...],
+    alone: bool,
+    listed: bool,
+    output: Path | None,
+    force: bool,
+) -> None:
+    """Compare schemes on the suites SUITE..., or on all of them."""
+    from robsim.suites.registry import names, suite_of
+
+    chosen = [suite_of(name) for name in suites or names()]
+    if listed:
+        for suite in chosen:
+            tell(f"{suite.name:12} {suite.title}")
+        return
+    if alone and not tasks:
+        raise InputError("--alone: which scheme is compared? name one by --task FILE.py:NAME")
+    own = schemes_of(tasks)
+    with results_folder(output, "robsim-bench", force, WRITTEN) as folder:
+        _bench(chosen, own, not alone, folder)
+
+
+def _bench(suites: list[Any], own: dict[str, Any], builtin: bool, folder: Path) -> None:
+    """Run all schemes, write the results, and print the tables; a stop keeps what is done."""
+    from robsim.suites.bench import bench
+
+    def work(progress: Any) -> Benchmark:
+        return bench(suites, own, builtin=builtin, progress=progress)
+
+    def save(found: Benchmark) -> None:
+        write_whole(folder / "bench.csv", found.csv())
+        write_whole(folder / "bench.tex", found.latex())
+        write_whole(folder / "runs.csv", found.data.to_csv(index=False, lineterminator="\n"))
+
+    with interrupt.held(begun=False) as stops:
+        found = finished(work, save, folder)
+        save(found)
+        tell(f"{found}\nresults: {folder}")
+        if stops:
+            stopped(folder)

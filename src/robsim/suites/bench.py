@@ -1,0 +1,101 @@
+"""`bench`: simulate schemes on suites, and count how often each succeeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from robsim.analysis.scheme import share_of
+from robsim.base import interrupt
+from robsim.base.arrays import flag, is_listed
+from robsim.base.errors import InputError, Interrupted, said
+from robsim.run.workers import Progress, check_progress
+from robsim.suites.benchmark import Benchmark, counted
+from robsim.suites.registry import names, suite_of
+from robsim.suites.reproduction import Repeated, Reproduction
+from robsim.suites.schemes import BUILT_IN, checked, task_of
+from robsim.suites.suite import Suite
+from robsim.suites.trial import Trial
+
+
+def bench(
+    suites: str | Suite | Reproduction | Sequence[str | Suite | Reproduction] | None = None,
+    schemes: Mapping[str, Any] | None = None,
+    *,
+    builtin: bool = True,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    chunk: int = 256,
+) -> Benchmark:
+    """Compare schemes on suites of starts, and return the shares that succeed, with intervals.
+
+    suites    names of suites, or suites of your own (`Suite`); None: all that ship with RobSim
+    schemes   your own, {name: scheme}: a task, which gets the goal and the gain of the suite, or
+              a class or function that is called as scheme(goal, gain=2.0) and returns a task
+    builtin   compare with the schemes of the textbooks
+
+    `progress`, `threads` and `chunk` are as in `simulate`. A suite that repeats published numbers,
+    "gallery", has schemes of its own.
+
+    InputError before anything runs, and where a scheme raises something within a run; Interrupted
+    after Ctrl-C, whose `run` is the Benchmark of what was simulated so far.
+
+    >>> from robsim import IBVS
+    >>> found = bench("vit_500", {"twice the depth": IBVS(depth_scale=2.0)}, builtin=False)
+    >>> int(found.data["success"].sum())
+    391
+    """
+    check_progress(progress)
+    chosen = _chosen(suites)
+    own = checked({} if schemes is None else schemes)
+    every = {**(BUILT_IN if flag(builtin, "builtin") else {}), **own}
+    if not every:
+        raise InputError("no scheme to compare: give some, or builtin=True")
+    how = {"threads": threads, "chunk": chunk}
+    trials = [trial for suite in chosen for trial in _trials(suite, every, how)]
+    for trial in trials:
+        trial.check()
+    return _run(chosen, trials, progress)
+
+
+def _chosen(suites: Any) -> list[Any]:
+    """Return suites by name or as they are; InputError for what is none."""
+    listed = names() if suites is None else suites
+    if isinstance(listed, str | Suite | Reproduction):
+        listed = [listed]
+    listed = tuple(listed) if is_listed(listed) else ()
+    if not listed:
+        raise InputError(f"expected names of suites, got {said(suites)}")
+    found = [each if isinstance(each, Suite | Reproduction) else suite_of(each) for each in listed]
+    called = [each.name for each in found]
+    if len(set(called)) < len(called):
+        raise InputError(f"suites: each once, got {', '.join(called)}")
+    return found
+
+
+def _trials(suite: Any, schemes: Mapping[str, Any], how: Mapping[str, Any]) -> list[Any]:
+    """Return what is to be simulated in a suite."""
+    if isinstance(suite, Reproduction):
+        return [Repeated(suite, how)]
+    goal, gain = suite.task_goal, suite.gain
+    made = {name: task_of(name, scheme, goal, gain) for name, scheme in schemes.items()}
+    return [Trial(suite, name, task, how) for name, task in made.items()]
+
+
+def _run(suites: list[Any], trials: list[Any], progress: Progress | None) -> Benchmark:
+    """Return what trials give; Interrupted holds that of those before a stop."""
+    found: list[Any] = []
+    complete, count = True, len(trials)
+    with interrupt.held(begun=False) as stops:
+        for i, trial in enumerate(trials):
+            try:
+                found.append(trial.rows(share_of(progress, i / count, 1 / count)))
+            except Interrupted as stop:
+                found.append(stop.run)
+                complete = False
+            if stops or not complete:
+                break
+        made = counted(suites, found)
+    if stops or not complete:
+        raise Interrupted("stopped by the user; what was simulated so far is in .run", made)
+    return made

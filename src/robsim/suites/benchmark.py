@@ -1,0 +1,89 @@
+"""`Benchmark`: how often schemes succeed on suites, as rows and as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from robsim import __version__
+from robsim.base.html import table as html
+from robsim.base.tables import aligned, latex_text
+from robsim.suites import tables
+from robsim.suites.reproduction import Reproduction
+from robsim.suites.suite import Suite
+
+
+@dataclass(frozen=True, eq=False)
+class Benchmark:
+    """The runs of schemes on suites, counted; printed as a table for each suite.
+
+    suites  that were simulated
+    data    a row for each run: suite, version, scheme, run, groups, outcome, began, success, time
+            (s), path_length and distances (m), angles (rad); or value, expected and within, where
+            the suite is one of published numbers
+
+    `began` is false where the start itself was out of sight: that counts nothing.
+    """
+
+    suites: tuple[Suite | Reproduction, ...]
+    data: pd.DataFrame
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each suite, group and scheme.
+
+        `successes` of the `runs` that began, with the interval of Wilson from `low` to `high`;
+        `not_begun`; medians `time` (s) and `path_length` (m) of those that succeeded, and
+        `distance_to_goal` (m) and `angle_to_goal` (rad) of those that began.
+        """
+        parts = [tables.counted(suite, self._rows(suite)) for suite in self.suites]
+        return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+    def csv(self) -> str:
+        """Return the table as comma-separated values, in full precision."""
+        return str(self.table.to_csv(index=False, lineterminator="\n"))
+
+    def latex(self) -> str:
+        """Return a tabular of LaTeX for each suite, for \\usepackage{booktabs}."""
+        parts = ((tables.heading(suite), self._columns(suite)) for suite in self.suites)
+        texts = (f"% {head}\n{latex_text(list(zip(*cells, strict=True)))}" for head, cells in parts)
+        return "\n\n".join(texts) + "\n"
+
+    def __str__(self) -> str:
+        """Return a table for each suite, with what counts as success and where it comes from."""
+        return "\n\n".join("\n".join(self._lines(suite)) for suite in self.suites)
+
+    def __repr__(self) -> str:
+        """Return the tables, also where a notebook shows them as text."""
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        """Return the tables for notebooks."""
+        shown = []
+        for suite in self.suites:
+            head, *rows = zip(*self._columns(suite), strict=True)
+            note = "\n".join(tables.notes(suite, self._rows(suite)))
+            shown.append(html(tables.heading(suite), rows, head, note))
+        return "".join(shown)
+
+    def _lines(self, suite: Suite | Reproduction) -> list[str]:
+        notes = tables.notes(suite, self._rows(suite))
+        return [tables.heading(suite), *aligned(self._columns(suite)), *notes]
+
+    def _columns(self, suite: Suite | Reproduction) -> list[list[str]]:
+        return tables.columns(suite, self._rows(suite))
+
+    def _rows(self, suite: Suite | Reproduction) -> pd.DataFrame:
+        return self.data[self.data["suite"] == suite.name]
+
+
+def counted(suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
+    """Return the benchmark of suites from the rows of each trial; those without rows are left."""
+    kept = [part for part in parts if len(part)]
+    data = pd.concat(kept or parts[:1], ignore_index=True)
+    data.attrs = {"robsim": __version__}
+    present = set(data["suite"])
+    return Benchmark(tuple(each for each in suites if each.name in present), data)

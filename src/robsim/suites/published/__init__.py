@@ -1,0 +1,1 @@
+"""The suites that ship with RobSim, one file each, which has a function `suite`."""

@@ -1,0 +1,92 @@
+"""Calibration: a goal that is computed for a camera which is not the true one, and poor images.
+
+The same fifty starts for each kind of error, with errors drawn evenly between the limits that the
+group names; the controller computes its goal for 60 cm from what it believes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.analysis.draws import SUITES, uniform
+from robsim.base.arrays import Array
+from robsim.geometry.pose import Pose
+from robsim.suites.poses import SIZE, between, flying, in_cap, looking
+from robsim.suites.suite import Suite, square
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STARTS, SEED, FOCAL = 50, 7, 500.0
+KINDS = {
+    "none": "exact",
+    "focal": "focal length, 5 %",
+    "centre": "image centre, 10 px",
+    "hand_eye": "hand-eye, 1 cm, 2 deg",
+    "depth": "depths in L, 20 %",
+    "noise": "noise, 1 px",
+    "outliers": "5 % outliers of 30 px",
+    "all": "all together",
+}
+
+
+def suite() -> Suite:
+    """Return the suite."""
+    runs = len(KINDS) * STARTS
+    return Suite(
+        "calibration",
+        1,
+        "wrong calibrations and poor images, with a computed goal",
+        "RobSim; shown and computed goals: Chaumette and Hutchinson, Visual servo control, "
+        "part II, IEEE Robotics and Automation Magazine, 2007",
+        "at the end within 1 cm and 1 degree",
+        succeeds,
+        flying(FOCAL, square(0.2)),
+        Pose.at(0, 0, -0.6).q,
+        np.tile(_starts().q, (len(KINDS), 1)),
+        gain=1.0,
+        dt=0.04,
+        duration=15.0,
+        varied=_errors(uniform(SEED + 1, SUITES, runs, 10)),
+        groups={"error": [text for text in KINDS.values() for _ in range(STARTS)]},
+        computed=True,
+        seed=SEED,
+    )
+
+
+def succeeds(rows: pd.DataFrame) -> Any:
+    """Return which runs, a row each, end near the goal as it was meant."""
+    return (rows["distance_to_goal"] < 0.01) & (rows["angle_to_goal"] < np.radians(1.0))
+
+
+def _starts() -> Pose:
+    """Return the poses (50,) of the camera at the start."""
+    u = uniform(SEED, SUITES, STARTS, 4)
+    away = in_cap(u[:, :2], np.radians(30.0)) * between(u[:, 2:3], 0.6, 0.9)
+    roll = between(u[:, 3], -np.radians(45.0), np.radians(45.0))
+    return looking(away, np.zeros((STARTS, 3)), roll, np.array([0.0, 1.0, 0.0]))
+
+
+def _errors(u: Array) -> dict[str, Array]:
+    """Return what differs from run to run, of numbers u (runs, 10) in 0..1."""
+    even = between(u, -1.0, 1.0)
+    middle = (np.array(SIZE) - 1) / 2
+    tilt = np.radians(2.0) * even[:, 6:9]
+    return {
+        "belief.cameras.eye.focal": FOCAL * (1 + 0.05 * _in(even[:, 0], "focal")),
+        "belief.cameras.eye.center": middle + 10.0 * _in(even[:, 1:3], "centre"),
+        "belief.cameras.eye.position": 0.01 * _in(even[:, 3:6], "hand_eye"),
+        "belief.cameras.eye.rpy": _in(tilt, "hand_eye"),
+        "task.depth_scale": 1 + 0.2 * _in(even[:, 9], "depth"),
+        "sensing.noise": _in(np.ones(len(u)), "noise"),
+        "sensing.outliers": 0.05 * _in(np.ones(len(u)), "outliers"),
+        "sensing.outlier_size": 30.0 * _in(np.ones(len(u)), "outliers"),
+    }
+
+
+def _in(values: Array, kind: str) -> Array:
+    """Return numbers (runs, ...) that are zero in runs without an error of a kind."""
+    has = np.repeat([each in (kind, "all") for each in KINDS], STARTS)
+    return np.where(has.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)

@@ -1,0 +1,64 @@
+"""Shift x lag: a target that jumps aside, seen by images that are late.
+
+The camera rests at its goal, and the target jumps by 0 to 10 cm, in twenty directions of space, and
+turns by 4 degrees for each centimetre. That is a run from beside the goal: until the first image of
+the jump comes, nothing moves, and so the clock starts with that image; until the camera's own
+motion is seen, the images show the jump alone, as those of a run before its first late image do.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.analysis.draws import SUITES, uniform
+from robsim.geometry.pose import Pose
+from robsim.suites.poses import flying, in_cap
+from robsim.suites.suite import Suite, square
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+JUMPS = 0.0, 0.02, 0.05, 0.1  # metres
+LATENCIES = 0.0, 0.1, 0.2, 0.3, 0.4  # seconds
+DIRECTIONS, SEED = 20, 3
+TURN = np.radians(400.0)  # for each metre
+
+
+def suite() -> Suite:
+    """Return the suite."""
+    goal = Pose.at(0, 0, -0.6)
+    cases = np.array(list(product(JUMPS, LATENCIES, range(DIRECTIONS))))
+    (jump, latency), which = cases[:, :2].T, cases[:, 2].astype(int)
+    u = uniform(SEED, SUITES, DIRECTIONS, 4)[which]
+    moved = jump[:, None] * in_cap(u[:, :2], np.pi)
+    turned = TURN * jump[:, None] * in_cap(u[:, 2:], np.pi)
+    jumps = Pose.at(*moved.T, rotvec=turned)  # of the target, in its own axes
+    return Suite(
+        "shift_lag",
+        1,
+        "a target that jumps aside, and images that are late",
+        "RobSim; the limit of a delayed loop: Corke and Good, Dynamic effects in visual "
+        "closed-loop systems, IEEE Transactions on Robotics and Automation, 1996",
+        "10 s after the first image of the jump, within 1 mm and 0.5 degrees",
+        succeeds,
+        flying(500.0, square(0.2)),
+        goal.q,
+        (jumps.inv() @ goal).q,
+        gain=3.0,
+        dt=0.04,
+        duration=10.0,
+        varied={"sensing.latency": latency},
+        groups={
+            "jump": [f"{100 * each:g} cm" for each in jump],
+            "latency": [f"{1000 * each:g} ms" for each in latency],
+        },
+        crossed=True,
+    )
+
+
+def succeeds(rows: pd.DataFrame) -> Any:
+    """Return which runs, a row each, rest where the target jumped to."""
+    return (rows["distance_to_goal"] < 1e-3) & (rows["angle_to_goal"] < np.radians(0.5))

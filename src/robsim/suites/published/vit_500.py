@@ -1,0 +1,72 @@
+"""ViT-500: 500 starts in a box above a target, of which some do not see all of it.
+
+Public facts of the paper: the number of starts and their seed, the box of 1.2 x 1.2 x 0.3 m about
+(0, 0, 0.61) m, the points looked at on four circles 8 cm apart, the roll within 120 degrees, the
+focal length, 1,500 steps, and what counts as success. Ours are the target, a square of 20 cm in the
+plane z = 0, the goal at the middle of the box, 640 x 480 pixels, a gain of 1 and 50 Hz.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.analysis.draws import SUITES, uniform
+from robsim.base.arrays import Array
+from robsim.geometry.pose import Pose
+from robsim.suites.poses import between, flying, looking
+from robsim.suites.suite import Suite, square
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STARTS, SEED = 500, 41
+MIDDLE, HALF = np.array([0.0, 0.0, 0.61]), np.array([0.6, 0.6, 0.15])  # of the box, metres
+GOAL = Pose.at(*MIDDLE, rpy=(np.pi, 0, 0))  # faces the square
+CIRCLES, STEP = 4, 0.08  # radii are 8, 16, 24 and 32 cm
+
+
+def suite() -> Suite:
+    """Return the suite."""
+    return Suite(
+        "vit_500",
+        1,
+        "500 starts in a box above the target",
+        'after "ViT-VS: On the Applicability of Pretrained Vision Transformer Features for '
+        'Generalizable Visual Servoing", arXiv 2503.04545, 2025',
+        "at the end within 10 % of the initial distance and angle, or within 1 cm and 1 degree",
+        succeeds,
+        flying(502.3, square(0.2)),
+        GOAL.q,
+        _starts().q,
+        gain=1.0,
+        dt=0.02,
+        duration=30.0,
+    )
+
+
+def succeeds(rows: pd.DataFrame) -> Any:
+    """Return which runs, a row each, are as near to the goal as the paper asks."""
+    away, turn = rows["distance_to_goal"], rows["angle_to_goal"]
+    reduced = away <= 0.1 * rows["distance_at_start"]
+    reduced &= turn <= 0.1 * rows["angle_at_start"]
+    return reduced | ((away < 0.01) & (turn < np.radians(1.0)))
+
+
+def _starts() -> Pose:
+    """Return the poses (500,) of the camera at the start."""
+    u = uniform(SEED, SUITES, STARTS, 6)
+    positions = MIDDLE + HALF * between(u[:, :3], -1.0, 1.0)
+    return looking(positions, _looked_at(u[:, 3], u[:, 4]), _roll(u[:, 5]), GOAL.rotation[:, 1])
+
+
+def _looked_at(which: Array, turn: Array) -> Array:
+    """Return points (N, 3) on the circles, of numbers (N,) in 0..1."""
+    radius = STEP * (1 + np.floor(CIRCLES * which))
+    angle = 2.0 * np.pi * turn
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.0 * angle], axis=1)
+
+
+def _roll(u: Array) -> Array:
+    return between(u, -np.radians(120.0), np.radians(120.0))

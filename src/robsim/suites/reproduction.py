@@ -1,0 +1,90 @@
+"""`Reproduction`: a suite of published numbers, each of which a scenario must give again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from robsim.analysis.compare import compare
+from robsim.analysis.comparison import Comparison
+from robsim.analysis.measures import MEASURES
+from robsim.base.errors import Interrupted
+from robsim.files import examples
+from robsim.run.experiment import Experiment, load_scenario
+from robsim.run.outcome import Outcome
+from robsim.run.workers import Progress
+
+
+class Number(NamedTuple):
+    """A published number: a measure of a scenario with changes, and how far it may be off."""
+
+    scenario: str
+    changes: tuple[str, ...]
+    measure: str  # of `robsim.analysis.measures`, in SI units
+    expected: float
+    within: float
+
+    @property
+    def case(self) -> str:
+        """The scenario with its changes, in a line."""
+        return " ".join([self.scenario, *(each.removeprefix("task.") for each in self.changes)])
+
+    def experiment(self) -> Experiment:
+        """Return the experiment that gives the number."""
+        return load_scenario(examples.path(self.scenario), self.changes)
+
+
+@dataclass(frozen=True, eq=False)
+class Reproduction:
+    """A suite of published numbers, each with the scenario and the scheme that must give it."""
+
+    name: str
+    version: int
+    title: str
+    source: str
+    criterion: str
+    numbers: tuple[Number, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Repeated:
+    """The scenarios of a suite of numbers, simulated again."""
+
+    suite: Reproduction
+    how: Mapping[str, Any]
+
+    def check(self) -> None:
+        """Do nothing: what ships is checked by tests."""
+
+    def rows(self, progress: Progress | None) -> pd.DataFrame:
+        """Return a row for each number; Interrupted holds those of scenarios before a stop."""
+        experiments = {each.case: each.experiment() for each in self.suite.numbers}
+        try:
+            return self._table(compare(experiments, progress=progress, **self.how))
+        except Interrupted as stop:
+            raise Interrupted(str(stop), self._table(stop.run)) from None
+
+    def _table(self, found: Comparison) -> pd.DataFrame:
+        done = [each for each in self.suite.numbers if each.case in found.names]
+        return pd.DataFrame([self._row(i, each, found) for i, each in enumerate(done)])
+
+    def _row(self, i: int, number: Number, found: Comparison) -> dict[str, Any]:
+        of_case = found.data.sel(scheme=number.case)
+        value = float(of_case[number.measure])
+        return {
+            "suite": self.suite.name,
+            "version": self.suite.version,
+            "scheme": number.case,
+            "run": i,
+            "outcome": Outcome(int(of_case["outcome"])).words,
+            "began": bool(of_case["began"]),
+            "success": abs(value - number.expected) <= number.within,
+            "measure": number.measure,
+            "unit": MEASURES[number.measure].unit,
+            "value": value,
+            "expected": number.expected,
+            "within": number.within,
+        }

@@ -1,0 +1,300 @@
+"""Suites of starts: their facts, who succeeds on them, and how that is counted and told."""
+
+import functools
+import io
+import runpy
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import robsim as rs
+from robsim.analysis.shares import share
+from robsim.suites.published import calibration, cns_150, vit_500
+from robsim.suites.registry import names, suite_of
+from robsim.suites.schemes import BUILT_IN
+
+ROOT = Path(__file__).parents[2]
+CNS, VIT = cns_150.suite(), vit_500.suite()
+
+
+@functools.cache
+def found(name):
+    return rs.bench(name)
+
+
+def some(suite, runs, **changes):
+    """A suite with a few of its runs."""
+    runs = np.asarray(runs)
+    return replace(
+        suite,
+        starts=suite.starts[runs],
+        varied={name: values[runs] for name, values in suite.varied.items()},
+        groups={what: [labels[i] for i in runs] for what, labels in suite.groups.items()},
+        **changes,
+    )
+
+
+def successes(name):
+    """Of the schemes in their order: L current, desired, mean, PBVS twice, 2 1/2 D, partitioned."""
+    table = found(name).table
+    own = table[table["group"] == "all"]
+    assert list(own["scheme"]) == list(BUILT_IN)
+    return own["successes"].tolist()
+
+
+def turns(T, S):
+    """Angles in degrees between rotations (B, 3, 3)."""
+    trace = np.einsum("bij,bij->b", T, S)
+    return np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
+
+
+# the facts of the papers
+
+
+def test_vit_500_starts_in_its_box_and_looks_at_its_circles():
+    T = rs.Pose.from_quaternion(VIT.starts[:, :3], VIT.starts[:, 3:])
+    assert VIT.runs == 500 and VIT.duration / VIT.dt == 1500
+    assert (np.abs(T.position - [0, 0, 0.61]) <= [0.6, 0.6, 0.15]).all()
+    assert np.abs(T.position - [0, 0, 0.61]).max(axis=0) == pytest.approx([0.6, 0.6, 0.15], 0.02)
+    axis = T.rotation[:, :, 2]
+    at = T.position - axis * (T.position[:, 2:] / axis[:, 2:])
+    circles, counts = np.unique(np.hypot(at[:, 0], at[:, 1]).round(9), return_counts=True)
+    assert circles == pytest.approx([0.08, 0.16, 0.24, 0.32]) and counts.min() > 90
+    down = np.array([0.0, -1.0, 0.0])  # in the image of the goal
+    level = down - axis * (axis @ down)[:, None]
+    level /= np.linalg.norm(level, axis=1, keepdims=True)
+    roll = np.degrees(np.arccos(np.einsum("bi,bi->b", T.rotation[:, :, 1], level)))
+    assert 118 < roll.max() <= 120 and np.median(roll) == pytest.approx(60, abs=5)
+
+
+def test_cns_150_has_fifty_pairs_in_each_third_of_rotation_and_three_scales():
+    T = rs.Pose.from_quaternion(CNS.starts[:, :3], CNS.starts[:, 3:])
+    angle = turns(T.rotation, np.tile(np.eye(3), (450, 1, 1)))
+    for low, high in ((3, 43), (45, 92), (94, 180)):
+        inside = (angle >= low) & (angle <= high)
+        label = np.array(CNS.groups["rotation"]) == f"{low}-{high} deg"
+        assert inside.sum() == 150 and (inside == label).all()
+    one = T.position[150:300]
+    for i, scale in enumerate((0.2, 1.0, 5.0)):
+        np.testing.assert_allclose(T.position[150 * i : 150 * i + 150], scale * one, rtol=1e-14)
+        side = np.ptp(CNS.varied["objects.square.marks"][150 * i], axis=0)
+        np.testing.assert_allclose(side, [0.2 * scale, 0.2 * scale, 0])
+    distance = np.linalg.norm(CNS.varied["objects.square.position"][150:300], axis=1)
+    assert distance.min() + 0.05 >= 0.5 and distance.max() <= 1.05
+    assert CNS.duration / CNS.dt == 600 and CNS.gain == 2.0
+
+
+# who succeeds: golden numbers, as docs/bench.md prints them
+
+
+def test_who_succeeds_on_vit_500():
+    table = found("vit_500").table
+    assert {*table["runs"]} == {412} and {*table["not_begun"]} == {88}
+    assert successes("vit_500") == [412, 323, 412, 387, 412, 412, 407]
+    rows = found("vit_500").data
+    assert set(rows[rows["began"] & ~rows["success"]]["outcome"]) == {"out of image"}
+
+
+def test_who_succeeds_on_cns_150():
+    assert successes("cns_150") == [321, 312, 450, 402, 450, 447, 218]
+
+
+def test_the_size_of_the_world_changes_nothing_for_image_based_schemes():
+    """L, depths and speeds grow together, and an image does not tell the size."""
+    rows = found("cns_150").data
+    for name in ("IBVS, L current", "IBVS, L desired", "IBVS, L mean", "2 1/2 D"):
+        own = rows[rows["scheme"] == name]
+        end = own["angle_to_goal"].to_numpy().reshape(3, 150)
+        good = own["success"].to_numpy().reshape(3, 150)
+        assert (good == good[0]).all()
+        np.testing.assert_allclose(end[:, good[0]], end[[1, 1, 1]][:, good[0]], atol=1e-6)
+
+
+def test_l_current_is_trapped_where_the_goal_looks_at_the_square_from_aside():
+    rows = found("cns_150").data
+    own = rows[rows["scheme"] == "IBVS, L current"]
+    aside = np.degrees(np.arccos(CNS.varied["objects.square.rotation"][:, 2, 2]))
+    shares = [own["success"].to_numpy()[part].mean() for part in (aside < 10, aside > 40)]
+    assert shares == pytest.approx([0.93, 0.44], abs=0.005)
+    assert (own["outcome"] == "local minimum").sum() == 108
+
+
+# shift x lag, calibration, gallery
+
+
+def test_a_start_beside_the_goal_is_a_jump_of_the_target():
+    """The camera moves as when the target jumps in one period, later by it and the latency."""
+    rail = rs.Robot("rail", [rs.Link("base"), rs.Link("cart", "base", rs.Joint("prismatic"))])
+    suite, dt, jump = suite_of("shift_lag"), 0.04, 0.05
+    plate = replace(suite.scene.object(), on="rail.cart")
+
+    def rate(seconds):
+        return [jump / dt if seconds < dt / 2 else 0.0]
+
+    robots = (*suite.scene.robots, rail)
+    scene = rs.Scene(robots, [plate], suite.scene.cameras, [rs.Motion("rail", rate)])
+    how = {"dt": dt, "duration": 2.0, "hold": True, "sensing": rs.Sensing(latency=0.2)}
+    task = rs.IBVS(rs.TaughtGoal([*suite.goal, 0.0]), camera="eye", gain=3.0)
+    jumped = rs.simulate(scene, task, [*suite.goal, 0.0], **how)
+    along = np.array([0.0, 0.0, -jump])  # the joint moves along its z: the target goes away
+    task = rs.IBVS(suite.task_goal, gain=3.0)
+    beside = rs.simulate(suite.scene, task, [*(suite.goal[:3] + along), *suite.goal[3:]], **how)
+    late = 6  # periods
+    moved = jumped.q.values[late:, :3] - suite.goal[:3]
+    expected = beside.q.values[:-late, :3] - suite.goal[:3] - along
+    np.testing.assert_allclose(moved, expected, atol=1e-9)
+    assert (jumped.q.values[:late, :7] == suite.goal).all()
+
+
+def test_only_the_longest_latency_is_too_long():
+    table = found("shift_lag").table.set_index(["scheme", "group"])["successes"]
+    for scheme in BUILT_IN:
+        for jump in ("0 cm", "2 cm", "5 cm", "10 cm"):
+            for latency in ("0 ms", "100 ms", "200 ms", "300 ms"):
+                assert table[scheme, f"{jump}, {latency}"] == 20
+        assert table[scheme, "10 cm, 400 ms"] == 0 and table[scheme, "0 cm, 400 ms"] == 20
+
+
+def test_a_wrong_focal_length_moves_the_end_by_its_closed_form():
+    """Z = f / fhat of the distance that was computed, under PBVS: see docs/gallery.md."""
+    suite = calibration.suite()
+    label = np.array(suite.groups["error"]) == calibration.KINDS["focal"]
+    ratio = 500.0 / suite.varied["belief.cameras.eye.focal"][label]
+    rows = rs.bench(some(suite, np.flatnonzero(label)), {"pose": rs.PBVS()}, builtin=False).data
+    np.testing.assert_allclose(rows["distance_to_goal"], 0.6 * np.abs(ratio - 1), atol=5e-5)
+    assert rows["angle_to_goal"].max() < 1e-4
+
+
+def test_the_errors_are_within_their_limits_and_in_their_own_runs():
+    suite = calibration.suite()
+    varied, kind = suite.varied, np.array(suite.groups["error"])
+    none = kind == "exact"
+    focal = varied["belief.cameras.eye.focal"] / 500
+    assert (focal[none] == 1).all() and 0.04 < np.abs(focal - 1).max() <= 0.05
+    assert set(kind[varied["sensing.outliers"] > 0]) == {"5 % outliers of 30 px", "all together"}
+    assert set(kind[varied["task.depth_scale"] != 1]) == {"depths in L, 20 %", "all together"}
+    assert {np.sum(kind == each) for each in set(kind)} == {50}
+
+
+def test_every_published_number_is_what_its_scenario_gives():
+    assert found("gallery").data["success"].all()
+    assert str(found("gallery")).count("agrees") == 30
+    off = replace(
+        suite_of("gallery"), numbers=(suite_of("gallery").numbers[0]._replace(expected=2),)
+    )
+    wrong = rs.bench(off)
+    assert not wrong.data["success"].any() and "DIFFERS" in str(wrong)
+
+
+# how runs are counted
+
+
+@pytest.mark.parametrize("how", [{"threads": 1}, {"threads": 2, "chunk": 7}])
+def test_threads_and_chunks_change_no_bit(how):
+    suite = some(calibration.suite(), range(0, 400, 9))
+    schemes = {"mine": rs.Partitioned()}
+    one, other = (rs.bench(suite, schemes, builtin=False, **each) for each in ({}, how))
+    pd.testing.assert_frame_equal(one.data, other.data, check_exact=True)
+
+
+def test_rows_are_those_of_the_runs():
+    suite = some(CNS, range(150, 450, 20))
+    rows = rs.bench(suite, {"mine": rs.PBVS()}, builtin=False).data
+    one = suite.experiment(rs.PBVS(suite.task_goal, gain=2.0)).vary(suite.varied).run()
+    np.testing.assert_allclose(rows["distance_to_goal"], one.distance_to_goal, atol=1e-14)
+    np.testing.assert_allclose(rows["angle_to_goal"], one.angle_to_goal, atol=1e-14)
+    near = one.distance_to_goal <= 0.1 * np.linalg.norm(one.q0[:, :3], axis=1)
+    assert (rows["success"] == (near & (np.degrees(one.angle_to_goal) <= 10))).all()
+    assert (rows["time"] == one.end_time).all()
+
+
+@dataclass(frozen=True, eq=False)
+class Alone(rs.IBVS):
+    """Cannot be bound for all runs at once, as RobSim does not know its law."""
+
+    def bound_law(self, regulated):
+        return self.law
+
+
+def test_a_task_that_is_bound_for_each_run_has_the_same_rows():
+    suite = some(CNS, [3, 190, 449])
+    found = rs.bench(suite, {"one": Alone(), "all": rs.IBVS()}, builtin=False).data
+    one, every = (found[found["scheme"] == name].drop(columns="scheme") for name in ("one", "all"))
+    pd.testing.assert_frame_equal(one.reset_index(drop=True), every.reset_index(drop=True))
+
+
+def test_a_scheme_is_a_task_a_class_or_a_function():
+    class Mine(rs.IBVS):
+        pass
+
+    def made(goal, gain):
+        return rs.IBVS(goal, gain=gain)
+
+    suite = some(VIT, range(0, 500, 25))
+    rows = rs.bench(suite, {"task": rs.IBVS(), "class": Mine, "function": made}).data
+    assert list(dict.fromkeys(rows["scheme"])) == [*BUILT_IN, "task", "class", "function"]
+    first = rows[rows["scheme"] == "IBVS, L current"]["distance_to_goal"].to_numpy()
+    for name in ("task", "class", "function"):
+        assert (rows[rows["scheme"] == name]["distance_to_goal"] == first).all()
+
+
+def test_the_table_counts_what_began_with_the_interval_of_wilson():
+    rows, table = found("vit_500").data, found("vit_500").table.set_index("scheme")
+    for name in BUILT_IN:
+        own = rows[rows["scheme"] == name]
+        expected = share(int(own["success"].sum()), int(own["began"].sum()))
+        assert tuple(table.loc[name, ["successes", "runs", "low", "high"]]) == expected
+        good = own[own["success"]]
+        assert table.loc[name, "time"] == np.median(good["time"])
+        assert table.loc[name, "path_length"] == np.median(good["path_length"])
+    assert not rows["success"][~rows["began"]].any()
+
+
+def test_the_tables_as_texts():
+    one = found("cns_150")
+    again = pd.read_csv(io.StringIO(one.csv()))
+    pd.testing.assert_frame_equal(again, one.table, check_exact=True)
+    assert "cns_150, version 1" in str(one) and "93.9 % [91.2, 95.9]" in str(found("vit_500"))
+    latex = one.latex()
+    assert latex.count("\\\\") == 1 + 7 * 7 and "71.3 \\% [67.0, 75.3]" in latex
+    assert one._repr_html_().count("<tr>") == 1 + 7 * 7
+    assert "20 [8, 42]  10" in str(found("shift_lag")).splitlines()[3]
+
+
+def test_a_stop_leaves_what_is_done(monkeypatch):
+    run_of, calls = rs.Experiment.run, []
+
+    @functools.wraps(run_of)
+    def stopped(*arguments, **settings):
+        calls.append(arguments)
+        run = run_of(*arguments, **settings)
+        if len(calls) == 2:
+            running = run.outcome.copy()
+            running[3:] = rs.Outcome.RUNNING
+            raise rs.Interrupted("stopped", run.assign(outcome=running))
+        return run
+
+    monkeypatch.setattr(rs.Experiment, "run", stopped)
+    with pytest.raises(rs.Interrupted) as stop:
+        rs.bench(some(VIT, range(10)))
+    counts = stop.value.run.data["scheme"].value_counts().to_dict()
+    assert counts == {"IBVS, L current": 10, "IBVS, L desired": 3}
+
+
+def test_progress_goes_from_nothing_to_all():
+    told = []
+    rs.bench([some(VIT, range(10)), "gallery"], progress=told.append)
+    assert told == sorted(told) and 0 <= told[0] < 0.2 and told[-1] == 1.0
+
+
+OTHERS = [pytest.param(each, marks=pytest.mark.full) for each in names() if each != "vit_500"]
+
+
+@pytest.mark.parametrize("name", ["vit_500", *OTHERS])
+def test_the_page_has_the_table_that_the_code_gives(name):
+    page = (ROOT / "docs" / "bench.md").read_text(encoding="utf-8")
+    written = runpy.run_path(str(ROOT / "docs" / "bench.py"))["written"]
+    assert written(page, name) == page
