@@ -48,6 +48,11 @@ class Advice(Value):
     metres, radians   by which the camera stands off its goal there; NaN where no pose is its goal
     effects       of a small mistake in each number that is believed (`Effect`), most harmful first
     notes         what this cannot say
+
+    >>> from robsim import advise, examples, load_scenario
+    >>> advice = advise(load_scenario(examples.path("noise_floor")))
+    >>> round(advice.margin, 3), round(advice.noise.pixels, 3), advice.effects[0].unit
+    (10.0, 0.408, '1 %')
     """
 
     gain: float

@@ -10,6 +10,7 @@ import numpy as np
 from robsim.analysis.advising.limit import largest
 from robsim.analysis.advising.linear import Linear
 from robsim.analysis.advising.mistakes import Mistake, mistakes
+from robsim.analysis.advising.scaled import Scaled
 from robsim.analysis.explanation.wording import away
 from robsim.analysis.field import Field
 from robsim.base.arrays import Array
@@ -84,8 +85,9 @@ def _effect(linear: Linear, mistake: Mistake, limit: float) -> Effect:
     other = linear.with_task(mistake.made(linear.task, linear.field.scene))
     off = other.response.settled(other.field.command(linear.q).qd[:, 0])
     metres, radians = _off(linear.field, linear.q, off)
-    slowest = other.scaled.rates[0].real / linear.scaled.rates[0].real - 1.0
-    raised = largest(other.scaled, linear.calm) / limit - 1.0 if limit else 0.0
+    scaled = Scaled.of(other.response, None) if linear.scaled.plain else other.scaled
+    slowest = scaled.rates[0].real / linear.scaled.rates[0].real - 1.0
+    raised = largest(scaled, linear.calm) / limit - 1.0 if limit else 0.0
     return Effect(mistake.name, mistake.unit, metres, radians, float(slowest), raised)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robsim.analysis.advising.linear import Linear
+from robsim.analysis.equilibria import inside
 from robsim.analysis.explanation.wording import counted, listed, number
 from robsim.analysis.leaves import leaves
 from robsim.run.experiment import Experiment
@@ -22,6 +23,8 @@ def notes(experiment: Experiment, linear: Linear) -> Iterator[str]:
         yield f"{counted(free, 'motion')} that the features leave free have no part in it"
     if linear.field.unreached:
         yield "wheels cannot move sideways: the sideways distance at the start is not corrected"
+    if not inside(experiment.task.bind(experiment.scene), linear.q).all():
+        yield "it would come to rest outside of the limits of a joint or of an image"
     left = _left(linear)
     if left:
         yield f"it comes to rest with an error of {left}: the goal is out of reach, or not believed"

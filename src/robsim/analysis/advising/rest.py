@@ -45,7 +45,7 @@ def at_rest(field: Field, experiment: Experiment) -> Array:
     """
     with np.errstate(all="ignore"):  # unusable states give NaN
         q = _near_goal(field, experiment)
-        return _at_end(experiment) if q is None else q
+        return field.within_limits(_at_end(experiment) if q is None else q)
 
 
 def _near_goal(field: Field, experiment: Experiment) -> Array | None:
