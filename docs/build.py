@@ -42,7 +42,8 @@ GROUPS = {
     "Trajectories": "FollowJoints FollowPath trajectory",
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
     "decompose_homography HomographyMotions",
-    "Analysis": "compare Comparison diagnose explain Explanation equilibria Equilibria Equilibrium",
+    "Analysis": "advise Advice compare Comparison diagnose explain Explanation "
+    "equilibria Equilibria Equilibrium",
     "Pages and films": "export_html show open_recording Recording animate",
     "Figures": "plot",
     "Your own parts": "declare testing",

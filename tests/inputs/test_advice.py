@@ -35,6 +35,14 @@ def with_task(**changes):
             ),
             "advise: there are several runs",
         ),
+        (
+            lambda: example("visp_tutorial").with_(sensing=rs.Sensing(latency=1e6)),
+            r"advise: images are used up to 1000 control periods long or late, .*2.5e\+07",
+        ),
+        (
+            lambda: example("visp_tutorial").with_(sensing=rs.Sensing(dropped=0.95)),
+            "advise: up to 0.9 of the images are lost, not 0.95",
+        ),
         (lambda: with_task(interaction=rs.Broyden()), r"advise: .*interaction=Broyden\(...\)"),
         (lambda: with_task(depth=rs.DepthFilter(0.5)), r"advise: .*depth=DepthFilter\(...\)"),
         (

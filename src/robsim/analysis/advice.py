@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.analysis.advising.causes import limited_by
 from robsim.analysis.advising.effects import Effect, effects, rounded
-from robsim.analysis.advising.floor import Floor, floor, variance
+from robsim.analysis.advising.floor import Floor, deviation, floor
 from robsim.analysis.advising.limit import largest
 from robsim.analysis.advising.linear import WHO, Linear
 from robsim.analysis.advising.notes import notes
@@ -186,8 +186,8 @@ def _noise(experiment: Experiment, linear: Linear) -> Floor:
     drives = Drives(experiment.actuation, field.scene, field.controller.columns)
     rows = field.scene.tree.alone(field.controller.columns)
     steps = np.where(rows >= 0, drives.steps[rows], 0.0)
-    pixel = variance(experiment.sensing)
-    return floor(linear.response, linear.scaled, linear.timing, pixel, steps**2 / 12.0)
+    each = deviation(experiment.sensing), steps / math.sqrt(12.0)
+    return floor(linear.response, linear.scaled, linear.timing, *each)
 
 
 def _end(experiment: Experiment, linear: Linear) -> tuple[float, float]:

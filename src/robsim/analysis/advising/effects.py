@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.analysis.advising.limit import largest
+from robsim.analysis.advising.limit import of_modes
 from robsim.analysis.advising.linear import Linear
 from robsim.analysis.advising.mistakes import Mistake, mistakes
 from robsim.analysis.advising.scaled import Scaled
@@ -75,7 +75,7 @@ def _order(one: Effect, depth: float) -> tuple[float, float, float]:
 
 
 def _each(linear: Linear) -> Iterator[Effect]:
-    limit = largest(linear.scaled, linear.calm)
+    limit = of_modes(linear.scaled.modes, linear.calm)
     for mistake in mistakes(linear.field.scene, linear.field.controller.sights):
         yield _effect(linear, mistake, limit)
 
@@ -85,9 +85,9 @@ def _effect(linear: Linear, mistake: Mistake, limit: float) -> Effect:
     other = linear.with_task(mistake.made(linear.task, linear.field.scene))
     off = other.response.settled(other.field.command(linear.q).qd[:, 0])
     metres, radians = _off(linear.field, linear.q, off)
-    scaled = Scaled.of(other.response, None) if linear.scaled.plain else other.scaled
+    scaled = Scaled.of(other.response, None) if linear.scaled.proportional else other.scaled
     slowest = scaled.rates[0].real / linear.scaled.rates[0].real - 1.0
-    raised = largest(scaled, linear.calm) / limit - 1.0 if limit else 0.0
+    raised = of_modes(scaled.modes, linear.calm) / limit - 1.0 if limit else 0.0
     return Effect(mistake.name, mistake.unit, metres, radians, float(slowest), raised)
 
 

@@ -37,32 +37,37 @@ class Floor:
     radians: float
 
 
-def variance(sensing: Sensing) -> float:
-    """Return the variance of a pixel coordinate, of noise, rounding and outliers together.
+def deviation(sensing: Sensing) -> float:
+    """Return the standard deviation of a pixel coordinate, of noise, rounding and outliers.
 
     Rounding to steps of h has the variance h^2/12 of a uniform distribution.
     """
-    strays = sensing.outliers * sensing.outlier_size**2
-    return float(sensing.noise**2 + sensing.quantisation**2 / 12.0 + strays)
+    strays = math.sqrt(sensing.outliers) * sensing.outlier_size
+    return math.hypot(sensing.noise, sensing.quantisation / math.sqrt(12.0), strays)
 
 
 def floor(
     response: Response, scaled: Scaled, timing: Timing, pixel: float, encoder: Array
 ) -> Floor:
-    """Return what remains under this variance of a pixel and those (n,) of joints that are read.
+    """Return what remains under these deviations of a pixel and (n,) of joints that are read.
 
     The covariance X of the state settles where X = A X A' + B W B', with W that of the command.
     """
-    U, loop = response.basis, scaled.at(1.0, timing.short)
+    U, short = response.basis, timing.short
+    loop, together = (
+        scaled.at(1.0, short),
+        short.every // timing.every,
+    )  # images that one stands for
     if not settles(loop):
         return Floor(math.inf, math.inf, math.inf)
-    of_pixels, of_joints = U.T @ response.pixels, U.T @ response.now
-    W = pixel * of_pixels @ of_pixels.T + (of_joints * encoder) @ of_joints.T
-    X = _settled(loop, W)
-    C = U @ _mean(loop, X, W) @ U.T
+    share = pixel / math.sqrt(together)
+    noise = np.hstack([U.T @ response.pixels * share, U.T @ response.now * encoder])
+    size = float(np.abs(noise).max()) or 1.0
+    W = (noise / size) @ (noise / size).T
+    C = U @ _mean(loop, _settled(loop, W), W) @ U.T
     marks, place, turn = (A @ C @ A.T for A in (response.marks, response.place, response.turn))
     each = np.trace(marks) * 2.0 / len(marks), np.trace(place), np.trace(turn)
-    return Floor(*(math.sqrt(max(float(x), 0.0)) for x in each))
+    return Floor(*(size * math.sqrt(max(float(x), 0.0)) for x in each))
 
 
 def _settled(loop: Sampled, W: Array) -> Array:

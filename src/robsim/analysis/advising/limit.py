@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ FIRST, LAST = 0.01, 1e9  # rate times delay at the first factor, and the largest
 UP, BLOCK = 1.1, 64  # from one factor that is tried to the next, and how many are at once
 LOWER, LOWEST = 0.1, 1e-8  # of the first factor: where even the last is unstable, none is stable
 PARTS, CUTS = 33, 4  # of an interval, and how often it is cut
-ROUNDS = 400  # of a power iteration
+ROUNDS, PER_LOSS = 400, 150.0  # of a power iteration, at least, and times 1/(1 - lost)
 
 
 class Maps(NamedTuple):
@@ -36,11 +37,11 @@ class Maps(NamedTuple):
             return np.asarray(np.abs(np.linalg.eigvals(self.came)).max(axis=-1) < 1.0)
         A, K, p = self.came, self.kept, self.lost
         X: Any = np.broadcast_to(np.eye(A.shape[-1], dtype=A.dtype), A.shape)
-        growth = np.zeros(len(A))
-        for i in range(ROUNDS):
+        growth, rounds = np.zeros(len(A)), max(ROUNDS, int(PER_LOSS / (1.0 - p)))
+        for i in range(rounds):
             X = (1.0 - p) * (A @ X @ _adjoint(A)) + p * (K @ X @ _adjoint(K))
             size = np.trace(X, axis1=-2, axis2=-1).real
-            growth += np.log(size) * (i >= ROUNDS // 2)
+            growth += np.log(size) * (i >= rounds // 2)
             X = X / size[:, None, None]
         return np.asarray(growth < 0.0)
 
@@ -52,11 +53,11 @@ def largest(scaled: Scaled, timing: Timing) -> float:
     """Return the largest factor of the gains below which the loop settles; 0 if there is none.
 
     It is where an eigenvalue of the map from one image to the next leaves the unit circle. Where
-    images are lost, the mean square is to settle.
+    images are lost, the mean square is to settle, if the command follows from the image alone.
     """
     if scaled.plain:
         return of_modes(scaled.modes, timing)
-    short = timing.short
+    short = replace(timing.short, lost=0.0)
     first = _first(list(scaled.rates), short)
     return _limit(lambda factors: _stacked([scaled.at(f, short) for f in factors]), first)
 
@@ -67,7 +68,7 @@ def of_modes(rates: Sequence[complex], timing: Timing) -> float:
     if min(rate.real for rate in rates) <= 0.0:
         return 0.0
     first = _first(rates, short)
-    return min(_limit(_of_mode(rate, short), first) for rate in rates)
+    return min(_limit(_of_mode(rate, short, first / FIRST), first) for rate in rates)
 
 
 def settles(loop: Sampled) -> bool:
@@ -75,12 +76,12 @@ def settles(loop: Sampled) -> bool:
     return bool(_stacked([loop]).settle()[0])
 
 
-def _of_mode(rate: complex, timing: Timing) -> Made:
-    """Return what makes the maps of a mode, which depend on the factor linearly."""
-    none, once = (_stacked([mode(f * rate, timing)]) for f in (0.0, 1.0))
+def _of_mode(rate: complex, timing: Timing, usual: float) -> Made:
+    """Return what makes the maps of a mode, which are linear in the factor."""
+    none, once = (_stacked([mode(f * rate, timing)]) for f in (0.0, usual))
 
     def made(factors: Array) -> Maps:
-        f = factors[:, None, None]
+        f = factors[:, None, None] / usual
         came, kept = (a + f * (b - a) for a, b in zip(none[:2], once[:2], strict=True))
         return Maps(came, kept, timing.lost)
 

@@ -30,6 +30,8 @@ def notes(experiment: Experiment, linear: Linear) -> Iterator[str]:
         yield f"it comes to rest with an error of {left}: the goal is out of reach, or not believed"
     if any(isinstance(leaf.gain, AdaptiveGain) for leaf in leaves(experiment.task)):
         yield "of an adaptive gain the one at zero error counts"
+    if linear.timing.lost and not linear.scaled.plain:
+        yield "lost images have no part in the largest gain"
     yield from _imperfections(experiment)
 
 

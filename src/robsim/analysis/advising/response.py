@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -47,7 +47,10 @@ class Response:
         total = _slope(whole, STEP)
         place, turn = _relative(field, q, there)
         marks = _slope(_flat(seen[0]), STEP)
-        return cls(now, total - now, _to_pixels(field, q), marks, place, turn)
+        found = cls(now, total - now, _to_pixels(field, q), marks, place, turn)
+        if not all(np.isfinite(getattr(found, each.name)).all() for each in fields(found)):
+            raise InputError("advise: what is commanded beside the goal is not finite")
+        return found
 
     @property
     def total(self) -> Array:
@@ -108,13 +111,11 @@ def _relative(field: Field, q: Array, there: Array) -> tuple[Array, Array]:
 
 
 def _check_smooth(qd: Array, here: Array) -> None:
-    """Raise InputError unless the command (n, 2 n) has a derivative that is not zero."""
-    if not np.isfinite(qd).all():
-        raise InputError("advise: the command is not finite beside the goal: a mark or the law")
+    """Raise InputError if the command (n, 2 n) has no derivative, or one that is zero."""
     n = qd.shape[1] // 2
     ahead, behind = qd[:, :n], qd[:, n:]
     size = np.abs(ahead - behind).max()
-    if not np.abs(ahead + behind - 2.0 * here).max() <= ROUGH * size:
+    if np.abs(ahead + behind - 2.0 * here).max() > ROUGH * size:
         raise InputError(
             "advise: the command has no derivative at the goal, so that no linear loop stands for "
             "it there (docking, for one): simulate it"

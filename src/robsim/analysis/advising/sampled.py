@@ -73,5 +73,5 @@ def _followed(
     """Return motion and velocity some time later, under a command u: lag v' = u - v."""
     if lag == 0.0:
         return motion + seconds * u, u
-    rest = math.exp(-seconds / lag)
-    return motion + seconds * u - (u - v) * (lag * (1.0 - rest)), u - (u - v) * rest
+    gone = -math.expm1(-seconds / lag)  # of the gap
+    return motion + seconds * u - (u - v) * (lag * gone), v + (u - v) * gone

@@ -42,11 +42,28 @@ class Scaled:
         )
         return cls(more_now, more_seen, now - more_now, seen - more_seen)
 
+    @property
+    def proportional(self) -> bool:
+        """Whether all of the command grows with the gains."""
+        return self._nothing(self.fixed_now, self.fixed_seen)
+
     @cached_property
     def plain(self) -> bool:
-        """Whether all of the command follows from the image, in proportion to the gain."""
-        others = (self.now, self.fixed_now, self.fixed_seen)
-        return all(np.abs(A).max() <= NOTHING * np.abs(self.seen).max() for A in others)
+        """Whether what grows follows from the image alone, and what is fixed is apart from it.
+
+        As a secondary motion, which is projected to where it does not move the features.
+        """
+        U = self._served
+        return self._nothing(self.now, self.fixed_seen, U.T @ self.fixed_now)
+
+    @cached_property
+    def _served(self) -> Array:
+        """An orthonormal basis of the velocities that are commanded because of the image."""
+        U, sigma, _ = np.linalg.svd(self.seen)
+        return np.asarray(U[:, sigma > NOTHING * sigma[0]])
+
+    def _nothing(self, *parts: Array) -> bool:
+        return all(np.abs(A).max() <= NOTHING * np.abs(self.seen).max() for A in parts)
 
     def at(self, factor: float, timing: Timing) -> Sampled:
         """Return the loop with gains multiplied by a factor."""
@@ -61,10 +78,10 @@ class Scaled:
 
     @property
     def modes(self) -> list[complex]:
-        """The rates, each once, of a pair that is complex one."""
-        kept: list[complex] = []
-        for rate in self.rates[self.rates.imag >= 0.0]:
-            if all(abs(rate - other) > SAME * abs(rate) for other in kept):
+        """The rates of what the image commands, each once, of a pair that is complex one."""
+        U, kept = self._served, list[complex]()
+        for rate in -np.linalg.eigvals(U.T @ self.seen @ U):
+            if rate.imag >= 0.0 and all(abs(rate - one) > SAME * abs(rate) for one in kept):
                 kept.append(complex(rate))
         return kept
 

@@ -6,10 +6,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import Self
 
+from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
 from robsim.run.images import ROUNDING
 
-QUEUE = 20  # images on their way, above which a loop of rarer images stands for the true one
+LONGEST = 1000  # control periods from one image to the next, or until it is used
+LOST = 0.9  # share of images: of more, the mean square tells little of a run
+QUEUE = 20  # images on their way, above which a loop of rarer images stands for the true one,
+LOSSY = 6  # and where some are lost
 
 
 @dataclass(frozen=True)
@@ -28,9 +32,18 @@ class Timing:
 
     @classmethod
     def of(cls, experiment: Experiment) -> Self:
-        """Return the times of an experiment."""
+        """Return the times of an experiment; InputError if images are too rare, late or lossy."""
         sensing, dt = experiment.sensing, experiment.dt
         every = sensing.periods(dt)
+        if max(every, sensing.latency / dt) > LONGEST:
+            raise InputError(
+                f"advise: images are used up to {LONGEST} control periods long or late, and these "
+                f"are {max(every, sensing.latency / dt):g}"
+            )
+        if sensing.dropped > LOST:
+            raise InputError(
+                f"advise: up to {LOST:g} of the images are lost, not {sensing.dropped:g}"
+            )
         return cls(dt, every, sensing.latency, experiment.actuation.lag, sensing.dropped)
 
     @property
@@ -59,9 +72,10 @@ class Timing:
 
         A command that is held for T is late by T/2. The limit differs by some (T / latency)^2 / 24.
         """
-        longer = math.ceil(self.delay / QUEUE)
+        longer = math.ceil(self.delay / (LOSSY if self.lost else QUEUE))
         if longer <= 1:
             return self
         every = longer * self.every
         latency = self.latency - 0.5 * (every - self.every) * self.dt
-        return replace(self, every=every, latency=latency)
+        lost = self.lost / (self.lost + longer * (1.0 - self.lost))  # of the same mean age
+        return replace(self, every=every, latency=latency, lost=lost)
