@@ -327,3 +327,28 @@ def test_what_is_shown_of_it():
     assert "Noise: nothing settles" in str(advice)
     assert "<table>" in advice._repr_html_() and advice.stability in advice._repr_html_()
     assert advice == replace(advice) != replace(advice, rate=0.0)
+
+
+class Spring:
+    """A law of a user that trusts the joints as well, which are never late."""
+
+    def command(self, state):
+        q = state.q_last.T - np.radians([1, 81, -199, 1, -61, 2])
+        e = (
+            np.linalg.pinv(state.task_jacobian_last.transpose(2, 0, 1))
+            @ state.error_last.T[..., None]
+        )
+        return -state.gain * (0.7 * e[..., 0] + 0.3 * q)
+
+
+def test_a_law_that_reads_the_joints_at_once_is_stable_for_longer():
+    experiment = rs.Experiment(scene_of("in hand"), rs.IBVS(), sensing=rs.Sensing(latency=0.08))
+    own = experiment.with_(task=rs.IBVS(law=Spring()))
+    linear = linear_of(own)
+    assert not linear.scaled.plain
+    limit = largest(linear.scaled, linear.timing)
+    assert limit > 1.2 * limit_of(experiment)[0]
+    z, d = np.exp(1j * np.linspace(1e-3, np.pi, 200_000)), 2
+    gains = -(z - 1) / (0.7 * z**-d + 0.3) / 0.04  # for which z is a root: z - 1 + g dt (...) = 0
+    found = gains.real[:-1][np.diff(np.sign(gains.imag)) != 0]
+    assert limit == pytest.approx(found[found > 0].min(), rel=1e-4)
