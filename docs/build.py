@@ -42,7 +42,9 @@ GROUPS = {
     "Trajectories": "FollowJoints FollowPath trajectory",
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
     "decompose_homography HomographyMotions",
-    "Analysis": "compare Comparison bench Benchmark Suite diagnose explain Explanation "
+    "Studies": "study open_study Study Counts Uniform Normal LogUniform Sobol Choice Grid Plus Times "
+    "Sampler LookAt Shell Within About Anywhere",
+    "Analysis": "advise Advice compare Comparison bench Benchmark Suite diagnose explain Explanation "
     "equilibria Equilibria Equilibrium",
     "Pages and films": "export_html show open_recording Recording animate",
     "Figures": "plot",

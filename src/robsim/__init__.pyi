@@ -6,6 +6,8 @@ from robsim import plot as plot
 from robsim import testing as testing
 from robsim import trajectory as trajectory
 from robsim import units as units
+from robsim.analysis.advice import Advice as Advice
+from robsim.analysis.advice import advise as advise
 from robsim.analysis.clearance import clearance as clearance
 from robsim.analysis.compare import compare as compare
 from robsim.analysis.comparison import Comparison as Comparison

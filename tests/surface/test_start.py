@@ -64,7 +64,7 @@ STEPS = {  # in the order of what they may load, so that none hides behind anoth
     "rs.load_scenario": (),
     "import robsim.cli": ("click",),
     "rs.open_run": ("xarray", "pandas"),
-    "rs.compare; rs.explain; rs.diagnose": (),
+    "rs.advise; rs.compare; rs.explain; rs.diagnose": (),
 }
 
 

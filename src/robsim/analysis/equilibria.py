@@ -152,7 +152,7 @@ def _result(
     ended = _ended(field, points, first, ends)
     counts = np.bincount(ended[ended >= 0], minlength=first.size)
     listed = [i for i in _order(field, points, named, counts) if first[i] == i]
-    T, inside = field.pose(points.q).matrix, _inside(real, points.q)
+    T, within = field.pose(points.q).matrix, inside(real, points.q)
     found = [
         Equilibrium(
             frozen(points.q[:, i].copy()),
@@ -161,7 +161,7 @@ def _result(
             float(points.error_norm[i]),
             frozen(points.eigenvalues[:, i].copy()),
             int(points.free[i]),
-            bool(inside[i]),
+            bool(within[i]),
             float(counts[i] / ended.size),
         )
         for i in listed
@@ -179,7 +179,7 @@ def _order(field: Field, points: Points, named: list[Kind], counts: Any) -> list
     return [int(i) for i in order]
 
 
-def _inside(real: Controller, q: Array) -> NDArray[np.bool_]:
+def inside(real: Controller, q: Array) -> NDArray[np.bool_]:
     """Return whether (E,) all joints are within their limits and all marks in their images."""
     low, high = real.scene.limits.T[..., None]
     within = (low - LIMIT_SLACK <= q) & (q <= high + LIMIT_SLACK)

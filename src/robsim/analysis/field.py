@@ -20,7 +20,7 @@ from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
-from robsim.servo.sight import relative
+from robsim.servo.sight import Key, relative
 from robsim.servo.standalone import Standalone
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
@@ -29,6 +29,8 @@ from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 STEP = 1e-5  # metres and radians, of central differences
+
+Images = dict[Key, Array]  # of each camera and target
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,16 +44,19 @@ class Field:
     controller: Controller
 
     @classmethod
-    def of(cls, scene: Scene, task: Task) -> Field:
-        """Return the field of a task; InputError if it has memory or the scene moves on its own."""
+    def of(cls, scene: Scene, task: Task, who: str = "equilibria") -> Field:
+        """Return the field of a task; InputError if it has memory or the scene moves on its own.
+
+        `who` asks is said in errors.
+        """
         if scene.motions:
             raise InputError(
-                f"equilibria: robot '{scene.motions[0].robot}' moves on its own, and a scene "
-                "that changes with time has none"
+                f"{who}: robot '{scene.motions[0].robot}' moves on its own, and a scene "
+                "that changes with time has no equilibria"
             )
         for what in _memories(task):
             raise InputError(
-                f"equilibria: the command of this task depends on what was before ({what}), "
+                f"{who}: the command of this task depends on what was before ({what}), "
                 "not on the state alone; leave that out"
             )
         with warnings.catch_warnings():
@@ -115,7 +120,22 @@ class Field:
 
     def command(self, q: Array) -> Command:
         """Return the command at states q (nq, B), each as the first instant of a run."""
-        return self._decided(q)[0]
+        return self.respond(q, *self.images(q))[0]
+
+    def images(self, q: Array) -> tuple[Images, Images]:
+        """Return the true pixels (N, 2, B) and depths (N, B) of all sights at states q (nq, B)."""
+        seen = {sight.key: sight.project(q) for sight in self.controller.sights}
+        pixels = {key: one.pixels for key, one in seen.items()}
+        return pixels, {key: one.depth for key, one in seen.items()}
+
+    def respond(self, q: Array, pixels: Images, depth: Images) -> tuple[Command, dict[str, Any]]:
+        """Return the command at states q as measured and for images of any other instant.
+
+        With it comes what the law remembers of them.
+        """
+        blocks = self._alone.begin(q.shape[1])
+        decision = self._alone.decide(blocks, 0, q, pixels, depth)
+        return self.controller.scaled(decision).command, blocks.memory
 
     def rates(self, q: Array) -> Array:
         """Return f (n, B), NaN where a mark is not in front of its camera."""
@@ -190,23 +210,14 @@ class Field:
     def _alone(self) -> Standalone:
         return Standalone(self.controller, 1.0)
 
-    def _decided(self, q: Array) -> tuple[Command, dict[str, Any]]:
-        """Return the command at states q, and what the law remembers of it."""
-        seen = {sight.key: sight.project(q) for sight in self.controller.sights}
-        pixels = {key: one.pixels for key, one in seen.items()}
-        depth = {key: one.depth for key, one in seen.items()}
-        blocks = self._alone.begin(q.shape[1])
-        decision = self._alone.decide(blocks, 0, q, pixels, depth)
-        return self.controller.scaled(decision).command, blocks.memory
-
-    def check_forgetful(self, q: Array) -> None:
+    def check_forgetful(self, q: Array, who: str = "equilibria") -> None:
         """Raise InputError if a law stores something in the memory at states q."""
         with np.errstate(all="ignore"):
-            _, memory = self._decided(q)
+            _, memory = self.respond(q, *self.images(q))
         kept = list(_kept(memory))
         if kept:
             raise InputError(
-                f"equilibria: the law of this task remembers {kept[0]!r}; its command must "
+                f"{who}: the law of this task remembers {kept[0]!r}; its command must "
                 "depend on the state alone"
             )
 

@@ -1,0 +1,85 @@
+"""Where a task comes to rest, near its goal."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from robsim.analysis.equilibria import equilibria
+from robsim.analysis.field import Field
+from robsim.analysis.leaves import changed
+from robsim.analysis.newton import refined
+from robsim.base.arrays import Array, runs_last
+from robsim.base.errors import InputError
+from robsim.run.experiment import Experiment
+from robsim.servo import AdaptiveGain, ServoTask, Task
+
+STILL = 1e-9  # of the pace: a command below it is none
+
+
+def steady(task: Task, factor: float = 1.0) -> Task:
+    """Return the task as it is at rest: gains as at zero error, times a factor; no smooth start.
+
+    Gains of other names, those of `Placing`, stay.
+    """
+
+    def leaf(one: ServoTask) -> ServoTask:
+        calm = one if one.smooth_start is None else replace(one, smooth_start=None)
+        gain: Any = one.gain.at_zero if isinstance(one.gain, AdaptiveGain) else one.gain
+        return replace(calm, gain=factor * gain) if has_gain(one) else calm
+
+    return changed(task, leaf)
+
+
+def has_gain(leaf: ServoTask) -> bool:
+    """Return whether the gain of a servo task can be set."""
+    return next(each.init for each in fields(leaf) if each.name == "gain")
+
+
+def at_rest(field: Field, experiment: Experiment) -> Array:
+    """Return the state of rest q (nq, 1): at the goal, or where a run without errors would end.
+
+    InputError: neither is a state of rest.
+    """
+    with np.errstate(all="ignore"):  # unusable states give NaN
+        q = _near_goal(field, experiment)
+        return field.within_limits(_at_end(experiment) if q is None else q)
+
+
+def _near_goal(field: Field, experiment: Experiment) -> Array | None:
+    """Return the state of rest nearest to a goal that was shown, if there is one."""
+    if field.goal is None:
+        return None
+    q = _start(experiment)
+    rows = _commanded(field)
+    q[rows] = field.goal[rows]
+    if np.abs(field.rates(q)).max() <= STILL * field.controller.pace:
+        return q
+    found = refined(field, q)
+    return found[:, :1] if found.size else None
+
+
+def _commanded(field: Field) -> Array:
+    """Return the rows of the coordinates that the commanded velocities move."""
+    q = runs_last(field.scene.home, 1)
+    moved = [field.moved(q, np.full((field.n, 1), amount)) != q for amount in (0.1, -0.2)]
+    return np.asarray(np.logical_or(*moved)[:, 0])
+
+
+def _at_end(experiment: Experiment) -> Array:
+    """Return where a run from the start ends, without errors of images and joints."""
+    found = equilibria(experiment.scene, steady(experiment.task), starts=_start(experiment).T)
+    if found.ends[0] < 0:
+        raise InputError(
+            "advise: from its start the task comes to rest nowhere, even with images and joints "
+            "without errors: its goal may be out of reach; see explain of the run"
+        )
+    return runs_last(np.array(found[int(found.ends[0])].q), 1)
+
+
+def _start(experiment: Experiment) -> Array:
+    """Return the start (nq, 1)."""
+    start = experiment.scene.home if experiment.start is None else experiment.start
+    return runs_last(np.array(start), 1)
