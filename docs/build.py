@@ -42,10 +42,10 @@ GROUPS = {
     "Trajectories": "FollowJoints FollowPath trajectory",
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
     "decompose_homography HomographyMotions",
-    "Studies": "study open_study Study Counts Uniform Normal LogUniform Sobol Choice Grid Plus Times "
-    "Sampler LookAt Shell Within About Anywhere",
-    "Analysis": "advise Advice compare Comparison bench Benchmark Suite diagnose explain Explanation "
-    "equilibria Equilibria Equilibrium",
+    "Studies": "study open_study Study Counts Uniform Normal LogUniform Sobol Choice Grid Plus "
+    "Times Sampler LookAt Shell Within About Anywhere",
+    "Analysis": "advise Advice compare Comparison bench Benchmark Suite diagnose explain "
+    "Explanation equilibria Equilibria Equilibrium",
     "Pages and films": "export_html show open_recording Recording animate",
     "Figures": "plot",
     "Your own parts": "declare testing",
