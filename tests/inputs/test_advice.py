@@ -50,7 +50,7 @@ def with_task(**changes):
             "advise: FollowJoints goes by the time, and servos on no image",
         ),
     ],
-    ids=str,
+    ids=lambda each: each if isinstance(each, str) else "made",
 )
 def test_what_has_no_linear_loop(made, says):
     with pytest.raises(rs.InputError, match=says):
