@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robsim.base.errors import FileError, Interrupted
+from robsim.base.errors import FileError, InputError, Interrupted
 from robsim.base.output import write_whole
+from robsim.cli.figures import save_figure
 from robsim.cli.files import exists, results_folder
 from robsim.cli.options import changes
-from robsim.cli.progress import counting, stopped, warnings_as_lines
+from robsim.cli.progress import counting, drawing, stopped, warnings_as_lines
 from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ CSV = 200_000  # runs up to which the table is written as text, too
 @click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster: tcp://host:8786.")
 @click.option("--chunk", type=int, default=1000, show_default=True, help="Runs in one file.")
 @click.option("--threads", type=int, help="How many; by default one per processor.")
+@click.option("--no-figures", is_flag=True, help="Write the rows and the table only.")
 @changes
 def command(
     file: Path,
@@ -38,6 +40,7 @@ def command(
     scheduler: str | None,
     chunk: int,
     threads: int | None,
+    no_figures: bool,
     changes: tuple[str, ...],
 ) -> None:
     """Run the scenario in FILE many times, as its table [study] says.
@@ -54,6 +57,9 @@ def command(
         tell(plan)
         found = _finished(plan, to, resume, client, chunk, threads)
         _report(found, to)
+        if not no_figures:
+            with drawing("study is"):
+                _draw(found, to)
 
 
 @contextmanager
@@ -90,3 +96,21 @@ def _report(found: Study, folder: Path) -> None:
     if len(found.runs) <= CSV:
         write_whole(folder / "table.csv", found.table.to_csv(index=False))
     tell(f"results  {folder}")
+
+
+def _draw(found: Study, folder: Path) -> None:
+    """Write the map of the starts, and what the outcome depends on, where there is any of it."""
+    from robsim import plot
+
+    first = next((axis.name for axis in found.plan.in_turn), None)
+    figures: dict[str, Callable[[], Any]] = {
+        "starts": lambda: plot.study_basin(found, "start_x", "start_y", by=first),
+        "sensitivity": lambda: plot.study_sensitivity(found),
+    }
+    for name, draw in figures.items():
+        try:
+            figure = draw()
+        except InputError as reason:
+            tell(f"no {name}.png: {reason}", err=True)
+        else:
+            save_figure(figure, folder / f"{name}.png")

@@ -25,8 +25,10 @@ def facing(z: Array, roll: Array, y: Array | None = None) -> Array:
 
     Without roll the second axes are as near as can be to y (3,); None: to some axis.
     """
-    helper = np.eye(3)[np.argmin(np.abs(z), axis=1)] if y is None else y
-    x = np.cross(helper, z)
+    some = np.eye(3)[np.argmin(np.abs(z), axis=1)]
+    x = np.cross(some if y is None else y, z)
+    along = (x * x).sum(axis=1) < 1e-18  # where z is along y any direction is as near as another
+    x[along] = np.cross(some[along], z[along])
     x /= np.sqrt((x * x).sum(axis=1, keepdims=True))
     y, (c, s) = np.cross(z, x), (np.cos(roll)[:, None], np.sin(roll)[:, None])
     return np.stack([c * x + s * y, c * y - s * x, z], axis=2)

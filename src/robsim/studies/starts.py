@@ -66,9 +66,11 @@ def _check_pair(pair: Any, what: str, least: float = -np.inf) -> None:
 class LookAt(Start):
     """Poses from which the camera looks at the middle of the marks of an object.
 
-    They are at a distance between two, in a direction within the angle `cone` of that from the
-    target to the camera at its goal (uniform on the sphere), and turned by `roll` about the
-    optical axis. With `aside` the camera looks at a point as far from the middle, at most.
+    They are at a distance between two, in a direction within the angle `cone` of `axis` (3,), which
+    is in the world; None is that from the target to the camera at its goal. Directions are uniform
+    on the sphere. The camera is turned about its optical axis by `roll`, from where the columns of
+    the image run as nearly as they can as at the goal. With `aside` it looks at a point as far from
+    the middle, at most.
 
     >>> LookAt("plate", distance=(0.3, 0.8)).cone
     0.7853981633974483
@@ -85,8 +87,9 @@ class LookAt(Start):
     roll: Annotated[Any, PAIR, "Least and largest angle about the optical axis in radians."] = (
         FULL_TURN
     )
-    cone: Annotated[float, Angle(least=0, most=np.pi), "Largest angle to the goal's direction."] = (
-        np.pi / 4
+    cone: Annotated[float, Angle(least=0, most=np.pi), "Largest angle to the axis."] = np.pi / 4
+    axis: Annotated[Any, Amount(count=3), "Direction from the target; None: that of the goal."] = (
+        None
     )
     aside: Annotated[
         float, Length(least=0), "Radius in which the point that is looked at lies."
@@ -96,13 +99,15 @@ class LookAt(Start):
         super().__post_init__()
         _check_pair(self.distance, "LookAt.distance (metres)", 0.0)
         _check_pair(self.roll, "LookAt.roll (radians)")
+        if self.axis is not None and not self.axis.any():
+            raise InputError("LookAt.axis: expected a direction, got [0, 0, 0]")
 
     def poses(self, reach: Reach, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the camera in the world."""
         if self.target is None and not reach.controller.sights:
             raise InputError("LookAt: the task has no camera and looks at nothing")
         middle = reach.middle(self.target or reach.controller.sights[0].target.name)
-        away = reach.goal.position - middle
+        away = reach.goal.position - middle if self.axis is None else self.axis
         if not np.abs(away).max() > 0:
             raise InputError(
                 "LookAt: the goal is in the middle of the marks, in no direction of it"
@@ -111,11 +116,12 @@ class LookAt(Start):
         out = in_cone(axis, self.cone, share[:, 0], share[:, 1])
         T = np.tile(np.eye(4), (len(share), 1, 1))
         T[:, :3, 3] = middle + _between(self.distance, share[:, 2])[:, None] * out
-        T[:, :3, :3] = facing(-out, _between(self.roll, share[:, 3]))
+        roll, y = _between(self.roll, share[:, 3]), reach.goal.rotation[:, 1]
+        T[:, :3, :3] = facing(-out, roll, y)
         if self.aside:
             look = middle + self.aside * _in_ball(share[:, 4:7]) - T[:, :3, 3]
             z = look / np.sqrt((look * look).sum(axis=1, keepdims=True))
-            T[:, :3, :3] = facing(z, _between(self.roll, share[:, 3]))
+            T[:, :3, :3] = facing(z, roll, y)
         return T
 
 
