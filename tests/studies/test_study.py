@@ -138,7 +138,12 @@ def test_a_changed_run_is_told(found, monkeypatch):
 
 def test_counts_are_written_as_tables(found, tmp_path):
     rows = found.counts("task").csv().splitlines()
-    assert rows[0].startswith("task,runs,began,CONVERGED count,CONVERGED low")
+    counts = dict(zip(rows[0].split(","), rows[1].split(","), strict=True))
+    ends = ("IBVS", "PBVS", "Hybrid")
+    assert [row.split(",")[0] for row in rows[1:]] == [*ends]
+    known = [int(n) for name, n in counts.items() if name.endswith(" count")]
+    assert sum(known) == int(counts["began"]) == 60
+    assert rows[0].startswith("task,runs,began,")
     tex = found.save(tmp_path / "counts.tex").read_text()
     assert "IBVS" in tex and "IBVS & 60 & 60" in tex
     lines = found.save(tmp_path / "table.csv").read_text().splitlines()

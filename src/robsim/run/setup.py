@@ -19,7 +19,7 @@ from robsim.run.endings import ENDING_LIST, check_endings
 from robsim.run.loop import Loop
 from robsim.run.record import Record, every
 from robsim.run.staged import Staged
-from robsim.run.varied import simulated
+from robsim.run.varied import Template, simulated
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -96,12 +96,17 @@ class Setup(Value):
                 raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
         return replace(self, **changes)
 
-    def loop(self, numbers: NDArray[np.int64] | None = None) -> Loop:
+    def loop(
+        self, numbers: NDArray[np.int64] | None = None, template: Template | None = None
+    ) -> Loop:
         """Return the loop that simulates this experiment; its runs may have numbers of their own.
 
-        Else they follow one another. Noise is drawn by these.
+        Else they follow one another. Noise is drawn by these. A template is that of an experiment
+        which differs in what differs from run to run alone.
         """
-        made = simulated(self) if self.varied else self
+        made: Any = self
+        if self.varied:
+            made = simulated(self) if template is None else template.of(self.varied)
         with self.keyed("task"):
             controller = made.task.bind(made.scene)
         start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start

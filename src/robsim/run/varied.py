@@ -156,27 +156,46 @@ def _shapes(path: list[str]) -> Shapes | None:
 
 def simulated(experiment: Any) -> Simulated:
     """Return the parts of an experiment with the numbers of all runs that `vary` gave it."""
-    varied: dict[str, Array] = experiment.varied
-    first = experiment.at({name: values[0] for name, values in varied.items()})
-    own: dict[str, dict[str, Any]] = {"task": {}, "sensing": {}, "actuation": {}}
-    true: dict[str, Array] = {}
-    believed: dict[str, Array] = {}
-    for name, values in varied.items():
-        top, _, rest = name.partition(".")
-        if top in own:
-            own[top][rest] = _last(values)
-        elif top == "belief":
-            believed[rest] = values
-        else:
-            true[name] = values
-    belief = first.task.belief
-    if belief is not None:
-        believed = {**{n: x for n, x in true.items() if _follows(first, n, x)}, **believed}
-        belief = _Numbers(believed, first, True).of(belief)
-    task = unchecked(first.task, belief=belief, **_task_numbers(own["task"]))
-    scene = _Numbers(true, first, False).of(first.scene)
-    sensing = unchecked(first.sensing, **own["sensing"])
-    return Simulated(scene, task, sensing, unchecked(first.actuation, **own["actuation"]))
+    return Template(experiment).of(experiment.varied)
+
+
+class Template:
+    """What is the same for all numbers that an experiment may have under the same names."""
+
+    def __init__(self, experiment: Any) -> None:
+        varied: dict[str, Array] = experiment.varied
+        self.first = experiment.at({name: values[0] for name, values in varied.items()})
+        true = {n: x for n, x in varied.items() if n.partition(".")[0] not in (*OTHER, "belief")}
+        believes = self.first.task.belief is not None
+        self.followed = {n for n, x in true.items() if believes and _follows(self.first, n, x)}
+
+    def of(self, varied: Mapping[str, Array]) -> Simulated:
+        """Return the parts of the experiment with such numbers."""
+        own: dict[str, dict[str, Any]] = {name: {} for name in OTHER}
+        true: dict[str, Array] = {}
+        believed: dict[str, Array] = {}
+        for name, values in varied.items():
+            top, _, rest = name.partition(".")
+            if top in own:
+                own[top][rest] = _last(values)
+            elif top == "belief":
+                believed[rest] = values
+            else:
+                true[name] = values
+        return self._with(own, true, believed)
+
+    def _with(
+        self, own: dict[str, dict[str, Any]], true: dict[str, Array], believed: dict[str, Array]
+    ) -> Simulated:
+        first = self.first
+        belief = first.task.belief
+        if belief is not None:
+            followed = {name: x for name, x in true.items() if name in self.followed}
+            belief = _Numbers({**followed, **believed}, first, True).of(belief)
+        task = unchecked(first.task, belief=belief, **_task_numbers(own["task"]))
+        scene = _Numbers(true, first, False).of(first.scene)
+        sensing = unchecked(first.sensing, **own["sensing"])
+        return Simulated(scene, task, sensing, unchecked(first.actuation, **own["actuation"]))
 
 
 def _task_numbers(given: dict[str, Array]) -> dict[str, Array]:

@@ -14,7 +14,7 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import RankWarning, naming
 from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
-from robsim.run.varied import may_differ
+from robsim.run.varied import Template, may_differ
 from robsim.run.workers import advance
 from robsim.studies.axes import Axis
 from robsim.studies.facts import Columns, block, facts, measures, tracks
@@ -23,6 +23,7 @@ from robsim.studies.reach import Reach
 
 ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts at a start that are looked at together
 MOST_TRIES = sum(ROUNDS)
+MOST_KEPT = 100  # variants whose templates are kept
 
 
 class Stopped(Exception):
@@ -51,6 +52,7 @@ class Rows:
     threads: int | None = None
     chunk: int = 256
     _variants: dict[Any, Experiment] = field(default_factory=dict)
+    _templates: dict[Any, tuple[Template, Experiment]] = field(default_factory=dict)
 
     def done(self, first: int, last: int) -> Done:
         """Simulate the runs from one until before another, and return what came out of them.
@@ -197,10 +199,22 @@ class Rows:
     def _ended(self, experiment: Experiment, numbers: Codes) -> Loop:
         """Return the loop of an experiment after all its runs, with these numbers."""
         with _quiet():
-            loop = experiment.loop(numbers)
+            loop = experiment.loop(numbers, self._template(experiment))
             if not advance(loop, self.threads, self.chunk, None):
                 raise Stopped
         return loop
+
+    def _template(self, experiment: Experiment) -> Template | None:
+        """Return what is the same for all parts of the same variant, made once."""
+        if not experiment.varied:
+            return None
+        parts = experiment.sensing, experiment.actuation
+        key = id(experiment.task), id(experiment.scene), *parts, *experiment.varied
+        if key not in self._templates:
+            if len(self._templates) >= MOST_KEPT:
+                self._templates.clear()
+            self._templates[key] = Template(experiment), experiment
+        return self._templates[key][0]
 
 
 def _alike(table: Any, count: int) -> Iterator[Codes]:
