@@ -29,7 +29,7 @@ CSV = 200_000  # runs up to which the table is written as text, too
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results.")
 @click.option("--resume", is_flag=True, help="Go on with a study that was stopped; needs -o.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster: tcp://host:8786.")
-@click.option("--chunk", type=int, default=1000, show_default=True, help="Runs in one file.")
+@click.option("--chunk", type=int, default=4000, show_default=True, help="Runs in one file.")
 @click.option("--threads", type=int, help="How many; by default one per processor.")
 @click.option("--no-figures", is_flag=True, help="Write the rows and the table only.")
 @changes

@@ -18,7 +18,7 @@ from robsim.studies.running import Memory, Progress, check, simulate
 from robsim.studies.store import Store
 from robsim.studies.study import Study
 
-CHUNK = 1000  # runs that are simulated together, and stored in one file
+CHUNK = 4000  # runs that are simulated together, and stored in one file
 MOST_CHUNK = 1_000_000
 
 
