@@ -19,7 +19,7 @@ schemes = rs.study(
 print(schemes)
 print(schemes.paired("task"))
 figure = rs.plot.study_success(schemes, "start_angle", by="task")
-figure.savefig("study_success.png", dpi=130)
+figure.savefig("study_success.png", dpi=230)
 plt.close(figure)
 
 wrong = rs.study(
@@ -38,4 +38,4 @@ print(wrong)
 found = wrong.sensitivity("distance_to_goal")
 print(found)
 figure = rs.plot.study_sensitivity(found)
-figure.savefig("study_sensitivity.png", dpi=130)
+figure.savefig("study_sensitivity.png", dpi=230)

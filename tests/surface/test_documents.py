@@ -95,7 +95,7 @@ def test_the_features_are_named():
 
 
 def test_the_readme_shows_the_quickstart_example():
-    (shown,) = blocks(ROOT / "README.md")
+    shown, _ = blocks(ROOT / "README.md")
     example = (ROOT / "examples" / "quickstart.py").read_text(encoding="utf-8")
     assert example.split('"""', 2)[2].strip() == shown.strip()
 
