@@ -86,7 +86,7 @@ def _found(shown: Path | None) -> tuple[Experiment | Study, Shelf | None]:
     if shown is None:
         return load_scenario(examples.path(FIRST)), None
     path = run_file(shown) if exists(shown / "run.nc") else shown
-    if exists(path / ABOUT):
+    if exists(path / ABOUT) or any(path.glob("rows-*.parquet")):  # or was one, and is to say so
         from robsim.studies.door import open_study
 
         return open_study(path), None

@@ -65,7 +65,7 @@ def open_recording(path: str | os.PathLike[str]) -> Recording:
     try:
         header = json.loads(_part(text, "application/json", "header"))
         if header["format"] != FORMAT:
-            raise ValueError(f"what it holds is {said(header['format'])}, and not {FORMAT!r}")
+            raise ValueError(f"it holds {said(header['format'])}, and not {FORMAT!r}")
         if header["version"] != VERSION:
             raise ValueError(f"version {said(header['version'])}, and this reads {VERSION}")
         numbers = base64.b64decode(_part(text, "text/plain", "numbers"))
