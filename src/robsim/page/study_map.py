@@ -6,7 +6,8 @@ format, version  "robsim study", 1
 title            of the experiment that was varied
 summary          how many runs of how many draws there are
 columns          those of the table (`robsim.studies.columns.MEANINGS`), each an array of one number
-                 a run: name, unit, whether it is shared; where `labels` are given, the array holds
+                 a run: name, unit, whether it is shared, or a measure of the end, which runs that
+                 could not begin have not; where `labels` are given, the array holds
                  their codes, and `numbers` are the numbers for which they stand, if any
 outcomes         name, words and colour of each that occurs, in the order of the codes
 filters          names of the columns that one may hold at a value
@@ -38,6 +39,7 @@ from robsim.studies.study import Study
 
 FORMAT, VERSION = "robsim study", 1
 MOST_RUNS = 1_000_000  # points that a page moves at the pace of a hand
+MEASURES = tuple(MEANINGS)[tuple(MEANINGS).index("began") + 1 :]
 _UNIT = re.compile(r"\(([^()]*)\)$")  # at the end of a meaning
 
 
@@ -61,7 +63,8 @@ def map_of(study: Study) -> Recording:
         if name == "outcome":
             continue
         base = name.split("[")[0]
-        own: dict[str, Any] = {"name": name, "unit": units.get(base, ""), "shared": base in shared}
+        own: dict[str, Any] = {"name": name, "unit": units.get(base, "")}
+        own |= {"shared": base in shared, "measure": name in MEASURES}
         if name in labelled:
             own |= _labels(labelled[name])
         columns.append(own)

@@ -65,7 +65,7 @@ export class Columns {
   }
 
   place(name) {
-    const { values, labels, numbers, shared } = this.known.get(name);
+    const { values, labels, numbers, measure } = this.known.get(name);
     const places = Float64Array.from(values);
     if (labels) {
       const few = labels.length <= MOST_STRIPS;
@@ -76,10 +76,10 @@ export class Columns {
       }
       if (!numbers) return { places, ends: { low: -0.5, high: labels.length - 0.5, labels } };
     }
-    const told = shared || name === "run" ? places : places.filter((_, i) => this.began[i]);
-    const sorted = told.filter(Number.isFinite).sort();
+    if (measure) for (let i = 0; i < places.length; i++) if (!this.began[i]) places[i] = NaN;
+    const sorted = places.filter(Number.isFinite).sort();
     const least = sorted.find((number) => number > 0);
-    const log = !shared && name !== "run" && sorted[0] >= 0 && sorted.at(-1) > DECADES * least;
+    const log = measure && sorted[0] >= 0 && sorted.at(-1) > DECADES * least;
     if (!log) return { places, ends: endsOf(sorted) };
     const far = Math.log10(sorted.at(-1));
     const low = Math.max(Math.log10(least), far - MOST_DECADES);

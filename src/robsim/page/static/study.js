@@ -126,7 +126,24 @@ export class StudyMap {
       ...painted,
     });
     this.tellLegend(held, shade);
+    this.parts.legend.append(...this.lost(kept).map((text) => element("span", text, "remark")));
     this.worst.replaceChildren(worstOf(columns, this.measure, kept, { pick: (i) => this.pick(i, false), point: (i) => this.pointFrom(i) }));
+  }
+
+  // What is not where its numbers are: runs without a number, and those that are far out.
+  lost(kept) {
+    const { columns, chosen } = this;
+    let [without, beyond] = [0, 0];
+    const axes = [chosen.x, chosen.y].map((name) => ({ places: columns.places(name), ...columns.ends(name) }));
+    for (let i = 0; i < kept.length; i++) {
+      if (!kept[i]) continue;
+      if (axes.some(({ places }) => Number.isNaN(places[i]))) without += 1;
+      else if (axes.some(({ places, low, high }) => places[i] < low || places[i] > high)) beyond += 1;
+    }
+    return [
+      ...(without ? [`${without} without a number here`] : []),
+      ...(beyond ? [`${beyond} beyond the ends stand on the border`] : []),
+    ];
   }
 
   tellLegend(held, shade) {
