@@ -203,8 +203,12 @@ def test_on_a_phone_a_tap_shows_the_row_and_a_button_opens_it(desk, study):
     button.wait_for()
     assert button.inner_text() == f"open run {number}"
     assert page.locator(".ring").is_visible()
+    page.evaluate("scrollTo(0, 90)")
     button.click()
     page.wait_for_selector("body:not(.map)")
+    assert page.evaluate("scrollY") == 0
+    page.locator("#back").click()
+    assert page.evaluate("scrollY") == 90
 
 
 def test_two_pages_look_at_what_they_chose(desk, study):

@@ -43,7 +43,15 @@ MEASURES = tuple(MEANINGS)[tuple(MEANINGS).index("began") + 1 :]
 _UNIT = re.compile(r"\(([^()]*)\)$")  # at the end of a meaning
 
 
-def map_of(study: Study) -> Recording:
+class StudyMap(Recording):
+    """The map of a study, see the module."""
+
+    def __repr__(self) -> str:
+        """Return what it shows, in a line."""
+        return f"<StudyMap {self.header['title']!r} of {len(self.arrays['run'])} runs>"
+
+
+def map_of(study: Study) -> StudyMap:
     """Return the map of the runs that a study has.
 
     InputError: there are none, or more than a page can show.
@@ -82,7 +90,7 @@ def map_of(study: Study) -> Recording:
         "cells": study.plan.cells,
         **_counts(study, [each["name"] for each in outcomes]),
     }
-    return Recording(header, arrays)
+    return StudyMap(header, arrays)
 
 
 def _is_labelled(axis: Axis) -> bool:

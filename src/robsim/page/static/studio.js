@@ -64,15 +64,18 @@ export class Studio {
   followRun({ run }) {
     if (this.wanted === undefined || this.wanted !== run) return;
     this.wanted = undefined;
+    this.left = window.scrollY; // where a small screen was on the map
     document.body.classList.remove("map");
+    window.scrollTo(0, 0);
     this.clock.following = true;
-    find("play").focus();
+    find("play").focus({ preventScroll: true });
   }
 
   backToMap() {
     document.body.classList.add("map");
     this.map.renew();
-    this.map.scatter.canvas.focus();
+    this.map.scatter.canvas.focus({ preventScroll: true });
+    window.scrollTo(0, this.left);
   }
 
   tellRun({ run }) {
