@@ -100,7 +100,7 @@ def test_no_text_can_leave_its_place(tmp_path):
 
 @pytest.mark.parametrize("shown", [None, 3, "run.nc", np.zeros(3)])
 def test_what_cannot_be_shown_is_told(shown, tmp_path):
-    with pytest.raises(rs.InputError, match="expected a run, an experiment, a scene or a robot"):
+    with pytest.raises(rs.InputError, match=r"expected a run, .*, a robot or a study, got"):
         export_html(shown, tmp_path / "run.html")
 
 

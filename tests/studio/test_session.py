@@ -120,7 +120,8 @@ def test_what_is_wrong_is_said_and_nothing_ends(pages):
         ({"open": ["x"]}, "no experiment"),
         ({"speed": 3}, "no speed 3"),
         ({"second": ["task.gian", 1]}, "did you mean"),
-        ({"run": "rm"}, "known: play"),
+        ({"shell": "rm"}, "known: play"),
+        ({"run": "rm"}, "there is no such run"),
     ]:
         pages.ask(wish)
         pages.until(lambda state, reason=reason: reason in state["note"])

@@ -14,6 +14,7 @@ from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
+    from robsim.studies.study import Study
     from robsim.studio.gallery import Shelf
 
 LOOK = 0.2  # seconds between looks for a stop
@@ -35,14 +36,14 @@ no_open = click.option("--no-open", is_flag=True, help="Do not open a browser.")
 def command(shown: Path | None, host: str, port: int, allow_remote: bool, no_open: bool) -> None:
     """Show and change a simulation in the browser, until Ctrl-C.
 
-    FILE is a scenario, RUN a run.nc or the folder of one, FOLDER holds scenarios to choose from.
+    FILE is a scenario, RUN a run.nc or the folder of one, FOLDER holds scenarios to choose from, or
+    a study, whose map opens any of its runs.
     """
-    experiment, shelf = _found(shown)
-    serve(experiment, shelf, host, port, allow_remote, no_open)
+    serve(*_found(shown), host, port, allow_remote, no_open)
 
 
 def serve(
-    experiment: Experiment,
+    shown: Experiment | Study,
     shelf: Shelf | None = None,
     host: str = "127.0.0.1",
     port: int = 0,
@@ -59,7 +60,7 @@ def serve(
 
     with (
         interrupt.held() as stops,
-        studio(experiment, shelf, host=host, port=port, allow_remote=allow_remote) as server,
+        studio(shown, shelf, host=host, port=port, allow_remote=allow_remote) as server,
     ):
         if server.exposed:
             tell(server.exposed, err=True)
@@ -75,15 +76,20 @@ def serve(
                 break
 
 
-def _found(shown: Path | None) -> tuple[Experiment, Shelf | None]:
-    """Return the experiment of a file, a run or a folder, and the shelf of the folder."""
+def _found(shown: Path | None) -> tuple[Experiment | Study, Shelf | None]:
+    """Return the study of a folder, or an experiment, and the shelf of a folder that has one."""
     from robsim.files import examples
     from robsim.run.experiment import Experiment, load_scenario
+    from robsim.studies.store import ABOUT
     from robsim.studio.gallery import Shelf
 
     if shown is None:
         return load_scenario(examples.path(FIRST)), None
     path = run_file(shown) if exists(shown / "run.nc") else shown
+    if exists(path / ABOUT) or any(path.glob("rows-*.parquet")):  # or was one, and is to say so
+        from robsim.studies.door import open_study
+
+        return open_study(path), None
     if exists(path) and path.is_dir():
         shelf = Shelf.of(path)
         return shelf.first(), shelf

@@ -29,6 +29,7 @@ MODULES = (
         "view",
         "time",
     ),
+    *("columns", "stamps", "scatter", "shades", "rows", "study"),
     *("link", "handles", "controls", "studio", "main"),
 )
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
@@ -50,14 +51,14 @@ def live_document() -> str:
 
 
 def told(
-    header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str]
+    header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
 ) -> tuple[dict[str, Any], str]:
     """Return a header that says how its arrays stand in a text of packed numbers, and that text.
 
     InputError: they are more than a page can hold.
     """
     check_size(arrays)
-    table, numbers = packed(arrays, quantised)
+    table, numbers = packed(arrays, quantised, level)
     return {**header, "arrays": table}, base64.b64encode(numbers).decode()
 
 

@@ -21,7 +21,9 @@ from robsim.page.document import document
 from robsim.page.film import FORMAT, VERSION, Recording
 from robsim.page.packing import unpacked
 from robsim.page.recording import recording_of
+from robsim.page.study_map import map_of
 from robsim.run.experiment import Experiment
+from robsim.studies.study import Study
 
 LARGEST = 200_000_000  # bytes of a page that is read back
 HEIGHT = 560  # pixels, of a page in a notebook
@@ -31,7 +33,7 @@ _PART = r'<script type="{}" id="{}">(.*?)</script>'
 def export_html(
     shown: Any, path: str | os.PathLike[str], experiment: Experiment | None = None
 ) -> Path:
-    """Write a page that shows a run, an experiment, a scene or a robot, as one HTML file.
+    """Write a page that shows a run, an experiment, a scene, a robot or a study, as one HTML file.
 
     It opens in any browser, from a mail or a slide, and needs neither a server nor a network. The
     same run gives the same bytes.
@@ -46,7 +48,7 @@ def export_html(
     >>> recording.header["title"], recording.arrays["time"].shape
     ("ViSP's tutorial case", (11,))
     """
-    return write_whole(path, document(recording_of(shown, experiment)))
+    return write_whole(path, document(_shown(shown, experiment)))
 
 
 def open_recording(path: str | os.PathLike[str]) -> Recording:
@@ -62,7 +64,9 @@ def open_recording(path: str | os.PathLike[str]) -> Recording:
         text = Path(path).read_text(encoding="utf-8")
     try:
         header = json.loads(_part(text, "application/json", "header"))
-        if (header["format"], header["version"]) != (FORMAT, VERSION):
+        if header["format"] != FORMAT:
+            raise ValueError(f"it holds {said(header['format'])}, and not {FORMAT!r}")
+        if header["version"] != VERSION:
             raise ValueError(f"version {said(header['version'])}, and this reads {VERSION}")
         numbers = base64.b64decode(_part(text, "text/plain", "numbers"))
         return Recording(header, unpacked(header.pop("arrays"), numbers))
@@ -71,17 +75,25 @@ def open_recording(path: str | os.PathLike[str]) -> Recording:
 
 
 def show(shown: Any, experiment: Experiment | None = None) -> None:
-    """Show a run, an experiment, a scene or a robot: in the notebook, else in the browser.
+    """Show a run, an experiment, a scene, a robot or a study: in the notebook, else in the browser.
 
-    Without a browser, a line says where the page is.
+    Without a browser, a line says where the page is. The map of a study shows the row of each run;
+    the command `robsim studio FOLDER` simulates those that are clicked as well.
     """
-    page = document(recording_of(shown, experiment))
+    page = document(_shown(shown, experiment))
     if _in_notebook():
         notebook: Any = importlib.import_module("IPython.display")
         notebook.display({"text/html": framed(page)}, raw=True)
         return
     folder = Path(tempfile.mkdtemp(prefix="robsim-"))
     open_page(write_whole(folder / "run.html", page))
+
+
+def _shown(shown: Any, experiment: Experiment | None) -> Recording:
+    """Return what a page shows of a value: the map of a study, or a recording."""
+    if isinstance(shown, Study):
+        return map_of(shown)
+    return recording_of(shown, experiment)
 
 
 def open_page(path: Path) -> None:

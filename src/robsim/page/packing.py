@@ -23,8 +23,10 @@ KINDS = ("f4", "u4", "u2")
 MOST_BYTES = 1 << 30  # of an unpacked recording
 
 
-def packed(arrays: dict[str, NDArray[Any]], quantised: set[str]) -> tuple[dict[str, Any], bytes]:
-    """Return {name: where and how it stands} and compressed bytes."""
+def packed(
+    arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
+) -> tuple[dict[str, Any], bytes]:
+    """Return {name: where and how it stands} and compressed bytes; the level is that of gzip."""
     table: dict[str, Any] = {}
     pieces: list[bytes] = []
     at = 0
@@ -33,7 +35,7 @@ def packed(arrays: dict[str, NDArray[Any]], quantised: set[str]) -> tuple[dict[s
         table[name] = {"at": at, "shape": list(array.shape), **entry}
         pieces.append(data)
         at += len(data)
-    return table, gzip.compress(b"".join(pieces), mtime=0)
+    return table, gzip.compress(b"".join(pieces), level, mtime=0)
 
 
 def unpacked(table: dict[str, Any], data: bytes) -> dict[str, NDArray[Any]]:

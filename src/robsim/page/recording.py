@@ -65,7 +65,8 @@ def recording_of(
         return _of_mission(shown)
     if hasattr(shown, "data_vars"):
         return _of_run(shown, experiment, trials)
-    raise InputError(f"expected a run, an experiment, a scene or a robot, got {said(shown)}")
+    known = "a run, an experiment, a scene, a robot or a study"
+    raise InputError(f"expected {known}, got {said(shown)}")
 
 
 def _still(scene: Scene, title: str, q: Any = None) -> Recording:

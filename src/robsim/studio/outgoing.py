@@ -1,11 +1,13 @@
 """What a studio tells its pages, as JSON texts, and what brings a new page to the present.
 
+study      {"header", "numbers"}: the map of a study, which is told first and never changes
 recording  {"header", "numbers"}: all so far, as in a file
 rows       {"from", "header", "numbers"}: further instants, from that number on
 controls   {"controls"}: the values that may be changed, as declared
 gallery    {"entries"}: experiments to choose from
 texts      {"texts"}
-state      what goes on: playing, speed, factor, outcome, ending, note, second, changes, handles
+state      what goes on: playing, speed, factor, outcome, ending, note, second, changes, handles,
+           and the number of the run of the study that is open
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from robsim.page.document import told
 from robsim.plot.history import ended
 
 if TYPE_CHECKING:
+    from robsim.page.film import Recording
     from robsim.studio.bench import Bench
     from robsim.studio.gallery import Shelf
     from robsim.studio.pair import Pair
@@ -30,13 +33,15 @@ if TYPE_CHECKING:
 
 AFTER = ("texts", "state")  # what is about the recording
 GOAL = ".goal"  # end of the names of arrays of goals, which have no rows
+FAST = 1  # level of compression of a map, whose numbers hardly repeat
 LONGEST = 300  # messages that a new page gets, before they are made one
 
 
 class Outgoing:
     """The messages that are new, and those that a page needs that connects now."""
 
-    def __init__(self) -> None:
+    def __init__(self, study: Recording | None = None) -> None:
+        self._study = [_map(study)] if study else []
         self._kept: dict[str, str] = {}
         self._log: list[str] = []  # the recording, and its further rows
         self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # likewise, as they were told
@@ -47,10 +52,17 @@ class Outgoing:
         """Return what brings a page to the present."""
         kept, log = self._kept, self._log
         late = [kept[kind] for kind in AFTER if kind in kept]
-        return [*(kept[kind] for kind in kept if kind not in AFTER), *log, *late]
+        early = [kept[kind] for kind in kept if kind not in AFTER]
+        return [*self._study, *early, *log, *late]
 
-    def news(self, session: Session, bench: Bench, shelf: Shelf) -> Iterator[str]:
+    def news(self, session: Session, bench: Bench | None, shelf: Shelf) -> Iterator[str]:
         """Yield what pages do not know yet."""
+        if bench is not None:
+            yield from self._of_bench(bench)
+        yield from self._new("gallery", entries=shelf.entries)
+        yield from self._new("state", **_state(session, bench))
+
+    def _of_bench(self, bench: Bench) -> Iterator[str]:
         news, bench.news = bench.news, set()
         if "controls" in news:
             listed = [_plain(asdict(each)) for each in bench.controls.values()]
@@ -61,8 +73,6 @@ class Outgoing:
             yield from self._further(bench, bench.pair)
         if "texts" in news:
             yield from self._new("texts", texts=bench.texts)
-        yield from self._new("gallery", entries=shelf.entries)
-        yield from self._new("state", **_state(session, bench))
 
     def _whole(self, bench: Bench) -> str:
         """Return the message of a recording that begins."""
@@ -133,24 +143,39 @@ def _cut(parts: list[NDArray[Any]], count: int) -> None:
             rows = count
 
 
-def _state(session: Session, bench: Bench) -> dict[str, Any]:
-    end = bench.pair.end if bench.pair else None
-    other = bench.pair.end_of_second if bench.pair else None
-    hold = bench.experiment.hold
-    ends = [ended(end.outcome, end.time, hold)] if end else []
-    ends += [f"second scheme {ended(other.outcome, other.time, hold)}"] if other else []
+def _state(session: Session, bench: Bench | None) -> dict[str, Any]:
     factor = session.factor if session.playing else None
     return {
         "playing": session.playing,
         "speed": session.speed,
         "factor": None if factor is None else round(factor, 2),
+        "note": session.note,
+        "run": session.run,
+        **(_state_of(bench) if bench else _NO_BENCH),
+    }
+
+
+def _state_of(bench: Bench) -> dict[str, Any]:
+    end = bench.pair.end if bench.pair else None
+    other = bench.pair.end_of_second if bench.pair else None
+    hold = bench.experiment.hold
+    ends = [ended(end.outcome, end.time, hold)] if end else []
+    ends += [f"second scheme {ended(other.outcome, other.time, hold)}"] if other else []
+    return {
         "outcome": end.outcome.name if end else "",
         "ending": "; ".join(ends),
-        "note": session.note,
         "second": bench.second,
         "changes": list(bench.changes),
         "handles": [asdict(each) for each in bench.handles],
     }
+
+
+_NO_BENCH = {"outcome": "", "ending": "", "second": {}, "changes": [], "handles": []}
+
+
+def _map(study: Recording) -> str:
+    header, numbers = told(study.header, study.arrays, set(), FAST)
+    return _text("study", header=header, numbers=numbers)
 
 
 def _text(kind: str, **content: Any) -> str:

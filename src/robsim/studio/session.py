@@ -11,6 +11,9 @@ from typing import Any
 
 from robsim.base.errors import InputError, RobSimError, said
 from robsim.page.document import live_document
+from robsim.page.study_map import map_of
+from robsim.run.experiment import Experiment
+from robsim.studies.study import Study
 from robsim.studio import downloads
 from robsim.studio.bench import Bench, explained
 from robsim.studio.gallery import Shelf
@@ -28,12 +31,16 @@ class Session:
 
     It is the `App` of a server: `broadcast` is to be that server's. Whatever a page sends is looked
     at in the thread of the simulation, between two steps, and is told to all pages.
+
+    placed  the bench; None while no run of the study is open
+    study   whose runs pages may open, if there is one; `run` is the number of the one that is open
     """
 
-    def __init__(self, bench: Bench, shelf: Shelf) -> None:
-        self.bench, self.shelf = bench, shelf
+    def __init__(self, bench: Bench | None, shelf: Shelf, study: Study | None = None) -> None:
+        self.placed, self.shelf, self.study = bench, shelf, study
+        self.run: int | None = None
         self.broadcast: Callable[[str], None] = lambda message: None
-        self.outgoing = Outgoing()
+        self.outgoing = Outgoing(map_of(study) if study else None)
         self.playing, self.speed, self.note = False, 1.0, ""
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and time, to keep pace with
@@ -41,6 +48,13 @@ class Session:
         self._found: queue.Queue[tuple[int, dict[str, str]]] = queue.Queue()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="robsim-session", daemon=True)
+
+    @property
+    def bench(self) -> Bench:
+        """The bench. InputError: no run of the study is open."""
+        if self.placed is None:
+            raise InputError("no run is open yet: choose one on the map")
+        return self.placed
 
     def start(self) -> None:
         """Begin with the simulation."""
@@ -124,7 +138,8 @@ class Session:
                     raise InputError(f"a page asked for {said(name)}; known: {', '.join(_WISHES)}")
                 done(self, value)
         except RobSimError as error:
-            return str(error).removeprefix(f"{self.bench.experiment.source}: ")
+            source = self.placed.experiment.source if self.placed else ""
+            return str(error).removeprefix(f"{source}: ")
         except Exception as error:  # noqa: BLE001  a mistake of ours must not end the simulation
             return f"internal error, please report it: {type(error).__name__}: {error}"
         return ""
@@ -164,11 +179,22 @@ class Session:
         self.speed, self._since = float(value), None
 
     def _open(self, value: Any) -> None:
-        experiment = self.shelf.experiment(value)
-        self.note = f"opening {value} …"
+        self._place(str(value), self.shelf.experiment(value), None)
+
+    def _run_of_study(self, value: Any) -> None:
+        if self.study is None or not isinstance(value, int) or isinstance(value, bool):
+            raise InputError(f"a page asked for run {said(value)}, and there is no such run")
+        self._place(f"run {value}", self.study.of_run(value), value)
+
+    def _place(self, name: str, experiment: Experiment, run: int | None) -> None:
+        """Put an experiment on the bench and let it run; `run` is its number in the study."""
+        self.note = f"opening {name} …"
         self.tell_news()
-        self.bench.open(experiment)
-        self.playing, self._since = True, None
+        if self.placed is None:
+            self.placed = Bench(experiment)
+        else:
+            self.placed.open(experiment)
+        self.run, self.playing, self._since = run, True, None
 
     def _advance(self) -> None:
         """Take the steps that are due, or as many as there is time for, and note the factor."""
@@ -211,7 +237,7 @@ class Session:
 
     def tell_news(self) -> None:
         """Send what is new to all pages, and keep it for those to come."""
-        for message in self.outgoing.news(self, self.bench, self.shelf):
+        for message in self.outgoing.news(self, self.placed, self.shelf):
             self.broadcast(message)
 
 
@@ -239,4 +265,5 @@ _WISHES: dict[str, Callable[[Session, Any], None]] = {
     "second": Session._second,
     "speed": Session._quicker,
     "open": Session._open,
+    "run": Session._run_of_study,
 }

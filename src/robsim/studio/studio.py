@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from robsim.run.experiment import Experiment
+from robsim.studies.study import Study
 from robsim.studio.bench import Bench
 from robsim.studio.gallery import Shelf
 from robsim.studio.session import Session
@@ -14,7 +15,7 @@ from robsim.studio.web.server import Server
 
 @contextmanager
 def studio(
-    experiment: Experiment,
+    shown: Experiment | Study,
     shelf: Shelf | None = None,
     *,
     host: str = "127.0.0.1",
@@ -23,13 +24,19 @@ def studio(
 ) -> Iterator[Server]:
     """Serve pages that show and change an experiment, while the block lasts.
 
+    Of a study they show the map, and open those of its runs that are asked for.
+
     shelf         experiments to choose from; None: those that RobSim ships
     host, port    where it listens; 0 is any free port
     allow_remote  whether `host` may be one that other machines reach
 
-    InputError: the experiment cannot run, or it cannot listen there.
+    InputError: the experiment cannot run, the study has no map, or it cannot listen there.
     """
-    session = Session(Bench(experiment), shelf or Shelf.shipped())
+    shelf = shelf or Shelf.shipped()
+    if isinstance(shown, Study):
+        session = Session(None, shelf, shown)
+    else:
+        session = Session(Bench(shown), shelf)
     with Server(session, host, port, allow_remote) as server, _running(session, server.broadcast):
         yield server
 

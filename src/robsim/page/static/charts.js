@@ -125,7 +125,7 @@ function decades(plot, axis, low, high) {
   return found;
 }
 
-function label(value) {
+export function label(value) {
   if (value === null) return "";
   const size = Math.abs(value);
   if (size !== 0 && (size < 1e-3 || size >= 1e5)) return value.toExponential(0).replace("e+", "e");

@@ -1,7 +1,8 @@
-// The page: a recording with the controls of time, or what a studio tells.
+// The page: a recording with the controls of time, the map of a study, or what a studio tells.
 
 import { Clock } from "./clock.js";
 import { Studio } from "./studio.js";
+import { StudyMap } from "./study.js";
 import { listenForKeys, listenForTime, offerSpeeds, showTime } from "./time.js";
 import { unpack } from "./unpack.js";
 import { View, find } from "./view.js";
@@ -13,9 +14,16 @@ async function start() {
   const view = new View(clock);
   theme(() => view.repaint());
   const header = JSON.parse(find("header").textContent);
+  if (header?.format === "robsim study") return chart(header);
   if (header) await replay(header, view, clock);
   else new Studio(view, clock);
   frames(view, clock);
+}
+
+async function chart(header) {
+  document.body.classList.add("map");
+  window.robsim = new StudyMap(header, await unpack(header.arrays, find("numbers").textContent), null);
+  document.body.dataset.ready = "yes";
 }
 
 async function replay(header, view, clock) {
@@ -34,8 +42,10 @@ function frames(view, clock) {
   const frame = (now) => {
     clock.pass(Math.min((now - before) / 1000, 0.25));
     before = now;
-    view.refresh(now);
-    view.space.draw(now);
+    if (!document.body.classList.contains("map")) {
+      view.refresh(now);
+      view.space.draw(now);
+    }
     requestAnimationFrame(frame);
   };
   requestAnimationFrame(frame);

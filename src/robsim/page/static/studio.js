@@ -4,6 +4,7 @@ import { GUI } from "./vendor.js";
 import { Controls } from "./controls.js";
 import { Handles } from "./handles.js";
 import { Link } from "./link.js";
+import { StudyMap } from "./study.js";
 import { listenForKeys, listenForTime, offerSpeeds, showTime } from "./time.js";
 import { unpack } from "./unpack.js";
 import { element, find } from "./view.js";
@@ -32,6 +33,7 @@ export class Studio {
 
   hear(message) {
     const done = {
+      study: () => this.chart(message),
       recording: () => this.record(message),
       rows: () => this.further(message),
       controls: () => this.offer(message.controls),
@@ -42,6 +44,43 @@ export class Studio {
     if (done) return done();
     this.tellNote(message.error ?? "");
     return undefined;
+  }
+
+  // The map of a study, which comes before all else, and again after the studio was not reached.
+  async chart({ header, numbers }) {
+    if (this.map) return;
+    document.body.classList.add("map");
+    this.map = new StudyMap(header, await unpack(header.arrays, numbers), (number) => this.openRun(number));
+    find("back").addEventListener("click", () => this.backToMap());
+    document.body.dataset.ready = "yes";
+  }
+
+  openRun(number) {
+    this.wanted = number;
+    this.link.ask({ run: number });
+  }
+
+  // Show the run that was asked for, once it is there.
+  followRun({ run }) {
+    if (this.wanted === undefined || this.wanted !== run) return;
+    this.wanted = undefined;
+    this.left = window.scrollY; // where a small screen was on the map
+    document.body.classList.remove("map");
+    window.scrollTo(0, 0);
+    this.clock.following = true;
+    find("play").focus({ preventScroll: true });
+  }
+
+  backToMap() {
+    document.body.classList.add("map");
+    this.map.renew();
+    this.map.scatter.canvas.focus({ preventScroll: true });
+    window.scrollTo(0, this.left);
+  }
+
+  tellRun({ run }) {
+    find("back").hidden = !this.map;
+    find("whose").textContent = this.map && run !== null ? this.map.name(run) : "";
   }
 
   async record({ header, numbers, live }) {
@@ -67,6 +106,7 @@ export class Studio {
   tell(state) {
     this.state = state;
     this.tellNote(state.note);
+    this.tellRun(state);
     if (state.note && this.listed) this.controls.echo(this.listed); // what was refused does not stay
     if (this.live) this.view.tellOutcome(state.outcome, state.ending);
     const factor = state.playing && state.factor !== null && this.live;
@@ -76,11 +116,12 @@ export class Studio {
     this.begin();
     this.offerSecond();
     showTime(this.clock, this.playing);
+    this.followRun(state);
   }
 
   // Let what nobody has touched yet move at once, unless motion is unwanted.
   begin() {
-    if (this.begun || !this.view.arrays) return;
+    if (this.begun || this.map || !this.view.arrays) return;
     this.begun = true;
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     const begun = this.view.arrays.time.shape[0] > 1 || this.state.playing || this.state.outcome;
@@ -95,6 +136,7 @@ export class Studio {
   tellNote(text) {
     find("note").hidden = !text;
     find("note").textContent = text;
+    this.map?.tellNote(text);
   }
 
   tellThere(there) {

@@ -25,6 +25,7 @@ export function offerSpeeds(speeds, changed) {
 // Keys of the page, with what each does; those that are typed into a field are the field's.
 export function listenForKeys(actions) {
   document.addEventListener("keydown", (event) => {
+    if (document.body.classList.contains("map")) return; // which has keys of its own
     if (event.target.closest("select, textarea, input:not(#slider), dialog")) return;
     if (event.key === " " && event.target.closest("summary, button")) return; // which it presses
     const action = actions(event.shiftKey ? 10 : 1)[event.key];

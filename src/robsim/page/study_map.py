@@ -1,0 +1,173 @@
+"""Maps of studies: what a page needs to show thousands of runs as points, one for each.
+
+A map is a recording of another form, a header and arrays by name:
+
+format, version  "robsim study", 1
+title            of the experiment that was varied
+summary          how many runs of how many draws there are
+columns          those of the table (`robsim.studies.columns.MEANINGS`), each an array of one number
+                 a run: name, unit, whether it is shared, or a measure of the end, which runs that
+                 could not begin have not; where `labels` are given, the array holds
+                 their codes, and `numbers` are the numbers for which they stand, if any
+outcomes         name, words and colour of each that occurs, in the order of the codes
+filters          names of the columns that one may hold at a value
+in_turn, cells   those of them that runs of one draw differ in, and how many such runs there are;
+                 `shared` columns have one number for all of these
+counts           how the runs ended: for each value of `by`, the runs, those that began, and the
+                 share of each outcome with its interval
+notes            what the counts count
+
+Numbers are float32, and whole ones below 2^32 uint32.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.errors import InputError
+from robsim.page.film import Recording
+from robsim.plot import palette
+from robsim.run.outcome import Outcome
+from robsim.studies.axes import Axis
+from robsim.studies.columns import MEANINGS
+from robsim.studies.counts import MOST_GROUPS, Counts
+from robsim.studies.study import Study
+
+FORMAT, VERSION = "robsim study", 1
+MOST_RUNS = 1_000_000  # points that a page moves at the pace of a hand
+MEASURES = tuple(MEANINGS)[tuple(MEANINGS).index("began") + 1 :]
+_UNIT = re.compile(r"\(([^()]*)\)$")  # at the end of a meaning
+
+
+class StudyMap(Recording):
+    """The map of a study, see the module."""
+
+    def __repr__(self) -> str:
+        """Return what it shows, in a line."""
+        return f"<StudyMap {self.header['title']!r} of {len(self.arrays['run'])} runs>"
+
+
+def map_of(study: Study) -> StudyMap:
+    """Return the map of the runs that a study has.
+
+    InputError: there are none, or more than a page can show.
+    """
+    if study.plan.runs > MOST_RUNS:
+        raise InputError(
+            f"a map shows at most {MOST_RUNS} runs, and this study has {study.plan.runs}; "
+            "count them by study.counts, or plot study.table"
+        )
+    if not len(study.runs):
+        raise InputError("the study has no runs yet, of which a map could be made")
+    labelled = {axis.name: axis for axis in study.plan.axes if _is_labelled(axis)}
+    units, shared = _units(study), _shared(study)
+    columns: list[dict[str, Any]] = []
+    arrays: dict[str, NDArray[Any]] = {}
+    for name in map(str, study.table):
+        if name == "outcome":
+            continue
+        base = name.split("[")[0]
+        own: dict[str, Any] = {"name": name, "unit": units.get(base, "")}
+        own |= {"shared": base in shared, "measure": name in MEASURES}
+        if name in labelled:
+            own |= _labels(labelled[name])
+        columns.append(own)
+        arrays[name] = _codes(study, labelled[name]) if name in labelled else _numbers(study, name)
+    outcomes, arrays["outcome"] = _outcomes(study)
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "title": study.experiment.title or "study",
+        "summary": _summary(study),
+        "columns": columns,
+        "outcomes": outcomes,
+        "filters": list(labelled),
+        "in_turn": [axis.name for axis in study.plan.in_turn if axis.name in labelled],
+        "cells": study.plan.cells,
+        **_counts(study, [each["name"] for each in outcomes]),
+    }
+    return StudyMap(header, arrays)
+
+
+def _is_labelled(axis: Axis) -> bool:
+    """Return whether the values of an axis are few enough to hold the map at one of them."""
+    return axis.values is not None and (not axis.is_number or len(axis.values) <= MOST_GROUPS)
+
+
+def _labels(axis: Axis) -> dict[str, Any]:
+    values = list((axis.values or {}).values())
+    return {"labels": axis.labels, **({"numbers": values} if axis.is_number else {})}
+
+
+def _codes(study: Study, axis: Axis) -> NDArray[Any]:
+    return study.plan.codes(axis, study.runs).astype(np.uint32)
+
+
+def _numbers(study: Study, name: str) -> NDArray[Any]:
+    values: NDArray[Any] = study.table[name].to_numpy()
+    whole = values.dtype.kind in "iub"
+    with np.errstate(over="ignore"):  # beyond float32 it is infinite, which the page does not place
+        return np.asarray(values, dtype=np.uint32 if whole else np.float32)
+
+
+def _outcomes(study: Study) -> tuple[list[dict[str, str]], NDArray[Any]]:
+    """Return the outcomes that occur, and which of them each run has."""
+    own = study.table["outcome"].cat.remove_unused_categories()
+    named = [Outcome[str(name)] for name in own.cat.categories]
+    found = [
+        {"name": each.name, "words": each.words, "color": palette.OUTCOMES[each][0]}
+        for each in named
+    ]
+    return found, own.cat.codes.to_numpy().astype(np.uint32)
+
+
+def _units(study: Study) -> dict[str, str]:
+    """Return the units of the columns that have one."""
+    found = {name: _UNIT.search(meaning) for name, meaning in MEANINGS.items()}
+    own = {name: match[1] for name, match in found.items() if match}
+    declared = {each.path: each.unit for each in study.experiment.controls()}
+    for axis in study.plan.axes:
+        unit = declared.get(axis.name)
+        own[axis.name] = unit if isinstance(unit, str) and unit != "1" else ""
+    return own
+
+
+def _shared(study: Study) -> set[str]:
+    """Return the columns in which runs of one draw do not differ."""
+    drawn = {axis.name for axis in study.plan.axes if not axis.in_turn}
+    return {"draw", *drawn, *(name for name in MEANINGS if name.startswith("start_"))}
+
+
+def _summary(study: Study) -> str:
+    plan, there = study.plan, len(study.runs)
+    turns = " × ".join(f"{len(axis.labels)} values of {axis.name}" for axis in plan.in_turn)
+    draws = f"{plan.draws} draws" + (f" × {turns}" if turns else "")
+    part = "" if there == plan.runs else f" of {plan.runs}"
+    return f"{there}{part} runs: {draws}"
+
+
+def _counts(study: Study, names: list[str]) -> dict[str, Any]:
+    in_turn = (axis.name for axis in study.plan.in_turn if len(axis.labels) <= MOST_GROUPS)
+    counts = study.counts(next(in_turn, None))
+    return {"by": counts.by or "", "counts": _groups(counts, names), "notes": counts.notes}
+
+
+def _groups(counts: Counts, names: list[str]) -> list[dict[str, Any]]:
+    """Return the rows of counts; the outcomes in them are numbers of those that occur."""
+    return [
+        {
+            "label": label,
+            "runs": runs,
+            "began": began,
+            "shares": [
+                [i, shares[name].count, shares[name].value, str(shares[name])]
+                for i, name in enumerate(names)
+                if name in shares
+            ],
+        }
+        for label, (runs, began, shares) in counts.rows.items()
+    ]
