@@ -22,6 +22,7 @@ from robsim.run.start_table import StartTable
 from robsim.run.text import ExperimentTable, RunTable
 from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.goals.goal import GoalTable
+from robsim.studies.text import StudyTable, plan_of
 from robsim.trajectory import Straight
 
 SOURCE = "bench.toml"
@@ -46,6 +47,7 @@ BASE = {
     "sensing": {"occlusions": [{"marks": [0], "start": "1 s", "end": "2 s"}]},
     "actuation": {},
     "run": {},
+    "study": {"runs": 3, "vary": {}},
 }
 LINK = ("robots", 0, "links", 2)
 FOLLOWED = [["0 deg", "0 deg"], ["10 deg", "20 deg"]]
@@ -73,6 +75,8 @@ PLACES = {
         {"kind": "switch", "first": {"kind": "pbvs"}, "second": {"kind": "ibvs"}},
     ),
     "task": (("task",), {}),
+    "sampler": (("study", "vary", "task.gain"), {}),
+    "start": (("study", "start"), {}),
 }
 JOINED = {
     "rail": {"curve": {"kind": "line", "length": "1 m"}},
@@ -109,6 +113,17 @@ NEEDED = {
     "parallel": {"tasks": [{"kind": "ibvs", "joints": "upper"}, {"kind": "ibvs"}]},
     "priorities": {"tasks": [{"kind": "ibvs"}, {"kind": "pbvs"}]},
     "mission": {"phases": [{"name": "look", "task": {"kind": "ibvs"}}]},
+    "uniform": {"low": 1.0, "high": 2.0},
+    "sobol": {"low": 1.0, "high": 2.0},
+    "log_uniform": {"low": 1.0, "high": 2.0},
+    "grid": {"low": 1.0, "high": 2.0},
+    "normal": {"mean": 5.0, "std": 0.1},
+    "plus": {"of": {"kind": "uniform", "low": 1.0, "high": 2.0}},
+    "times": {"of": {"kind": "uniform", "low": 1.0, "high": 2.0}},
+    "choice": {"values": [1.0, 2.0]},
+    "look_at": {"distance": ["1 m", "2 m"]},
+    "shell": {"distance": ["1 m", "2 m"]},
+    "within": {"radius": "1 m"},
     "switch": {**PLACES["condition"][1], "when": {"kind": "error_below", "value": 0.1}},
 }
 # {class: (where it stands, what must be given of it, what stands beside it)}
@@ -132,6 +147,7 @@ OTHERS = {
     Straight: (("task", "path"), WAY, {"kind": "follow_path"}),
     StartTable: (("start",), {}, {}),
     RunTable: (("run",), {}, {}),
+    StudyTable: (("study",), {"runs": 3}, {}),
 }
 
 
@@ -182,7 +198,10 @@ def whole(kind, name, path, table, around):
 
 
 def read(tables):
-    return Experiment.from_text(write(tables), SOURCE)
+    experiment = Experiment.from_text(write(tables), SOURCE)
+    if not isinstance(experiment.task, rs.Mission):
+        plan_of(experiment)
+    return experiment
 
 
 every_kind = pytest.mark.parametrize(("kind", "name", "path", "table", "around"), list(kinds()))

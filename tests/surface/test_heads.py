@@ -39,7 +39,7 @@ def test_its_first_paragraph_is_short_and_says_what_to_watch(name):
 @pytest.mark.parametrize("name", [name for name in rs.examples.names() if commands(name)])
 def test_its_commands_are_valid(name, called):
     for _, command, file, *options in commands(name):
-        assert command in ("run", "compare")
+        assert command in ("run", "compare", "study")
         path, changes = rs.examples.path(file.removesuffix(".toml")), of_options(options, "--set")
         for vary in of_options(options, "--vary"):
             key, _, values = vary.partition("=")

@@ -61,7 +61,11 @@ class Counts(Printed):
         return rows
 
     def _notes(self) -> list[str]:
-        """Return what the numbers count, and of how many."""
+        return self.notes
+
+    @property
+    def notes(self) -> list[str]:
+        """What the numbers count, and of how many."""
         lines = ["shares of the runs that began, with intervals of Wilson at 95 %"]
         runs = sum(count for count, _, _ in self.rows.values())
         lost = runs - sum(began for _, began, _ in self.rows.values())

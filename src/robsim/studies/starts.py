@@ -155,7 +155,7 @@ class Shell(Start):
         return _about(self.about or reach.goal, self.distance, self.angle, share)
 
 
-@register("start", "ball")
+@register("start", "within")
 @dataclass(frozen=True, eq=False)
 class Within(Start):
     """Poses no farther than `radius` and `angle` from another one, in any direction.
