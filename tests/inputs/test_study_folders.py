@@ -63,7 +63,7 @@ def without_about(folder):
 
 DAMAGE = [
     (newer, "a study of format 99, of RobSim 7.0; this is"),
-    (cut, "rows-0000000000000-0000000000008.parquet: "),
+    (cut, "rows-0000000000000-0000000000008.parquet is damaged"),
     (short, "8 rows instead of 9"),
     (without_rows, "the study has no runs yet, of which a map could be made"),
     (without_text, "study.toml"),

@@ -124,4 +124,5 @@ def latex_text(rows: Sequence[Sequence[str]], left: int = 2) -> str:
 
 def _escaped(text: str) -> str:
     """Return a text for LaTeX, in which the sign of a negative number is a minus."""
-    return re.sub(r"(?<!\w)-(?=\d)", "$-$", text.translate(_LATEX))
+    text = re.sub(r"(?<!\w)-(?=\d)", "$-$", text.translate(_LATEX))
+    return re.sub(r"^\[", "{[}", text)  # which after a line break would be its length

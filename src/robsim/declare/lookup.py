@@ -29,14 +29,22 @@ def as_raw(kind: type[Any], tables: Any, path: str, value: Any) -> Raw:
         value.item() if isinstance(value, np.generic | np.ndarray) and not np.ndim(value) else value
     )
     plain = isinstance(value, bool | int | float | list | dict)
-    spec = _spec_at(kind, tables, path.split(".")) if plain else None
+    spec = spec_at(kind, tables, path) if plain else None
     bare = spec is not None and spec.united and _is_numeric(value)
     return Live(value) if not plain or bare else value
 
 
+def spec_at(kind: type[Any], tables: Any, path: str, whole: bool = False) -> Any:
+    """Return the spec of what has a dotted name; None where it cannot be told.
+
+    With `whole` that of all that may stand there, else of the number that may.
+    """
+    return _spec_at(kind, tables, path.split("."), whole)
+
+
 def unit_at(kind: type[Any], tables: Any, path: str) -> str:
     """Return the unit in Python of the numbers at a dotted name; "" where there is none."""
-    spec = _spec_at(kind, tables, path.split("."))
+    spec = spec_at(kind, tables, path)
     dimension = getattr(spec, "dimension", None)
     return SI[dimension] if dimension in SI else str(getattr(spec, "unit", ""))
 
@@ -47,20 +55,21 @@ def _is_numeric(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _spec_at(kind: type[Any], tables: Any, keys: list[str]) -> Any:
+def _spec_at(kind: type[Any], tables: Any, keys: list[str], whole: bool = False) -> Any:
     """Return the spec of what has a dotted name; None where it cannot be told."""
     owner = next((f for f in fields_of(form_of(kind)) if keys[0] in f.spec.keys(f.name)), None)
     if owner is None:
         return None
     if len(keys) == 1:
-        return owner.spec.of_key(owner.name, keys[0])
+        own = whole and keys[0] == owner.name
+        return owner.spec if own else owner.spec.of_key(owner.name, keys[0])
     inside = tables.get(keys[0]) if isinstance(tables, Mapping) else None
     rest = keys[1:]
     if keys[0] in NAMED:  # of a library robot whose links are not said here there is no table
         some = inside if isinstance(inside, list) else []
         inside = next((t for t in some if t.get(NAMED[keys[0]], t.get("model")) == rest[0]), None)
         rest = rest[1:]
-    found = (_spec_at(part, inside, rest) for part in _parts(owner, inside) if rest)
+    found = (_spec_at(part, inside, rest, whole) for part in _parts(owner, inside) if rest)
     return next((spec for spec in found if spec is not None), None)
 
 

@@ -7,7 +7,8 @@ of poses has, and all other numbers a last one, as the stages of a step have.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -167,7 +168,7 @@ class Template:
         self.first = experiment.at({name: values[0] for name, values in varied.items()})
         true = {n: x for n, x in varied.items() if n.partition(".")[0] not in (*OTHER, "belief")}
         believes = self.first.task.belief is not None
-        self.followed = {n for n, x in true.items() if believes and _follows(self.first, n, x)}
+        self.followed = {n for n in true if believes and _follows(self.first, n, true[n][0])}
 
     def of(self, varied: Mapping[str, Array]) -> Simulated:
         """Return the parts of the experiment with such numbers."""
@@ -204,13 +205,23 @@ def _task_numbers(given: dict[str, Array]) -> dict[str, Array]:
     return given if scale is None else {**given, "depth_scale": np.atleast_2d(scale)}
 
 
-def _follows(first: Any, name: str, values: Array) -> bool:
+def _follows(first: Any, name: str, value: Array) -> bool:
     """Return whether what is believed changes with a number of the true scene."""
-    others = np.flatnonzero((values != values[:1]).reshape(len(values), -1).any(axis=1))
-    if not others.size:
-        return True
-    other = first.at(name, values[others[0]])
-    return bool(other.task.belief != first.task.belief)
+    for other in _others(name, np.asarray(value)):
+        with suppress(InputError):
+            return bool(first.at(name, other).task.belief != first.task.belief)
+    raise InputError(f"vary: {name}: no other value than {said(value.tolist())} is valid there")
+
+
+def _others(name: str, value: Array) -> Iterator[Array]:
+    """Yield values that differ from one, of which some are valid wherever that one is."""
+    if name.endswith(".rotation"):
+        yield value @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    elif name.endswith(".K"):
+        yield value * np.array([[1.01, 1.0, 1.0], [1.0, 1.01, 1.0], [1.0, 1.0, 1.0]])
+    else:
+        for change in (1e-3, -1e-3, 1.0, -1.0):
+            yield value + change * np.maximum(np.abs(value), 1e-3)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,11 +14,12 @@ from robsim.base.errors import InputError, naming, said
 from robsim.declare.lookup import unit_at
 from robsim.run.experiment import Experiment
 from robsim.run.present import number_at
-from robsim.run.text import ExperimentTable
+from robsim.run.text import ExperimentTable, beliefs, common_belief
 from robsim.studies.draws import Draws
-from robsim.studies.in_turn import labelled, values_in_turn
+from robsim.studies.in_turn import Labels, by_label, values_in_turn
 from robsim.studies.samplers import Choice, Plus, Sampler, Times
 
+PIXELS = ("focal", "center", "skew", "K")  # of a camera, in pixels
 SCALE = 10.0  # pixels, below which a focal length is a factor, as in `Scene.believe`
 
 
@@ -32,6 +34,7 @@ class Axis:
     nominal: Array | None = None  # the value of the experiment, which Plus and Times change
     factor: bool = False
     unit: str = ""
+    named: bool = False  # whether the labels of its values were given
     ends: tuple[Array, Array] | None = None  # least and largest numbers that are known to be valid
 
     @property
@@ -84,44 +87,73 @@ def axis_of(experiment: Experiment, name: Any, given: Any) -> Axis:
     """Return the axis of a name; InputError or FileError for what cannot be varied so."""
     if not isinstance(name, str) or not name:
         raise InputError(f"vary: expected dotted names such as 'task.gain', got {said(name)}")
-    made = _axis(experiment, name, given)
-    plain = name.removeprefix("belief.")
-    return replace(made, unit=unit_at(ExperimentTable, experiment.tables, plain))
-
-
-def _axis(experiment: Experiment, name: str, given: Any) -> Axis:
-    values = values_in_turn(given, f"vary: {name}")
+    unit = unit_of(experiment, name)
+    what = f"vary: {name}"
+    values = values_in_turn(given, what)
     if values is not None:
-        return _checked(experiment, Axis(name, values))
+        return _of_values(experiment, Axis(name, None, unit=unit), values)
     if isinstance(given, Choice):
-        return _checked(experiment, Axis(name, labelled(given.values), given))
+        own = by_label(given.values, what)
+        return _of_values(experiment, Axis(name, None, given, unit=unit), own)
     if not isinstance(given, Sampler) or isinstance(given, type):
         raise InputError(
-            f"vary: {name}: expected a sampler such as rs.Uniform(low, high), or a list of values, "
+            f"{what}: expected a sampler such as rs.Uniform(low, high), or a list of values, "
             f"got {said(given)}"
         )
-    return _of_numbers(experiment, name, given)
+    try:
+        return _of_numbers(experiment, Axis(name, None, given, unit=unit))
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{what}: {said(given)} has not the shape of what is there") from None
 
 
-def _checked(experiment: Experiment, axis: Axis) -> Axis:
-    """Return an axis whose values are all valid under its name."""
-    for value in (axis.values or {}).values():
-        experiment.at(axis.name, value)
-    return axis
+def unit_of(experiment: Experiment, name: str) -> str:
+    """Return the unit of the numbers at a dotted name; "" where there is none."""
+    key = name.rpartition(".")[2]
+    if key == "marks" or key in PIXELS:
+        return "m" if key == "marks" else "px"
+    return unit_at(ExperimentTable, experiment.tables, name.removeprefix("belief."))
 
 
-def _of_numbers(experiment: Experiment, name: str, sampler: Any) -> Axis:
-    shape = tuple(sampler.shape)
-    if isinstance(sampler, Plus | Times):
-        nominal = number_at(experiment, name)
-        factor = isinstance(sampler, Times)
-        return Axis(name, None, sampler, np.broadcast_shapes(shape, nominal.shape), nominal, factor)
-    if name.endswith(".focal") and _are_factors(sampler):
-        nominal = number_at(experiment, name)
-        return Axis(name, None, sampler, np.broadcast_shapes(shape, nominal.shape), nominal, True)
-    if not shape:
-        shape = _shape_at(experiment, name)
-    return Axis(name, None, sampler, shape)
+def _of_values(experiment: Experiment, axis: Axis, own: Labels) -> Axis:
+    """Return an axis of values that are all valid under its name; in SI where they are numbers."""
+    values = own.values
+    numeric = axis.name.endswith(".focal") and all(map(_is_number, values.values()))
+    if numeric and max(map(abs, values.values())) < SCALE:
+        nominal = number_at(experiment, axis.name)
+        values = {label: (x * nominal).tolist() for label, x in values.items()}
+    for value in values.values():
+        _check_belief(experiment, axis.name, value, experiment.at(axis.name, value))
+    if axis.unit and all(isinstance(x, str) for x in values.values()):
+        numbers = [number_at(experiment.at(axis.name, x), axis.name) for x in values.values()]
+        if all(x.ndim == 0 for x in numbers):
+            values = dict(zip(values, map(float, numbers), strict=True))
+    return replace(axis, values=values, named=own.given)
+
+
+def _check_belief(experiment: Experiment, name: str, value: Any, made: Experiment) -> None:
+    """Raise InputError for a task with a belief of its own, which is not that of the experiment."""
+    if name != "task" or isinstance(value, str | dict):
+        return
+    own = [belief for belief in beliefs(value) if belief is not None]
+    if own and any(belief != common_belief(experiment.task) for belief in own):
+        raise InputError(
+            f"vary: task: {said(value)} has a belief of its own; give it to the experiment, or "
+            "vary it by its names, as in 'belief.cameras.eye.focal'"
+        )
+
+
+def _of_numbers(experiment: Experiment, axis: Axis) -> Axis:
+    """Return an axis of numbers that are drawn, in the shape of what is there."""
+    shape, factor = tuple(axis.sampler.shape), isinstance(axis.sampler, Times)
+    if axis.name.endswith(".focal") and not isinstance(axis.sampler, Plus | Times):
+        factor = _are_factors(axis.sampler)
+    if factor or isinstance(axis.sampler, Plus):
+        nominal = number_at(experiment, axis.name)
+        shape = np.broadcast_shapes(shape, nominal.shape)
+        return replace(axis, shape=shape, nominal=nominal, factor=factor)
+    return replace(axis, shape=shape or _shape_at(experiment, axis.name))
 
 
 def _is_number(value: Any) -> bool:
@@ -130,8 +162,9 @@ def _is_number(value: Any) -> bool:
 
 def _are_factors(sampler: Any) -> bool:
     """Return whether what is drawn for a focal length is too small to be pixels."""
-    probe = Draws(0, "focal", np.arange(64))
-    return bool(np.abs(sampler.drawn(probe, tuple(sampler.shape))).max() < SCALE)
+    shape = tuple(sampler.shape)
+    probe = Draws(0, "focal", np.arange(64), evenly=(max(math.prod(shape), 1), 0))
+    return bool(np.abs(sampler.drawn(probe, shape)).max() < SCALE)
 
 
 def _shape_at(experiment: Experiment, name: str) -> tuple[int, ...]:

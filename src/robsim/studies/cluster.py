@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import pickle
+import time
+from contextlib import suppress
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -16,7 +18,7 @@ from robsim.studies.rows import Done, Rows
 from robsim.studies.running import Chunk, Progress, Sink, chunks, done
 
 PATIENCE = 10.0  # seconds, for a scheduler to answer
-LOOK = 0.2  # seconds between looks for a stop
+LOOK = 0.02  # seconds between looks for a stop
 AHEAD = 2  # chunks for each thread of the cluster that are given out at a time
 
 
@@ -58,9 +60,7 @@ def distribute(plan: Plan, sink: Sink, size: int, client: Any, progress: Progres
     A chunk whose worker dies runs again on another. InputError: no client, or no workers, or of
     another version.
     """
-    distributed = _distributed()
-    if not isinstance(client, distributed.Client):
-        raise InputError(f"client: expected a client of dask.distributed, got {said(client)}")
+    check_client(client)
     at_once = AHEAD * _threads(client)
     work, finished = _packed(plan), done(sink, plan)
     left, going = chunks(sink, plan, size), dict[Any, Chunk]()
@@ -70,14 +70,15 @@ def distribute(plan: Plan, sink: Sink, size: int, client: Any, progress: Progres
                 _give(client, work, left, going, at_once)
                 if not going:
                     return True
-                for future in _ended(distributed, going):
+                for future in _ended(going):
                     first, last = going.pop(future)
                     sink.put(plan, first, last, _result(future))
                     finished += last - first
                     if progress:
                         progress(finished / plan.runs)
         finally:
-            client.cancel(list(going))
+            with suppress(Exception):  # it may be the cluster that has gone
+                client.cancel(list(going))
     return False
 
 
@@ -89,13 +90,18 @@ def _give(client: Any, work: Work, left: Any, going: dict[Any, Chunk], at_once: 
             return
 
 
-def _ended(distributed: Any, going: dict[Any, Chunk]) -> list[Any]:
-    """Return the chunks that are done, after a short wait for the first of them."""
-    try:
-        found = distributed.wait(list(going), timeout=LOOK, return_when="FIRST_COMPLETED")
-    except TimeoutError:
-        return []
-    return list(found.done)
+def _ended(going: dict[Any, Chunk]) -> list[Any]:
+    """Return the chunks that are done, after a short wait if there are none."""
+    found = [future for future in going if future.done()]
+    if not found:
+        time.sleep(LOOK)
+    return found
+
+
+def check_client(client: Any) -> None:
+    """Raise InputError unless a value is a client of Dask."""
+    if not isinstance(client, _distributed().Client):
+        raise InputError(f"client: expected a client of dask.distributed, got {said(client)}")
 
 
 def _result(future: Any) -> Done:

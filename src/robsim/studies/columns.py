@@ -32,6 +32,7 @@ MEANINGS = {
     "path_length": "way of the frame (m)",
 }
 BYTES = 120  # of a run in memory: what came out of it
+MORE_BYTES = 104  # likewise of its standard measures
 TABLE_BYTES = 400  # likewise while its table is made
 
 
@@ -50,6 +51,13 @@ def varied(plan: Plan, runs: Codes) -> Columns:
             index = ",".join(map(str, place))
             made[f"{axis.name}[{index}]"] = numbers[(slice(None), *place)]
     return made
+
+
+def nothing(plan: Plan) -> Columns:
+    """Return the columns of no runs."""
+    kinds = {"outcome": np.int8, "began": np.bool_, "start_tries": np.int64}
+    gone = {"run", "draw", *(() if plan.start else ("start_tries",))}
+    return {n: np.empty(0, dtype=kinds.get(n, np.float64)) for n in MEANINGS if n not in gone}
 
 
 def frame(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from robsim.analysis.shares import Share, share
+from robsim.analysis.shares import Share, clustered, share
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.tables import Printed
 from robsim.run.outcome import Outcome
+from robsim.studies.reading import groups_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,12 +24,15 @@ class Counts(Printed):
 
     `rows` has for each group the number of runs, how many began, and the share of each outcome
     with its interval of Wilson at 95 %. `tries` are the starts that would do and all that were
-    drawn, if they were.
+    drawn, if they were. `pooled`: whether a group has several runs of a draw, which are not
+    independent of each other (see `robsim.analysis.shares.clustered`).
     """
 
     by: str | None
     rows: dict[str, tuple[int, int, dict[str, Share]]]
     tries: tuple[int, int] | None = None
+    pooled: bool = False
+    planned: int | None = None
 
     @property
     def outcomes(self) -> list[str]:
@@ -67,8 +71,14 @@ class Counts(Printed):
     def notes(self) -> list[str]:
         """What the numbers count, and of how many."""
         lines = ["shares of the runs that began, with intervals of Wilson at 95 %"]
+        if self.pooled:
+            lines.append(
+                "runs of one draw are not independent: the intervals count what they are worth"
+            )
         runs = sum(count for count, _, _ in self.rows.values())
         lost = runs - sum(began for _, began, _ in self.rows.values())
+        if self.planned is not None and runs < self.planned:
+            lines.insert(0, f"{runs} of {self.planned} runs are done: the study is not complete")
         if lost:
             lines.append(f"{lost} of {runs} runs could not begin, and count nothing")
         if self.tries:
@@ -76,31 +86,34 @@ class Counts(Printed):
         return lines
 
 
-def counted(data: pd.DataFrame, by: str | None, tries: tuple[int, int] | None = None) -> Counts:
+def counted(
+    data: pd.DataFrame, by: str | None, tries: tuple[int, int] | None = None, of: int | None = None
+) -> Counts:
     """Return the counts of a table, for each value of a column if one is named.
+
+    `of` is how many runs there are to be, if not all are there.
 
     InputError: no such column, or too many values in it.
     """
     if by is None:
-        return Counts(None, {"all": _row(data)}, tries)
+        return Counts(None, {"all": _row(data)}, tries, _pooled(data), of)
+    if not len(data):
+        return Counts(by, {}, tries, False, of)
     names = [str(each) for each in data]
     if by not in names:
         raise InputError(f"by: no column {said(by)}; {suggest(by, names, 'columns')}")
-    groups = data.groupby(by, sort=True, observed=True)
-    if groups.ngroups > MOST_GROUPS:
-        raise InputError(
-            f"by: {by!r} has {groups.ngroups} values; at most {MOST_GROUPS} are counted apart"
-        )
-    rows = {_label(value): _row(part) for value, part in groups}
-    return Counts(by, rows, tries)
+    groups = groups_of(data, by, MOST_GROUPS)
+    parts = [data[groups.which == i] for i in range(len(groups.labels))]
+    rows = {label: _row(part) for label, part in zip(groups.labels, parts, strict=True)}
+    return Counts(by, rows, tries, any(map(_pooled, parts)), of)
 
 
-def _label(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+def _pooled(data: pd.DataFrame) -> bool:
+    return bool(data["draw"].duplicated().any())
 
 
 def _row(data: pd.DataFrame) -> tuple[int, int, dict[str, Share]]:
     began = data[data["began"]]
-    found = began["outcome"].value_counts()
-    shares = {str(name): share(int(n), len(began)) for name, n in found.items() if n}
+    outcome, draw = began["outcome"].to_numpy(str), began["draw"].to_numpy()
+    shares = {name: clustered(outcome == name, draw) for name in dict.fromkeys(outcome.tolist())}
     return len(data), len(began), shares

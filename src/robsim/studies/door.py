@@ -13,13 +13,17 @@ from robsim.base.errors import InputError, Interrupted, said
 from robsim.base.output import refused
 from robsim.run.experiment import Experiment
 from robsim.run.workers import check_progress
+from robsim.studies import cluster
 from robsim.studies.plan import Plan, planned
 from robsim.studies.running import Memory, Progress, check, simulate
 from robsim.studies.store import Store
 from robsim.studies.study import Study
+from robsim.studies.text import STUDY, plan_of
+from robsim.studies.tracks import track_bytes, zarr
 
 CHUNK = 4000  # runs that are simulated together, and stored in one file
 MOST_CHUNK = 1_000_000
+MOST_BYTES = 1e8  # of the instants of runs that are simulated together
 
 
 def study(
@@ -40,7 +44,8 @@ def study(
 ) -> Study:
     """Run an experiment many times, with other numbers, choices and starts, and return the study.
 
-    runs      draws, each of which is run with every combination of what is in turn
+    runs      draws, each of which is run with every combination of what is in turn; None, and
+              nothing else: as the table [study] of the experiment's file says
     seed      of all that is drawn, and of the noise; None: that of the experiment
     start     a sampler such as `LookAt`, `Uniform` for coordinates, starts (B, nq), or one (nq,)
     vary      {name: what it is}, with the dotted names of `Experiment.at`: a sampler (`Uniform`,
@@ -68,7 +73,13 @@ def study(
     >>> len(found.table), found.visible.value
     (20, 1.0)
     """
-    plan = planned(experiment, runs, seed, start, vary, trajectories, measures)
+    given = (runs, seed, start, vary, trajectories)
+    said_in_file = all(each is None for each in given) and not measures
+    if said_in_file and isinstance(experiment, Experiment) and STUDY in experiment.tables:
+        plan = plan_of(experiment)
+        trajectories = plan.trajectories
+    else:
+        plan = planned(experiment, runs, seed, start, vary, trajectories, measures)
     if flag(resume, "resume") and store is None:
         raise InputError("resume: which study? give the folder that holds it, store=folder")
     how: Any = (resume, client, threads, chunk, progress)
@@ -92,8 +103,11 @@ def run_plan(
 ) -> Study:
     """Run a plan into a folder that is ours, or into memory; see `study`."""
     check_progress(progress)
-    size = whole(chunk, "chunk", 1, MOST_CHUNK + 1)
-    sink: Any = Memory(plan.runs) if folder is None else Store(folder)
+    size = _chunk(plan, chunk)
+    threads = None if threads is None else whole(threads, "threads", 1, 1025)
+    if client is not None:
+        cluster.check_client(client)
+    sink: Any = Memory(plan.runs, plan.measures) if folder is None else Store(folder)
     with interrupt.held(begun=False):
         check(plan)
         if folder is not None:
@@ -101,13 +115,21 @@ def run_plan(
         if client is None:
             complete = simulate(plan, sink, size, threads, progress)
         else:
-            from robsim.studies.cluster import distribute
-
-            complete = distribute(plan, sink, size, client, progress)
+            complete = cluster.distribute(plan, sink, size, client, progress)
     made = Study(plan, lambda: sink.facts(plan), folder)
     if not complete:
-        raise Interrupted("stopped by the user; the runs that are done are in .run", made)
+        more = f"; resume=True goes on in {folder}" if folder else ""
+        raise Interrupted(f"stopped by the user; the runs that are done are in .run{more}", made)
     return made
+
+
+def _chunk(plan: Plan, chunk: int) -> int:
+    """Return how many runs are simulated together: fewer where all their instants are kept."""
+    size = whole(chunk, "chunk", 1, MOST_CHUNK + 1)
+    if plan.trajectories:
+        zarr()
+        size = min(size, max(1, int(MOST_BYTES // track_bytes(plan))))
+    return size
 
 
 def _folder(path: Any) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,13 @@ from robsim.base.values import hashable
 from robsim.declare import Flag, Whole, register
 from robsim.studies.samplers import Between
 from robsim.studies.values import MOST, check_values
+
+
+class Labels(NamedTuple):
+    """Values by their labels, and whether somebody has given these."""
+
+    values: dict[str, Any]
+    given: bool
 
 
 @register("sampler", "grid")
@@ -40,23 +47,34 @@ class Grid(Between):
         return tuple(space(self.low, self.high, self.count).tolist())
 
 
-def values_in_turn(axis: Any, what: str) -> dict[str, Any] | None:
+def values_in_turn(axis: Any, what: str) -> Labels | None:
     """Return the values that every draw is run with, by their labels; None for what is drawn."""
     if isinstance(axis, Grid):
-        return {f"{each:.12g}": each for each in axis.values}
+        return Labels(labelled(axis.values), False)
     if isinstance(axis, dict):
         check_values(list(axis.values()), what, twice=True)
-        _check_labels(axis, what)
-        return dict(axis)
+        return Labels(_checked_labels(axis, what), True)
     if isinstance(axis, list | tuple | np.ndarray):
-        return labelled(check_values(axis, what))
+        return by_label(check_values(axis, what), what)
     return None
 
 
-def _check_labels(values: dict[Any, Any], what: str) -> None:
+def by_label(values: tuple[Any, ...], what: str) -> Labels:
+    """Return values by label, of which a table {label, value} says its own."""
+    if all(isinstance(each, dict) and each.keys() == {"label", "value"} for each in values):
+        labels = [each["label"] for each in values]
+        if len({str(label) for label in labels}) < len(labels):
+            raise InputError(f"{what}: a label is there twice")
+        pairs = {each["label"]: each["value"] for each in values}
+        return Labels(_checked_labels(pairs, what), True)
+    return Labels(labelled(values), False)
+
+
+def _checked_labels(values: dict[Any, Any], what: str) -> dict[str, Any]:
     for label in values:
         if not isinstance(label, str) or not label.strip() or len(label) > 200:
             raise InputError(f"{what}: expected a text as label, got {said(label)}")
+    return dict(values)
 
 
 def labelled(values: tuple[Any, ...]) -> dict[str, Any]:
@@ -66,6 +84,8 @@ def labelled(values: tuple[Any, ...]) -> dict[str, Any]:
     ['ibvs', 'ibvs gain=2', 'pbvs']
     """
     kinds = [_kind(each) for each in values]
+    if all(isinstance(each, float) for each in values) and len(set(kinds)) < len(values):
+        kinds = [repr(each) for each in values]
     twice = {kind for kind in kinds if kinds.count(kind) > 1}
     more = {
         kind: _differing([x for x, k in zip(values, kinds, strict=True) if k == kind])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import permutations, product
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,24 @@ class Plan:
     def cells(self) -> int:
         """The number of combinations that every draw is run with."""
         return math.prod(len(axis.values or ()) for axis in self.in_turn)
+
+    def cells_of(self, names: Iterable[str]) -> Codes:
+        """Return the combinations in which all but these names have their first values."""
+        sizes = [len(axis.values or ()) for axis in self.in_turn]
+        chosen = [
+            range(size if axis.name in names else 1)
+            for axis, size in zip(self.in_turn, sizes, strict=True)
+        ]
+        places = list(product(*chosen))
+        if not sizes:
+            return np.zeros(1, dtype=np.int64)
+        return np.array([np.ravel_multi_index(place, sizes) for place in places], dtype=np.int64)
+
+    @property
+    def seen(self) -> Codes:
+        """The combinations whose true scenes differ, in each of which a start must do."""
+        true = ("cameras", "objects", "robots", "motions")
+        return self.cells_of([a.name for a in self.in_turn if a.name.partition(".")[0] in true])
 
     @property
     def runs(self) -> int:
@@ -134,8 +153,9 @@ def planned(
     base = base.with_(seed=seed, first_run=0, record="summary")
     base, own, q0 = _started(base, start)
     given = _pairs(vary)
-    _check_names([str(name) for name, _ in given], own, trajectories is not None)
+    _check_names([str(name) for name, _ in given], trajectories is not None)
     axes = tuple(axis_of(base, name, each) for name, each in given)
+    _check_nominal(axes)
     every = None if trajectories is None else whole(trajectories, "trajectories", 1, 10**7)
     kept = own, q0, every, flag(measures, "measures")
     plan = _valid(Plan(base, _count(q0, runs), seed, axes, *kept))
@@ -198,16 +218,41 @@ def _started(base: Experiment, start: Any) -> tuple[Experiment, Start | None, Ar
     return base.with_(start=q0), None, None
 
 
-def _check_names(names: list[str], start: Start | None, ways: bool) -> None:
-    """Raise InputError for names of which one says the other, or that cannot be in a study."""
+def _check_names(names: list[str], ways: bool) -> None:
+    """Raise InputError for names that cannot be in a study, or of which one says the other."""
     for name in names:
-        if name == START or (name.startswith("start.") and start is not None):
+        top, _, key = name.partition(".")
+        if top == START:
             raise InputError(f"vary: {name}: starts are given by start=")
         if name in ("run.seed", "run.first_run", "run.record"):
             raise InputError(f"vary: {name}: the study gives each run its own; give seed=")
+        if top in ("study", "title", "display", "schema") or key.endswith(".home"):
+            raise InputError(f"vary: {name}: no run depends on it")
         if ways and name in ("run", "run.dt", "run.duration"):
             raise InputError(f"trajectories: all runs need the same instants, and {name} varies")
-    for name in names:
-        within = [each for each in names if each.startswith(f"{name}.")]
-        if within and name != "task":
-            raise InputError(f"vary: {name} and {within[0]}: one is a part of the other")
+    for one, other in permutations(names, 2):
+        if other.startswith(f"{one}.") and one != "task":
+            raise InputError(f"vary: {one} and {other}: one is a part of the other")
+        if _says_the_same(one, other):
+            raise InputError(f"vary: {one} and {other}: both say the same; give one of the two")
+
+
+def _says_the_same(one: str, other: str) -> bool:
+    """Return whether two names are of the same rotation, or of the same intrinsics."""
+    (owner, _, key), (whose, _, word) = one.rpartition("."), other.rpartition(".")
+    turns = {"rpy", "rotvec", "rotation"}
+    lens = key == "K" and word in {"focal", "center", "skew"}
+    return owner == whose and ({key, word} <= turns or lens)
+
+
+def _check_nominal(axes: tuple[Axis, ...]) -> None:
+    """Raise InputError for what changes a value that something else gives."""
+    for axis in axes:
+        if axis.nominal is None:
+            continue
+        for other in axes:
+            if axis.name.startswith(f"{other.name}."):
+                raise InputError(
+                    f"vary: {axis.name}: {type(axis.sampler).__name__} changes the value of the "
+                    f"experiment, and {other.name} brings its own; give numbers"
+                )

@@ -162,6 +162,12 @@ def counted(table: pd.DataFrame, among: Among) -> NDArray[np.bool_]:
     return arrived
 
 
+def draws_of(table: pd.DataFrame, rows: NDArray[np.bool_]) -> NDArray[Any]:
+    """Return the draws of some rows; each row is one of its own where the table has none."""
+    draw = table["draw"].to_numpy() if "draw" in table.columns else np.arange(len(table))
+    return np.asarray(draw[rows])
+
+
 def measures_in(table: pd.DataFrame) -> list[str]:
     """Return the columns of numbers that say how the runs went."""
     results = [name for name in UNITS if name not in STARTS and name not in START_AWAY]

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import RankWarning, naming
@@ -61,7 +62,7 @@ class Rows:
         """
         runs = np.arange(first, last)
         draws = np.unique(runs // self.plan.cells)
-        q0, tries = self.starts(draws)
+        q0, tries, fits = self.starts(draws)
         place = runs // self.plan.cells - draws[0]
         made = Done({}, {})
         for part in self.parts(runs):
@@ -71,6 +72,7 @@ class Rows:
                 _put(made.tracks, found.tracks, part.at[at], len(runs))
         if self.plan.start is not None:
             made.facts["start_tries"] = tries[place]
+            made.facts["began"] &= fits[place]
         return made
 
     def parts(self, runs: Codes) -> Iterator[Part]:
@@ -111,6 +113,8 @@ class Rows:
         """Return the experiment with other objects under some names."""
         key = tuple((name, id(value)) for name, value in values.items())
         if key not in self._variants:
+            if len(self._variants) >= MOST_KEPT:
+                self._variants.clear()
             self._variants[key] = self._variant_of(self.plan.experiment, values)
         return self._variants[key]
 
@@ -120,18 +124,21 @@ class Rows:
         ordered = sorted(values.items(), key=lambda each: each[0].count("."))
         return base.at(dict(ordered))
 
-    def starts(self, draws: Codes) -> tuple[Array, Codes]:
-        """Return the starts (draws, nq) of some draws, and how many were drawn until then."""
+    def starts(self, draws: Codes) -> tuple[Array, Codes, NDArray[np.bool_]]:
+        """Return the starts (draws, nq) of some draws, how many were drawn, and which will do.
+
+        Those that will not do are the last that were drawn.
+        """
         experiment, start = self.plan.experiment, self.plan.start
         tries = np.ones(len(draws), dtype=np.int64)
         if self.plan.q0 is not None:
-            return np.ascontiguousarray(self.plan.q0[draws]), tries
+            return np.ascontiguousarray(self.plan.q0[draws]), tries, tries > 0
         if start is None:
             own = experiment.scene.home if experiment.start is None else experiment.start
-            return np.tile(own, (len(draws), 1)), tries
+            return np.tile(own, (len(draws), 1)), tries, tries > 0
         q0 = np.empty((len(draws), experiment.scene.nq))
         left, first = np.arange(len(draws)), 0
-        for count in ROUNDS:
+        for count in ROUNDS if start.visible else ROUNDS[:1]:
             q, fits = self._attempts(draws[left], first, count)
             chosen = np.where(fits.any(axis=1), fits.argmax(axis=1), count - 1)
             q0[left] = q[np.arange(len(left)), chosen]
@@ -139,7 +146,9 @@ class Rows:
             left, first = left[~fits.any(axis=1)], first + count
             if not left.size:
                 break
-        return q0, tries
+        will_do = np.ones(len(draws), dtype=bool)
+        will_do[left] = False
+        return q0, tries, will_do
 
     def _attempts(self, draws: Codes, first: int, count: int) -> tuple[Array, Any]:
         """Return some attempts at starts (draws, count, nq), and which of them will do."""
@@ -162,16 +171,16 @@ class Rows:
         with _quiet():
             return Reach(self.plan.experiment.loop().controller)
 
-    def begin(self, draws: Codes, q0: Array) -> Any:
+    def begin(self, draws: Codes, q0: Array) -> NDArray[np.bool_]:
         """Return which starts (draws, nq) see their target and are within the limits.
 
-        It is judged with the numbers of the draw, and the first of what is in turn.
+        It is judged with the numbers of the draw, in every true scene that is in turn.
         """
-        found = np.zeros(len(draws), dtype=bool)
-        for part in self.parts(draws * self.plan.cells):
-            one = part.experiment.with_(start=q0[part.at], duration=part.experiment.dt)
-            loop = self._ended(one, draws[part.at])
-            found[part.at] = facts(loop)["began"]
+        found = np.ones(len(draws), dtype=bool)
+        for cell in self.plan.seen:
+            for part in self.parts(draws * self.plan.cells + cell):
+                one = part.experiment.with_(start=q0[part.at], duration=part.experiment.dt)
+                found[part.at] &= facts(self._ended(one, draws[part.at]))["began"]
         return found
 
     def _simulated(
@@ -183,9 +192,8 @@ class Rows:
         every = 1 if plan.measures else plan.trajectories
         for i in range(0, len(draws), size):
             some = slice(i, i + size)
-            one = experiment.with_(start=q0[some], record=every or "summary")
-            if one.varied:
-                one = one.with_(varied={n: frozen(x[some]) for n, x in one.varied.items()})
+            varied = {name: frozen(x[some]) for name, x in experiment.varied.items()}
+            one = experiment.with_(start=q0[some], record=every or "summary", varied=varied)
             with naming(f"run of draw {draws[i]}"):
                 loop = self._ended(one, draws[some])
             yield (

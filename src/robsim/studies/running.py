@@ -11,10 +11,10 @@ import numpy as np
 from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.room import room
-from robsim.studies.columns import BYTES
+from robsim.studies.columns import BYTES, MORE_BYTES, nothing
 from robsim.studies.facts import Columns
 from robsim.studies.plan import Plan
-from robsim.studies.rows import MOST_TRIES, Done, Rows, Stopped
+from robsim.studies.rows import Done, Rows, Stopped
 
 Progress = Callable[[float], None]
 CHECKED = 32  # draws, and combinations of what is in turn, that are tried before anything runs
@@ -42,11 +42,12 @@ class Memory:
     """Rows in memory: one array for each column."""
 
     runs: int
+    measures: bool = False
     done: Any = field(init=False)
     columns: Columns = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        need, free = self.runs * BYTES, room()
+        need, free = self.runs * (BYTES + MORE_BYTES * self.measures), room()
         if need > free:
             raise InputError(
                 f"{self.runs} runs need about {need / 1e9:.3g} GB of memory, and "
@@ -70,7 +71,8 @@ class Memory:
         """Return the numbers of the runs that are there, and what came out of them."""
         if self.done.all():
             return np.arange(self.runs), self.columns
-        return np.flatnonzero(self.done), {n: x[self.done] for n, x in self.columns.items()}
+        columns = self.columns or nothing(plan)
+        return np.flatnonzero(self.done), {n: x[self.done[: len(x)]] for n, x in columns.items()}
 
 
 def chunks(sink: Sink, plan: Plan, size: int) -> Iterator[Chunk]:
@@ -108,16 +110,16 @@ def done(sink: Sink, plan: Plan) -> int:
 def check(plan: Plan) -> None:
     """Raise InputError if what is in turn is refused, or no start of the first draws will do."""
     rows = Rows(plan)
-    for part in rows.parts(np.arange(min(plan.cells, CHECKED))):
+    cells = [plan.cells_of([axis.name])[:CHECKED] for axis in plan.in_turn]
+    for part in rows.parts(np.unique(np.concatenate([plan.cells_of([]), *cells]))):
         part.experiment.check(view=False)
     if plan.start is None:
         return
     draws = np.arange(min(plan.draws, CHECKED))
-    q0, tries = rows.starts(draws)
-    lost = plan.start.visible and (tries == MOST_TRIES).all()
-    if lost and not rows.begin(draws, q0).any():
+    _, tries, will_do = rows.starts(draws)
+    if not will_do.any() and plan.start.visible:
         raise InputError(
-            f"start: of {MOST_TRIES * len(draws)} starts that were drawn none sees its target "
+            f"start: of {tries.sum()} starts that were drawn none is reached and sees its target "
             "from within the limits of the joints; try another distance or cone, a larger image, "
             "or visible=False to see why"
         )

@@ -150,21 +150,18 @@ def _effect(
 ) -> Effect:
     """Return how much values (rows,) depend on a column, over the rows that are known."""
     if not reading.is_number(table, name):
-        groups = reading.several_groups(table, name)
-        rows = known & (groups.which >= 0)
-        many = _independent(table, groups.which, rows)
-        _check(groups.which[rows], values[rows], name)
-        eta = correlation_ratio(groups.which[rows], values[rows], level, many)
-        none = Estimate(math.nan, math.nan, math.nan, many)
-        return Effect(name, "choice", len(set(groups.which[rows].tolist())), eta, none)
-    numbers = reading.numbers_in(table, name)
-    rows = known & np.isfinite(numbers)
-    many = _independent(table, numbers, rows)
-    _check(numbers[rows], values[rows], name)
-    bins = _bins(numbers[rows])
-    eta = correlation_ratio(bins, values[rows], level, many)
-    rho = spearman(numbers[rows], values[rows], level, many)
-    return Effect(name, "number", len(set(bins.tolist())), eta, rho)
+        which = reading.several_groups(table, name).which
+        groups, depends = _by_draw(table, which, values, known & (which >= 0))
+        _check(groups, depends, name)
+        eta = correlation_ratio(groups, depends, level)
+        none = Estimate(math.nan, math.nan, math.nan, len(groups))
+        return Effect(name, "choice", len(set(groups.tolist())), eta, none)
+    column = reading.numbers_in(table, name)
+    numbers, depends = _by_draw(table, column, values, known & np.isfinite(column))
+    _check(numbers, depends, name)
+    bins = _bins(numbers)
+    eta = correlation_ratio(bins, depends, level)
+    return Effect(name, "number", len(set(bins.tolist())), eta, spearman(numbers, depends, level))
 
 
 def _check(numbers: NDArray[Any], values: Array, name: str) -> None:
@@ -194,12 +191,22 @@ def _bins(numbers: Array) -> NDArray[np.intp]:
     return np.asarray(found if found.any() else numbers > numbers.min(), np.intp)
 
 
-def _independent(table: pd.DataFrame, numbers: NDArray[Any], rows: NDArray[np.bool_]) -> int:
-    """Return how many of the rows are independent: draws of a column that is theirs, else rows."""
-    draw = np.unique(reading.numbers_in(table, "draw")[rows], return_inverse=True)[1]
-    here = numbers[rows]
+def _by_draw(
+    table: pd.DataFrame, column: NDArray[Any], values: Array, rows: NDArray[np.bool_]
+) -> tuple[NDArray[Any], Array]:
+    """Return a column and the values that may depend on it, of rows that are independent.
+
+    What all runs of a draw share is one number of the draw, and so is the mean of their values:
+    what else is in turn would drown it. Else they are those of the rows.
+    """
+    here, depends = column[rows], values[rows]
     if not len(here):
-        return 0
-    first = np.empty(draw.max() + 1, here.dtype)
+        return here, depends
+    _, draw, runs = np.unique(
+        reading.draws_of(table, rows), return_inverse=True, return_counts=True
+    )
+    first = np.empty(len(runs), here.dtype)
     first[draw] = here
-    return len(first) if (first[draw] == here).all() else len(here)
+    if not (first[draw] == here).all():
+        return here, depends
+    return first, np.bincount(draw, depends) / runs

@@ -21,7 +21,7 @@ from robsim.studies.draws import Draws
 from robsim.studies.reach import Reach
 
 START = family("start")
-PAIR = Amount(count=2)
+PAIR = Amount(count=2, unit="rad")
 FULL_TURN = (-np.pi, np.pi)
 
 
@@ -81,9 +81,9 @@ class LookAt(Start):
     target: Annotated[
         str | None, Reference, "Object that is looked at; None: that of the task."
     ] = None
-    distance: Annotated[Any, Amount(count=2, above=0), "Least and largest distance in metres."] = (
-        field(kw_only=True)
-    )
+    distance: Annotated[
+        Any, Amount(count=2, above=0, unit="m"), "Least and largest distance in metres."
+    ] = field(kw_only=True)
     roll: Annotated[Any, PAIR, "Least and largest angle about the optical axis in radians."] = (
         FULL_TURN
     )
@@ -104,8 +104,11 @@ class LookAt(Start):
 
     def poses(self, reach: Reach, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the camera in the world."""
-        if self.target is None and not reach.controller.sights:
-            raise InputError("LookAt: the task has no camera and looks at nothing")
+        if reach.frame not in [eye.name for eye in reach.scene.cameras]:
+            raise InputError(
+                f"LookAt: what moves is '{reach.frame}', which looks at nothing; take Shell, "
+                "Within or About"
+            )
         middle = reach.middle(self.target or reach.controller.sights[0].target.name)
         away = reach.goal.position - middle if self.axis is None else self.axis
         if not np.abs(away).max() > 0:
@@ -139,8 +142,12 @@ class Shell(Start):
 
     numbers: ClassVar[int] = 6
 
-    distance: Annotated[Any, Amount(count=2, least=0), "Least and largest distance in metres."]
-    angle: Annotated[Any, Amount(count=2, least=0), "Least and largest angle in radians."] = (0, 0)
+    distance: Annotated[
+        Any, Amount(count=2, least=0, unit="m"), "Least and largest distance in metres."
+    ]
+    angle: Annotated[
+        Any, Amount(count=2, least=0, unit="rad"), "Least and largest angle in radians."
+    ] = (0, 0)
     about: Annotated[Pose | None, PoseTable(), "Pose in the world; None: the goal."] = None
 
     def __post_init__(self) -> None:
@@ -192,10 +199,14 @@ class About(Start):
 
     numbers: ClassVar[int] = 6
 
-    position: Annotated[Any, Amount(count=3, least=0), "Largest offset along each axis."] = (
-        0.0, 0.0, 0.0,
-    )  # fmt: skip
-    rpy: Annotated[Any, Amount(count=3, least=0), "Largest roll, pitch and yaw."] = (0.0, 0.0, 0.0)
+    position: Annotated[
+        Any, Amount(count=3, least=0, unit="m"), "Largest offset along each axis."
+    ] = (0.0, 0.0, 0.0)
+    rpy: Annotated[Any, Amount(count=3, least=0, unit="rad"), "Largest roll, pitch and yaw."] = (
+        0.0,
+        0.0,
+        0.0,
+    )
     pose: Annotated[Pose | None, PoseTable(), "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: Reach, share: Array) -> Array:

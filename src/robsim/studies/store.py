@@ -20,11 +20,11 @@ from robsim.kernels.store import KERNEL_HASH
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.run.result import VERSION
-from robsim.studies.columns import frame
+from robsim.studies.columns import frame, nothing
 from robsim.studies.facts import Columns
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done
-from robsim.studies.text import plan_of, text_of
+from robsim.studies.text import checked_text, plan_of
 from robsim.studies.tracks import Tracks, track_bytes
 
 if TYPE_CHECKING:
@@ -53,7 +53,11 @@ class Store:
     def begin(self, plan: Plan, resume: bool) -> None:
         """Write what the study is; FileError or InputError if another one is in the way."""
         arrow()
-        text = text_of(plan)
+        text = checked_text(plan)
+        if not self.is_there and self.parts():
+            raise FileError(
+                f"{self.folder} has rows of a study, and not its {ABOUT}; choose another folder"
+            )
         if self.is_there:
             self._check(text, resume)
             return
@@ -82,7 +86,7 @@ class Store:
         try:
             about = json.loads(read_text(path))
             found = int(about["format"])
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError):
             raise FileError(f"{path}: not as RobSim wrote it") from None
         if found > FORMAT:
             newer = about.get("robsim", "a newer version")
@@ -107,6 +111,8 @@ class Store:
         """Yield the runs that have no row yet, from one until before another."""
         first = 0
         for part in self.parts():
+            if part.last > runs:
+                raise FileError(f"{part.path}: the study has {runs} runs only")
             if part.first > first:
                 yield first, part.first
             first = part.last
@@ -135,11 +141,13 @@ class Store:
                 try:
                     table = pq.read_table(part.path)
                 except pa.ArrowException as error:
-                    raise FileError(f"{part.path}: {str(error).splitlines()[0]:.200}") from None
+                    why = str(error).splitlines()[0]
+                    advice = "delete it, and resume the study"
+                    raise FileError(f"{part.path} is damaged ({why:.120}); {advice}") from None
             parts.append(_facts(table, part, plan))
             runs.append(np.arange(part.first, part.last))
         if not parts:
-            return np.arange(0), {}
+            return np.arange(0), nothing(plan)
         return np.concatenate(runs), {
             name: np.concatenate([part[name] for part in parts]) for name in parts[0]
         }
@@ -187,6 +195,8 @@ def _facts(table: Any, part: Stored, plan: Plan) -> Columns:
         raise FileError(f"{part.path}: {table.num_rows} rows instead of {part.last - part.first}")
     try:
         data = table.to_pandas()
+        if not np.array_equal(data["run"], np.arange(part.first, part.last)):
+            raise ValueError
         known = {"run", "draw"} | {name for name in data if str(name).split("[")[0] in _names(plan)}
         facts = {str(name): data[name].to_numpy() for name in data if name not in known}
         codes = np.array([int(Outcome[name]) for name in facts["outcome"]], dtype=np.int8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.analysis.shares import Share, share
+from robsim.analysis.shares import Share, clustered, share
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError, ReplayWarning, said
 from robsim.base.output import write_whole
@@ -20,11 +21,11 @@ from robsim.base.room import room
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.studies.columns import TABLE_BYTES, frame
-from robsim.studies.counts import Counts, counted
+from robsim.studies.counts import MOST_GROUPS, Counts, counted
 from robsim.studies.facts import Columns
 from robsim.studies.paired import Paired, paired
 from robsim.studies.plan import Plan
-from robsim.studies.reading import numbers_in
+from robsim.studies.reading import column, groups_of, numbers_in
 from robsim.studies.rows import Rows
 from robsim.studies.sensitivity import Sensitivity, sensitivity
 from robsim.studies.store import TRACKS, as_parquet
@@ -83,12 +84,17 @@ class Study:
 
     def counts(self, by: str | None = None) -> Counts:
         """Return how the runs ended, with intervals, for each value of a name if one is given."""
-        return counted(self.table, by, self._tries())
+        return counted(self.table, by, self._tries(), self.plan.runs)
 
     def __str__(self) -> str:
         """Return the counts, for each value of what is in turn first."""
-        first = next((axis.name for axis in self.plan.in_turn), None)
-        return str(self.counts(first))
+        return str(self.counts(self._first))
+
+    @property
+    def _first(self) -> str | None:
+        """The name of what is in turn first, if there are not too many values to be counted."""
+        few = (axis.name for axis in self.plan.in_turn if len(axis.labels) <= MOST_GROUPS)
+        return next(few, None)
 
     def __repr__(self) -> str:
         """Return the counts, also where a notebook shows them as text."""
@@ -96,8 +102,7 @@ class Study:
 
     def _repr_html_(self) -> str:
         """Return the counts as a table for notebooks."""
-        first = next((axis.name for axis in self.plan.in_turn), None)
-        return self.counts(first)._repr_html_()
+        return self.counts(self._first)._repr_html_()
 
     @property
     def visible(self) -> Share | None:
@@ -109,15 +114,18 @@ class Study:
         runs, facts = self._facts
         if "start_tries" not in facts:
             return None
-        _, first = np.unique(runs // self.plan.cells, return_index=True)
-        return int(facts["began"][first].sum()), int(facts["start_tries"][first].sum())
+        _, draw, count = np.unique(runs // self.plan.cells, return_inverse=True, return_counts=True)
+        will_do = np.bincount(draw, facts["began"].astype(float)) == count
+        tries = np.zeros(len(count), dtype=np.int64)
+        tries[draw] = facts["start_tries"]
+        return int(will_do.sum()), int(tries.sum())
 
     def of_run(self, number: int) -> Experiment:
         """Return the experiment of one run, with its start and its noise; InputError: no run."""
         i = whole(number, "run", 0, self.plan.runs)
         rows = Rows(self.plan)
         draw = np.array([i // self.plan.cells])
-        q0, _ = rows.starts(draw)
+        q0, _, _ = rows.starts(draw)
         (part,) = rows.parts(np.array([i]))
         one = part.experiment.of_run(0) if part.experiment.varied else part.experiment
         return one.with_(start=q0[0], first_run=int(draw[0]), record="all")
@@ -133,7 +141,8 @@ class Study:
         for name in ("outcome", "end_time", "distance_to_goal", "path_length") if at.size else ():
             was, now = self._facts[1][name][at[0]], run[name].values
             if not np.array_equal(was, now, equal_nan=True):
-                text = f"run {number} has another {name} now: {float(was)!r} became {float(now)!r}"
+                told = [_told(name, value) for value in (was, now)]
+                text = f"run {number} has another {name} now: {told[0]} became {told[1]}"
                 warnings.warn(text, ReplayWarning, stacklevel=2)
                 break
         return run
@@ -147,20 +156,43 @@ class Study:
             raise InputError("no trajectories were kept; give trajectories=1 and a store")
         return Tracks(self.folder / TRACKS).open(self.runs)
 
-    def paired(self, by: str, measure: str | None = "end_time", *, level: float = 0.95) -> Paired:
+    def paired(
+        self,
+        by: str = "task",
+        measure: str | None = "end_time",
+        *,
+        where: Mapping[str, Any] | None = None,
+        level: float = 0.95,
+    ) -> Paired:
         """Return how the values of a name compare on the same draws; see `robsim.studies.paired`.
 
         McNemar's exact test, the difference of the shares that converged, and the median difference
-        of a measure, with intervals.
+        of a measure, with intervals. `where` are values of other columns, {name: value}, to which
+        the runs are confined; where something else is in turn each needs one.
         """
-        return paired(self.table, by, measure, level=level)
+        return paired(self.rows(where), by, measure, level=level)
 
-    def sensitivity(self, of: str = "converged", **how: Any) -> Sensitivity:
+    def sensitivity(
+        self, of: str = "converged", *, where: Mapping[str, Any] | None = None, **how: Any
+    ) -> Sensitivity:
         """Return which varied numbers and choices matter most for a column, or for convergence.
 
-        See `robsim.studies.sensitivity`.
+        See `robsim.studies.sensitivity`; `where` is as in `paired`.
         """
-        return sensitivity(self.table, of, **how)
+        return sensitivity(self.rows(where), of, **how)
+
+    def rows(self, where: Mapping[str, Any] | None = None) -> pd.DataFrame:
+        """Return the rows of the table in which columns have these values; InputError: none has."""
+        table = self.table
+        for name, value in (where or {}).items():
+            own = column(table, name)
+            labels = groups_of(table, name, len(table)).labels
+            chosen = own == value
+            if not chosen.any():
+                few = ", ".join(labels[:10])
+                raise InputError(f"no run has {name} = {said(value)}; there are: {few}")
+            table = table[chosen]
+        return table
 
     def worst(self, measure: str = "distance_to_goal", count: int = 10) -> pd.DataFrame:
         """Return the rows of the runs that began with the largest values of a column."""
@@ -170,12 +202,11 @@ class Study:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the table as .parquet or .csv, or the counts as .tex; FileError: it cannot be."""
-        suffix = Path(path).suffix
+        suffix = Path(path).suffix if isinstance(path, str | os.PathLike) else ""
         if suffix == ".csv":
             return write_whole(path, self.table.to_csv(index=False))
         if suffix == ".tex":
-            first = next((axis.name for axis in self.plan.in_turn), None)
-            return write_whole(path, self.counts(first).latex())
+            return write_whole(path, self.counts(self._first).latex())
         if suffix == ".parquet":
             return write_whole(path, as_parquet(self.table))
         raise InputError(f"expected a name that ends in .parquet, .csv or .tex, got {said(path)}")
@@ -197,6 +228,10 @@ class Study:
 
     def converged(self) -> Share:
         """Return the share of the runs that converged, of those that began."""
-        began = self._facts[1]["began"]
-        arrived = self._facts[1]["outcome"] == Outcome.CONVERGED
-        return share(int((arrived & began).sum()), int(began.sum()))
+        runs, facts = self._facts
+        began, arrived = facts["began"], facts["outcome"] == Outcome.CONVERGED
+        return clustered(arrived[began], runs[began] // self.plan.cells)
+
+
+def _told(name: str, value: Any) -> str:
+    return Outcome(int(value)).name if name == "outcome" else repr(float(value))

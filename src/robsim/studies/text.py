@@ -3,31 +3,37 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, said
 from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Flag, Whole
+from robsim.declare.amounts import unit_in
 from robsim.declare.arrays import Matrix
-from robsim.declare.problems import Problems
+from robsim.declare.lookup import spec_at
+from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import read_table, write_table
 from robsim.files.changes import Changes
 from robsim.files.toml import parse, write
+from robsim.run.changed import has_objects, names_files
 from robsim.run.experiment import Experiment, load_scenario
-from robsim.run.present import raw_at
-from robsim.studies import in_turn as _in_turn  # noqa: F401  a sampler that files may name
+from robsim.run.text import ExperimentTable
 from robsim.studies import starts as _starts  # noqa: F401  likewise
-from robsim.studies.axes import Axis
+from robsim.studies.axes import Axis, unit_of
+from robsim.studies.in_turn import labelled
 from robsim.studies.plan import MOST_RUNS, Plan, planned
-from robsim.studies.samplers import SAMPLER
+from robsim.studies.samplers import SAMPLER, Choice
 from robsim.studies.starts import START
+from robsim.studies.values import is_raw
 
 STUDY = "study"  # the key of the table
+COMPARED = 50  # values of an axis that are compared with what their text says
 SAMPLED = ChoiceSpec(SAMPLER, short=False)
 
 
@@ -38,19 +44,15 @@ class VarySpec(Spec):
     form: ClassVar[str] = "table"
 
     def read(self, raw: Raw, c: Context) -> dict[str, Any]:
-        if not isinstance(raw, Mapping):
-            raise expected(self.words(), raw)
         found = {}
-        for name, each in _flat(raw).items():
-            drawn = isinstance(each, Mapping) and each.get("kind") in SAMPLER.kinds
-            value = c.at(name).tried(SAMPLED, each) if drawn else each
+        for name, each in _by_name(raw, c).items():
+            value = c.at(name).tried(SAMPLED, each) if is_drawn(each) else each
             if value is not MISSING:
                 found[name] = value
         return found
 
-    def write(self, value: Any, c: Context) -> dict[str, Raw]:
-        drawn = {name: x for name, x in value.items() if not isinstance(x, list | dict)}
-        return {**value, **{name: SAMPLED.write(x, c.at(name)) for name, x in drawn.items()}}
+    def write(self, value: Any, c: Context) -> list[Raw]:
+        return [{"name": name, **_table(x, c.at(name))} for name, x in value.items()]
 
     def words(self) -> str:
         return 'a table such as { "task.gain" = { kind = "uniform", low = 1, high = 2 } }'
@@ -63,12 +65,42 @@ class VarySpec(Spec):
         return [3, ["x"]]
 
 
+def _table(axis: Any, c: Context) -> dict[str, Raw]:
+    """Return the table of an axis, without its name."""
+    if isinstance(axis, list):
+        return {"values": axis}
+    table: dict[str, Raw] = SAMPLED.write(axis, c)
+    return table
+
+
+def is_drawn(raw: Raw) -> bool:
+    """Return whether a raw value is the table of a sampler."""
+    kind = raw.get("kind") if isinstance(raw, Mapping) else None
+    return isinstance(kind, str) and kind in SAMPLER.kinds
+
+
+def _by_name(raw: Raw, c: Context) -> dict[str, Raw]:
+    """Return what varies by its names: of a table, or of a list of tables that say their names."""
+    if isinstance(raw, Mapping):
+        return _flat(raw)
+    if not isinstance(raw, list):
+        raise expected(VarySpec().words(), raw)
+    found: dict[str, Raw] = {}
+    for i, each in enumerate(raw):
+        if not isinstance(each, Mapping) or not isinstance(each.get("name"), str):
+            c.at(i).report(f"expected a table with a name, got {said(each)}")
+            raise Broken
+        rest = {key: x for key, x in each.items() if key != "name"}
+        found[each["name"]] = rest["values"] if rest.keys() == {"values"} else rest
+    return found
+
+
 def _flat(raw: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return names that were written without quotes, and hence as nested tables, in one piece."""
     found: dict[str, Any] = {}
     for key, value in raw.items():
         name = f"{prefix}{key}"
-        if isinstance(value, Mapping) and "kind" not in value and _holds_sampler(value):
+        if isinstance(value, Mapping) and not is_drawn(value) and _holds_sampler(value):
             found |= _flat(value, f"{name}.")
         else:
             found[name] = value
@@ -76,9 +108,7 @@ def _flat(raw: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def _holds_sampler(raw: Any) -> bool:
-    if not isinstance(raw, Mapping):
-        return False
-    return raw.get("kind") in SAMPLER.kinds or any(map(_holds_sampler, raw.values()))
+    return isinstance(raw, Mapping) and (is_drawn(raw) or any(map(_holds_sampler, raw.values())))
 
 
 @dataclass(frozen=True)
@@ -116,24 +146,50 @@ def plan_of(experiment: Experiment) -> Plan:
         )
     problems = Problems(source)
     with problems.at(STUDY):
-        said: StudyTable = read_table(StudyTable, raw, Context(problems, (STUDY,)))
+        told: StudyTable = read_table(StudyTable, raw, Context(problems, (STUDY,)))
     problems.stop()
-    if said.start is not None and said.starts is not None:
+    if told.start is not None and told.starts is not None:
         raise FileError(f"{source}: study: start and starts: give one of the two only")
-    start = said.start if said.starts is None else np.array(said.starts)
+    start = told.start if told.starts is None else np.array(told.starts)
+    _check_units(experiment, raw.get("vary", {}))
     try:
         return planned(
             experiment,
-            said.runs,
-            said.seed,
+            told.runs,
+            told.seed,
             start,
-            said.vary,
-            said.trajectories,
-            said.measures,
+            told.vary,
+            told.trajectories,
+            told.measures,
         )
     except InputError as error:
         text = str(error).removeprefix(f"{source}: ")
         raise FileError(f"{source}: study: {text}" if source else f"study: {text}") from None
+
+
+def _check_units(experiment: Experiment, vary: Raw) -> None:
+    """Raise FileError for a quantity of another dimension than that of its name."""
+    c = Context(Problems(experiment.source), (STUDY, "vary"))
+    for name, raw in _by_name(vary, c).items():
+        wanted = unit_of(experiment, name)
+        for text in _texts(raw) if is_drawn(raw) else ():
+            unit = unit_in(text)
+            if unit != wanted:
+                c.at(name).report(f"{said(text)}: expected {wanted or 'a bare number'}")
+    c.problems.stop()
+
+
+def _texts(raw: Raw) -> Iterator[str]:
+    """Yield the quantities in the table of a sampler of numbers."""
+    if isinstance(raw, Mapping):
+        for key, each in raw.items():
+            if key not in ("kind", "values"):
+                yield from _texts(each)
+    elif isinstance(raw, list):
+        for each in raw:
+            yield from _texts(each)
+    elif isinstance(raw, str):
+        yield raw
 
 
 def text_of(plan: Plan) -> str:
@@ -141,7 +197,9 @@ def text_of(plan: Plan) -> str:
 
     InputError: it is made of Python code that no text can hold.
     """
-    tables = parse(plan.experiment.to_toml(), "text")
+    tables = plan.experiment.tables
+    if has_objects(tables) or names_files(tables):
+        tables = parse(plan.experiment.to_toml(), "text")
     vary = {axis.name: _said(plan, axis) for axis in plan.axes}
     kept = plan.trajectories, plan.measures
     own = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *kept)
@@ -151,20 +209,46 @@ def text_of(plan: Plan) -> str:
         raise InputError(f"this study has no text: {reason}") from None
 
 
+def checked_text(plan: Plan) -> str:
+    """Return the text of a study, once it is known to say the same study; InputError if not."""
+    text = text_of(plan)
+    again = plan_of(Experiment.from_text(text))
+    if again.experiment != plan.experiment or text_of(again) != text:
+        raise InputError("no text says this study exactly, as a store needs: run it without one")
+    for axis, other in zip(plan.axes, again.axes, strict=True):
+        same = axis.labels == other.labels
+        pairs = zip((axis.values or {}).values(), (other.values or {}).values(), strict=False)
+        for one, two in islice((pair for pair in pairs if not axis.is_number), COMPARED):
+            same &= plan.experiment.at(axis.name, one) == again.experiment.at(axis.name, two)
+        if not same:
+            raise InputError(
+                f"vary: {axis.name}: no text says these values exactly, as a store needs: give "
+                "them as texts or tables of a file, or run without a store"
+            )
+    return text
+
+
 def _said(plan: Plan, axis: Axis) -> Any:
-    """Return an axis as a text says it: objects by their tables."""
+    """Return an axis as a text says it: objects by their tables, with their labels."""
     if axis.values is None:
         return axis.sampler
-    raw = {label: _raw(plan.experiment, axis.name, value) for label, value in axis.values.items()}
-    if axis.in_turn:
-        return raw
-    return {"kind": "choice", "values": list(raw.values())}
+    raw = [_raw(plan.experiment, axis.name, value) for value in axis.values.values()]
+    if axis.named or list(labelled(tuple(raw))) != axis.labels:
+        raw = [{"label": k, "value": x} for k, x in zip(axis.labels, raw, strict=True)]
+    return raw if axis.in_turn else Choice(raw)
 
 
 def _raw(experiment: Experiment, name: str, value: Any) -> Raw:
-    """Return how the text says a value at a name."""
-    if isinstance(value, bool | int | float | str | list | dict):
+    """Return how a text says a value at a name."""
+    if is_raw(value):
         return value
-    if value is None:
-        raise InputError(f"vary: {name}: a text cannot say None")
-    return raw_at(parse(experiment.at(name, value).to_toml(), "text"), name)
+    if isinstance(value, np.ndarray | tuple | list):
+        return np.asarray(value).tolist()
+    spec = spec_at(ExperimentTable, experiment.tables, name, whole=True)
+    if value is None or spec is None:
+        raise InputError(f"vary: {name}: a text cannot say {said(value)}")
+    c = Context(Problems("<text>"), facts={"scene": experiment.scene, "apart": True})
+    try:
+        return spec.write(value, c)
+    except NoText as reason:
+        raise InputError(f"this study has no text: {reason}") from None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import uuid
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,16 +47,20 @@ class Tracks:
         return data.isel(run=runs).assign_coords(run=runs)
 
     def _group(self, plan: Plan, found: Columns) -> Any:
-        """Return the group, whose arrays are made for all runs when the first are written."""
+        """Return the group, which is there with all its arrays or not at all."""
         made = zarr()
-        group = made.open_group(self.path, mode="a", zarr_format=3)
-        if "time" in group:
-            return group
+        if not self.path.exists():
+            draft = self.path.with_name(f".robsim-{os.getpid()}-{uuid.uuid4().hex}")
+            self._make(made.open_group(draft, mode="w", zarr_format=3), plan, found)
+            draft.replace(self.path)
+        return made.open_group(self.path, mode="a", zarr_format=3)
+
+    def _make(self, group: Any, plan: Plan, found: Columns) -> None:
+        """Make the arrays of all runs, empty, and the times of their instants."""
         for name, values in found.items():
-            shape = (plan.runs, *values.shape[1:])
             group.create_array(
                 name,
-                shape=shape,
+                shape=(plan.runs, *values.shape[1:]),
                 chunks=(min(RUNS, plan.runs), *values.shape[1:]),
                 dtype="float64",
                 fill_value=np.nan,
@@ -62,12 +68,8 @@ class Tracks:
                 attributes={"units": UNITS[name]},
             )
         time = times(plan)
-        last = group.create_array(
-            "time", shape=time.shape, dtype="float64", dimension_names=("time",),
-            attributes={"units": "s"},
-        )  # fmt: skip
-        last[:] = time
-        return group
+        how = {"dtype": "float64", "dimension_names": ("time",), "attributes": {"units": "s"}}
+        group.create_array("time", shape=time.shape, **how)[:] = time
 
 
 def times(plan: Plan) -> Any:

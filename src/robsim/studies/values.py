@@ -25,14 +25,22 @@ def check_values(value: Any, what: str, *, twice: bool = False) -> tuple[Any, ..
     for each in made:
         if isinstance(each, float) and not np.isfinite(each):
             raise InputError(f"{what}: {each} is not finite")
-    for i, each in enumerate(() if twice else made):
-        if any(_same(each, other) for other in made[:i]):
+    seen = set()
+    for each in () if twice else made:
+        key = (type(each), repr(each) if isinstance(each, list | dict) else hashable(each))
+        if key in seen:
             raise InputError(f"{what}: {said(each)} is there twice")
+        seen.add(key)
     return made
 
 
-def _same(a: Any, b: Any) -> bool:
-    return type(a) is type(b) and bool(hashable(a) == hashable(b))
+def is_raw(value: Any) -> bool:
+    """Return whether a text says a value as it is."""
+    if isinstance(value, list):
+        return all(map(is_raw, value))
+    if isinstance(value, dict):
+        return all(map(is_raw, value.values()))
+    return isinstance(value, bool | int | float | str)
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,8 @@ class ValuesSpec(Spec):
     form: ClassVar[str] = "list"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
+        if isinstance(value, dict):
+            value = [{"label": label, "value": each} for label, each in value.items()]
         return check_values(value, what)
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
@@ -51,7 +61,7 @@ class ValuesSpec(Spec):
 
     def write(self, value: Any, c: Context) -> list[Raw]:
         for each in value:
-            if not isinstance(each, bool | int | float | str | list | dict):
+            if not is_raw(each):
                 raise NoText(f"{type(each).__name__} is an object")
         return list(value)
 

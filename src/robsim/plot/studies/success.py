@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from robsim.analysis.shares import Share, share
+from robsim.analysis.shares import Share, clustered
 from robsim.base.arrays import whole as whole_number
 from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
@@ -104,11 +104,11 @@ def _draw(
         rows = started & (lines.which == i) & (found.which >= 0)
         place = np.bincount(found.which[rows], values[rows], found.many)
         of = np.bincount(found.which[rows], minlength=found.many)
-        hits = np.bincount(found.which[rows & arrived], minlength=found.many)
         some = of > 0
         if not some.any():
             continue
-        shares = [share(int(hit), int(n)) for hit, n in zip(hits[some], of[some], strict=True)]
+        there = [rows & (found.which == k) for k in np.flatnonzero(some)]
+        shares = [clustered(arrived[each], reading.draws_of(table, each)) for each in there]
         beside = SPREAD * ((i + 0.5) / many - 0.5) if found.labels else 0.0
         at = place[some] / of[some] + beside
         (_marks if found.labels else _line)(axes, at, shares, i, name)

@@ -123,7 +123,8 @@ def check_tolerance(tolerances: Array, regulated: Regulated) -> None:
 
 def _widest(feature: Any, camera: Camera) -> float:
     """Return how far two marks may be apart, along an axis of the image; infinity if unknown."""
-    if camera.size is None or type(feature) not in (Points, PixelPoints) or camera.K.ndim > 2:
+    several = camera.K.ndim > 2 or np.ndim(camera.distortion) > 1  # numbers of all runs
+    if camera.size is None or type(feature) not in (Points, PixelPoints) or several:
         return np.inf
     corners = np.array(np.meshgrid(*camera.border)).reshape(2, -1).T
     seen = corners if isinstance(feature, PixelPoints) else camera.normalise(corners)

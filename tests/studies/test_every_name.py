@@ -1,0 +1,123 @@
+"""Every kind of name with every kind of axis: a row says what the experiment made by hand says."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.studies.text import plan_of, text_of
+
+RUNS = 4
+EYE, SQUARE = "cameras.eye", "objects.square"
+TURN = rs.Normal(0.0, [0.0, 0.0, 0.02])
+CASES = {
+    "gain": {"task.gain": rs.LogUniform(0.5, 2.0)},
+    "depth_scale": {"task.depth_scale": rs.Uniform(0.8, 1.2)},
+    "focal": {f"{EYE}.focal": rs.Uniform(450, 550)},
+    "factor": {f"{EYE}.focal": rs.Normal(1.0, 0.05)},
+    "factors": {f"{EYE}.focal": [0.9, 1.0, 1.1]},
+    "believed factor": {f"belief.{EYE}.focal": rs.Grid(0.9, 1.1, 3)},
+    "even": {f"{EYE}.focal": rs.Sobol(450, 550), "task.gain": rs.Sobol(1.0, 2.0)},
+    "center": {f"{EYE}.center": rs.Plus(rs.Normal(0.0, 3.0))},
+    "distortion": {f"{EYE}.distortion": rs.Normal([0.0, 0.0, 0.0, 0.0], 0.005)},
+    "place": {f"{EYE}.position": rs.Plus(rs.Normal(0.0, 0.01))},
+    "turn": {f"belief.{EYE}.rpy": TURN},
+    "both": {f"{EYE}.rpy": TURN, f"belief.{EYE}.focal": rs.Uniform(480, 520)},
+    "marks": {f"{SQUARE}.marks": rs.Times(rs.Uniform(0.9, 1.1))},
+    "target": {f"belief.{SQUARE}.position": rs.Plus(rs.Uniform(-0.02, 0.02))},
+    "noise": {"sensing.noise": rs.Uniform(0.0, 1.0), "sensing.latency": rs.Uniform(0.0, 0.1)},
+    "lag": {"actuation.lag": rs.Uniform(0.0, 0.1)},
+    "period": {"run.dt": ["20 ms", "40 ms"], "task.gain": rs.Uniform(0.5, 1.0)},
+    "words": {"task.interaction": ["current", "mean"], "task.gain": rs.Choice([0.5, 1.0])},
+    "laws": {"task.law": [rs.CameraLaw(length=0.1), "joint"]},
+    "inverses": {"task.inverse": rs.Choice([rs.DampedInverse(0.3), "transpose"])},
+    "gains": {"task.gain": [rs.AdaptiveGain(2.0, 0.5, 30.0), 0.1]},
+    "tasks": {"task": {"b": rs.PBVS(), "a": rs.IBVS()}, "task.gain": rs.Uniform(0.5, 1.0)},
+    "named": {"task.gain": {"slow": 0.5, "fast": 2.0}},
+    "imperfections": {"sensing": [rs.Sensing(noise=1.0), rs.Sensing()]},
+    "two in turn": {"task.gain": rs.Grid(0.5, 1.0, 2), "task.interaction": ["mean", "desired"]},
+}
+BELIEFS = {
+    "true": {},
+    "partial": {f"belief.{EYE}.center": [325.0, 240.0]},
+    "fixed": {f"belief.{EYE}.focal": 450.0, f"belief.{SQUARE}.position": [0.0, 0.0, 1.1]},
+}
+
+
+def study_of(flying, case, belief, **how):
+    one = flying.at(BELIEFS[belief]) if BELIEFS[belief] else flying
+    start = rs.Shell(distance=(0.05, 0.15), angle=(0.0, 0.3))
+    return rs.study(one.with_(duration=0.6), RUNS, seed=3, start=start, vary=CASES[case], **how)
+
+
+def by_hand(found, number):
+    """The end of a run whose experiment is made of the values that the table says."""
+    plan, row = found.plan, found.table.iloc[number]
+    values = {}
+    for axis in plan.axes:
+        if not axis.is_number:
+            values[axis.name] = axis.values[row[axis.name]]
+        elif axis.name in row:
+            values[axis.name] = float(row[axis.name])
+        else:
+            parts = [row[name] for name in row.index if name.startswith(f"{axis.name}[")]
+            values[axis.name] = np.array(parts).reshape(axis.shape)
+    ordered = dict(sorted(values.items(), key=lambda each: each[0].count(".")))
+    start = found.of_run(number).start
+    one = plan.experiment.at(ordered).with_(start=start, first_run=int(row["draw"]))
+    return one.run(record="summary")
+
+
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
+@pytest.mark.covering(1)
+@pytest.mark.parametrize("belief", BELIEFS)
+@pytest.mark.parametrize("case", CASES)
+def test_a_row_is_what_its_values_give_by_hand(flying, case, belief):
+    if any(name in CASES[case] for name in BELIEFS[belief]):
+        pytest.skip("it is varied itself")
+    found = study_of(flying, case, belief)
+    for number in range(found.plan.runs):
+        run, row = by_hand(found, number), found.table.iloc[number]
+        for name in ("error_norm", "distance_to_goal", "path_length", "end_time"):
+            assert float(run[name]) == row[name], (number, name)
+    assert study_of(flying, case, belief, chunk=1).hash == found.hash
+
+
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
+@pytest.mark.parametrize("case", CASES)
+def test_the_text_of_a_study_says_the_same_study(flying, case):
+    one = study_of(flying, case, "partial").plan
+    again = plan_of(rs.Experiment.from_text(text_of(one)))
+    assert text_of(again) == text_of(one)
+    assert [axis.labels for axis in again.axes] == [axis.labels for axis in one.axes]
+    runs = np.arange(one.runs)
+    for a, b in zip(one.axes, again.axes, strict=True):
+        if a.is_number:
+            np.testing.assert_array_equal(
+                a.is_number and one.numbers(a, runs), again.numbers(b, runs)
+            )
+        else:
+            np.testing.assert_array_equal(one.codes(a, runs), again.codes(b, runs))
+            for x, y in zip(a.values.values(), b.values.values(), strict=True):
+                assert one.experiment.at(a.name, x) == again.experiment.at(b.name, y)
+
+
+def test_standard_measures_of_varied_numbers_are_those_of_the_runs_alone(flying):
+    found = study_of(flying, "focal", "fixed", measures=True)
+    for number in range(RUNS):
+        run = found.of_run(number)
+        alone = rs.compare({"one": run}).data
+        for name in ("retreat", "image_detour", "border_margin", "rotation"):
+            assert float(alone[name][0]) == found.table[name].iloc[number], name
+
+
+def test_the_links_of_an_arm_come_back_from_a_store(tmp_path):
+    arm = rs.load_scenario(rs.examples.path("wrong_dh")).with_(duration=0.4)
+    name = "belief.robots.puma560.links.forearm.dh"
+    vary = {
+        f"{name}.a": rs.Plus(rs.Normal(0.0, 0.002)),
+        f"{name}.alpha": rs.Times(rs.Uniform(1, 1.1)),
+    }
+    found = rs.study(arm, RUNS, vary=vary, store=tmp_path)
+    assert rs.open_study(tmp_path).table.equals(found.table)
+    run = rs.open_study(tmp_path).replay(2)
+    assert float(run.path_length) == found.table["path_length"][2]
