@@ -153,7 +153,7 @@ def test_a_cluster_leaves_the_bits_also_where_a_worker_dies(noisy, how, wanted, 
     quiet = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, **quiet) as made,
-        distributed.Client(made) as client,
+        cluster.connect(made.scheduler_address) as client,
     ):
         assert rs.study(noisy, 12, client=client, chunk=7, **how).hash == wanted
         told = {"client": client, "chunk": 4, "store": tmp_path, "progress": kill}

@@ -57,10 +57,8 @@ async def _identity(distributed: Any, address: str) -> None:
 def distribute(plan: Plan, sink: Sink, size: int, client: Any, progress: Progress | None) -> bool:
     """Simulate what is missing on a cluster; return False if a stop came before the end.
 
-    A chunk whose worker dies runs again on another. InputError: no client, or no workers, or of
-    another version.
+    A chunk whose worker dies runs again on another. InputError: a worker of another version.
     """
-    check_client(client)
     at_once = AHEAD * _threads(client)
     work, finished = _packed(plan), done(sink, plan)
     left, going = chunks(sink, plan, size), dict[Any, Chunk]()
@@ -99,9 +97,11 @@ def _ended(going: dict[Any, Chunk]) -> list[Any]:
 
 
 def check_client(client: Any) -> None:
-    """Raise InputError unless a value is a client of Dask."""
+    """Raise InputError unless a value is a client of Dask, whose cluster has workers."""
     if not isinstance(client, _distributed().Client):
         raise InputError(f"client: expected a client of dask.distributed, got {said(client)}")
+    if not client.ncores():
+        raise InputError("the cluster has no workers; start some, and they will be used")
 
 
 def _result(future: Any) -> Done:
@@ -139,11 +139,8 @@ def _packed(plan: Plan) -> Work:
 
 
 def _threads(client: Any) -> int:
-    """Return the number of threads of all workers; InputError if there are none."""
-    found = client.ncores()
-    if not found:
-        raise InputError("the cluster has no workers; start some, and they will be used")
-    return int(sum(found.values()))
+    """Return the number of threads of all workers."""
+    return int(sum(client.ncores().values()))
 
 
 def _distributed() -> Any:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MOST_LINES, IN_A_ROW, MOST_PANELS = 7, 4, 24
+LEGEND = 1.6  # inches of an entry
 STEPS = 2000  # points of a line: more are not seen
 WIDE = 10.0  # ratio of the largest value to the median above which an axis is logarithmic
 
@@ -86,7 +87,8 @@ def _legend(figure: Figure, lines: reading.Groups, rows: NDArray[np.bool_]) -> N
         Line2D([], [], label=f"{name} ({thousands(n)})", **_look(i))
         for i, (name, n) in enumerate(zip(lines.labels, counts, strict=True))
     ]
-    where: dict[str, Any] = {"loc": "outside lower center", "ncols": len(handles)}
+    beside = max(1, int(figure.get_figwidth() / LEGEND))
+    where: dict[str, Any] = {"loc": "outside lower center", "ncols": min(len(handles), beside)}
     figure.legend(handles=handles, frameon=False, **where)
 
 
