@@ -72,7 +72,7 @@ def clustered(success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.9
     each draw but one, at most n; and as many as draws where all succeed or none.
 
     >>> str(clustered(np.array([True, True, False, False]), np.array([0, 0, 1, 1])))
-    '50.0 % [9.5, 90.5]'
+    '50.0 % [5.5, 94.5]'
     """
     n, count = len(success), int(success.sum())
     _, place = np.unique(draw, return_inverse=True)
