@@ -56,27 +56,9 @@ def map_of(study: Study) -> StudyMap:
 
     InputError: there are none, or more than a page can show.
     """
-    if study.plan.runs > MOST_RUNS:
-        raise InputError(
-            f"a map shows at most {MOST_RUNS} runs, and this study has {study.plan.runs}; "
-            "count them by study.counts, or plot study.table"
-        )
-    if not len(study.runs):
-        raise InputError("the study has no runs yet, of which a map could be made")
+    _check_runs(study)
     labelled = {axis.name: axis for axis in study.plan.axes if _is_labelled(axis)}
-    units, shared = _units(study), _shared(study)
-    columns: list[dict[str, Any]] = []
-    arrays: dict[str, NDArray[Any]] = {}
-    for name in map(str, study.table):
-        if name == "outcome":
-            continue
-        base = name.split("[")[0]
-        own: dict[str, Any] = {"name": name, "unit": units.get(base, "")}
-        own |= {"shared": base in shared, "measure": name in MEASURES}
-        if name in labelled:
-            own |= _labels(labelled[name])
-        columns.append(own)
-        arrays[name] = _codes(study, labelled[name]) if name in labelled else _numbers(study, name)
+    columns, arrays = _columns(study, labelled)
     outcomes, arrays["outcome"] = _outcomes(study)
     header = {
         "format": FORMAT,
@@ -91,6 +73,34 @@ def map_of(study: Study) -> StudyMap:
         **_counts(study, [each["name"] for each in outcomes]),
     }
     return StudyMap(header, arrays)
+
+
+def _check_runs(study: Study) -> None:
+    if study.plan.runs > MOST_RUNS:
+        raise InputError(
+            f"a map shows at most {MOST_RUNS} runs, and this study has {study.plan.runs}; "
+            "count them by study.counts, or plot study.table"
+        )
+    if not len(study.runs):
+        raise InputError("the study has no runs yet, of which a map could be made")
+
+
+def _columns(
+    study: Study, labelled: dict[str, Axis]
+) -> tuple[list[dict[str, Any]], dict[str, NDArray[Any]]]:
+    """Return what is said of each column but the outcome, and its numbers or codes."""
+    units, shared = _units(study), _shared(study)
+    columns: list[dict[str, Any]] = []
+    arrays: dict[str, NDArray[Any]] = {}
+    for name in (str(each) for each in study.table if each != "outcome"):
+        base = name.split("[")[0]
+        own: dict[str, Any] = {"name": name, "unit": units.get(base, "")}
+        own |= {"shared": base in shared, "measure": name in MEASURES}
+        if name in labelled:
+            own |= _labels(labelled[name])
+        columns.append(own)
+        arrays[name] = _codes(study, labelled[name]) if name in labelled else _numbers(study, name)
+    return columns, arrays
 
 
 def _is_labelled(axis: Axis) -> bool:

@@ -104,6 +104,19 @@ class LookAt(Start):
 
     def poses(self, reach: Reach, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the camera in the world."""
+        middle, axis = self._middle_and_axis(reach)
+        out = in_cone(axis, self.cone, share[:, 0], share[:, 1])
+        T = np.tile(np.eye(4), (len(share), 1, 1))
+        T[:, :3, 3] = middle + _between(self.distance, share[:, 2])[:, None] * out
+        z = -out
+        if self.aside:
+            look = middle + self.aside * _in_ball(share[:, 4:7]) - T[:, :3, 3]
+            z = look / np.sqrt((look * look).sum(axis=1, keepdims=True))
+        T[:, :3, :3] = facing(z, _between(self.roll, share[:, 3]), reach.goal.rotation[:, 1])
+        return T
+
+    def _middle_and_axis(self, reach: Reach) -> tuple[Array, Array]:
+        """Return the middle (3,) of the marks, and the unit direction (3,) from it of the cone."""
         if reach.frame not in [eye.name for eye in reach.scene.cameras]:
             raise InputError(
                 f"LookAt: what moves is '{reach.frame}', which looks at nothing; take Shell, "
@@ -112,20 +125,8 @@ class LookAt(Start):
         middle = reach.middle(self.target or reach.controller.sights[0].target.name)
         away = reach.goal.position - middle if self.axis is None else self.axis
         if not np.abs(away).max() > 0:
-            raise InputError(
-                "LookAt: the goal is in the middle of the marks, in no direction of it"
-            )
-        axis = away / np.sqrt((away * away).sum())
-        out = in_cone(axis, self.cone, share[:, 0], share[:, 1])
-        T = np.tile(np.eye(4), (len(share), 1, 1))
-        T[:, :3, 3] = middle + _between(self.distance, share[:, 2])[:, None] * out
-        roll, y = _between(self.roll, share[:, 3]), reach.goal.rotation[:, 1]
-        T[:, :3, :3] = facing(-out, roll, y)
-        if self.aside:
-            look = middle + self.aside * _in_ball(share[:, 4:7]) - T[:, :3, 3]
-            z = look / np.sqrt((look * look).sum(axis=1, keepdims=True))
-            T[:, :3, :3] = facing(z, roll, y)
-        return T
+            raise InputError("LookAt: the goal is in the middle of the marks: give axis=")
+        return middle, np.asarray(away / np.sqrt((away * away).sum()))
 
 
 @register("start", "shell")

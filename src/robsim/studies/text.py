@@ -137,34 +137,31 @@ def load_plan(path: str | os.PathLike[str], set: Changes = ()) -> Plan:
 
 def plan_of(experiment: Experiment) -> Plan:
     """Return the plan that the table `[study]` of an experiment's text says."""
-    raw = experiment.tables.get(STUDY)
-    source = experiment.source
-    if raw is None:
-        raise FileError(
-            f"{source}: there is no table [study], as in\n[study]\nruns = 1000\n"
-            'vary = { "task.gain" = { kind = "uniform", low = 0.5, high = 2 } }'
-        )
-    problems = Problems(source)
-    with problems.at(STUDY):
-        told: StudyTable = read_table(StudyTable, raw, Context(problems, (STUDY,)))
-    problems.stop()
+    source, told = experiment.source, _table_of(experiment)
     if told.start is not None and told.starts is not None:
         raise FileError(f"{source}: study: start and starts: give one of the two only")
     start = told.start if told.starts is None else np.array(told.starts)
-    _check_units(experiment, raw.get("vary", {}))
+    given = told.runs, told.seed, start, told.vary, told.trajectories, told.measures
     try:
-        return planned(
-            experiment,
-            told.runs,
-            told.seed,
-            start,
-            told.vary,
-            told.trajectories,
-            told.measures,
-        )
+        return planned(experiment, *given)
     except InputError as error:
         text = str(error).removeprefix(f"{source}: ")
         raise FileError(f"{source}: study: {text}" if source else f"study: {text}") from None
+
+
+def _table_of(experiment: Experiment) -> StudyTable:
+    """Return the table of a study in the text of an experiment; FileError if it is not valid."""
+    raw, problems = experiment.tables.get(STUDY), Problems(experiment.source)
+    if raw is None:
+        raise FileError(
+            f"{experiment.source}: there is no table [study], as in\n[study]\nruns = 1000\n"
+            'vary = { "task.gain" = { kind = "uniform", low = 0.5, high = 2 } }'
+        )
+    with problems.at(STUDY):
+        told: StudyTable = read_table(StudyTable, raw, Context(problems, (STUDY,)))
+    problems.stop()
+    _check_units(experiment, raw.get("vary", {}))
+    return told
 
 
 def _check_units(experiment: Experiment, vary: Raw) -> None:
