@@ -1,0 +1,130 @@
+"""A run made of a log: what was recorded, once for each control period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, length, runs_last
+from robsim.base.errors import FileError
+from robsim.files.table import Run
+from robsim.run.commanded import RECORDED, decisions
+from robsim.run.controller import Controller
+from robsim.run.ends import pose_of
+from robsim.run.experiment import Experiment
+from robsim.run.log import NANO, Log, Times
+from robsim.run.loop import Loop
+from robsim.run.origin import whole_duration
+from robsim.run.outcome import Outcome
+from robsim.run.record import LONGEST, Recorder
+from robsim.servo.controller import Decision
+
+AGE = {"units": "s", "long_name": "age of the image in which a mark was looked for last"}
+
+
+def recorded(log: Log, experiment: Experiment) -> Run:
+    """Return the run of a log, with the variables of a simulated one and `image_age`.
+
+    Every period has the last joints, images and commands until then (zero-order hold). The run
+    begins when all joints and marks have been seen once, and ends with the joints. Features and
+    errors are those of the experiment's controller. It is CONVERGED, OUT_OF_IMAGE or RUNNING by
+    its last instant.
+
+    FileError: the log is too short, or has instants without number.
+    """
+    controller = Controller(experiment)
+    times = _periods(log, experiment.dt)
+    q = log.joints.held(times)
+    images = [log.images[sight.key] for sight in controller.sights]
+    pixels = _side_by_side([each.held(times) for each in images], len(times), (2,))
+    ages = [
+        np.repeat(each.times[each.index(times)][:, None], each.values.shape[1], 1)
+        for each in images
+    ]
+    seconds = _seconds(experiment.dt, len(times))
+    made = replace(experiment, start=q[0], duration=seconds, record="all", first_run=0)
+    decided = decisions(made, q, pixels)
+    told, qd = _commands(log, times, q, experiment)
+    loop = made.loop()
+    rates = np.empty((len(q), 0)) if log.rates is None else log.rates.held(times)
+    s = np.array([each.command.s[:, 0] for each in decided])
+    _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1)], decided)
+    run = made.dataset(loop)
+    since = _side_by_side(ages, len(times), (), 0) - times[:, None]
+    run["image_age"] = (("time", "mark"), -since / NANO, AGE)
+    run.attrs |= {RECORDED: log.source, "commands": told, "recorded_from": str(times[0])}
+    run.attrs |= dict(log.notes)
+    return run  # type: ignore[return-value]  # a Run, as `Experiment.dataset` makes them
+
+
+def _seconds(dt: float, instants: int) -> float:
+    return whole_duration(instants - 1, dt)
+
+
+def _side_by_side(
+    parts: Iterable[Any], instants: int, tail: tuple[int, ...], empty: float = np.nan
+) -> Any:
+    """Return arrays (T, N, ...) of all sights as one; a task without a camera has no marks."""
+    return np.concatenate([np.full((instants, 0, *tail), empty), *parts], axis=1)
+
+
+def _periods(log: Log, dt: float) -> Times:
+    """Return the times (T,) in nanoseconds of the periods of a log."""
+    seconds = (int(log.joints.times[-1]) - log.first) / NANO
+    steps = math.floor(seconds / dt + 1e-6)
+    if steps < 1:
+        raise FileError(
+            f"{log.source}: joints and all marks are known for {max(seconds, 0.0):g} s, "
+            f"which is less than a period of {dt:g} s"
+        )
+    if steps > LONGEST:
+        raise FileError(f"{log.source}: {steps} periods of {dt:g} s; at most {LONGEST} are read")
+    found: Times = log.first + np.round(np.arange(steps + 1) * dt * NANO).astype(np.int64)
+    return found
+
+
+def _commands(log: Log, times: Times, q: Array, experiment: Experiment) -> tuple[str, Array]:
+    """Return where the velocities (T, nv) that were commanded come from, and these."""
+    if log.commands is not None:
+        return log.commands.what, log.commands.held(times)
+    if log.rates is not None:
+        return f"none; velocities are those of {log.rates.what}", log.rates.held(times)
+    scene = experiment.scene
+    qd = np.zeros((len(q), scene.nv))
+    if scene.velocity_names != scene.coordinate_names:
+        return "none; velocities are zero", qd
+    qd[:-1] = np.diff(q, axis=0) / experiment.dt
+    return "none; velocities are differences of the joints", qd
+
+
+def _fill(loop: Loop, parts: list[Array], decided: list[Decision]) -> None:
+    """Put into the record of a loop what a simulation would have put there."""
+    series = np.concatenate(parts, axis=1)
+    loop.recorder = Recorder(1, len(series) - 1, "all", tuple(part.shape[1] for part in parts))
+    loop.recorder.table[0] = series
+    outcome, held = _outcome(loop, parts[-1], decided)
+    loop.hold = held
+    ends = _way(loop, parts[0]), -1.0, len(series) - 1, outcome
+    loop.recorder.ends[0] = [*series[-1], *ends]
+
+
+def _outcome(loop: Loop, pixels: Array, decided: list[Decision]) -> tuple[Outcome, bool]:
+    """Return how a log ends, and whether it went on after it had converged."""
+    controller = loop.controller
+    errors = [controller.scaled(each).command.error for each in decided]
+    small = np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
+    if np.isnan(pixels[-1]).any():
+        return Outcome.OUT_OF_IMAGE, False
+    if small[-1]:
+        return Outcome.CONVERGED, bool(small[:-1].any())
+    return Outcome.RUNNING, False
+
+
+def _way(loop: Loop, q: Array) -> float:
+    """Return the length in metres of the path of the frame that moves, as chords."""
+    path = pose_of(loop.controller, runs_last(q, 1))[:, 3]
+    return float(length(np.diff(path, axis=1)).sum())
