@@ -30,7 +30,7 @@ class Timed(NamedTuple):
 class Bag:
     """An open bag: a folder of MCAP or SQLite files, or one of them.
 
-    `topics` are {name: type}. FileError: it cannot be read.
+    `topics` are {name: type}. FileError: it cannot be read; once it is open, without its path.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -92,7 +92,7 @@ class Bag:
     @contextmanager
     def _readable(self, topic: str = "") -> Iterator[None]:
         """Raise FileError for whatever the readers of bags raise."""
-        where = f"{self.path}: topic {topic}" if topic else str(self.path)
+        where = f"topic {topic}" if topic else str(self.path)
         try:
             yield
         except RobSimError as error:

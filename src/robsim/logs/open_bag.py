@@ -129,9 +129,10 @@ class _Reading:
         joints = q.stream(topic, found, "position")
         self.others |= dict.fromkeys(f"joint {name}" for name in q.others)
         if joints is None:
+            name = q.lacking[0]
             raise FileError(
-                f"{topic}: no position of joint {q.lacking[0]}; say what it is called there, as "
-                f"names={{'{q.lacking[0]}': ...}}; {suggest(q.lacking[0], q.others, 'other joints')}"
+                f"{topic}: no position of joint {name}; say what it is called there, as "
+                f"names={{'{name}': ...}}; {suggest(name, q.others, 'other joints')}"
             )
         qd = streams.Joints([called.get(name, name) for name in scene.velocity_names])
         return joints, qd.stream(topic, found, "velocity")

@@ -110,7 +110,7 @@ def _table(path: Any) -> tuple[str, pd.DataFrame]:
     try:
         if file.suffix.lower() == ".parquet":
             return str(path), pd.read_parquet(file)
-        return str(path), pd.read_csv(file, float_precision="round_trip")
+        return str(path), pd.read_csv(file, dtype=str)  # read to the bit below
     except ImportError:
         raise InputError("Parquet needs PyArrow: pip install 'robsim[store]'") from None
     except Exception as error:  # noqa: BLE001  whatever the readers say of a file that is none

@@ -32,11 +32,11 @@ def decisions(experiment: Experiment, q: Array, pixels: Array) -> list[Decision]
     Marks that are NaN are held where they were seen last, as by `Controller.step`.
     """
     controller = Controller(experiment)
-    sizes = np.cumsum([len(sight.target.marks) for sight in controller.sights])[:-1]
+    last = np.cumsum([len(sight.target.marks) for sight in controller.sights]).tolist()
+    own = {s.key: slice(i, j) for s, i, j in zip(controller.sights, [0, *last], last, strict=False)}
     found = []
     for step, row in enumerate(q):
-        images = zip(controller.sights, np.split(pixels[step], sizes), strict=True)
-        seen = {sight.key: image for sight, image in images}
+        seen = {key: pixels[step, marks] for key, marks in own.items()}
         found.append(controller.decide(seen, row, step * controller.dt))
     return found
 

@@ -20,9 +20,11 @@ from robsim.run.log import NANO, Log, Times
 from robsim.run.loop import Loop
 from robsim.run.origin import whole_duration
 from robsim.run.outcome import Outcome
-from robsim.run.record import LONGEST, Recorder
+from robsim.run.record import Recorder
 from robsim.servo.controller import Decision
 
+LONGEST = 1_000_000  # periods, which take minutes
+SILENCE = 600 * NANO  # between two states of the joints, beyond which the clock has jumped
 AGE = {"units": "s", "long_name": "age of the image in which a mark was looked for last"}
 
 
@@ -81,6 +83,10 @@ def _periods(log: Log, dt: float) -> Times:
             f"{log.source}: joints and all marks are known for {max(seconds, 0.0):g} s, "
             f"which is less than a period of {dt:g} s"
         )
+    silent = np.flatnonzero(np.diff(log.joints.times) > SILENCE)
+    if silent.size:
+        before, after = log.joints.times[silent[0] : silent[0] + 2] / NANO
+        raise FileError(f"{log.joints.what}: nothing between {before:.9g} s and {after:.9g} s")
     if steps > LONGEST:
         raise FileError(f"{log.source}: {steps} periods of {dt:g} s; at most {LONGEST} are read")
     found: Times = log.first + np.round(np.arange(steps + 1) * dt * NANO).astype(np.int64)
