@@ -124,7 +124,9 @@ def test_joints_that_follow_late_are_found_out(rhino):
     (motion,) = [each for each in found.causes if each.about == "motion"]
     assert motion.evidence == {**motion.evidence, "periods": 0, "lag": 3.0}
     assert motion.evidence["scale"] == pytest.approx(1.0, abs=1e-9)
-    assert "with a lag of 0.12 s; " in motion.sentence
+    assert (
+        motion.sentence.endswith("with a lag of 0.12 s.") and "commanded, with" in motion.sentence
+    )
 
 
 def test_a_target_elsewhere_is_found_out_in_the_images(rhino):

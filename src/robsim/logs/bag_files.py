@@ -98,7 +98,8 @@ class Bag:
         except RobSimError as error:
             raise FileError(f"{where}: {error}") from None
         except Exception as error:  # noqa: BLE001  of a damaged file there are many kinds
-            reason = " ".join(f"{error}".split()) or type(error).__name__
+            words = str(error).replace(str(self.path), "it").split()
+            reason = " ".join(words) or type(error).__name__
             raise FileError(
                 f"{where}: not a ROS 2 bag, or cut off or damaged: {reason:.200}"
             ) from None

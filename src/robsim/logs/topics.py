@@ -57,8 +57,8 @@ def chosen(
             roles[role] = name
         elif role.partition(".")[0] in NEEDED:
             raise FileError(
-                f"no topic {topic} for '{role}'; say which, as topics={{'{role}': ...}}; "
-                f"{suggest(topic, listed(found), 'topics')}"
+                f"no topic {topic} ({' or '.join(types)}); which is it? topics={{'{role}': ...}}; "
+                f"{suggest(topic, sorted(found), 'topics')}"
             )
     return roles
 
@@ -90,11 +90,6 @@ def _guess(found: Mapping[str, str], usual: str, types: tuple[str, ...], role: s
 def check_topic(found: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:
     """Raise FileError unless a bag has a topic of one of some types."""
     if name not in found:
-        raise FileError(f"no topic {name}; {suggest(name, listed(found), 'topics')}")
+        raise FileError(f"no topic {name}; {suggest(name, sorted(found), 'topics')}")
     if found[name] not in types:
         raise FileError(f"topic {name} holds {found[name]}; expected {' or '.join(types)}")
-
-
-def listed(found: Mapping[str, str]) -> list[str]:
-    """Return the topics of a bag with their types."""
-    return [f"{name} ({kind})" for name, kind in sorted(found.items())]

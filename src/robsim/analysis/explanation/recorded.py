@@ -90,7 +90,8 @@ class Evidence:
         seconds = f" ({number(found.periods * self.case.dt)} s)" if found.periods else ""
         if found.lag:
             seconds += f", with a lag of {number(found.lag * self.case.dt)} s"
-        left = f"; {100 * found.rest:.2g} % of them is left unexplained"
+        rest = f"; {100 * found.rest:.2g} % of them is left unexplained"
+        left = rest if found.rest > SAME else ""
         return f"{what} {number(found.scale)} times {of}{late}{seconds}{left}."
 
     def _places(self) -> Iterator[Finding]:
