@@ -368,6 +368,27 @@ def test_files_that_are_none(bag, tmp_path):
     refused(tmp_path / "cut.db3", "cut off or damaged")
 
 
+@pytest.mark.parametrize("suffix", [".mcap", ".db3"])
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.FileWarning")
+def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
+    """Bytes that are lost, changed or cut off: a run, or one line that names the file."""
+    whole = rs.save_bag(run, tmp_path / f"run{suffix}").read_bytes()
+    path, rng, told = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
+    for i in range(60):
+        data, at = bytearray(whole), int(rng.integers(len(whole) - 8))
+        if i % 3 == 0:
+            del data[at : at + int(rng.integers(1, 99))]
+        else:
+            data[at : at + 8] = [b"\xff" * 8, rng.bytes(8)][i % 3 - 1]
+        path.write_bytes(data)
+        try:
+            rs.open_bag(path)
+        except rs.InputError as error:
+            told += 1
+            assert str(error).startswith(str(path)) and "\n" not in str(error)
+    assert told > 20
+
+
 def test_a_truncated_database_is_told(run, tmp_path):
     whole = rs.save_bag(run, tmp_path / "run.db3").read_bytes()
     (tmp_path / "cut.db3").write_bytes(whole[: len(whole) // 2])

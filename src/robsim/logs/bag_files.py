@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from robsim.base.errors import FileError, RobSimError
+from robsim.base.errors import FileError, RobSimError, naming
 from robsim.base.output import refused
 from robsim.logs import messages
 from robsim.run.log import NANO
@@ -45,27 +45,30 @@ class Bag:
 
         with ExitStack() as stack:
             for file in _files(self.path):
-                with self._readable():
+                with naming(str(self.path)), self._readable():
                     reader = stack.enter_context(Reader(file))
                     _check_size(reader)
                     self._readers.append(reader)
-            self._note_topics()
+            with naming(str(self.path)):
+                self._note_topics()
             self._open = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._open.close()
 
-    def messages(self, topic: str) -> Iterator[Timed]:
-        """Yield the messages of a topic in the order in which they were recorded."""
-        kind = self.topics[topic]
+    def messages(self, *topics: str) -> Iterator[tuple[str, Timed]]:
+        """Yield the messages of some topics, with these, in the order in which they came."""
         for reader in self._readers:
-            with self._readable(topic):
-                connections = [each for each in reader.connections if each.topic == topic]
-                for each in connections:
-                    messages.check_definition(kind, _definition(each), f"topic {topic}")
-                for _, logged, data in reader.messages(connections) if connections else ():
-                    yield self._timed(kind, int(logged), data)
+            with self._readable():
+                some = [each for each in reader.connections if each.topic in topics]
+                for each in some:
+                    definition = _definition(each)
+                    messages.check_definition(each.msgtype, definition, f"topic {each.topic}")
+                for connection, logged, data in reader.messages(some) if some else ():
+                    with self._readable(connection.topic):
+                        timed = self._timed(connection.msgtype, int(logged), data)
+                    yield connection.topic, timed
 
     def _timed(self, kind: str, logged: int, data: Any) -> Timed:
         if bytes(data[:4]) == ZSTD:
@@ -80,28 +83,27 @@ class Bag:
         for each in (each for reader in self._readers for each in reader.connections):
             if self.topics.setdefault(each.topic, each.msgtype) != each.msgtype:
                 raise FileError(
-                    f"{self.path}: topic {each.topic} holds {self.topics[each.topic]} and "
-                    f"{each.msgtype}"
+                    f"topic {each.topic} holds {self.topics[each.topic]} and {each.msgtype}"
                 )
         count = sum(reader.message_count for reader in self._readers)
         if not count:
-            raise FileError(f"{self.path}: the bag is empty")
+            raise FileError("the bag is empty")
         if count > MOST:
-            raise FileError(f"{self.path}: {count} messages; at most {MOST} are read")
+            raise FileError(f"{count} messages; at most {MOST} are read")
 
     @contextmanager
     def _readable(self, topic: str = "") -> Iterator[None]:
         """Raise FileError for whatever the readers of bags raise."""
-        where = f"topic {topic}" if topic else str(self.path)
+        where = f"topic {topic}: " if topic else ""
         try:
             yield
         except RobSimError as error:
-            raise FileError(f"{where}: {error}") from None
+            raise FileError(f"{where}{error}") from None
         except Exception as error:  # noqa: BLE001  of a damaged file there are many kinds
             words = str(error).replace(str(self.path), "it").split()
             reason = " ".join(words) or type(error).__name__
             raise FileError(
-                f"{where}: not a ROS 2 bag, or cut off or damaged: {reason:.200}"
+                f"{where}not a ROS 2 bag, or cut off or damaged: {reason:.200}"
             ) from None
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from robsim.base.errors import FileError, FileWarning, InputError, naming, said, suggest
 from robsim.base.warned import callers
 from robsim.logs import streams
-from robsim.logs.bag_files import Bag
+from robsim.logs.bag_files import Bag, Timed
 from robsim.logs.messages import JOINTS
 from robsim.logs.topics import EXPERIMENT, TYPES, check_topic, chosen
 from robsim.run.checks import of_kind
@@ -87,15 +87,17 @@ def bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagImage]:
     """
     with Bag(path) as bag, naming(str(path)):
         check_topic(bag.topics, topic, TYPES["images"])
-        for time, message in streams.at_times(bag.messages(topic), "header"):
-            yield BagImage(time / NANO, str(message.format), bytes(message.data))
+        for _, each in bag.messages(topic):  # one by one: all of them are too many
+            image = each.message
+            time = each.stamped or each.logged
+            yield BagImage(time / NANO, str(image.format), bytes(image.data))
 
 
 def _own(bag: Bag) -> Experiment:
     """Return the experiment that a bag says. FileError: it says none."""
     if bag.topics.get(EXPERIMENT) not in TYPES["experiment"]:
         raise FileError(f"it has no {EXPERIMENT}: give the experiment, open_bag(path, experiment)")
-    text = next((each.message.data for each in bag.messages(EXPERIMENT)), "")
+    text = next((each.message.data for _, each in bag.messages(EXPERIMENT)), "")
     return Experiment.from_text(text, f"topic {EXPERIMENT}")
 
 
@@ -107,10 +109,14 @@ class _Reading:
         self.controller = Controller(experiment)
         self.roles: dict[str, str] = {}
         self.others: dict[str, None] = {}
+        self.messages: dict[str, list[Timed]] = {}
 
     def log(self, given: Any, names: Any, marks: Any) -> Log:
         """Return the log."""
         self.roles = chosen(self.bag.topics, self.controller.cameras, given)
+        self.messages = {topic: [] for topic in self.roles.values()}
+        for topic, each in self.bag.messages(*self.messages):
+            self.messages[topic].append(each)
         called = _called(names, {*self.scene.coordinate_names, *self.scene.velocity_names})
         joints, rates = self._joints(called)
         commands = self._commands(called)
@@ -178,7 +184,7 @@ class _Reading:
         return notes
 
     def _found(self, role: str) -> Iterator[streams.At]:
-        return streams.at_times(self.bag.messages(self.roles[role]), self.clock)
+        return streams.at_times(self.messages[self.roles[role]], self.clock)
 
     def _tell_others(self) -> None:
         """Warn of what is left out, since the scene does not have it."""

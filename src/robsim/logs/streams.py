@@ -31,11 +31,10 @@ class At(NamedTuple):
         return f"at {self.time / NANO:.9g} s"
 
 
-def at_times(messages: Iterable[Timed], clock: Clock) -> Iterator[At]:
+def at_times(messages: Sequence[Timed], clock: Clock) -> Iterator[At]:
     """Yield messages with their times: those of the headers, where these have any."""
-    every = list(messages)
-    stamped = clock == "header" and any(each.stamped for each in every)
-    for each in every:
+    stamped = clock == "header" and any(each.stamped for each in messages)
+    for each in messages:
         time = each.stamped if stamped else None
         yield At(each.logged if time is None else time, each.message)
 

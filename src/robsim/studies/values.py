@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -18,7 +18,8 @@ MOST = 10_000
 
 def check_values(value: Any, what: str, *, twice: bool = False) -> tuple[Any, ...]:
     """Return values as a tuple; InputError if there are none, or one twice where it may not be."""
-    if not is_listed(value) or isinstance(value, dict) or not 1 <= len(value) <= MOST:
+    listed = is_listed(value) and isinstance(value, Sized) and not isinstance(value, dict)
+    if not listed or not 1 <= len(value) <= MOST:
         raise InputError(f"{what}: expected a list of 1 to {MOST} values, got {said(value)}")
     made = tuple(each.item() if isinstance(each, np.generic) else each for each in value)
     for each in made:
