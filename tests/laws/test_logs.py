@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.run.log import NANO, Log, Stream
+from robsim.run.recorded import recorded
 
 ENDS = ("outcome", "end_time", "q_end", "pixels_end", "pixel_error", "goal_pose", "q0")
 
@@ -83,6 +85,17 @@ def test_every_period_has_the_last_values_until_then(rhino, rows):
     assert run.image_age.max() > 0.05
 
 
+def test_ages_are_known_to_the_nanosecond_also_of_times_since_1970(rhino, rows):
+    """As float64 the times themselves are known to 256 ns."""
+    run, since = rs.read_log(rows, rhino), 1_700_000_000_000_000_007
+    times = since + np.round(run.time.values * NANO).astype(np.int64)
+    images = Stream("images", times[::2] - 9, run.pixels.values[::2])
+    (sight,) = rs.Controller(rhino).sights
+    log = Log("log", Stream("joints", times - 9, run.q.values), {sight.key: images})
+    ages = recorded(log, rhino).image_age.values
+    np.testing.assert_array_equal(ages[:, 0], [0.0, 0.04] * 13)
+
+
 def test_a_mark_that_is_not_seen_is_nan_and_held_for_the_controller(rhino, rows):
     log = rows.copy()
     log.loc[5:8, ["pixels[2,column]", "pixels[2,row]"]] = np.nan
@@ -98,6 +111,20 @@ def test_a_mark_that_is_not_seen_is_nan_and_held_for_the_controller(rhino, rows)
         again = rs.replay(run)
     np.testing.assert_array_equal(again.qd.values[11], qd)
     assert [each.about for each in rs.explain(run, trials=False).causes][-1] == "unseen marks"
+
+
+def test_marks_that_are_seen_in_turn_begin_where_each_was_last(rhino, rows):
+    log = rows.copy()
+    pairs = [[f"pixels[{mark},column]", f"pixels[{mark},row]"] for mark in range(4)]
+    for row in range(6):
+        for mark in set(range(4)) - {row % 4}:
+            log.loc[row, pairs[mark]] = np.nan
+    run = rs.read_log(log, rhino)
+    assert run.attrs["recorded_from"] == str(round(3 * 0.04 * 1e9))
+    begin = [rows.loc[mark, pairs[mark]] for mark in range(4)]
+    np.testing.assert_array_equal(run.pixels[0], begin)
+    assert np.isnan(run.pixels.values[1:3, :, 0]).sum(axis=1).tolist() == [3, 3]
+    assert np.isfinite(run.s).all()
 
 
 def test_replay_commands_the_same_to_the_bit(rhino, rows):

@@ -67,6 +67,19 @@ class Log:
         return max([int(self.joints.times[0]), *(_all_seen(each) for each in self.images.values())])
 
 
+def marks_held(images: Stream, times: Times) -> Array:
+    """Return pixels (T, N, 2) held at some times; at the first, where each mark was seen last.
+
+    Before that every mark must have been seen once.
+    """
+    held = images.held(times)
+    until = images.values[: int(images.index(times[:1])[0]) + 1]
+    seen = np.asarray(~np.isnan(until).any(axis=-1))
+    last = len(until) - 1 - np.argmax(seen[::-1], axis=0)
+    held[0] = until[last, np.arange(until.shape[1])]
+    return held
+
+
 def _all_seen(images: Stream) -> int:
     """Return when every mark has been seen once. FileError: one never was."""
     seen = ~np.isnan(images.values).any(axis=-1)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +14,7 @@ from robsim.run.commanded import RECORDED, decisions
 from robsim.run.controller import Controller
 from robsim.run.ends import pose_of
 from robsim.run.experiment import Experiment
-from robsim.run.log import NANO, Log, Times
+from robsim.run.log import NANO, Log, Times, marks_held
 from robsim.run.loop import Loop
 from robsim.run.origin import whole_duration
 from robsim.run.outcome import Outcome
@@ -32,46 +30,39 @@ def recorded(log: Log, experiment: Experiment) -> Run:
     """Return the run of a log, with the variables of a simulated one and `image_age`.
 
     Every period has the last joints, images and commands until then (zero-order hold). The run
-    begins when all joints and marks have been seen once, and ends with the joints. Features and
-    errors are those of the experiment's controller. It is CONVERGED, OUT_OF_IMAGE or RUNNING by
-    its last instant.
+    begins when all joints and marks have been seen once, each where it was last, and ends with the
+    joints. Features and errors are those of the experiment's controller. It is CONVERGED,
+    OUT_OF_IMAGE or RUNNING by its last instant.
 
-    FileError: the log is too short, or has instants without number.
+    FileError: the log is shorter than a period, too long, or silent for too long.
     """
     controller = Controller(experiment)
     times = _periods(log, experiment.dt)
-    q = log.joints.held(times)
-    images = [log.images[sight.key] for sight in controller.sights]
-    pixels = _side_by_side([each.held(times) for each in images], len(times), (2,))
-    ages = [
-        np.repeat(each.times[each.index(times)][:, None], each.values.shape[1], 1)
-        for each in images
-    ]
-    seconds = _seconds(experiment.dt, len(times))
+    q, (pixels, ages) = log.joints.held(times), _images(log, controller, times)
+    seconds = whole_duration(len(times) - 1, experiment.dt)
     made = replace(experiment, start=q[0], duration=seconds, record="all", first_run=0)
     decided = decisions(made, q, pixels)
     told, qd = _commands(log, times, q, experiment)
-    loop = made.loop()
     rates = np.empty((len(q), 0)) if log.rates is None else log.rates.held(times)
     s = np.array([each.command.s[:, 0] for each in decided])
+    loop = made.loop()
     _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1)], decided)
     run = made.dataset(loop)
-    since = _side_by_side(ages, len(times), (), 0) - times[:, None]
-    run["image_age"] = (("time", "mark"), -since / NANO, AGE)
+    run["image_age"] = (("time", "mark"), ages, AGE)
     run.attrs |= {RECORDED: log.source, "commands": told, "recorded_from": str(times[0])}
     run.attrs |= dict(log.notes)
     return run  # type: ignore[return-value]  # a Run, as `Experiment.dataset` makes them
 
 
-def _seconds(dt: float, instants: int) -> float:
-    return whole_duration(instants - 1, dt)
-
-
-def _side_by_side(
-    parts: Iterable[Any], instants: int, tail: tuple[int, ...], empty: float = np.nan
-) -> Any:
-    """Return arrays (T, N, ...) of all sights as one; a task without a camera has no marks."""
-    return np.concatenate([np.full((instants, 0, *tail), empty), *parts], axis=1)
+def _images(log: Log, controller: Controller, times: Times) -> tuple[Array, Array]:
+    """Return pixels (T, N, 2) and ages in seconds (T, N) of the marks of all cameras."""
+    pixels, ages = [np.empty((len(times), 0, 2))], [np.empty((len(times), 0))]
+    for sight in controller.sights:
+        images = log.images[sight.key]
+        pixels.append(marks_held(images, times))
+        age = (times - images.times[images.index(times)]) / NANO
+        ages.append(np.repeat(age[:, None], len(sight.target.marks), axis=1))
+    return np.concatenate(pixels, axis=1), np.concatenate(ages, axis=1)
 
 
 def _periods(log: Log, dt: float) -> Times:
