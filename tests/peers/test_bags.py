@@ -167,6 +167,20 @@ def test_there_and_back_is_the_same_to_the_bit(name, where, tmp_path):
     assert rs.replay(again).identical(again)
 
 
+def test_no_topic_serves_two_cameras(tmp_path):
+    stereo = rs.load_scenario(rs.examples.path("stereo_in_hand")).run(duration=0.4)
+    path = rs.save_bag(stereo, tmp_path / "both")
+    gone = "/right/detections"
+    with AnyReader([path]) as reader:
+        assert gone in reader.topics
+        some = [
+            (c.topic, c.msgtype, t, messages.typestore().deserialize_cdr(data, c.msgtype))
+            for c, t, data in reader.messages()
+            if c.topic != gone
+        ]
+    refused(written(tmp_path / "one", some), f"no topic {gone}.*topics={{'marks.right': ...}}")
+
+
 def test_hidden_marks_are_left_out_and_come_back_as_nan(run, rhino, tmp_path):
     hidden = run.copy(deep=True)
     hidden.pixels.values[3:6, 1] = np.nan
@@ -347,6 +361,12 @@ def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
         rs.open_bag(bag, clock="wall")
     with pytest.raises(rs.InputError, match="'cube' has 4 marks; expected as many ids"):
         rs.open_bag(bag, marks={"cube": ["1"]})
+    with pytest.raises(rs.InputError, match="marks: no target 'cub'; did you mean 'cube'"):
+        rs.open_bag(bag, marks={"cub": ["1"]})
+    with pytest.raises(rs.InputError, match="names: no joint 'elbow'"):
+        rs.open_bag(bag, names={"elbow": "a"})
+    with pytest.raises(rs.InputError, match="names: two joints are one in the bag"):
+        rs.open_bag(bag, names={"shoulder": "a", "wrist": "a"})
     none = written(tmp_path / "none", (each for each in content if each[0] != "/robsim/experiment"))
     refused(none, "it has no /robsim/experiment: give the experiment")
     assert rs.open_bag(none, rhino).sizes["time"] == 26

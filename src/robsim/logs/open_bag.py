@@ -16,6 +16,7 @@ from robsim.logs.bag_files import Bag, Timed
 from robsim.logs.messages import JOINTS
 from robsim.logs.topics import EXPERIMENT, TYPES, check_topic, chosen
 from robsim.run.checks import of_kind
+from robsim.run.commanded import RECORDED_K
 from robsim.run.controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Stream
@@ -23,7 +24,6 @@ from robsim.run.recorded import recorded
 from robsim.servo.sight import Key
 
 CLOCKS = ("header", "log")
-RECORDED_K = "recorded_K_"  # with the name of a camera, an attribute of a run
 SHOWN = 5  # names in a warning
 
 
@@ -120,6 +120,7 @@ class _Reading:
         called = _called(names, {*self.scene.coordinate_names, *self.scene.velocity_names})
         joints, rates = self._joints(called)
         commands = self._commands(called)
+        self._check_targets(marks)
         images: dict[Key, Stream] = {}
         for camera in self.controller.cameras:
             images |= self._images(camera, marks)
@@ -157,6 +158,15 @@ class _Reading:
         names = list(scene.velocity_names)
         columns = [names.index(name) for name in self.controller.velocity_names]
         return streams.numbered(what, found, columns, scene.nv)
+
+    def _check_targets(self, marks: Any) -> None:
+        """Raise InputError if ids are given for what is no target."""
+        targets = {sight.target.name: None for sight in self.controller.sights}
+        for name in marks if isinstance(marks, Mapping) else ():
+            if name not in targets:
+                raise InputError(
+                    f"marks: no target {said(name)}; {suggest(name, targets, 'targets')}"
+                )
 
     def _images(self, camera: str, marks: Any) -> dict[Key, Stream]:
         """Return the pixels of the targets of a camera."""

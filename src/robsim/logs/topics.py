@@ -51,7 +51,8 @@ def chosen(
     roles = {}
     for role, topic in usual.items():
         types = TYPES[role.partition(".")[0]]
-        name = wanted.get(role) or _guess(found, topic, types, role)
+        alone = role != "commands" and ("." not in role or len(cameras) == 1)
+        name = wanted.get(role) or _guess(found, topic, types if alone else ())
         if name is not None:
             check_topic(found, name, types)
             roles[role] = name
@@ -79,12 +80,12 @@ def _roles(
     return roles
 
 
-def _guess(found: Mapping[str, str], usual: str, types: tuple[str, ...], role: str) -> str | None:
-    """Return the usual topic, or the only one of its type if that is not there."""
+def _guess(found: Mapping[str, str], usual: str, types: tuple[str, ...]) -> str | None:
+    """Return the usual topic, or the only one of some types if that is not there."""
     if usual in found:
         return usual
     alike = [name for name, kind in found.items() if kind in types]
-    return alike[0] if len(alike) == 1 and role != "commands" else None
+    return alike[0] if len(alike) == 1 else None
 
 
 def check_topic(found: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RECORDED = "recorded"  # the attribute of a run that says of which log it was made
+RECORDED_K = "recorded_K_"  # with the name of a camera behind it: its intrinsics in the log
 
 
 def is_recorded(run: xr.Dataset) -> bool:

@@ -13,7 +13,7 @@ from robsim.analysis.agreement import Agreement, agreement
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.wording import counted, number, when
 from robsim.base.arrays import Array, runs_last
-from robsim.run.commanded import commands
+from robsim.run.commanded import RECORDED_K, commands
 from robsim.run.experiment import Experiment
 from robsim.run.outcome import Outcome
 from robsim.servo.controller import Controller
@@ -108,7 +108,7 @@ class Evidence:
 
     def _lenses(self) -> Iterator[Finding]:
         for name in dict.fromkeys(sight.eye.name for sight in self.controller.sights):
-            given = self.run.attrs.get(f"recorded_K_{name}")
+            given = self.run.attrs.get(f"{RECORDED_K}{name}")
             if given is None:
                 continue
             K, own = np.reshape(given, (3, 3)), np.asarray(self.case.scene.camera(name).camera.K)
