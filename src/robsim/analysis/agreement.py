@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 
 LATEST = 25  # periods of a delay
-SLOWEST, STEP = 25.0, 0.25  # periods of a lag, and of the grid on which it is looked for
+SLOWEST, STEP = 25.0, 0.25  # periods of a lag, and of the fine grid around the best whole one
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ def agreement(given: Array, found: Array, lags: bool = False) -> Agreement:
     """Return how one signal (T, n) follows another, by least squares at the best delay.
 
     Delays are whole periods, up to 25 and half of T; with `lags` also those of first order, up to
-    25 periods in steps of a quarter. Of equal rests it is the least lag and delay. NaN where one of
+    25 periods, to a quarter of one. Of equal rests it is the least lag and delay. NaN where one of
     them is zero throughout.
 
     >>> given = np.sin(np.arange(100.0))[:, None]
@@ -40,15 +40,24 @@ def agreement(given: Array, found: Array, lags: bool = False) -> Agreement:
     (0.5, 3)
     """
     largest = float(np.abs(found - given).max(initial=0.0))
+    best = _best(given, found, np.arange(SLOWEST + 1.0) if lags else np.zeros(1))
+    if lags:
+        near = best[2] + np.arange(-1.0, 1.0 + STEP, STEP)
+        best = _best(given, found, near[near >= 0.0])
+    scale, late, lag, rest = best
+    return Agreement(scale, late, lag, min(rest, 1.0), largest)
+
+
+def _best(given: Array, found: Array, lags: Array) -> tuple[float, int, float, float]:
+    """Return factor, delay, lag and rest of the least rest among some lags and all delays."""
     best = math.nan, 0, 0.0, math.inf
-    for lag in np.arange(0.0, SLOWEST + STEP, STEP).tolist() if lags else [0.0]:
+    for lag in lags.tolist():
         behind = _lagging(given, lag)
         for late in range(min(LATEST, len(given) // 2) + 1):
             scale, rest = _fit(behind[: len(given) - late], found[late:])
             if rest < best[-1]:
                 best = scale, late, lag, rest
-    scale, late, lag, rest = best
-    return Agreement(scale, late, lag, min(rest, 1.0), largest)
+    return best
 
 
 def _lagging(given: Array, lag: float) -> Array:

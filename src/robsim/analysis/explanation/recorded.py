@@ -50,7 +50,7 @@ class Evidence:
     def findings(self) -> Iterator[Finding]:
         """Yield how commands, motion, images and lenses differ from those of the experiment."""
         if self.has_commands:
-            yield from self._commands()
+            yield from self._commands
             yield from self._motion()
         yield from self._places()
         yield from self._lenses()
@@ -61,17 +61,19 @@ class Evidence:
         """Yield what is as in the experiment, or not known."""
         if not self.has_commands:
             yield f"Commands were not recorded: {self.run.attrs['commands']}."
-        elif not list(self._commands()):
+        elif not self._commands:
             yield "The recorded commands are those of this controller for the same images."
 
-    def _commands(self) -> Iterator[Finding]:
+    @cached_property
+    def _commands(self) -> tuple[Finding, ...]:
         columns, made = commands(self.run, self.case)
         told = self.run["qd"].values[:, columns]
         found = agreement(made, told)
-        if found.largest > SAME * np.abs(made).max(initial=0.0):
-            what = "The recorded commands are"
-            of = "those of this controller for the same images and joints"
-            yield Finding("commands", self._followed(found, what, of), _evidence(found))
+        if found.largest <= SAME * np.abs(made).max(initial=0.0):
+            return ()
+        what = "The recorded commands are"
+        of = "those of this controller for the same images and joints"
+        return (Finding("commands", self._followed(found, what, of), _evidence(found)),)
 
     def _motion(self) -> Iterator[Finding]:
         run, dt = self.run, self.case.dt
