@@ -1,7 +1,7 @@
-"""Other programs that read what we write: `pip install '.[oracles]'`, then `pytest tests/peers`.
+"""Other programs that read what we write: `pip install '.[oracles,ros]'`, `pytest tests/peers`.
 
-Where one of them is not installed, none of these tests is collected; pytest then says that it
-found no tests, and fails if it was asked for these.
+Where one of them is not installed, none of the tests of robots, or of bags, is collected; pytest
+then says that it found no tests, and fails if it was asked for these.
 """
 
 import importlib.util
@@ -13,13 +13,20 @@ import pytest
 import robsim as rs
 from robsim.robot.urdf.words import safe
 
-PEERS = ("mujoco", "pinocchio", "yourdfpy", "rtbdata")
-LACKING = [name for name in PEERS if importlib.util.find_spec(name) is None]
-collect_ignore_glob = ["test_*.py"] if LACKING else []
+PEERS = {  # the programs that tests need
+    "test_[!b]*.py": ("mujoco", "pinocchio", "yourdfpy", "rtbdata"),
+    "test_bag*.py": ("rosbags", "mcap"),
+}
+LACKING = {
+    tests: [name for name in names if importlib.util.find_spec(name) is None]
+    for tests, names in PEERS.items()
+}
+collect_ignore_glob = [tests for tests, names in LACKING.items() if names]
 
 
 def pytest_report_header():
-    return f"tests/peers: left out, without {', '.join(LACKING)}" if LACKING else None
+    lacking = [name for names in LACKING.values() for name in names]
+    return f"tests/peers: some left out, without {', '.join(lacking)}" if lacking else None
 
 
 class Pinocchio:

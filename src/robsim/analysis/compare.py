@@ -15,6 +15,7 @@ from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
 from robsim.base import interrupt
 from robsim.base.errors import InputError, Interrupted, naming, said, suggest
 from robsim.run.checks import of_kind, starts
+from robsim.run.commanded import is_recorded
 from robsim.run.ends import began
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
@@ -24,7 +25,7 @@ from robsim.world.scene import Scene
 
 
 def compare(
-    scene: Scene | Mapping[str, Experiment],
+    scene: Scene | Mapping[str, Experiment | xr.Dataset],
     tasks: Mapping[str, Task] | None = None,
     q0: Any = None,
     *,
@@ -41,7 +42,8 @@ def compare(
                 thousands of starts
 
     `compare(experiments)` with {name: experiment} compares experiments that may differ in
-    everything, but have as many starts each. The measures are those of Gans, Hutchinson and Corke
+    everything, but have as many starts each; instead of one, a run that was recorded (`open_bag`,
+    `read_log`) is measured as it is. The measures are those of Gans, Hutchinson and Corke
     2003 in spirit: see `robsim.analysis.measures`. Of a batch the table has the share that
     converged and medians.
 
@@ -59,7 +61,7 @@ def compare(
     check_progress(progress)
     experiments = _experiments(scene, tasks, q0, settings)
     how = {"threads": threads, "chunk": chunk}
-    schemes = [Scheme(name, one, how) for name, one in experiments.items()]
+    schemes = [_scheme(name, one, how) for name, one in experiments.items()]
     _check(schemes)
     runs: dict[str, xr.Dataset] = {}
     found: dict[str, Measures] = {}
@@ -80,9 +82,19 @@ def compare(
     return made
 
 
+def _scheme(name: str, one: Any, how: Mapping[str, Any]) -> Scheme:
+    """Return the scheme of an experiment, or of a run that was recorded."""
+    if not isinstance(one, xr.Dataset):
+        return Scheme(name, one, how)
+    with naming(f"scheme '{name}'"):
+        if not is_recorded(one):
+            raise InputError("a run that was simulated; give its experiment, Experiment.of(run)")
+        return Scheme(name, Experiment.of(one), how, one)
+
+
 def _experiments(
-    scene: Scene | Mapping[str, Experiment], tasks: Any, q0: Any, settings: Mapping[str, Any]
-) -> Mapping[str, Experiment]:
+    scene: Scene | Mapping[str, Any], tasks: Any, q0: Any, settings: Mapping[str, Any]
+) -> Mapping[str, Any]:
     """Return the experiment of each name; InputError names the scheme."""
     if isinstance(scene, Mapping):
         if tasks is not None or q0 is not None or settings:

@@ -12,13 +12,17 @@ from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.imperfections import imperfections
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.reasons import reasons
+from robsim.analysis.explanation.recorded import Evidence
 from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
 from robsim.analysis.repeated import case_of, repeated
 from robsim.base.arrays import flag
 from robsim.base.html import table
+from robsim.run.checks import of_kind
+from robsim.run.commanded import is_recorded
 from robsim.run.experiment import Experiment
+from robsim.run.origin import check_run, made_with
 from robsim.run.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -86,6 +90,11 @@ def explain(
 
     The run contains the text of its experiment; where that is Python code, give the experiment.
 
+    Of a run that was recorded (`open_bag`, `read_log`) the causes are how it differs from its
+    experiment: commands from those of the controller for the same images and joints, motion from
+    the commands, marks from where the scene has them, and the images' age. A remark says how the
+    experiment ends when it is simulated from the same start.
+
     InputError: no single run, or one that cannot be repeated.
 
     >>> from robsim import load_scenario
@@ -94,6 +103,9 @@ def explain(
     >>> print(explain(run, trials=False).causes[0].about)
     local minimum
     """
+    check_run(run)
+    if is_recorded(run):
+        return _of_recorded(run, experiment, flag(trials, "trials"))
     case = case_of(run, experiment)
     inquiry = Inquiry(repeated(case, run), flag(trials, "trials"))
     if inquiry.outcome in _WELL:
@@ -115,6 +127,21 @@ def _explanation(
 ) -> Explanation:
     what = what_happened(inquiry)
     return Explanation(inquiry.outcome, what, inquiry.end, causes, advice, remarks)
+
+
+def _of_recorded(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Explanation:
+    """Return the account of a run that was recorded."""
+    case = of_kind(experiment, Experiment, "experiment") if experiment else Experiment.of(run)
+    case = case.with_(**made_with(run))
+    evidence, end = Evidence(run, case), float(run["end_time"])
+    remarks = list(evidence.remarks())
+    trial = tried(patient(case.with_(hold=False))) if trials else None
+    if trial is not None:
+        simulated = f"{trial.outcome.name} after {number(trial.end_time)} s"
+        remarks.append(f"Simulated from the same start, the experiment ends as {simulated}.")
+    causes = tuple(evidence.findings())
+    outcome = Outcome(int(run["outcome"]))
+    return Explanation(outcome, evidence.what(), end, causes, (), tuple(remarks))
 
 
 def _ended(inquiry: Inquiry) -> bool:

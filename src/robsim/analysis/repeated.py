@@ -12,6 +12,7 @@ import numpy as np
 
 from robsim.base.errors import FileError, InputError, RankWarning
 from robsim.run.checks import of_kind
+from robsim.run.commanded import is_recorded
 from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
@@ -52,6 +53,11 @@ def case_of(run: xr.Dataset, experiment: Experiment | None = None) -> Experiment
     InputError: not a run, a batch of several runs, or a run without the text of its experiment.
     """
     check_run(run)
+    if is_recorded(run):
+        raise InputError(
+            "this run was recorded: explain and replay look into it; a simulated one of the same "
+            "start is Experiment.of(run).run()"
+        )
     one = _single(run)
     if one.sizes.get("mark") == 0:
         raise InputError("no camera has a part in this run: there is no interaction to look into")

@@ -86,6 +86,19 @@ def parse(
     return numbers if count else numbers[0]
 
 
+def factor(unit: object, dimension: Dimension) -> float:
+    """Return how many SI units a unit is; UnitError if it is none of a dimension.
+
+    >>> factor("ms", "time")
+    0.001
+    """
+    if not isinstance(unit, str) or unit not in _UNITS[dimension]:
+        raise UnitError(
+            f"{unit!r:.80}: expected a unit of {dimension}: {', '.join(_UNITS[dimension])}"
+        )
+    return parse(f"1 {unit}", dimension)
+
+
 def pattern(dimension: Dimension) -> str:
     """Return a regular expression of the texts that may be a quantity, for editors.
 

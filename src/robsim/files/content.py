@@ -67,6 +67,7 @@ VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")
 TEXTS = (
     *(*VERSIONS, "seed", "task", "goal", "belief", "law", "inverse"),
     *("sensing", "actuation", "scenario", "no_scenario", "varied"),
+    *("recorded", "commands"),
 )
 POSITIVE, FLAGS = ("dt", "duration"), ("hold", "single", "succeeded")
 OF_IMAGES = ("image_size", "image_centre")  # or such a name with that of a camera behind it

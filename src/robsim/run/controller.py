@@ -11,6 +11,7 @@ from robsim.base.arrays import Array, number, numbers, runs_last
 from robsim.base.errors import InputError, said
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
+from robsim.servo.controller import Decision
 from robsim.servo.sight import Key, Sight
 from robsim.servo.standalone import Standalone
 
@@ -55,7 +56,7 @@ class Controller:
     @property
     def cameras(self) -> tuple[str, ...]:
         """The names of the cameras, each once."""
-        return tuple(dict.fromkeys(sight.eye.name for sight in self._sights))
+        return tuple(dict.fromkeys(sight.eye.name for sight in self.sights))
 
     def reset(self) -> None:
         """Forget all that was measured, as at the start of a run."""
@@ -74,21 +75,25 @@ class Controller:
 
         InputError: another shape, a time between two periods, a mark that was never seen.
         """
+        qd: Array = self.decide(pixels, q, t).command.qd[:, 0].copy()
+        return qd
+
+    def decide(self, pixels: Any, q: Any, t: float) -> Decision:
+        """Return what `step` commands, with features and errors, the run last."""
         step = self._number(t)
         if step == 0:
             self.reset()
         coordinates = self.scene.coordinates(q, "q", limits=False)
         if coordinates.shape != (self.scene.nq,):
             raise InputError(f"q: expected shape ({self.scene.nq},), got {coordinates.shape}")
-        given = {sight.key: self._image(sight, pixels) for sight in self._sights}
+        given = {sight.key: self._image(sight, pixels) for sight in self.sights}
         wide = runs_last(coordinates, 1)
-        depth = {sight.key: sight.project(wide).depth for sight in self._sights}
-        decision = self._alone.decide(self._blocks, step, wide, given, depth)
-        qd: Array = decision.command.qd[:, 0].copy()
-        return qd
+        depth = {sight.key: sight.project(wide).depth for sight in self.sights}
+        return self._alone.decide(self._blocks, step, wide, given, depth)
 
     @property
-    def _sights(self) -> tuple[Sight, ...]:
+    def sights(self) -> tuple[Sight, ...]:
+        """The cameras with their targets, in the order of the marks of a run."""
         return self._alone.controller.sights
 
     def _number(self, t: Any) -> int:
@@ -117,7 +122,7 @@ class Controller:
     def _own(self, sight: Sight, pixels: Any) -> Any:
         """Return the pixels that are given for a camera and its target."""
         if not isinstance(pixels, Mapping):
-            if len(self._sights) > 1:
+            if len(self.sights) > 1:
                 raise InputError(f"pixels: give them for each camera: {', '.join(self.cameras)}")
             return pixels
         for key in (sight.key, sight.eye.name):

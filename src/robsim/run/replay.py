@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from robsim.base.errors import ReplayWarning
 from robsim.base.warned import callers
+from robsim.run.commanded import is_recorded, replay_recorded
 from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
 from robsim.run.origin import check_run
@@ -20,6 +21,10 @@ def replay(run: xr.Dataset) -> xr.Dataset:
 
     It is `Experiment.of(run).run()`. Where it is another run than the one that was given, which
     was changed or comes from another version or machine, a ReplayWarning says the first difference.
+    Of a run that was recorded (`open_bag`, `read_log`) the controller is given the recorded images
+    and joints, and `qd` is what it commands; the warning says by how much the recorded commands
+    differ.
+
     InputError: the run does not say how it was made.
 
     >>> from robsim.files import examples
@@ -28,6 +33,8 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     True
     """
     check_run(run)
+    if is_recorded(run):
+        return replay_recorded(run)
     again: xr.Dataset = Experiment.of(run).run()
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
     if other := difference(run, again):

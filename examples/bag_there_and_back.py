@@ -1,0 +1,35 @@
+"""A simulated robot becomes a ROS 2 bag, the bag becomes a run, and the run says why.
+
+The bag is of a robot with a lower gain, joints that lag and images that are late. It is read with
+the experiment as it was planned, which knows of none of this; `explain` finds it in the log.
+Needs `pip install 'robsim[ros]'`.
+"""
+
+import warnings
+
+import robsim as rs
+
+planned = rs.load_scenario(rs.examples.path("chapter_6_1"))
+robot = planned.at("task.gain", 0.8 * planned.task.gain).with_(
+    sensing=rs.Sensing(latency=0.08), actuation=rs.Actuation(lag=0.1)
+)
+rs.save_bag(robot.run(), "robot.mcap", start=1.7e9)  # seconds since 1970, as a recorder has them
+
+run = rs.open_bag("robot.mcap", planned)
+print(rs.explain(run))
+print()
+print(rs.compare({"robot": run, "planned": planned}))
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", rs.ReplayWarning)  # the commands differ, as was said
+    commanded = rs.replay(run)
+away = abs(commanded.qd - run.qd).max("time")
+print()
+print("largest difference of a command (rad/s):")
+for joint in run.velocity.values:
+    print(f"  {joint:10} {float(away.sel(velocity=joint)):.4f}")
+
+same = rs.open_bag("robot.mcap")  # with the experiment that the bag says: the robot's own
+print()
+print("to the bit with its own experiment:", bool((same.q == run.q).all()), end=", ")
+print("lag", rs.Experiment.of(same).actuation.lag, "s")

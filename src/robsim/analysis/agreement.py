@@ -1,0 +1,87 @@
+"""How well some signals follow others: by which factor, and how late."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.base.arrays import Array
+
+LATEST = 25  # periods of a delay
+SLOWEST, STEP = 25.0, 0.25  # periods of a lag, and of the fine grid around the best whole one
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """What of found(t) is scale given(t - periods dt), after a lag of so many periods.
+
+    The share `rest` of its length is left; `largest` is the largest distance as they are.
+    """
+
+    scale: float
+    periods: int
+    lag: float
+    rest: float
+    largest: float
+
+
+def agreement(given: Array, found: Array, lags: bool = False) -> Agreement:
+    """Return how one signal (T, n) follows another, by least squares at the best delay.
+
+    Delays are whole periods, up to 25 and half of T; with `lags` also those of first order, up to
+    25 periods, to a quarter of one. Of equal rests it is the least lag and delay. NaN where one of
+    them is zero throughout.
+
+    >>> given = np.sin(np.arange(100.0))[:, None]
+    >>> late = agreement(given, 0.5 * np.roll(given, 3, axis=0))
+    >>> round(late.scale, 9), late.periods
+    (0.5, 3)
+    """
+    largest = float(np.abs(found - given).max(initial=0.0))
+    best = _best(given, found, np.arange(SLOWEST + 1.0) if lags else np.zeros(1))
+    if lags:
+        near = best[2] + np.arange(-1.0, 1.0 + STEP, STEP)
+        best = _best(given, found, near[near >= 0.0])
+    scale, late, lag, rest = best
+    return Agreement(scale, late, lag, min(rest, 1.0), largest)
+
+
+def _best(given: Array, found: Array, lags: Array) -> tuple[float, int, float, float]:
+    """Return factor, delay, lag and rest of the least rest among some lags and all delays."""
+    best = math.nan, 0, 0.0, math.inf
+    for lag in lags.tolist():
+        behind = _lagging(given, lag)
+        for late in range(min(LATEST, len(given) // 2) + 1):
+            scale, rest = _fit(behind[: len(given) - late], found[late:])
+            if rest < best[-1]:
+                best = scale, late, lag, rest
+    return best
+
+
+def _lagging(given: Array, lag: float) -> Array:
+    """Return the means over each period of what lags behind a held signal, from rest.
+
+    With v' = (u - v) / lag over one period, u held: v goes from v0 to u - (u - v0) exp(-1 / lag),
+    and its mean is u - (u - v0) lag (1 - exp(-1 / lag)).
+    """
+    if not lag:
+        return given
+    left = math.exp(-1.0 / lag)
+    found, now = np.empty_like(given), np.zeros(given.shape[1])
+    for i, row in enumerate(given):
+        gap = row - now
+        found[i] = row - gap * lag * (1.0 - left)
+        now = row - gap * left
+    return found
+
+
+def _fit(given: Array, found: Array) -> tuple[float, float]:
+    """Return the factor, and the share of the length of `found` that it leaves."""
+    own, other = float((given**2).sum()), float((found**2).sum())
+    if not own or not other:
+        return math.nan, math.inf
+    scale = float((given * found).sum()) / own
+    left = found - scale * given
+    return scale, math.sqrt(float((left**2).sum()) / other)

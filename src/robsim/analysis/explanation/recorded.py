@@ -1,0 +1,180 @@
+"""What explains a run that was recorded: how the robot differs from the simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robsim.analysis.agreement import Agreement, agreement
+from robsim.analysis.explanation.finding import Finding
+from robsim.analysis.explanation.wording import counted, number, when
+from robsim.base.arrays import Array, runs_last
+from robsim.run.commanded import RECORDED_K, commands
+from robsim.run.experiment import Experiment
+from robsim.run.outcome import Outcome
+from robsim.servo.controller import Controller
+from robsim.servo.sight import Sight
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAME = 1e-9  # of the largest command, below which it is rounding
+SMALL = 0.05  # share that may be left of what is said to follow
+OFF = 1.0  # pixels, by which marks are elsewhere than in the scene
+OLD = 2.0  # periods, beyond which an image is old
+K_NAMES = {(0, 0): "fx", (1, 1): "fy", (0, 2): "cx", (1, 2): "cy", (0, 1): "skew"}
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """A recorded run and the experiment that it is held against."""
+
+    run: xr.Dataset
+    case: Experiment
+
+    @cached_property
+    def controller(self) -> Controller:
+        """The task, bound to its scene."""
+        bound: Controller = self.case.task.bind(self.case.scene)
+        return bound
+
+    @property
+    def has_commands(self) -> bool:
+        """Whether commands were recorded."""
+        return not str(self.run.attrs.get("commands", "none")).startswith("none")
+
+    def findings(self) -> Iterator[Finding]:
+        """Yield how commands, motion, images and lenses differ from those of the experiment."""
+        if self.has_commands:
+            yield from self._commands
+            yield from self._motion()
+        yield from self._places()
+        yield from self._lenses()
+        yield from self._ages()
+        yield from self._unseen()
+
+    def remarks(self) -> Iterator[str]:
+        """Yield what is as in the experiment, or not known."""
+        if not self.has_commands:
+            yield f"Commands were not recorded: {self.run.attrs['commands']}."
+        elif not self._commands:
+            yield "The recorded commands are those of this controller for the same images."
+
+    @cached_property
+    def _commands(self) -> tuple[Finding, ...]:
+        columns, made = commands(self.run, self.case)
+        told = self.run["qd"].values[:, columns]
+        found = agreement(made, told)
+        if found.largest <= SAME * np.abs(made).max(initial=0.0):
+            return ()
+        what = "The recorded commands are"
+        of = "those of this controller for the same images and joints"
+        return (Finding("commands", self._followed(found, what, of), _evidence(found)),)
+
+    def _motion(self) -> Iterator[Finding]:
+        run, dt = self.run, self.case.dt
+        if run["coordinate"].values.tolist() != run["velocity"].values.tolist():
+            return  # of a joint whose coordinates do not change by its velocities
+        told, moved = run["qd"].values[:-1], np.diff(run["q"].values, axis=0) / dt
+        found = agreement(told, moved, lags=True)
+        if found.largest > SAME * np.abs(run["q"].values).max(initial=1.0) / dt:
+            what, of = "The joints move with", "the velocities that were commanded"
+            yield Finding("motion", self._followed(found, what, of), _evidence(found))
+
+    def _followed(self, found: Agreement, what: str, of: str) -> str:
+        if not found.rest < 0.5:
+            return f"{what} something else than {of}: they differ by up to {number(found.largest)}."
+        late = f", {counted(found.periods, 'period')} late" if found.periods else ""
+        seconds = f" ({number(found.periods * self.case.dt)} s)" if found.periods else ""
+        if found.lag:
+            seconds += f", with a lag of {number(found.lag * self.case.dt)} s"
+        rest = f"; {100 * found.rest:.2g} % of them is left unexplained"
+        left = rest if found.rest > SAME else ""
+        return f"{what} {number(found.scale)} times {of}{late}{seconds}{left}."
+
+    def _places(self) -> Iterator[Finding]:
+        q, first = runs_last(self.run["q"].values, 1), 0
+        for sight in self.controller.sights:
+            count = len(sight.target.marks)
+            seen = self.run["pixels"].values[:, first : first + count]
+            first += count
+            away = (seen - np.moveaxis(sight.project(q).pixels, -1, 0)).reshape(-1, 2)
+            away = away[np.isfinite(away).all(axis=1)]
+            rms = float(np.sqrt((away**2).sum(axis=1).mean())) if len(away) else 0.0
+            if rms > OFF:
+                yield _elsewhere(sight, rms, away.mean(axis=0))
+
+    def _lenses(self) -> Iterator[Finding]:
+        for name in dict.fromkeys(sight.eye.name for sight in self.controller.sights):
+            given = self.run.attrs.get(f"{RECORDED_K}{name}")
+            if given is None:
+                continue
+            K, own = np.reshape(given, (3, 3)), np.asarray(self.case.scene.camera(name).camera.K)
+            differ = [
+                f"{label} {number(K[at])} (in the scene {number(own[at])})"
+                for at, label in K_NAMES.items()
+                if abs(K[at] - own[at]) > 1e-6 * own[0, 0]
+            ]
+            if differ:
+                text = f"In the log, camera '{name}' has {', '.join(differ)}."
+                yield Finding("intrinsics", text)
+
+    def _ages(self) -> Iterator[Finding]:
+        ages, times = self.run["image_age"].values, self.run["time"].values
+        if ages.size and ages.max() > OLD * self.case.dt:
+            worst, at = float(ages.max()), float(times[np.argmax(ages.max(axis=1))])
+            text = f"The image is up to {number(worst)} s old, at {number(at)} s."
+            yield Finding("old images", text, {"age_s": worst})
+
+    def _unseen(self) -> Iterator[Finding]:
+        lost = np.isnan(self.run["pixels"].values).any(axis=2).mean(axis=0)
+        if lost.size and lost.max() > 0:
+            mark = int(np.argmax(lost))
+            own = self.run["mark_target"].values[:mark].tolist()
+            target = str(self.run["mark_target"].values[mark])
+            text = (
+                f"Mark {own.count(target)} of '{target}' is not seen for "
+                f"{100 * lost[mark]:.3g} % of the time."
+            )
+            yield Finding("unseen marks", text, {"share": float(lost[mark])})
+
+    def what(self) -> str:
+        """Return a sentence that says how the log ended."""
+        outcome, end = Outcome(int(self.run["outcome"])), when(float(self.run["end_time"]))
+        if outcome is Outcome.OUT_OF_IMAGE:
+            return f"{end} the log ends, and not all marks are seen."
+        error = np.abs(self.run["error"].values[-1])
+        tolerances = self.controller.tolerances
+        worst = int(np.argmax(error / tolerances)) if error.size else 0
+        if not error.size:
+            return f"{end} the log ends."
+        unit = str(self.run["feature_unit"].values[worst])
+        size, small = (
+            number(x) if unit == "1" else f"{number(x)} {unit}"
+            for x in (error[worst], tolerances[worst])
+        )
+        how = "converged" if outcome is Outcome.CONVERGED else "before it has converged"
+        return f"{end} the log ends {how}: the largest error is {size}, and the tolerance {small}."
+
+
+def _elsewhere(sight: Sight, rms: float, mean: Array) -> Finding:
+    text = (
+        f"'{sight.eye.name}' sees the marks of '{sight.target.name}' {number(rms)} px from where "
+        f"the scene has them at the recorded joints, on average ({number(mean[0])}, "
+        f"{number(mean[1])}): the lens, a pose or the target is another, or images are late."
+    )
+    return Finding("places", text, {"rms_px": rms, "column_px": mean[0], "row_px": mean[1]})
+
+
+def _evidence(found: Agreement) -> dict[str, float]:
+    return {
+        "scale": found.scale,
+        "periods": float(found.periods),
+        "lag": found.lag,
+        "rest": found.rest,
+        "largest": found.largest,
+    }

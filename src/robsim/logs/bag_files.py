@@ -1,0 +1,146 @@
+"""Bags as files: what is in them, message by message, and what cannot be read of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+from robsim.base.errors import FileError, RobSimError, naming
+from robsim.base.output import refused
+from robsim.logs import messages
+from robsim.run.log import NANO
+
+SUFFIXES = (".mcap", ".db3")
+MOST = 20_000_000  # messages
+LARGEST = 1 << 30  # bytes of a chunk of MCAP, once it is unpacked
+ZSTD = b"\x28\xb5\x2f\xfd"  # with which a compressed message begins
+
+
+class Timed(NamedTuple):
+    """A message, the time in nanoseconds at which it was recorded, and that in its header."""
+
+    logged: int
+    stamped: int | None
+    message: Any
+
+
+class Bag:
+    """An open bag: a folder of MCAP or SQLite files, or one of them.
+
+    `topics` are {name: type}. FileError: it cannot be read; once it is open, without its path.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = path
+        self._store = messages.typestore()
+        self._open = ExitStack()
+        self._readers: list[Any] = []
+        self.topics: dict[str, str] = {}
+
+    def __enter__(self) -> Self:
+        from rosbags.rosbag2 import Reader
+
+        with ExitStack() as stack:
+            for file in _files(self.path):
+                with naming(str(self.path)), self._readable():
+                    reader = stack.enter_context(Reader(file))
+                    _check_size(reader)
+                    self._readers.append(reader)
+            with naming(str(self.path)):
+                self._note_topics()
+            self._open = stack.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
+
+    def messages(self, *topics: str) -> Iterator[tuple[str, Timed]]:
+        """Yield the messages of some topics, with these, in the order in which they came."""
+        for reader in self._readers:
+            with self._readable():
+                some = [each for each in reader.connections if each.topic in topics]
+                for each in some:
+                    definition = _definition(each)
+                    messages.check_definition(each.msgtype, definition, f"topic {each.topic}")
+                for connection, logged, data in reader.messages(some) if some else ():
+                    with self._readable(connection.topic):
+                        timed = self._timed(connection.msgtype, int(logged), data)
+                    yield connection.topic, timed
+
+    def _timed(self, kind: str, logged: int, data: Any) -> Timed:
+        if bytes(data[:4]) == ZSTD:
+            raise FileError("its messages are compressed one by one: convert it with `ros2 bag`")
+        found = self._store.deserialize_cdr(data, kind)
+        header = getattr(found, "header", None)
+        stamp = None if header is None else header.stamp.sec * NANO + header.stamp.nanosec
+        return Timed(logged, stamp, found)
+
+    def _note_topics(self) -> None:
+        """Note the topics; FileError if there is nothing, too much, or a topic of two types."""
+        for each in (each for reader in self._readers for each in reader.connections):
+            if self.topics.setdefault(each.topic, each.msgtype) != each.msgtype:
+                raise FileError(
+                    f"topic {each.topic} holds {self.topics[each.topic]} and {each.msgtype}"
+                )
+        count = sum(reader.message_count for reader in self._readers)
+        if not count:
+            raise FileError("the bag is empty")
+        if count > MOST:
+            raise FileError(f"{count} messages; at most {MOST} are read")
+
+    @contextmanager
+    def _readable(self, topic: str = "") -> Iterator[None]:
+        """Raise FileError for whatever the readers of bags raise."""
+        where = f"topic {topic}: " if topic else ""
+        try:
+            yield
+        except RobSimError as error:
+            raise FileError(f"{where}{error}") from None
+        except Exception as error:  # noqa: BLE001  of a damaged file there are many kinds
+            words = str(error).replace(str(self.path), "it").split()
+            reason = " ".join(words) or type(error).__name__
+            raise FileError(
+                f"{where}not a ROS 2 bag, or cut off or damaged: {reason:.200}"
+            ) from None
+
+
+def _files(path: str | os.PathLike[str]) -> list[Path]:
+    """Return the files of a bag, in the order in which they were written."""
+    with refused(path, "read"):
+        there = Path(path)
+        if not there.exists():
+            raise FileError(f"no file {path}")
+        if there.is_file():
+            if there.suffix not in SUFFIXES:
+                raise FileError(f"{path}: expected a folder, or a .mcap or .db3 file")
+            return [there]
+        found = [file for file in there.iterdir() if file.suffix in SUFFIXES]
+        if any(file.suffix == ".zstd" for file in there.iterdir()):
+            raise FileError(f"{path}: its files are compressed: convert it with `ros2 bag convert`")
+    if not found:
+        raise FileError(f"{path}: no .mcap or .db3 file in this folder")
+    return sorted(found, key=_number)
+
+
+def _number(file: Path) -> tuple[int, str]:
+    """Return the number behind the name of a part of a bag."""
+    last = file.stem.rsplit("_", maxsplit=1)[-1]
+    return (int(last) if last.isascii() and last.isdigit() and len(last) < 10 else 0), file.name
+
+
+def _check_size(reader: Any) -> None:
+    """Raise FileError if a chunk would need too much memory."""
+    sizes = [each.uncompressed_size for each in getattr(reader.storage, "chunks", ())]
+    if max(sizes, default=0) > LARGEST:
+        raise FileError(f"a chunk of {max(sizes)} bytes; at most {LARGEST} are read")
+
+
+def _definition(connection: Any) -> str:
+    """Return how a bag defines the messages of a connection; empty unless it is in .msg form."""
+    from rosbags.interfaces import MessageDefinitionFormat
+
+    own = connection.msgdef
+    return str(own.data) if own.format is MessageDefinitionFormat.MSG else ""

@@ -1,0 +1,236 @@
+"""Logs as tables: CSV and Parquet files with named columns."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from robsim.base.arrays import Array
+from robsim.base.errors import FileError, InputError, naming, said, suggest
+from robsim.base.output import refused
+from robsim.base.units import Dimension, factor
+from robsim.run.checks import of_kind
+from robsim.run.controller import Controller
+from robsim.run.experiment import Experiment
+from robsim.run.log import NANO, Log, Stream, Times
+from robsim.run.recorded import recorded
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LATEST = 9e9  # seconds that fit into nanoseconds
+DIMENSIONS: dict[str, Dimension] = {
+    "rad": "angle",
+    "m": "length",
+    "rad/s": "turn rate",
+    "m/s": "speed",
+    "s": "time",
+}
+
+
+class Column(NamedTuple):
+    """A column of a log: the group that it belongs to, and its unit in a run."""
+
+    group: str
+    unit: str
+
+
+def read_log(
+    path: str | os.PathLike[str] | pd.DataFrame,
+    experiment: Experiment,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Read a CSV or Parquet file, or a pandas table, that was recorded, as a run.
+
+    The columns are named as by `table`: time; q[joint]; where there are such qd[velocity], the
+    commands, and qd_actual[velocity]; pixels[mark,column] and pixels[mark,row]. Others are left
+    out. Rows may come at any times, in order: what an empty joint or image leaves out (all columns
+    of it) has not changed, and a mark that alone is empty was not seen. Every period has the last
+    values until then; `image_age` says how old they are.
+
+    experiment  what was done: scene, task and period; start and duration are those of the log
+    columns     {column of a run: column of the file}, where they are called otherwise
+    units       of columns, or of q, qd, qd_actual and time, where they are not SI: {"q": "deg"}
+
+    FileError: a file that cannot be read, or a column that lacks; InputError: units or names that
+    do not exist.
+
+    >>> from robsim import examples, load_scenario, table
+    >>> experiment = load_scenario(examples.path("visp_tutorial"))
+    >>> run = experiment.run(duration=0.4)
+    >>> table(run).to_csv("log.csv", index=False)
+    >>> bool((read_log("log.csv", experiment).q == run.q).all())
+    True
+    """
+    made = of_kind(experiment, Experiment, "experiment")
+    known = _columns(made)
+    name, found = _table(path)
+    with naming(name):
+        found = _named(found, known, {} if columns is None else columns)
+        scales = _scales(known, {} if units is None else units)
+        return recorded(_log(name, found, made, scales), made)
+
+
+def _columns(experiment: Experiment) -> dict[str, Column]:
+    """Return the columns that a log may have."""
+    scene = experiment.scene
+    marks = sum(len(sight.target.marks) for sight in Controller(experiment).sights)
+    q = zip(scene.coordinate_names, scene.coordinate_units, strict=True)
+    qd = list(zip(scene.velocity_names, scene.velocity_units, strict=True))
+    return {
+        "time": Column("time", "s"),
+        **{f"q[{name}]": Column("q", unit) for name, unit in q},
+        **{f"{of}[{name}]": Column(of, unit) for of in ("qd", "qd_actual") for name, unit in qd},
+        **{f"pixels[{i},{axis}]": Column("pixels", "px") for i in range(marks) for axis in AXES},
+    }
+
+
+AXES = ("column", "row")
+
+
+def _table(path: Any) -> tuple[str, pd.DataFrame]:
+    """Return the name of a table, and the table."""
+    import pandas as pd
+
+    if isinstance(path, pd.DataFrame):
+        return "table", path
+    with refused(path, "read"):
+        file = Path(path)
+        if not file.is_file():
+            raise FileError(f"no file {path}")
+        if file.suffix.lower() not in (".csv", ".parquet"):
+            raise FileError(f"{path}: expected a .csv or .parquet file")
+    try:
+        if file.suffix.lower() == ".parquet":
+            return str(path), pd.read_parquet(file)
+        return str(path), pd.read_csv(file, dtype=str)  # read to the bit below
+    except ImportError:
+        raise InputError("Parquet needs PyArrow: pip install 'robsim[store]'") from None
+    except Exception as error:  # noqa: BLE001  whatever the readers say of a file that is none
+        raise FileError(f"{path} cannot be read as a table: {error!s:.200}") from None
+
+
+def _named(
+    found: pd.DataFrame, known: Mapping[str, Column], columns: Mapping[str, str]
+) -> dict[str, Array]:
+    """Return the columns of a table by their names in a run, as numbers."""
+    if not isinstance(columns, Mapping):
+        raise InputError(f"columns: expected {{column of a run: column}}, got {said(columns)}")
+    for name, own in columns.items():
+        if name not in known:
+            raise InputError(
+                f"columns: no column {said(name)} in a run; {suggest(name, known, '')}"
+            )
+        if own not in found.columns:
+            raise InputError(f"no column {said(own)}; {suggest(own, map(str, found), 'columns')}")
+    if "run" in found.columns and found["run"].nunique() > 1:
+        raise FileError(f"it has {found['run'].nunique()} runs; a log has one")
+    called = {name: columns.get(name, name) for name in known}
+    return {
+        name: _numbers(found[each], each) for name, each in called.items() if each in found.columns
+    }
+
+
+def _numbers(column: Any, name: str) -> Array:
+    """Return a column as numbers, NaN where it is empty. FileError: it holds something else."""
+    try:
+        values = np.array(column, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise FileError(f"column {name}: {error!s:.100}") from None
+    if np.isinf(values).any():
+        raise FileError(
+            f"column {name}: {values[np.isinf(values)][0]} in row {_first(np.isinf(values))}"
+        )
+    return values
+
+
+def _scales(known: Mapping[str, Column], units: Mapping[str, str]) -> dict[str, float]:
+    """Return the factor to SI of each column."""
+    if not isinstance(units, Mapping):
+        raise InputError(f"units: expected {{column: unit}}, got {said(units)}")
+    names = [*known, *dict.fromkeys(each.group for each in known.values())]
+    for name in units:
+        if name not in names:
+            raise InputError(f"units: no column {said(name)}; {suggest(name, names, 'columns')}")
+    scales = {}
+    for name, (group, unit) in known.items():
+        given = units.get(name, units.get(group))
+        if given is not None and unit not in DIMENSIONS:
+            raise InputError(f"units: {name} is in {unit if unit != '1' else 'no unit'}")
+        with naming(f"units of {name}"):
+            scales[name] = 1.0 if given is None else factor(given, DIMENSIONS[unit])
+    return scales
+
+
+def _log(
+    source: str, found: Mapping[str, Array], experiment: Experiment, scales: Mapping[str, float]
+) -> Log:
+    """Return the log of the columns of a table."""
+    scene = experiment.scene
+    given = {name: values * scales[name] for name, values in found.items()}
+    times = _times(_group(given, ["time"], "time")[:, 0])
+    joints = _stream("q", times, given, [f"q[{name}]" for name in scene.coordinate_names])
+    rates = {
+        of: _stream(of, times, given, [f"{of}[{name}]" for name in scene.velocity_names])
+        for of in ("qd", "qd_actual")
+        if any(name.startswith(f"{of}[") for name in given)
+    }
+    images, first = {}, 0
+    for sight in Controller(experiment).sights:
+        count = len(sight.target.marks)
+        names = [f"pixels[{i},{axis}]" for i in range(first, first + count) for axis in AXES]
+        images[sight.key] = _images(f"pixels of '{sight.target.name}'", times, given, names)
+        first += count
+    return Log(source, joints, images, rates.get("qd"), rates.get("qd_actual"))
+
+
+def _times(seconds: Array) -> Times:
+    wrong = ~(np.abs(seconds) < LATEST)
+    if wrong.any():
+        row = _first(wrong)
+        raise FileError(f"column time: {seconds[row]} in row {row} is no time in seconds")
+    found: Times = np.round(seconds * NANO).astype(np.int64)
+    return found
+
+
+def _stream(what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]) -> Stream:
+    """Return the rows (n, width) of some columns that are not empty."""
+    values = _group(given, names, what)
+    lacking = np.isnan(values)
+    partly = lacking.any(axis=1) & ~lacking.all(axis=1)
+    if partly.any():
+        row = _first(partly)
+        name = names[int(np.argmax(lacking[row]))]
+        raise FileError(f"column {name}: empty in row {row}, where others of {what} are not")
+    there = ~lacking.all(axis=1)
+    return Stream(what, times[there], values[there])
+
+
+def _images(what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]) -> Stream:
+    """Return the rows (n, N, 2) of pixels; a mark of which one coordinate is empty is not seen."""
+    values = _group(given, names, what).reshape(len(times), -1, 2)
+    values[np.isnan(values).any(axis=2)] = np.nan
+    there = ~np.isnan(values).all(axis=(1, 2))
+    return Stream(what, times[there], values[there])
+
+
+def _group(given: Mapping[str, Array], names: Sequence[str], what: str) -> Array:
+    """Return columns as one array (n, width). FileError: one of them lacks."""
+    for name in names:
+        if name not in given:
+            raise FileError(
+                f"no column {name}, which {what} needs; columns={{'{name}': ...}} says what it is "
+                f"called here; {suggest(name, given, 'columns of a run')}"
+            )
+    return np.stack([given[name] for name in names], axis=1)
+
+
+def _first(wrong: Any) -> int:
+    return int(np.argmax(wrong))

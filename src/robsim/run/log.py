@@ -1,0 +1,89 @@
+"""Logs: what was recorded of a robot and its cameras, each thing at times of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import FileError
+from robsim.servo.sight import Key
+
+NANO = 1_000_000_000  # of a second
+Times = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """Values (n, ...) at times (n,) in nanoseconds, of which `what` says where they come from.
+
+    FileError: there are none, or their clock goes backwards.
+    """
+
+    what: str
+    times: Times
+    values: Array
+
+    def __post_init__(self) -> None:
+        if not len(self.times):
+            raise FileError(f"{self.what}: nothing was recorded")
+        back = np.flatnonzero(np.diff(self.times) < 0)
+        if back.size:
+            before, after = self.times[back[0] : back[0] + 2] / NANO
+            raise FileError(
+                f"{self.what}: the clock goes backwards, to {after:.9g} s after {before:.9g} s"
+            )
+
+    def index(self, times: Times) -> NDArray[np.int64]:
+        """Return which value is the last one at each of some times; -1 before the first."""
+        return np.asarray(np.searchsorted(self.times, times, side="right") - 1)
+
+    def held(self, times: Times) -> Array:
+        """Return the last value at each of some times, held; zero before the first."""
+        last = self.index(times)
+        values: Array = self.values[np.maximum(last, 0)].copy()
+        values[last < 0] = 0.0
+        return values
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """What was recorded: joints, and where there are such commands, rates and images."""
+
+    source: str
+    joints: Stream  # (n, nq) coordinates of the scene
+    images: Mapping[Key, Stream]  # (n, N, 2) pixels of the marks, NaN where one is not seen
+    commands: Stream | None = None  # (n, nv)
+    rates: Stream | None = None  # (n, nv) velocities as measured
+    notes: Mapping[str, Any] = field(default_factory=dict)  # attributes of the run
+
+    @property
+    def first(self) -> int:
+        """The time in nanoseconds from which on joints are known and all marks were seen."""
+        return max([int(self.joints.times[0]), *(_all_seen(each) for each in self.images.values())])
+
+
+def marks_held(images: Stream, times: Times) -> Array:
+    """Return pixels (T, N, 2) held at some times; at the first, where each mark was seen last.
+
+    Before that every mark must have been seen once.
+    """
+    held = images.held(times)
+    until = images.values[: int(images.index(times[:1])[0]) + 1]
+    seen = np.asarray(~np.isnan(until).any(axis=-1))
+    last = len(until) - 1 - np.argmax(seen[::-1], axis=0)
+    held[0] = until[last, np.arange(until.shape[1])]
+    return held
+
+
+def _all_seen(images: Stream) -> int:
+    """Return when every mark has been seen once. FileError: one never was."""
+    seen = ~np.isnan(images.values).any(axis=-1)
+    never = np.flatnonzero(~seen.any(axis=0))
+    if never.size:
+        raise FileError(f"{images.what}: mark {never[0]} was never seen")
+    return int(images.times[np.argmax(seen, axis=0).max(initial=0)])

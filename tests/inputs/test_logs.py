@@ -1,0 +1,149 @@
+"""What logs are refused, each with one line that says where."""
+
+import builtins
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.logs import messages
+from robsim.run.log import Stream
+
+RHINO = rs.load_scenario(rs.examples.path("chapter_6_1")).with_(duration=0.6)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return RHINO.run()
+
+
+@pytest.fixture
+def rows(run):
+    return rs.table(run)
+
+
+def put(table, row, column, value):
+    table[column] = table[column].astype(object if isinstance(value, str) else float)
+    table.loc[row, column] = value
+    return table
+
+
+TABLES = {
+    "no joints": (lambda t: t.drop(columns="q[wrist]"), r"no column q\[wrist\], which q needs"),
+    "a name": (
+        lambda t: t.rename(columns={"q[wrist]": "q[wirst]"}), r"no column q\[wrist\]",
+    ),
+    "no time": (lambda t: t.drop(columns="time"), "no column time"),
+    "no pixels": (
+        lambda t: t.drop(columns="pixels[3,row]"), r"no column pixels\[3,row\], which pixels of",
+    ),
+    "half the commands": (
+        lambda t: t.drop(columns="qd[tool]"), r"no column qd\[tool\], which qd needs",
+    ),
+    "backwards": (
+        lambda t: put(t, 5, "time", 0.1), r"the clock goes backwards, to 0.1 s after 0.16 s",
+    ),
+    "no number": (lambda t: put(t, 5, "q[tool]", "x"), r"column q\[tool\]: could not convert"),
+    "infinite": (lambda t: put(t, 5, "q[tool]", np.inf), r"column q\[tool\]: inf in row 5"),
+    "a joint lacks": (
+        lambda t: put(t, 5, "q[tool]", np.nan), r"column q\[tool\]: empty in row 5, where others",
+    ),
+    "no such time": (lambda t: put(t, 5, "time", np.nan), "nan in row 5 is no time in seconds"),
+    "nanoseconds": (
+        lambda t: t.assign(time=t.time * 1e9 + 1.7e18), "in row 0 is no time in seconds",
+    ),
+    "a mark": (
+        lambda t: t.assign(**{"pixels[1,row]": np.nan}), "mark 1 was never seen",
+    ),
+    "nothing": (lambda t: t.iloc[:0], "nothing was recorded"),
+    "one row": (lambda t: t.iloc[:1], r"known for 0 s, which is less than a period of 0.04 s"),
+    "two runs": (lambda t: t.assign(run=np.arange(len(t)) % 2), "it has 2 runs; a log has one"),
+    "a jump": (
+        lambda t: t.assign(time=t.time + 1e3 * (t.index > 4)), r"nothing between 0.16 s and 1000.2",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", TABLES)
+def test_a_table_that_is_no_log(case, rows, tmp_path):
+    change, words = TABLES[case]
+    change(rows).to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(rs.FileError, match=words) as raised:
+        rs.read_log(tmp_path / "log.csv", RHINO)
+    assert str(raised.value).startswith(f"{tmp_path / 'log.csv'}: ")
+    assert "\n" not in str(raised.value)
+
+
+def test_a_file_that_is_no_table(tmp_path):
+    for name, content, words in (
+        ("gone.csv", None, "no file"),
+        ("log.txt", b"time", "expected a .csv or .parquet file"),
+        ("empty.csv", b"", "cannot be read as a table"),
+        ("bytes.csv", b"\xff\xfe\x00a,b\n1", "cannot be read as a table|no column time"),
+        ("log.parquet", b"PAR1", "cannot be read as a table"),
+        ("ragged.csv", b"time,q\n1,2\n1,2,3,4\n", "cannot be read as a table"),
+    ):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        with pytest.raises(rs.FileError, match=words):
+            rs.read_log(tmp_path / name, RHINO)
+    with pytest.raises(rs.FileError, match=r"cannot read None"):
+        rs.read_log(None, RHINO)
+
+
+def test_arguments_that_are_wrong(rows):
+    for how, words in (
+        ({"columns": {"q[wirst]": "time"}}, r"no column 'q\[wirst\]' in a run; did you mean"),
+        ({"columns": {"q[wrist]": "wrist"}}, r"no column 'wrist'; "),
+        ({"columns": 3}, "columns: expected"),
+        ({"units": {"q": "m"}}, r"units of q\[shoulder\]: 'm': expected a unit of angle: rad, deg"),
+        ({"units": {"speed": "m"}}, "units: no column 'speed'"),
+        ({"units": {"pixels": "px"}}, r"units: pixels\[0,column\] is in px"),
+        ({"units": 3}, "units: expected"),
+    ):
+        with pytest.raises(rs.InputError, match=words):
+            rs.read_log(rows, RHINO, **how)
+    with pytest.raises(rs.InputError, match="expected an Experiment"):
+        rs.read_log(rows, None)
+    mission = rs.load_scenario(rs.examples.path("inspection_a"))
+    with pytest.raises(rs.InputError, match="mission"):
+        rs.read_log(rows, mission)
+
+
+def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
+    log = rs.read_log(rows, RHINO)
+    with pytest.raises(rs.InputError, match="this run was recorded: explain and replay look"):
+        rs.diagnose(log)
+    with pytest.raises(rs.InputError, match=r"scheme 'a': a run that was simulated"):
+        rs.compare({"a": run})
+
+
+def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
+    there = builtins.__import__
+
+    def without(name, *more):
+        if name.split(".")[0] == "rosbags":
+            raise ImportError(name)
+        return there(name, *more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    messages.typestore.cache_clear()
+    for call in (
+        lambda: rs.save_bag(run, tmp_path / "bag"),
+        lambda: rs.open_bag(tmp_path / "bag"),
+        lambda: next(rs.bag_images(tmp_path / "bag", "/image")),
+    ):
+        with pytest.raises(rs.InputError, match=r"needs rosbags: pip install 'robsim\[ros\]'"):
+            call()
+    assert list(tmp_path.iterdir()) == []
+    messages.typestore.cache_clear()
+
+
+def test_the_clock_of_a_stream_and_how_it_is_held():
+    times = np.array([0, 10, 10, 30])
+    stream = Stream("a", times, np.arange(4.0)[:, None])
+    np.testing.assert_array_equal(
+        stream.held(np.array([-1, 0, 9, 10, 29, 30, 99]))[:, 0], [0, 0, 0, 2, 2, 3, 3]
+    )
+    with pytest.raises(rs.FileError, match="nothing was recorded"):
+        Stream("a", times[:0], np.empty((0, 1)))

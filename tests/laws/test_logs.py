@@ -1,0 +1,205 @@
+"""Logs as runs: the last value until each period, the controller's own commands, and why."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.run.log import NANO, Log, Stream
+from robsim.run.recorded import recorded
+
+ENDS = ("outcome", "end_time", "q_end", "pixels_end", "pixel_error", "goal_pose", "q0")
+
+
+def experiment(name, **changes):
+    return rs.load_scenario(rs.examples.path(name)).with_(**changes)
+
+
+@pytest.fixture(scope="module")
+def rhino():
+    return experiment("chapter_6_1")
+
+
+@pytest.fixture(scope="module")
+def rows(rhino):
+    return rs.table(rhino.run(duration=1.0))
+
+
+def same(run, other, names):
+    for name in names:
+        mine = run[name].values
+        if "time" in run[name].dims:
+            mine = mine[: other.sizes["time"]]
+        np.testing.assert_array_equal(mine, other[name].values, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["visp_tutorial", "chapter_6_1", "stereo_in_hand", "watching_head", "joint_lag", "mobile_arm"],
+)
+def test_a_table_is_the_run_again_to_the_bit(name, tmp_path):
+    made = experiment(name, duration=1.2)
+    run = made.run()
+    rs.table(run).to_csv(tmp_path / "log.csv", index=False)
+    again = rs.read_log(tmp_path / "log.csv", made)
+    assert set(run.data_vars) - set(again.data_vars) == set()
+    same(run, again, ["time", "q", "qd", "pixels", "s", "error", "camera_pose", "camera_velocity"])
+    same(run, again, ("q_end", "pixels_end", "pixel_error", "goal_pose", "q0"))
+    assert not again.image_age.values.any()
+    np.testing.assert_allclose(again.path_length, run.path_length, rtol=1e-9)
+
+
+def test_it_ends_as_the_run_did(rhino):
+    run = rhino.run()
+    again = rs.read_log(rs.table(run), rhino)
+    same(run, again, ENDS)
+    assert again.attrs["hold"] == 0 and again.attrs["recorded"] == "table"
+
+
+def test_a_recorded_run_is_saved_opened_and_drawn(rhino, rows, tmp_path):
+    run = rs.read_log(rows, rhino)
+    assert rs.open_run(rs.save_run(run, tmp_path / "log.nc")).identical(run)
+    assert len(rs.plot.run(run, rhino.scene).axes) == 5
+    shown = rs.export_html(run, tmp_path / "log.html").read_text(encoding="utf-8")
+    assert "Simulated from the same start" in shown
+
+
+def test_every_period_has_the_last_values_until_then(rhino, rows):
+    """Joints, images and commands at odd times of their own, against a search by hand."""
+    rng = np.random.default_rng(4)
+    log = rows.copy()
+    log["time"] = np.cumsum(rng.uniform(0.01, 0.05, len(log)))
+    images = [name for name in log if name.startswith("pixels")]
+    joints = [name for name in log if name.startswith(("q[", "qd["))]
+    log.loc[rng.random(len(log)) < 0.4, images] = np.nan
+    log.loc[log.index % 3 == 1, joints] = np.nan
+    run = rs.read_log(log, rhino)
+    begin = int(run.attrs["recorded_from"]) / 1e9
+    for row, seconds in enumerate(begin + run.time.values):
+        until = log[log.time <= seconds + 1e-9]
+        image, state = until[images].dropna(), until[joints].dropna()
+        np.testing.assert_array_equal(run.pixels.values[row].ravel(), image.iloc[-1])
+        np.testing.assert_array_equal(run.q.values[row], state.iloc[-1][:5])
+        np.testing.assert_array_equal(run.qd.values[row], state.iloc[-1][5:])
+        age = seconds - until.time[image.index[-1]]
+        np.testing.assert_allclose(run.image_age.values[row], age, atol=2e-9)
+    assert run.image_age.max() > 0.05
+
+
+def test_ages_are_known_to_the_nanosecond_also_of_times_since_1970(rhino, rows):
+    """As float64 the times themselves are known to 256 ns."""
+    run, since = rs.read_log(rows, rhino), 1_700_000_000_000_000_007
+    times = since + np.round(run.time.values * NANO).astype(np.int64)
+    images = Stream("images", times[::2] - 9, run.pixels.values[::2])
+    (sight,) = rs.Controller(rhino).sights
+    log = Log("log", Stream("joints", times - 9, run.q.values), {sight.key: images})
+    ages = recorded(log, rhino).image_age.values
+    np.testing.assert_array_equal(ages[:, 0], [0.0, 0.04] * 13)
+
+
+def test_a_mark_that_is_not_seen_is_nan_and_held_for_the_controller(rhino, rows):
+    log = rows.copy()
+    log.loc[5:8, ["pixels[2,column]", "pixels[2,row]"]] = np.nan
+    run = rs.read_log(log, rhino)
+    np.testing.assert_array_equal(
+        np.isnan(run.pixels.values[:, 2, 0]), (log.index > 4) & (log.index < 9)
+    )
+    controller = rs.Controller(rhino)
+    for t in range(12):
+        qd = controller.step(run.pixels.values[t], run.q.values[t], t * rhino.dt)
+        assert np.isfinite(qd).all()
+    with pytest.warns(rs.ReplayWarning, match="not those of the controller"):
+        again = rs.replay(run)
+    np.testing.assert_array_equal(again.qd.values[11], qd)
+    assert [each.about for each in rs.explain(run, trials=False).causes][-1] == "unseen marks"
+
+
+def test_marks_that_are_seen_in_turn_begin_where_each_was_last(rhino, rows):
+    log = rows.copy()
+    pairs = [[f"pixels[{mark},column]", f"pixels[{mark},row]"] for mark in range(4)]
+    for row in range(6):
+        for mark in set(range(4)) - {row % 4}:
+            log.loc[row, pairs[mark]] = np.nan
+    run = rs.read_log(log, rhino)
+    assert run.attrs["recorded_from"] == str(round(3 * 0.04 * 1e9))
+    begin = [rows.loc[mark, pairs[mark]] for mark in range(4)]
+    np.testing.assert_array_equal(run.pixels[0], begin)
+    assert np.isnan(run.pixels.values[1:3, :, 0]).sum(axis=1).tolist() == [3, 3]
+    assert np.isfinite(run.s).all()
+
+
+def test_replay_commands_the_same_to_the_bit(rhino, rows):
+    """Any other command would be a ReplayWarning, which is an error here."""
+    run = rs.read_log(rows, rhino)
+    assert rs.replay(run).identical(run)
+    found = rs.explain(run)
+    assert found.causes == () and "those of this controller" in found.remarks[0]
+
+
+def test_a_robot_with_another_gain_and_late_images_is_found_out(rhino):
+    """Gain times 0.8, images two periods late: the factor and the delay of the commands."""
+    real = rhino.at("task.gain", 0.8 * rhino.task.gain).with_(sensing=rs.Sensing(latency=0.08))
+    found = rs.explain(rs.read_log(rs.table(real.run()), rhino), trials=False)
+    (commands,) = [each for each in found.causes if each.about == "commands"]
+    assert commands.evidence["periods"] == 2
+    assert commands.evidence["scale"] == pytest.approx(0.8, abs=0.01)
+    assert "0.803 times" in str(found) and "2 periods late (0.08 s)" in str(found)
+
+
+def test_joints_that_follow_late_are_found_out(rhino):
+    real = rhino.with_(actuation=rs.Actuation(lag=0.12))
+    found = rs.explain(rs.read_log(rs.table(real.run()), rhino), trials=False)
+    (motion,) = [each for each in found.causes if each.about == "motion"]
+    assert motion.evidence == {**motion.evidence, "periods": 0, "lag": 3.0}
+    assert motion.evidence["scale"] == pytest.approx(1.0, abs=1e-9)
+    assert (
+        motion.sentence.endswith("with a lag of 0.12 s.") and "commanded, with" in motion.sentence
+    )
+
+
+def test_a_target_elsewhere_is_found_out_in_the_images(rhino):
+    moved = rhino.scene.believe(place=rs.Pose.at(0.005))
+    run = rs.read_log(rs.table(rhino.run(duration=1.0)), rhino.with_(scene=moved))
+    found = rs.explain(run, trials=False)
+    (places,) = [each for each in found.causes if each.about == "places"]
+    q = rhino.run(duration=1.0).q.values
+    off = rhino.scene.view(q[0]).pixels - moved.view(q[0]).pixels
+    assert places.evidence["column_px"] == pytest.approx(off[:, 0].mean(), abs=2.0)
+
+
+def test_it_is_measured_beside_its_simulation(rhino):
+    real = rhino.with_(sensing=rs.Sensing(latency=0.08))
+    run = rs.read_log(rs.table(real.run()), rhino)
+    both = rs.compare({"real": run, "simulated": rhino}).data
+    alone = rs.compare({"simulated": real}).data
+    for name in ("image_detour", "path_ratio", "rotation", "effort_angular", "limit_margin"):
+        assert float(both[name][0]) == pytest.approx(float(alone[name][0]), rel=1e-9)
+    assert float(both["image_detour"][1]) != float(both["image_detour"][0])
+
+
+def test_units_and_names_of_other_programs(rhino, rows):
+    log = rows.rename(columns={"q[shoulder]": "joint_1"})
+    for name in [name for name in log if name.startswith("q[")] + ["joint_1"]:
+        log[name] = np.degrees(log[name])
+    log["time"] *= 1000
+    run = rs.read_log(
+        log, rhino, columns={"q[shoulder]": "joint_1"}, units={"q": "deg", "time": "ms"}
+    )
+    np.testing.assert_allclose(run.q, rs.read_log(rows, rhino).q, rtol=1e-15)
+
+
+def test_without_commands_velocities_are_differences(rhino, rows):
+    log = rows[[name for name in rows if not name.startswith("qd")]]
+    run = rs.read_log(log, rhino)
+    expected = np.diff(log[[f"q[{name}]" for name in run.coordinate.values]], axis=0) / rhino.dt
+    np.testing.assert_array_equal(run.qd[:-1], expected)
+    assert "Commands were not recorded" in str(rs.explain(run, trials=False))
+
+
+def test_a_task_without_a_camera_is_read_from_its_joints():
+    arm = rs.robots.puma560()
+    task = rs.FollowJoints(arm.home + 0.1, duration=1.0)
+    made = rs.Experiment(rs.Scene(arm), task, duration=1.0)
+    run = made.run()
+    again = rs.read_log(rs.table(run), made)
+    same(run, again, ["q", "qd", "s", "frame_pose"])
+    assert again.sizes["mark"] == 0

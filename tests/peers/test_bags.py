@@ -1,0 +1,475 @@
+"""Bags: what other readers find in those that we write, and what we find in those of others."""
+
+import re
+import runpy
+import shutil
+import struct
+from pathlib import Path
+
+import mcap.reader
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+import robsim as rs
+from robsim.logs import messages
+from robsim.logs.messages import message
+
+ROOT = Path(__file__).parents[2]
+NANO = 1_000_000_000
+EXAMPLES = ("visp_tutorial", "chapter_6_1", "stereo_in_hand", "watching_head", "joint_lag")
+
+
+@pytest.fixture(scope="module")
+def rhino():
+    return rs.load_scenario(rs.examples.path("chapter_6_1")).with_(duration=1.0)
+
+
+@pytest.fixture(scope="module")
+def run(rhino):
+    return rhino.run()
+
+
+@pytest.fixture(scope="module")
+def bag(run, tmp_path_factory):
+    """A bag that `rhino` describes, as a file."""
+    return rs.save_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
+
+
+def stamp(time):
+    return message("builtin_interfaces/msg/Time", sec=time // NANO, nanosec=time % NANO)
+
+
+def every(path, topic):
+    """The messages of a topic as rosbags reads them: [(time, message)]."""
+    with AnyReader([Path(path)]) as reader:
+        some = [each for each in reader.connections if each.topic == topic]
+        return [(t, reader.deserialize(data, c.msgtype)) for c, t, data in reader.messages(some)]
+
+
+def written(path, changed):
+    """Write a bag of some messages: (topic, type, time, message)."""
+    store = messages.typestore()
+    with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections = {}
+        for topic, kind, time, each in changed:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], time, store.serialize_cdr(each, kind))
+    return path
+
+
+@pytest.fixture
+def content(bag):
+    """All messages of `bag`, by the types of ours: (topic, type, time, message)."""
+    with AnyReader([bag]) as reader:
+        return [
+            (c.topic, c.msgtype, t, messages.typestore().deserialize_cdr(data, c.msgtype))
+            for c, t, data in reader.messages()
+        ]
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_rosbags_reads_every_value(run, rhino, storage, tmp_path):
+    path = rs.save_bag(run, tmp_path / "bag", storage=storage, start=1.7e9)
+    assert sorted(p.suffix for p in path.iterdir()) == [
+        {"mcap": ".mcap", "sqlite3": ".db3"}[storage],
+        ".yaml",
+    ]
+    times = int(1.7e9) * NANO + np.round(run.time.values * NANO).astype(int)
+    states, commands = every(path, "/joint_states"), every(path, "/joint_commands")
+    assert [t for t, _ in states] == times.tolist()
+    assert [m.header.stamp.sec * NANO + m.header.stamp.nanosec for _, m in states] == times.tolist()
+    assert {tuple(m.name) for _, m in states} == {rhino.scene.coordinate_names}
+    np.testing.assert_array_equal([m.position for _, m in states], run.q)
+    np.testing.assert_array_equal([m.velocity for _, m in commands], run.qd)
+    assert not any(len(m.effort) for _, m in states)
+    seen = every(path, "/camera/detections")
+    assert [d.id for d in seen[0][1].detections] == [f"cube.{i}" for i in range(run.sizes["mark"])]
+    pixels = [
+        [(d.bbox.center.position.x, d.bbox.center.position.y) for d in m.detections]
+        for _, m in seen
+    ]
+    np.testing.assert_array_equal(pixels, run.pixels)
+    lens = rhino.scene.camera().camera
+    for _, info in every(path, "/camera/camera_info"):
+        assert (info.width, info.height) == lens.size and info.distortion_model == "plumb_bob"
+        np.testing.assert_array_equal(info.k, np.ravel(lens.K))
+
+
+def test_frames_of_the_scene_are_transforms(bag, run, rhino):
+    def pose(each):
+        T = each.transform
+        q = [getattr(T.rotation, name) for name in "xyzw"]
+        at = [getattr(T.translation, name) for name in "xyz"]
+        return rs.Pose.from_quaternion(at, q).matrix
+
+    ((_, still),) = every(bag, "/tf_static")
+    moving = every(bag, "/tf")
+    names = {each.child_frame_id for each in (*still.transforms, *moving[0][1].transforms)}
+    assert {"camera", "cube", "rhino_xr4.base"} <= names
+    assert {each.header.frame_id for each in still.transforms} == {"world"}
+    for i in (0, 7, 25):
+        for each in (*still.transforms, *moving[i][1].transforms):
+            expected = rhino.scene.pose(each.child_frame_id, run.q.values[i]).matrix
+            np.testing.assert_allclose(pose(each), expected, atol=1e-15)
+
+
+def joint_state(data):
+    """Time, names and positions of a JointState by the rules of CDR, without any library."""
+    assert data[:4] == b"\0\1\0\0"
+    body, at = data[4:], 0
+
+    def take(kind):
+        nonlocal at
+        size = struct.calcsize(kind)
+        at += -at % size
+        (value,) = struct.unpack_from("<" + kind, body, at)
+        at += size
+        return value
+
+    def text():
+        nonlocal at
+        count = take("I")
+        at += count
+        return body[at - count : at - 1].decode()
+
+    time = take("i") * NANO + take("I")
+    text()
+    names = [text() for _ in range(take("I"))]
+    return time, names, [take("d") for _ in range(take("I"))]
+
+
+def test_the_reader_of_mcap_finds_the_same_bytes(bag, run):
+    with open(bag, "rb") as file:
+        found = [
+            (message.log_time, *joint_state(message.data))
+            for _, _, message in mcap.reader.make_reader(file).iter_messages(["/joint_states"])
+        ]
+    assert [each[0] for each in found] == [each[1] for each in found]
+    np.testing.assert_array_equal([each[3] for each in found], run.q)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("where", ["bag", "bag.mcap", "bag.db3"])
+def test_there_and_back_is_the_same_to_the_bit(name, where, tmp_path):
+    run = rs.load_scenario(rs.examples.path(name)).run(duration=1.2)
+    again = rs.open_bag(rs.save_bag(run, tmp_path / where, start=1.7e9))
+    for each in set(run.data_vars) - {"path_length", "qd_actual", "outcome"}:
+        mine = (
+            run[each].isel(time=slice(0, again.sizes["time"]))
+            if "time" in run[each].dims
+            else run[each]
+        )
+        np.testing.assert_array_equal(mine.values, again[each].values, err_msg=each)
+    assert not again.image_age.values.any() and again.attrs["commands"] == "topic /joint_commands"
+    assert rs.replay(again).identical(again)
+
+
+def test_no_topic_serves_two_cameras(tmp_path):
+    stereo = rs.load_scenario(rs.examples.path("stereo_in_hand")).run(duration=0.4)
+    path = rs.save_bag(stereo, tmp_path / "both")
+    gone = "/right/detections"
+    with AnyReader([path]) as reader:
+        assert gone in reader.topics
+        some = [
+            (c.topic, c.msgtype, t, messages.typestore().deserialize_cdr(data, c.msgtype))
+            for c, t, data in reader.messages()
+            if c.topic != gone
+        ]
+    refused(written(tmp_path / "one", some), f"no topic {gone}.*topics={{'marks.right': ...}}")
+
+
+def test_hidden_marks_are_left_out_and_come_back_as_nan(run, rhino, tmp_path):
+    hidden = run.copy(deep=True)
+    hidden.pixels.values[3:6, 1] = np.nan
+    again = rs.open_bag(rs.save_bag(hidden, tmp_path / "bag"))
+    np.testing.assert_array_equal(again.pixels, hidden.pixels)
+
+
+def test_topics_joints_and_marks_of_others(content, rhino, run, tmp_path):
+    """Other names for everything, a gripper besides, commands without names."""
+
+    def other():
+        for topic, kind, time, each in content:
+            if topic == "/joint_states":
+                names = ["gripper", *(f"arm_{name}" for name in each.name)]
+                position = np.append(0.5, each.position)
+                state = remake(each, name=names, position=position, velocity=np.empty(0))
+                yield "/robot/state", kind, time, state
+            elif topic == "/joint_commands":
+                layout = message("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+                speeds = message(messages.NUMBERS, layout=layout, data=each.velocity)
+                yield "/speeds", messages.NUMBERS, time, speeds
+            elif topic == "/camera/detections":
+                for one in each.detections:
+                    one.id = f"tag{one.id.removeprefix('cube.')}"
+                yield topic, kind, time, each
+
+    path = written(tmp_path / "other", other())
+    names = {name: f"arm_{name}" for name in rhino.scene.coordinate_names}
+    ids = {"cube": [f"tag{i}" for i in range(run.sizes["mark"])]}
+    with pytest.warns(rs.FileWarning, match=r"the scene has no such thing: joint gripper"):
+        found = rs.open_bag(path, rhino, topics={"commands": "/speeds"}, names=names, marks=ids)
+    for name in ("q", "qd", "pixels", "s"):
+        np.testing.assert_array_equal(found[name], run[name])
+
+
+def test_images_are_bytes_with_times(tmp_path):
+    kind = messages.COMPRESSED
+
+    def images():
+        for i in range(3):
+            header = message("std_msgs/msg/Header", stamp=stamp(i * NANO // 4), frame_id="")
+            data = np.arange(i, dtype=np.uint8)
+            yield "/eye/image", kind, i, message(kind, header=header, format="jpeg", data=data)
+
+    found = list(rs.bag_images(written(tmp_path / "bag", images()), "/eye/image"))
+    assert [each.time for each in found] == [0.0, 0.25, 0.5]
+    assert [each.data for each in found] == [b"", b"\0", b"\0\1"]
+    with pytest.raises(rs.FileError, match="no topic /eye; did you mean '/eye/image"):
+        list(rs.bag_images(tmp_path / "bag", "/eye"))
+
+
+def refused(path, words, experiment=None, **how):
+    with pytest.raises(rs.FileError, match=words) as raised:
+        rs.open_bag(path, experiment, **how)
+    assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1
+
+
+def changed(content, of, change):
+    """The messages, with what `change` makes of those of one topic: (number, time, message)."""
+    count = -1
+    for topic, kind, time, each in content:
+        if topic != of:
+            yield topic, kind, time, each
+            continue
+        count += 1
+        yield topic, kind, *change(count, time, each)
+
+
+def remake(each, **fields):
+    names = [name for name, _ in messages.typestore().fielddefs[each.__msgtype__][1]]
+    return message(each.__msgtype__, **{name: getattr(each, name) for name in names} | fields)
+
+
+def later(each, seconds):
+    old = each.header
+    time = old.stamp.sec * NANO + old.stamp.nanosec + int(seconds * NANO)
+    header = message("std_msgs/msg/Header", stamp=stamp(max(time, 0)), frame_id=old.frame_id)
+    return remake(each, header=header)
+
+
+CHANGES = {
+    "backwards": (
+        "/camera/detections", lambda i, t, m: (t, later(m, -0.1 if i == 9 else 0)),
+        r"topic /camera/detections: the clock goes backwards, to 0.26 s after 0.32 s",
+    ),
+    "nan joint": (
+        "/joint_states", lambda i, t, m: (t, remake(m, position=m.position * [1, np.nan][i == 3])),
+        r"position of joint shoulder is nan, at 0.12 s",
+    ),
+    "names": (
+        "/joint_states", lambda i, t, m: (t, remake(m, name=m.name[:3])),
+        r"3 names and 5 of position, at 0 s",
+    ),
+    "joint twice": (
+        "/joint_states", lambda i, t, m: (t, remake(m, name=[*m.name[:4], m.name[0]])),
+        r"joint shoulder is there twice, at 0 s",
+    ),
+    "other joints": (
+        "/joint_states", lambda i, t, m: (t, remake(m, name=[f"{n}_joint" for n in m.name])),
+        r"no position of joint shoulder; .*did you mean 'shoulder_joint'",
+    ),
+    "tag twice": (
+        "/camera/detections",
+        lambda i, t, m: (t, remake(m, detections=[*m.detections, *m.detections[2:3]])),
+        r"mark 'cube.2' is there twice, at 0 s",
+    ),
+    "never seen": (
+        "/camera/detections", lambda i, t, m: (t, remake(m, detections=m.detections[1:])),
+        r"mark 0 was never seen",
+    ),
+    "size": (
+        "/camera/camera_info", lambda i, t, m: (t, remake(m, width=m.width // (1 + (i > 4)))),
+        r"camera 'camera' changes its width, at 0.2 s",
+    ),
+    "other size": (
+        "/camera/camera_info", lambda i, t, m: (t, remake(m, width=17)),
+        r"images of 17 x \d+ pixels, and \d+ x \d+ in the experiment",
+    ),
+    "silence": (
+        "/joint_states", lambda i, t, m: (t, later(m, 1000 * (i > 9))),
+        r"nothing between 0.36 s and 1000.4 s",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CHANGES)
+def test_what_does_not_fit_is_told_in_a_line(case, content, tmp_path):
+    topic, change, words = CHANGES[case]
+    refused(written(tmp_path / "bag", changed(content, topic, change)), words)
+
+
+def test_the_clock_of_the_recorder_serves_where_headers_go_backwards(content, run, tmp_path):
+    topic, change, _ = CHANGES["backwards"]
+    path = written(tmp_path / "bag", changed(content, topic, change))
+    np.testing.assert_array_equal(rs.open_bag(path, clock="log").pixels, run.pixels)
+
+
+def test_messages_without_stamps_have_the_times_of_the_recorder(content, run, tmp_path):
+    def unstamped():
+        for topic, kind, time, each in content:
+            empty = hasattr(each, "header")
+            yield topic, kind, time, later(each, -1e6) if empty else each
+
+    again = rs.open_bag(written(tmp_path / "bag", unstamped()))
+    np.testing.assert_array_equal(again.q, run.q)
+
+
+def test_other_intrinsics_are_found_out(content, tmp_path):
+    zoomed = changed(content, "/camera/camera_info", lambda i, t, m: (t, remake(m, k=1.1 * m.k)))
+    found = rs.explain(rs.open_bag(written(tmp_path / "bag", zoomed)), trials=False)
+    assert [each.about for each in found.causes] == ["intrinsics"]
+
+
+def test_nan_marks_are_not_seen(content, tmp_path):
+    def lost(i, time, each):
+        if i == 4:
+            each.detections[0].bbox.center.position.x = np.nan
+        return time, each
+
+    again = rs.open_bag(written(tmp_path / "bag", changed(content, "/camera/detections", lost)))
+    assert np.argwhere(np.isnan(again.pixels.values[:, :, 0])).tolist() == [[4, 0]]
+
+
+def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
+    refused(
+        bag,
+        r"no topic /joint_state; did you mean '/joint_states",
+        topics={"joints": "/joint_state"},
+    )
+    refused(
+        bag,
+        r"topic /tf holds tf2_msgs/msg/TFMessage; expected sensor_msgs",
+        topics={"joints": "/tf"},
+    )
+    with pytest.raises(rs.InputError, match="topics: no 'joint'; did you mean 'joints'"):
+        rs.open_bag(bag, topics={"joint": "/tf"})
+    with pytest.raises(rs.InputError, match="no clock 'wall'"):
+        rs.open_bag(bag, clock="wall")
+    with pytest.raises(rs.InputError, match="'cube' has 4 marks; expected as many ids"):
+        rs.open_bag(bag, marks={"cube": ["1"]})
+    with pytest.raises(rs.InputError, match="marks: no target 'cub'; did you mean 'cube'"):
+        rs.open_bag(bag, marks={"cub": ["1"]})
+    with pytest.raises(rs.InputError, match="names: no joint 'elbow'"):
+        rs.open_bag(bag, names={"elbow": "a"})
+    with pytest.raises(rs.InputError, match="names: two joints are one in the bag"):
+        rs.open_bag(bag, names={"shoulder": "a", "wrist": "a"})
+    none = written(tmp_path / "none", (each for each in content if each[0] != "/robsim/experiment"))
+    refused(none, "it has no /robsim/experiment: give the experiment")
+    assert rs.open_bag(none, rhino).sizes["time"] == 26
+    still = written(tmp_path / "still", (each for each in content if each[0] != "/joint_states"))
+    refused(still, r"topic /joint_commands: no position of joint|never|no topic /joint_states")
+
+
+def test_files_that_are_none(bag, tmp_path):
+    refused(tmp_path / "gone.mcap", "no file")
+    refused(tmp_path, r"no .mcap or .db3 file in this folder")
+    (tmp_path / "x.txt").write_text("text")
+    refused(tmp_path / "x.txt", "expected a folder, or a .mcap or .db3 file")
+    refused(written(tmp_path / "empty", ()), "the bag is empty")
+    whole = bag.read_bytes()
+    for size in (0, 7, 100, len(whole) // 2, len(whole) - 1):
+        (tmp_path / "cut.mcap").write_bytes(whole[:size])
+        refused(tmp_path / "cut.mcap", "cut off or damaged")
+    (tmp_path / "cut.db3").write_bytes(whole)
+    refused(tmp_path / "cut.db3", "cut off or damaged")
+
+
+@pytest.mark.parametrize("suffix", [".mcap", ".db3"])
+@pytest.mark.filterwarnings("ignore::robsim.base.errors.FileWarning")
+def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
+    """Bytes that are lost, changed or cut off: a run, or one line that names the file."""
+    whole = rs.save_bag(run, tmp_path / f"run{suffix}").read_bytes()
+    path, rng, told = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
+    for i in range(60):
+        data, at = bytearray(whole), int(rng.integers(len(whole) - 8))
+        if i % 3 == 0:
+            del data[at : at + int(rng.integers(1, 99))]
+        else:
+            data[at : at + 8] = [b"\xff" * 8, rng.bytes(8)][i % 3 - 1]
+        path.write_bytes(data)
+        try:
+            rs.open_bag(path)
+        except rs.InputError as error:
+            told += 1
+            assert str(error).startswith(str(path)) and "\n" not in str(error)
+    assert told > 20
+
+
+def test_a_truncated_database_is_told(run, tmp_path):
+    whole = rs.save_bag(run, tmp_path / "run.db3").read_bytes()
+    (tmp_path / "cut.db3").write_bytes(whole[: len(whole) // 2])
+    refused(tmp_path / "cut.db3", "cut off or damaged")
+
+
+def test_a_definition_in_the_bag_is_compared_and_never_parsed(bag, tmp_path):
+    data = bag.read_bytes()
+    assert data.count(b"float64[] position") >= 1
+    (tmp_path / "other.mcap").write_bytes(
+        data.replace(b"float64[] position", b"float32[] position")
+    )
+    refused(tmp_path / "other.mcap", "JointState has other fields in this bag|checksum")
+
+
+def test_a_bag_is_written_whole_or_not_at_all(run, tmp_path, monkeypatch):
+    with pytest.raises(rs.FileError, match="exists already"):
+        rs.save_bag(run, rs.save_bag(run, tmp_path / "bag"))
+    before = rs.save_bag(run, tmp_path / "run.mcap").read_bytes()
+    monkeypatch.setattr(Writer, "write", lambda *_: (_ for _ in ()).throw(OSError(28, "disk full")))
+    for name in ("new", "run.mcap"):
+        with pytest.raises(rs.FileError, match="cannot write"):
+            rs.save_bag(run, tmp_path / name)
+    assert (tmp_path / "run.mcap").read_bytes() == before
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["bag", "run.mcap"]
+
+
+def test_runs_that_no_bag_can_be_of(run, rhino, tmp_path):
+    for what, words in (
+        (rhino.run(record="summary"), "only the end of this run was recorded"),
+        (rhino.run(start=np.stack([rhino.scene.home] * 2)), "a bag is of one run, and these are 2"),
+    ):
+        with pytest.raises(rs.InputError, match=words):
+            rs.save_bag(what, tmp_path / "bag")
+    for how, words in (({"storage": "bag"}, "no storage 'bag'"), ({"start": -1.0}, "start: ")):
+        with pytest.raises(rs.InputError, match=words):
+            rs.save_bag(run, tmp_path / "bag", **how)
+
+
+def test_parts_of_a_bag_are_read_in_their_order(content, run, tmp_path):
+    """Split by size, as the recorder does: bag_0.mcap ... bag_10.mcap."""
+    (tmp_path / "bag").mkdir()
+    for part in range(11):
+        some = [each for each in content if each[2] * 11 // (NANO + 1) == part]
+        folder = written(tmp_path / f"part{part}", some)
+        shutil.move(folder / f"{folder.name}.mcap", tmp_path / "bag" / f"bag_{part}.mcap")
+    np.testing.assert_array_equal(rs.open_bag(tmp_path / "bag").q, run.q)
+
+
+def test_the_guide_runs_with_bags(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / "logs.md").read_text(encoding="utf-8")
+    names = {"np": np}
+    for block in re.findall(r"```py\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "logs.md", "exec"), names)
+    assert "2 periods late" in str(rs.explain(names["run"], trials=False))
+
+
+def test_the_example_finds_gain_delay_and_lag(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(ROOT / "examples" / "bag_there_and_back.py"), run_name="__main__")
+    out, err = capsys.readouterr()
+    assert err == "" and "with a lag of 0.1 s." in out and "0.803 times those" in out
+    assert "to the bit with its own experiment: True, lag 0.1 s" in out
