@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from decimal import Decimal
+from decimal import Context, Decimal
 
+from robsim.base.arrays import number
 from robsim.base.errors import FileError, InputError, said
 from robsim.vision.calibration.tables import PERSPECTIVE
 from robsim.vision.camera import Camera
@@ -24,6 +25,7 @@ MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
     "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8, 9, 10, 11)),
 }
 HALF = Decimal("0.5")
+EXACT = Context(prec=800)  # digits: more than any float has beside a half
 HEAD = (
     "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS"
 )
@@ -64,7 +66,7 @@ def written(camera: Camera) -> str:
     model = {0: "PINHOLE", 4: "OPENCV"}.get(len(lens), "FULL_OPENCV")
     lens = lens if len(lens) in (0, 4) else tuple(camera.lens.tolist())
     (fx, _, cx), (_, fy, cy), _ = camera.K.tolist()
-    centre = [str(Decimal(repr(c)) + HALF) for c in (cx, cy)]
+    centre = [str(_moved(repr(c), HALF)) for c in (cx, cy)]
     row = ["1", model, *map(str, camera.size), repr(fx), repr(fy), *centre, *map(repr, lens)]
     return f"{HEAD}\n{' '.join(row)}\n"
 
@@ -81,21 +83,23 @@ def _camera(model: str, words: Sequence[str]) -> Camera:
         raise InputError(f"{said(model)} is not modelled: {', '.join(MODELS)} are; {PERSPECTIVE}")
     places, lens = MODELS[model]
     count = max([*places, *(i for i in lens if i is not None)]) + 1
-    size, values = words[:2], [_decimal(word) for word in words[2:]]
+    size, values = words[:2], [_number(word) for word in words[2:]]
     if len(values) != count:
         raise InputError(f"{model} has {count} parameters, got {len(values)}")
-    fx, fy, cx, cy = (values[i] for i in places)
-    K = [[float(fx), 0, float(cx - HALF)], [0, float(fy), float(cy - HALF)], [0, 0, 1]]
-    bent = tuple(0.0 if i is None else float(values[i]) for i in lens)
+    fx, fy = (values[i] for i in places[:2])
+    cx, cy = (float(_moved(words[2 + i], -HALF)) for i in places[2:])
+    K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+    bent = tuple(0.0 if i is None else values[i] for i in lens)
     return Camera(K, (int(size[0]), int(size[1])), distortion=bent)
 
 
-def _decimal(word: str) -> Decimal:
-    """Return a number digit by digit, so that half a pixel is taken off without rounding."""
+def _moved(word: str, by: Decimal) -> Decimal:
+    """Return a number moved digit by digit, so that half a pixel and back is the same number."""
+    return EXACT.add(Decimal(word), by)
+
+
+def _number(word: str) -> float:
     try:
-        found = Decimal(word)
-    except ArithmeticError:
-        raise InputError(f"{said(word)} is no number") from None
-    if not found.is_finite() or abs(found.adjusted()) > 300:
-        raise InputError(f"{said(word)}: every number must be finite, and of a usual size")
-    return found
+        return number(float(word), "a parameter")
+    except ValueError:
+        raise InputError(f"{said(word)} is no finite number") from None

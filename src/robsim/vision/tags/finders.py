@@ -16,6 +16,7 @@ from robsim.vision.tags.families import dictionary, family, opencv
 Image = NDArray[np.uint8]
 Finder = Callable[[Image], Iterator[tuple[int, Array]]]  # yields numbers and corners (4, 2)
 WINDOWS = 3, 53, 10  # pixels: of OpenCV's thresholds, for tags from small to large
+APART = 0.02  # of a tag's perimeter: its black square and its paper, a cell apart, are two
 SUPPORT = 0.5  # pixel: where AprilTag counts the centre of the first pixel
 
 
@@ -61,6 +62,7 @@ def _parameters() -> Any:
     parameters.adaptiveThreshWinSizeMin = least
     parameters.adaptiveThreshWinSizeMax = most
     parameters.adaptiveThreshWinSizeStep = step
+    parameters.minMarkerDistanceRate = APART
     return parameters
 
 
