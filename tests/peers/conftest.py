@@ -1,7 +1,8 @@
-"""Other programs that read what we write: `pip install '.[oracles]'`, then `pytest tests/peers`.
+"""Other programs that read what we write: `pip install '.[oracles,mesh,vision]'`, then
+`pytest tests/peers`.
 
-Where one of them is not installed, none of these tests is collected; pytest then says that it
-found no tests, and fails if it was asked for these.
+Where one of them is not installed, no test that takes it is collected, which pytest says on top;
+it fails if it was asked for these alone.
 """
 
 import importlib.util
@@ -13,13 +14,22 @@ import pytest
 import robsim as rs
 from robsim.robot.urdf.words import safe
 
-PEERS = ("mujoco", "pinocchio", "yourdfpy", "rtbdata")
-LACKING = [name for name in PEERS if importlib.util.find_spec(name) is None]
-collect_ignore_glob = ["test_*.py"] if LACKING else []
+PEERS = {  # by the files of tests that take them
+    "test_[!v]*.py": ("mujoco", "pinocchio", "yourdfpy", "rtbdata"),
+    "test_vision_*.py": ("cv2", "pyapriltags", "yaml"),
+}
+LACKING = {
+    name: files
+    for files, names in PEERS.items()
+    for name in names
+    if importlib.util.find_spec(name) is None
+}
+collect_ignore_glob = sorted(set(LACKING.values()))
 
 
 def pytest_report_header():
-    return f"tests/peers: left out, without {', '.join(LACKING)}" if LACKING else None
+    left = [f"{files} (without {name})" for name, files in LACKING.items()]
+    return f"tests/peers: left out: {', '.join(left)}" if left else None
 
 
 class Pinocchio:

@@ -47,14 +47,14 @@ def cameras_of(text: str, source: str) -> dict[str, Camera]:
     FileError: a line that is none, a number twice, a model that is not modelled here.
     """
     found: dict[str, Camera] = {}
-    for number, line in _lines(text):
+    for at, line in _lines(text):
         try:
             name, model, *rest = line.split()
             if name in found:
                 raise InputError(f"camera {said(name)} occurs twice")
             found[name] = _camera(model, rest)
         except (InputError, ValueError) as error:
-            raise FileError(f"{source}:{number}: {error}") from None
+            raise FileError(f"{source}:{at}: {error}") from None
     return found
 
 

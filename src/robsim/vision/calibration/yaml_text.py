@@ -35,7 +35,7 @@ def tables_of(text: str, source: str) -> Any:
         mark = getattr(error, "problem_mark", None)
         where = f":{mark.line + 1}" if mark else ""
         reason = getattr(error, "problem", None) or getattr(error, "reason", error)
-        raise FileError(f"{source}{where}: not valid YAML: {said(str(reason))}") from None
+        raise FileError(f"{source}{where}: not valid YAML: {reason!s:.200}") from None
     return builder.document
 
 

@@ -16,7 +16,8 @@ from robsim.vision.tags.families import dictionary, family, opencv
 Image = NDArray[np.uint8]
 Finder = Callable[[Image], Iterator[tuple[int, Array]]]  # yields numbers and corners (4, 2)
 WINDOWS = 3, 53, 10  # pixels: of OpenCV's thresholds, for tags from small to large
-APART = 0.02  # of a tag's perimeter: its black square and its paper, a cell apart, are two
+APART = 1.2  # cells: squares nearer than that are one, and the outer is taken; the paper is another
+SMOOTH, WINDOW = 1.0, 3  # pixels: of a chessboard's corners, where tags are not in the way
 SUPPORT = 0.5  # pixel: where AprilTag counts the centre of the first pixel
 
 
@@ -46,7 +47,7 @@ def _april(name: str) -> Finder:
 
 def _aruco(name: str) -> Finder:
     """Return OpenCV's detector, whose pixels and corners are counted as ours."""
-    detector = opencv().aruco.ArucoDetector(dictionary(name), _parameters())
+    detector = opencv().aruco.ArucoDetector(dictionary(name), _parameters(name))
 
     def find(image: Image) -> Iterator[tuple[int, Array]]:
         corners, numbers, _ = detector.detectMarkers(image)
@@ -56,20 +57,20 @@ def _aruco(name: str) -> Finder:
     return find
 
 
-def _parameters() -> Any:
+def _parameters(name: str) -> Any:
     parameters = opencv().aruco.DetectorParameters()
     least, most, step = WINDOWS
     parameters.adaptiveThreshWinSizeMin = least
     parameters.adaptiveThreshWinSizeMax = most
     parameters.adaptiveThreshWinSizeStep = step
-    parameters.minMarkerDistanceRate = APART
+    parameters.minMarkerDistanceRate = APART / (4 * family(name).cells)  # of the perimeter
     return parameters
 
 
 def board_finder(board: Board) -> Callable[[Image], tuple[Array, bool]]:
     """Return what finds the inner corners (N, 2) of a board, NaN where not seen; True: twice."""
     aruco = opencv().aruco
-    given = aruco.CharucoParameters(), _parameters()
+    given = aruco.CharucoParameters(), _parameters(board.family)
     detector = aruco.CharucoDetector(board.as_opencv(), *given)
     count = len(board.marks)
 
@@ -77,8 +78,21 @@ def board_finder(board: Board) -> Callable[[Image], tuple[Array, bool]]:
         corners, numbers, _, tags = detector.detectBoard(image)
         found = np.full((count, 2), np.nan)
         if numbers is not None and len(numbers):
-            found[numbers.ravel()] = np.reshape(corners, (-1, 2))
+            found[numbers.ravel()] = _saddles(image, corners)
         seen = [] if tags is None else tags.ravel().tolist()
         return found, len(set(seen)) < len(seen)
 
     return find
+
+
+def _saddles(image: Image, corners: Any) -> Array:
+    """Return the inner corners (N, 2) of a chessboard, found anew in an image that is smoothed.
+
+    Sharp edges draw OpenCV's corners to the pixels, by a twentieth of one.
+    """
+    cv2 = opencv()
+    smooth = cv2.GaussianBlur(image, (0, 0), SMOOTH)
+    start = np.array(corners, dtype=np.float32).reshape(-1, 1, 2)
+    stop = cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-3
+    found = cv2.cornerSubPix(smooth, start, (WINDOW, WINDOW), (-1, -1), stop)
+    return np.asarray(found, dtype=float).reshape(-1, 2)
