@@ -160,7 +160,6 @@ from robsim.vision import triangulate as triangulate
 from robsim.vision.camera import Camera as Camera
 from robsim.vision.camera import Visibility as Visibility
 from robsim.vision.tags.board import Board as Board
-from robsim.vision.tags.detector import Detections as Detections
 from robsim.vision.tags.detector import Detector as Detector
 from robsim.vision.tags.rendering import render as render
 from robsim.vision.tags.tag import Tag as Tag

@@ -6,18 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, whole
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array, flag, whole
+from robsim.base.errors import InputError, said
 from robsim.vision.image_size import SIZE
 
 Size = tuple[int, int]
+LARGEST = 1_000_000  # pixels of a side
 
 
 def scaled(K: Array, size: Size | None, given: Any, stretch: bool) -> tuple[Array, Size]:
     """Return K and the size of the whole image scaled to another size."""
-    new, old = SIZE.check(given, "size"), _known(size, "resized")
+    new, old = _checked(given), _known(size, "resized")
     scale = np.array(new) / old
-    if not stretch and abs(scale[0] - scale[1]) * max(old) >= 1:
+    if not flag(stretch, "stretch") and abs(scale[0] - scale[1]) * max(old) >= 1:
         raise InputError(
             f"{old[0]} x {old[1]} pixels resized to {new[0]} x {new[1]} changes the shape: "
             "crop it before (`cropped`), or say stretch=True"
@@ -30,8 +31,8 @@ def scaled(K: Array, size: Size | None, given: Any, stretch: bool) -> tuple[Arra
 
 def cut(K: Array, size: Size | None, left: int, top: int, given: Any) -> tuple[Array, Size]:
     """Return K and the size of the part of an image that begins at the pixel (left, top)."""
-    new, old = SIZE.check(given, "size"), _known(size, "cropped")
-    corner = np.array([whole(left, "left", 0), whole(top, "top", 0)])
+    new, old = _checked(given), _known(size, "cropped")
+    corner = np.array([whole(left, "left", 0, LARGEST), whole(top, "top", 0, LARGEST)])
     if (corner + new > old).any():
         raise InputError(
             f"{new[0]} x {new[1]} pixels from ({left}, {top}) on leave an image of "
@@ -40,6 +41,14 @@ def cut(K: Array, size: Size | None, left: int, top: int, given: Any) -> tuple[A
     found = K.copy()
     found[:2, 2] -= corner
     return found, new
+
+
+def _checked(given: Any) -> Size:
+    """Return a size in whole pixels that an image can have."""
+    size = SIZE.check(given, "size")
+    if max(size) > LARGEST:
+        raise InputError(f"size must be at most {LARGEST} pixels, got {said(given)}")
+    return size
 
 
 def _known(size: Size | None, doing: str) -> Size:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from robsim.base.arrays import numbers, whole
+from robsim.base.arrays import flag, numbers, whole
 from robsim.base.errors import InputError, naming, said
 from robsim.vision.calibration.tables import cameras_of
 from robsim.vision.camera import Camera
@@ -20,7 +20,7 @@ def camera_of(message: Any, rectified: bool) -> Camera:
         table = _table(message)
         if not numbers(table["k"], "k", ()).any():
             raise InputError("k is zero: this camera is not calibrated")
-        if rectified:
+        if flag(rectified, "rectified"):
             table.update(k=_left(table.pop("p", None)), d=[], distortion_model="")
         camera = cameras_of({key: value for key, value in table.items() if key != "p"})["camera"]
         return _binned(_cut(camera, message), message)
