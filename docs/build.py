@@ -29,6 +29,7 @@ GROUPS = {
     "Shapes, poses, curves": "Pose Block Wheel Ball Capsule TaperedCylinder CameraBody "
     "Mesh Inertia curves units clearance",
     "Scenes and cameras": "Scene Object MountedCamera Camera Visibility Motion",
+    "Tags and boards": "Tag Board Detector render",
     "Imperfection": "Sensing Occlusion Actuation",
     "Servo tasks": "IBVS PBVS Hybrid Partitioned Placing Docking ServoTask Priorities Switch "
     "Parallel ErrorBelow NearBorder",

@@ -164,6 +164,10 @@ from robsim.vision import homography as homography
 from robsim.vision import triangulate as triangulate
 from robsim.vision.camera import Camera as Camera
 from robsim.vision.camera import Visibility as Visibility
+from robsim.vision.tags.board import Board as Board
+from robsim.vision.tags.detector import Detector as Detector
+from robsim.vision.tags.rendering import render as render
+from robsim.vision.tags.tag import Tag as Tag
 from robsim.world.actuation import Actuation as Actuation
 from robsim.world.motion import Motion as Motion
 from robsim.world.mounted_camera import MountedCamera as MountedCamera

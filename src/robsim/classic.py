@@ -23,12 +23,8 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, as_matrix
 from robsim.geometry.primitives import Block, CameraBody, Primitive, Wheel
-from robsim.vision.camera import (
-    T_CHAPTER_CAMERA,
-    Camera,
-    chapter_intrinsics,
-    intrinsics_from_chapter,
-)
+from robsim.vision.camera import Camera
+from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 
 if TYPE_CHECKING:
     from matplotlib.collections import LineCollection

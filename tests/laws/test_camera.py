@@ -9,13 +9,8 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
-from robsim.vision.camera import (
-    T_CHAPTER_CAMERA,
-    Camera,
-    Visibility,
-    chapter_intrinsics,
-    intrinsics_from_chapter,
-)
+from robsim.vision.camera import Camera, Visibility
+from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 

@@ -1,7 +1,8 @@
-"""Other programs that read what we write: `pip install '.[oracles,ros]'`, `pytest tests/peers`.
+"""Other programs that read what we write: `pip install '.[oracles,mesh,ros,vision]'`, then
+`pytest tests/peers`.
 
-Where one of them is not installed, none of the tests of robots, or of bags, is collected; pytest
-then says that it found no tests, and fails if it was asked for these.
+Where one of them is not installed, no test that takes it is collected, which pytest says on top;
+it fails if it was asked for these alone.
 """
 
 import importlib.util
@@ -13,20 +14,23 @@ import pytest
 import robsim as rs
 from robsim.robot.urdf.words import safe
 
-PEERS = {  # the programs that tests need
-    "test_[!b]*.py": ("mujoco", "pinocchio", "yourdfpy", "rtbdata"),
+PEERS = {  # by the files of tests that take them
+    "test_[!bv]*.py": ("mujoco", "pinocchio", "yourdfpy", "rtbdata"),
     "test_bag*.py": ("rosbags", "mcap"),
+    "test_vision_*.py": ("cv2", "pyapriltags", "yaml"),
 }
 LACKING = {
-    tests: [name for name in names if importlib.util.find_spec(name) is None]
-    for tests, names in PEERS.items()
+    name: files
+    for files, names in PEERS.items()
+    for name in names
+    if importlib.util.find_spec(name) is None
 }
-collect_ignore_glob = [tests for tests, names in LACKING.items() if names]
+collect_ignore_glob = sorted(set(LACKING.values()))
 
 
 def pytest_report_header():
-    lacking = [name for names in LACKING.values() for name in names]
-    return f"tests/peers: some left out, without {', '.join(lacking)}" if lacking else None
+    left = [f"{files} (without {name})" for name, files in LACKING.items()]
+    return f"tests/peers: left out: {', '.join(left)}" if left else None
 
 
 class Pinocchio:

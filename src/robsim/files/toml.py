@@ -7,10 +7,10 @@ import re
 import sys
 import tomllib
 from itertools import accumulate, islice
-from pathlib import Path
 from typing import Any
 
 from robsim.base.errors import FileError, said
+from robsim.base.input import read_bytes
 
 Tables = dict[str, Any]
 SCHEMA = 1
@@ -24,18 +24,7 @@ MOST_DEEP = 1000  # of the latter
 
 def read_text(path: str | os.PathLike[str]) -> str:
     """Return the text of a file. FileError: missing, a folder, too large, not UTF-8."""
-    try:
-        if Path(path).is_dir():
-            raise FileError(f"{path}: this is a folder; expected a TOML file")
-        if not Path(path).is_file():
-            raise FileError(f"{path}: no such file")
-        with open(path, "rb") as file:
-            data = file.read(LARGEST_FILE + 1)
-    except (OSError, TypeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"{_name(path)}: cannot be read: {reason}") from None
-    if len(data) > LARGEST_FILE:
-        raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
+    data = read_bytes(path, "a TOML file", LARGEST_FILE)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -44,10 +33,6 @@ def read_text(path: str | os.PathLike[str]) -> str:
             f"{path}: not text: byte {error.start} (line {line}) is not UTF-8; expected a TOML "
             "file in UTF-8"
         ) from None
-
-
-def _name(path: object) -> str:
-    return said(str(path) if isinstance(path, str | os.PathLike) else path)
 
 
 def parse(text: str, source: str) -> Tables:

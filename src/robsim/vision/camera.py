@@ -7,15 +7,17 @@ column) are turned into these here and nowhere else.
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+import os
+from dataclasses import KW_ONLY, dataclass, replace
 from enum import IntEnum
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.arrays import Array, frozen, numbers, positive, runs_first, runs_last
+from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import InputError, said
 from robsim.base.values import Value, unchecked
 from robsim.geometry.pose import Pose, as_pose, common_lead
@@ -23,12 +25,13 @@ from robsim.geometry.primitives import CameraBody
 from robsim.kernels import camera as kernels
 from robsim.kernels import viewing
 from robsim.kernels.program import Function, Program
+from robsim.vision.camera_checks import check_focal, checked_distortion, checked_intrinsics
+from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.image_size import SIZE
+from robsim.vision.lens_range import valid_radius
+from robsim.vision.reframing import cut, scaled
 
-COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
-UNMODELLED = 12, 14  # of those that OpenCV writes for a thin prism, and for a tilted sensor too
 _AXES = {"K": 2, "distortion": 1}  # of one camera; one more where they differ from run to run
-TINY = 1e-30  # a coefficient of the lens polynomial below is none
 
 
 class Visibility(IntEnum):
@@ -37,33 +40,6 @@ class Visibility(IntEnum):
     IN_IMAGE = kernels.IN_IMAGE
     OUT_OF_IMAGE = kernels.OUT_OF_IMAGE
     BEHIND_CAMERA = kernels.BEHIND_CAMERA
-
-
-# pose of our camera axes in the chapter's: our x is its y, our y its -x
-T_CHAPTER_CAMERA = Pose([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-
-
-def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
-    """Return K for (column, row) in our axes from the chapter's Ki for (u, v) = (row, column).
-
-    The rows change places, and Ki is written for the chapter's camera axes.
-    """
-    return numbers(Ki, "Ki", (3, 3))[..., [1, 0, 2], :] @ T_CHAPTER_CAMERA.rotation
-
-
-def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, v0: float) -> Array:
-    """Return Ki of the chapter's eq. (10): (u, v, 1) = Ki (X/Z, Y/Z, 1), with alpha in radians.
-
-    u = u0 - X f / (Z px cos alpha), v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
-
-    >>> chapter_intrinsics(8e-3, 1e-5, 1e-5, 0.0, 240, 320)[0]
-    array([-800.,    0.,  240.])
-    """
-    f, px, py = positive(f, "f"), positive(px, "px"), positive(py, "py")
-    a, u0, v0 = numbers([alpha, u0, v0], "alpha, u0, v0", (3,))
-    if not abs(a) < np.pi / 2:
-        raise InputError(f"alpha is the skew angle in radians, within +-pi/2, got {a}")
-    return np.array([[-f / (px * np.cos(a)), 0, u0], [f * np.tan(a) / py, f / py, v0], [0, 0, 1]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +65,13 @@ class Camera(Value):
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "K", frozen(_checked_intrinsics(self.K)))
+        object.__setattr__(self, "K", frozen(checked_intrinsics(self.K)))
         if self.size is not None:
             object.__setattr__(self, "size", SIZE.check(self.size, "image size"))
             check_focal(self.K[0, 0], self.K[1, 1])
         if not isinstance(self.body, CameraBody | None):
             raise InputError(f"body: expected a CameraBody, got {said(self.body)}")
-        object.__setattr__(self, "distortion", _checked_distortion(self.distortion))
+        object.__setattr__(self, "distortion", checked_distortion(self.distortion))
 
     @classmethod
     def from_chapter(
@@ -119,6 +95,78 @@ class Camera(Value):
         """
         Ki = chapter_intrinsics(f, px, py, alpha, u0, v0)
         return cls(intrinsics_from_chapter(Ki), size, body=body)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str], name: str | None = None) -> Camera:
+        """Return the camera of a calibration file: OpenCV, ROS, Kalibr or COLMAP.
+
+        The content tells the format. Of several cameras `name` chooses one ("cam0", or the number
+        in COLMAP). YAML needs the extra `vision`. docs/cameras.md lists what is read. FileError:
+        not such a file, or a lens that is not modelled, as a fisheye.
+
+        >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.xml").name
+        'eye.xml'
+        >>> Camera.from_file("eye.xml").size
+        (640, 480)
+        """
+        from robsim.vision.calibration.files import camera_of
+
+        return camera_of(path, name)
+
+    def to_file(self, path: str | os.PathLike[str]) -> Path:
+        """Write a calibration file, which `from_file` reads to the last digit; return its path.
+
+        `.yaml` and `.yml` are for OpenCV and ROS, `.xml` for OpenCV, `.txt` is COLMAP's
+        cameras.txt. FileError: another ending, a skew, which these programs leave out, or no size
+        where COLMAP needs one.
+
+        >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
+        'eye.yaml'
+        """
+        from robsim.vision.calibration.written import write
+
+        return write(self, path)
+
+    @classmethod
+    def from_ros(cls, message: Any, *, rectified: bool = False) -> Camera:
+        """Return the camera of a ROS message `sensor_msgs/CameraInfo`, 1 or 2, or a dict of it.
+
+        It is that of the image as binning and region of interest cut it. With `rectified` it is
+        that of the rectified image, K from P and no lens. InputError: a lens that is not modelled.
+
+        >>> k = [800, 0, 320, 0, 800, 240, 0, 0, 1]
+        >>> info = {"width": 640, "height": 480, "k": k, "d": [], "distortion_model": "plumb_bob"}
+        >>> Camera.from_ros(info).size
+        (640, 480)
+        """
+        from robsim.vision.calibration.ros import camera_of
+
+        return camera_of(message, rectified)
+
+    def resized(self, width: int, height: int, *, stretch: bool = False) -> Camera:
+        """Return the camera of the whole image scaled to another size in pixels.
+
+        As centres are whole numbers, u' = (u + 0.5) width' / width - 0.5, which is where
+        `cv2.resize` puts them. InputError: without `stretch`, a shape that differs by a pixel or
+        more, as of an image that was cropped.
+
+        >>> Camera([[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]], (640, 480)).resized(320, 240).K[0]
+        array([400. ,   0. , 159.5])
+        """
+        K, size = scaled(self.K, self.size, (width, height), stretch)
+        return replace(self, K=K, size=size)
+
+    def cropped(self, left: int, top: int, width: int, height: int) -> Camera:
+        """Return the camera of a part of the image that begins at the pixel (left, top).
+
+        InputError: a part that leaves the image.
+
+        >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).cropped(
+        ...     100, 50, 320, 240).K[:2, 2]
+        array([220., 190.])
+        """
+        K, size = cut(self.K, self.size, left, top, (width, height))
+        return replace(self, K=K, size=size)
 
     def project(self, points: ArrayLike, T_w_c: Any) -> Array:
         """Return pixels (..., N, 2) = (column, row) of points (N, 3) or (..., N, 3).
@@ -231,15 +279,8 @@ class Camera(Value):
         The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
         """
         if self.lens.ndim > 1:
-            each = (Camera(np.eye(3), distortion=tuple(lens)) for lens in self.lens.T)
-            return np.array([camera.valid_radius for camera in each])
-        k1, k2, _, _, k3, k4, k5, k6 = self.lens
-        over, under = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])  # fmt: skip  # noqa: E501
-        t = np.polynomial.Polynomial([0, 1])  # r squared
-        slope = over * under + 2 * t * (over.deriv() * under - over * under.deriv())
-        roots = np.concatenate([slope.trim(TINY).roots(), under.trim(TINY).roots()])
-        real = roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0)].real
-        return float(np.sqrt(real.min())) if real.size else np.inf
+            return np.array(list(map(valid_radius, self.lens.T)))
+        return valid_radius(self.lens)
 
     def drawn(self, T_w_c: Any) -> CameraBody | None:
         """Return the camera body at its pose; it has the chapter's axes (x up, y to the right)."""
@@ -254,43 +295,3 @@ class Camera(Value):
         inv = Pose(T).inv()
         X = runs_last(np.broadcast_to(inv @ p, (*lead, p.shape[-2], 3)), 2)
         return *self.image_of(X), lead
-
-
-def check_focal(fx: float, fy: float) -> None:
-    """Raise InputError for focal lengths below a pixel, which no lens before an image has."""
-    least = min(fx, fy)
-    if least < 1.0:
-        raise InputError(
-            f"a focal length of {least:g} pixels: is it in metres? In pixels it is that divided by "
-            f"the size of a pixel, {least:g} / 1e-5 = {least / 1e-5:g} for pixels of 10 micrometres"
-        )
-
-
-def _checked_intrinsics(given: Any) -> Array:
-    K = numbers(given, "K", (3, 3))
-    if K.ndim != 2 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
-        raise InputError(f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]], got {K.tolist()}")
-    if not (K[0, 0] > 0 and K[1, 1] > 0):
-        raise InputError(f"K: focal lengths must be above zero, got {K[0, 0]} and {K[1, 1]} px")
-    return K
-
-
-def _checked_distortion(given: Any) -> tuple[float, ...]:
-    """The coefficients in a flat tuple, from a row, a column or a flat array of OpenCV."""
-    array = numbers(given, "distortion", ())
-    lens = array.ravel()
-    if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *UNMODELLED):
-        raise InputError(
-            "distortion: expected 0, 4 (k1 k2 p1 p2), 5 (.. k3) or 8 (.. k4 k5 k6) numbers, flat, "
-            f"in a row or in a column, got shape {array.shape}"
-        )
-    if array.ndim == 2 and 1 not in array.shape and lens.size:
-        raise InputError(f"distortion: expected one row or column, got shape {array.shape}")
-    if lens[8:].any():
-        raise InputError(
-            "distortion: thin prisms and tilted sensors (s1 s2 s3 s4 tau_x tau_y, from the ninth "
-            f"on) are not modelled: these coefficients must be zero, got {lens[8:].tolist()}"
-        )
-    if (np.abs(lens) > 1e6).any():
-        raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")
-    return tuple(lens[:8].tolist())

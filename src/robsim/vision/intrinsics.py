@@ -9,7 +9,7 @@ from typing import Any
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number
 from robsim.declare.spec import MISSING, Context, Raw, Spec
-from robsim.vision.camera import check_focal
+from robsim.vision.camera_checks import check_focal
 
 FOCAL_LENGTH = Number(above=0, unit="px")
 PAIR = ListOf(Number(unit="px"), 2, 2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
@@ -16,6 +17,7 @@ from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.geometry.primitives import CameraBody
+from robsim.vision.calibration.files import rig_of
 from robsim.vision.camera import Camera
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import Intrinsics
@@ -75,3 +77,18 @@ class MountedCamera:
         if not isinstance(self.camera, Camera):
             raise InputError(f"camera '{self.name}' needs a Camera, got {said(self.camera)}")
         object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))
+
+    @classmethod
+    def rig_from_file(
+        cls, path: str | os.PathLike[str], on: str = "world", pose: Any = IDENTITY
+    ) -> tuple[MountedCamera, ...]:
+        """Return the cameras of Kalibr's camchain.yaml, on one frame and with their names.
+
+        The first, cam0, stands at `pose` on `on`, the others where the chain says. FileError: a
+        file without such poses, or a lens that is not modelled. It needs the extra `vision`.
+        """
+        first = one_pose(pose, "pose of cam0")
+        return tuple(
+            cls(name, camera, on, first @ T_first_camera)
+            for name, (camera, T_first_camera) in rig_of(path).items()
+        )

@@ -123,6 +123,13 @@ OWN = {  # where a name has another meaning
     "Suite.succeeds": lambda: len, "Suite.goal": lambda: scenario().task.goal.q,
     "Suite.starts": lambda: scenario().start[None], "Suite.varied": lambda: {},
     "Suite.groups": lambda: {"side": ["left"]}, "Suite.sensing": rs.Sensing,
+    "Tag.family": "tag36h11", "Tag.id": 3, "Tag.size": 0.1, "Board.family": "DICT_4X4_50",
+    "Board.columns": 5, "Board.rows": 4, "Board.square": 0.03, "Board.tag": 0.02,
+    "Camera.from_ros.message": lambda: {"k": CAMERA.K, "width": 640, "height": 480},
+    "Camera.resized.width": 320, "Camera.resized.height": 240, "Camera.cropped.left": 10,
+    "Camera.cropped.top": 20, "Camera.cropped.width": 300, "Camera.cropped.height": 200,
+    "Detector.targets": lambda: [], "render.targets": lambda: {}, "render.samples": 1,
+    "Tag.is_black.x": lambda: np.zeros(3), "Tag.is_black.y": lambda: np.zeros(3),
     "check_feature.feature": rs.Points, "table.of": None, "examples.path.name": "eye_in_hand",
 }  # fmt: skip
 

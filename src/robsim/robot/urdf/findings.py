@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 import warnings
 
+from robsim.base.elements import Element
 from robsim.base.errors import FileError, FileWarning
-from robsim.robot.urdf.elements import Element
 
 MOST = 50  # errors after which a file is not read further
 MOST_ODDITIES = 1000

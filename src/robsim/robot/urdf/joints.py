@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robsim.base.elements import Element
 from robsim.base.errors import said, suggest
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.robot.joint import SINGLE, Joint, Kind, Mimic
-from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import LARGEST, frame_of, number, origin, vector
 from robsim.robot.urdf.words import TAIL, child, named, needed, needed_child, safe

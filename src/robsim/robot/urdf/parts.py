@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.base.elements import Element
 from robsim.base.errors import InputError, said
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
 from robsim.geometry.primitives.mesh import MeshSource
-from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import number, origin, size, split, vector
 from robsim.robot.urdf.words import (

@@ -8,11 +8,12 @@ from dataclasses import replace
 from math import inf
 from typing import TypeVar
 
+from robsim.base.elements import LARGEST_FILE, Element, parsed
 from robsim.base.errors import FileError, InputError, said
+from robsim.base.input import read_bytes
 from robsim.robot.joint import SINGLE, Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.tip import Tip, find_tip
-from robsim.robot.urdf.elements import Element, parsed
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.joints import Hinge, hinge
 from robsim.robot.urdf.parts import TOKEN, colors, inertia, shapes
@@ -31,7 +32,8 @@ def read(path: str | os.PathLike[str], build: Build[R]) -> tuple[R, Tip]:
 
     FileError lists all errors, one on each line; a FileWarning lists the oddities.
     """
-    root = parsed(path)
+    data = read_bytes(path, "a URDF file", LARGEST_FILE)
+    root = parsed(data, str(path), "a URDF file, <robot name=...> ... </robot>")
     findings = Findings(str(path))
     if root.tag != "robot":
         raise FileError(f"{path}:{root.line}: <{root.tag:.40}>: expected <robot name=...>")

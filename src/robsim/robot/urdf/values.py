@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
+from robsim.base.elements import BLANKS, Element
 from robsim.base.errors import said
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.robot.urdf.elements import BLANKS, Element
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.words import XACRO, child, needed
 

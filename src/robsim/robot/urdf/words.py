@@ -13,9 +13,9 @@ from hashlib import blake2s
 from itertools import islice
 from typing import NamedTuple
 
+from robsim.base.elements import Element
 from robsim.base.errors import said
 from robsim.base.names import LONGEST_NAME
-from robsim.robot.urdf.elements import Element
 from robsim.robot.urdf.findings import Findings
 
 

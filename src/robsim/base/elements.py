@@ -1,10 +1,8 @@
-"""The elements of an XML file with their line numbers, by the parser of the standard library."""
+"""The elements of an XML text with their line numbers, by the parser of the standard library."""
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
-from pathlib import Path
 from xml.parsers import expat
 
 from robsim.base.errors import FileError, said
@@ -25,7 +23,7 @@ class Element:
     attributes: dict[str, str]
     line: int
     owner: Element | None = None
-    text: str = ""  # between its children, without white space around it
+    text: str = ""  # all that is no child of it, without white space around
     children: list[Element] = field(default_factory=list)
 
     @property
@@ -38,23 +36,25 @@ class Element:
         return f"{self.owner.label} {own}"
 
 
-def parsed(path: str | os.PathLike[str]) -> Element:
-    """Return the root element of a file.
+def parsed(data: bytes, source: str, expected: str) -> Element:
+    """Return the root element of an XML text that was read from `source`.
 
-    FileError: it cannot be read, or is not plain XML.
+    FileError: it is empty, where `expected` says what it should be, or is not plain XML.
+
+    >>> parsed(b"<robot name='arm'><link/></robot>", "arm.urdf", "a robot").children[0].label
+    '<link>'
     """
-    data = _bytes(path)
     if not data.strip():
-        raise FileError(f"{path}: empty; expected a URDF file, <robot name=...> ... </robot>")
+        raise FileError(f"{source}: empty; expected {expected}")
     if data.startswith(OTHER_MARKS) or b"\0" in data[:4]:
-        raise FileError(f"{path}:1: not UTF-8, but UTF-16 or the like; save it as UTF-8")
+        raise FileError(f"{source}:1: not UTF-8, but UTF-16 or the like; save it as UTF-8")
     parser = expat.ParserCreate()
-    builder = _Builder(str(path), parser)
+    builder = _Builder(source, parser)
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
         what = expat.ErrorString(error.code)
-        raise FileError(f"{path}:{error.lineno}: not valid XML: {what}") from None
+        raise FileError(f"{source}:{error.lineno}: not valid XML: {what}") from None
     assert builder.root is not None
     return builder.root
 
@@ -66,6 +66,7 @@ class _Builder:
         self.source, self.parser = source, parser
         self.root: Element | None = None
         self.open: list[Element] = []
+        self.texts: list[list[str]] = []  # of the open elements, in the pieces as they come
         self.parts = 0
         parser.buffer_text = True
         parser.XmlDeclHandler = self._declared
@@ -79,8 +80,8 @@ class _Builder:
             self._refuse(f"encoding {said(encoding)}; expected one of {', '.join(ENCODINGS)}")
 
     def _text(self, text: str) -> None:
-        if self.open and (found := text.strip(BLANKS)):
-            self.open[-1].text = self.open[-1].text or found[:80]
+        if self.texts:
+            self.texts[-1].append(text)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         owner = self.open[-1] if self.open else None
@@ -95,32 +96,13 @@ class _Builder:
         else:
             owner.children.append(element)
         self.open.append(element)
+        self.texts.append([])
 
     def _end(self, tag: str) -> None:
-        self.open.pop()
+        self.open.pop().text = "".join(self.texts.pop()).strip(BLANKS)
 
     def _doctype(self, *_: object) -> None:
         self._refuse("a DOCTYPE is not allowed, nor are the entities that it could define")
 
     def _refuse(self, text: str) -> None:
         raise FileError(f"{self.source}:{self.parser.CurrentLineNumber}: {text}")
-
-
-def _bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the content of a file; raise FileError if it is too large, before it is read."""
-    try:
-        if Path(path).is_dir():
-            raise FileError(f"{path}: this is a folder; expected a URDF file")
-        if not Path(path).is_file():
-            raise FileError(f"{path}: no such file")
-        with open(path, "rb") as file:
-            large = os.fstat(file.fileno()).st_size > LARGEST_FILE
-            data = b"" if large else file.read(LARGEST_FILE + 1)
-    except FileError:
-        raise
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"{said(str(path))}: cannot be read: {reason}") from None
-    if large or len(data) > LARGEST_FILE:
-        raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
-    return data

@@ -1,0 +1,1 @@
+"""Calibrated cameras from and to the files and messages of other programs."""

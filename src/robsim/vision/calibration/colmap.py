@@ -1,0 +1,105 @@
+"""Cameras in COLMAP's cameras.txt.
+
+COLMAP puts the upper left corner of an image at (0, 0) and so the first pixel's centre at
+(0.5, 0.5), where ours is at (0, 0): its principal point is half a pixel larger.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from decimal import Context, Decimal
+
+from robsim.base.arrays import number
+from robsim.base.errors import FileError, InputError, said
+from robsim.vision.calibration.tables import PERSPECTIVE
+from robsim.vision.camera import Camera
+
+# the places of (fx, fy, cx, cy), and of the lens as in OpenCV; None: zero
+MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
+    "SIMPLE_PINHOLE": ((0, 0, 1, 2), ()),
+    "PINHOLE": ((0, 1, 2, 3), ()),
+    "SIMPLE_RADIAL": ((0, 0, 1, 2), (3, None, None, None)),
+    "RADIAL": ((0, 0, 1, 2), (3, 4, None, None)),
+    "OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7)),
+    "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8, 9, 10, 11)),
+}
+HALF = Decimal("0.5")
+EXACT = Context(prec=800)  # digits: more than any float has beside a half
+HEAD = (
+    "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS"
+)
+_LINE = re.compile(r"\d+[ \t]+[A-Z][A-Z_]+[ \t]+\d+[ \t]+\d+([ \t]|$)")
+
+
+def is_list(text: str) -> bool:
+    """Return whether the first line that is no comment is one of cameras.txt.
+
+    >>> is_list("# cameras\\n1 PINHOLE 640 480 500 500 320 240\\n")
+    True
+    """
+    return any(map(_LINE.match, [line for _, line in _lines(text)][:1]))
+
+
+def cameras_of(text: str, source: str) -> dict[str, Camera]:
+    """Return the cameras by their number.
+
+    FileError: a line that is none, a number twice, a model that is not modelled here.
+    """
+    found: dict[str, Camera] = {}
+    for at, line in _lines(text):
+        try:
+            name, model, *rest = line.split()
+            if name in found:
+                raise InputError(f"camera {said(name)} occurs twice")
+            found[name] = _camera(model, rest)
+        except (InputError, ValueError) as error:
+            raise FileError(f"{source}:{at}: {error}") from None
+    return found
+
+
+def written(camera: Camera) -> str:
+    """Return the text of cameras.txt with one camera, number 1, whose lens is told in full."""
+    if camera.size is None:
+        raise InputError("COLMAP needs the size of the image: give size=(width, height)")
+    lens = camera.distortion
+    model = {0: "PINHOLE", 4: "OPENCV"}.get(len(lens), "FULL_OPENCV")
+    lens = lens if len(lens) in (0, 4) else tuple(camera.lens.tolist())
+    (fx, _, cx), (_, fy, cy), _ = camera.K.tolist()
+    centre = [str(_moved(repr(c), HALF)) for c in (cx, cy)]
+    row = ["1", model, *map(str, camera.size), repr(fx), repr(fy), *centre, *map(repr, lens)]
+    return f"{HEAD}\n{' '.join(row)}\n"
+
+
+def _lines(text: str) -> list[tuple[int, str]]:
+    """Return the lines with their numbers, without comments and empty ones."""
+    stripped = ((i, line.strip()) for i, line in enumerate(text.splitlines(), 1))
+    return [(i, line) for i, line in stripped if line and not line.startswith("#")]
+
+
+def _camera(model: str, words: Sequence[str]) -> Camera:
+    """Return the camera of a model from the words behind it."""
+    if model not in MODELS:
+        raise InputError(f"{said(model)} is not modelled: {', '.join(MODELS)} are; {PERSPECTIVE}")
+    places, lens = MODELS[model]
+    count = max([*places, *(i for i in lens if i is not None)]) + 1
+    size, values = words[:2], [_number(word) for word in words[2:]]
+    if len(values) != count:
+        raise InputError(f"{model} has {count} parameters, got {len(values)}")
+    fx, fy = (values[i] for i in places[:2])
+    cx, cy = (float(_moved(words[2 + i], -HALF)) for i in places[2:])
+    K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+    bent = tuple(0.0 if i is None else values[i] for i in lens)
+    return Camera(K, (int(size[0]), int(size[1])), distortion=bent)
+
+
+def _moved(word: str, by: Decimal) -> Decimal:
+    """Return a number moved digit by digit, so that half a pixel and back is the same number."""
+    return EXACT.add(Decimal(word), by)
+
+
+def _number(word: str) -> float:
+    try:
+        return number(float(word), "a parameter")
+    except ValueError:
+        raise InputError(f"{said(word)} is no finite number") from None

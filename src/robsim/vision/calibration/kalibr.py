@@ -1,0 +1,69 @@
+"""Cameras in the chain of Kalibr: camchain.yaml."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeGuard
+
+import numpy as np
+
+from robsim.base.arrays import numbers
+from robsim.base.errors import InputError, naming, said
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.vision.calibration.tables import check_model
+from robsim.vision.camera import Camera
+
+KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
+
+
+def is_chain(table: Any) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
+    """Return whether this is a table of cameras, cam0 and those after it."""
+    return isinstance(table, Mapping) and isinstance(table.get("cam0"), Mapping)
+
+
+def cameras_of(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Camera]:
+    """Return the cameras of a chain by name; InputError: one that is not modelled, or not told."""
+    return {name: _camera(name, chain[name]) for name in _names(chain)}
+
+
+def poses_of(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Pose]:
+    """Return the pose of each camera in the axes of cam0.
+
+    Kalibr's T_cn_cnm1 takes points from the camera before into this one, so it is the inverse of
+    this camera's pose in the axes of that.
+    """
+    found: dict[str, Pose] = {}
+    T = IDENTITY
+    for name in _names(chain):
+        if found:
+            T = T @ _step(name, chain[name])
+        found[name] = T
+    return found
+
+
+def _names(chain: Mapping[str, Any]) -> list[str]:
+    """Return cam0, cam1 and on, as far as they go."""
+    names = [f"cam{i}" for i in range(len(chain))]
+    return [name for name in names if name in chain]
+
+
+def _camera(name: str, table: Any) -> Camera:
+    if not isinstance(table, Mapping):
+        raise InputError(f"{name}: expected {', '.join(KEYS)}, got {said(table)}")
+    with naming(name):
+        if missing := [key for key in KEYS if key not in table]:
+            raise InputError(f"{missing[0]} is missing")
+        check_model(table)
+        fx, fy, cx, cy = numbers(table["intrinsics"], "intrinsics", (4,))
+        lens = numbers(table["distortion_coeffs"], "distortion_coeffs", ())
+        K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+        return Camera(K, table["resolution"], distortion=lens)  # type: ignore[arg-type]
+
+
+def _step(name: str, table: Mapping[str, Any]) -> Pose:
+    """Return the pose of a camera in the axes of the one before."""
+    with naming(f"{name}: T_cn_cnm1"):
+        if "T_cn_cnm1" not in table:
+            raise InputError("is missing, so where this camera is in the chain")
+        T = numbers(table["T_cn_cnm1"], "T", (4, 4))
+        return Pose(np.array(T)).inv()

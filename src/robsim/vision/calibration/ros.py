@@ -1,0 +1,73 @@
+"""The camera of a ROS message `sensor_msgs/CameraInfo`, of ROS 1 or 2."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from robsim.base.arrays import flag, numbers, whole
+from robsim.base.errors import InputError, naming, said
+from robsim.vision.calibration.tables import cameras_of
+from robsim.vision.camera import Camera
+
+FIELDS = "width", "height", "distortion_model"
+MATRICES = "k", "d", "p"  # in ROS 1 with capital letters
+
+
+def camera_of(message: Any, rectified: bool) -> Camera:
+    """Return the camera of the image that comes with a message; see `Camera.from_ros`."""
+    with naming("camera_info"):
+        table = _table(message)
+        if not numbers(table["k"], "k", ()).any():
+            raise InputError("k is zero: this camera is not calibrated")
+        if flag(rectified, "rectified"):
+            table.update(k=_left(table.pop("p", None)), d=[], distortion_model="")
+        camera = cameras_of({key: value for key, value in table.items() if key != "p"})["camera"]
+        return _binned(_cut(camera, message), message)
+
+
+def _left(p: Any) -> Any:
+    """Return the first three columns of a projection matrix P of 3 x 4 numbers."""
+    given = None if p is None else numbers(p, "p", ())
+    if given is None or given.size != 12:
+        raise InputError("rectified: expected P of 3 x 4 numbers")
+    return given.reshape(3, 4)[:, :3]
+
+
+def _table(message: Any) -> dict[str, Any]:
+    """Return the fields of a message under the names of ROS 2."""
+    found = {name: _field(message, name) for name in FIELDS}
+    found |= {name: _field(message, name, name.upper()) for name in MATRICES}
+    if isinstance(message, Mapping) and found["k"] is None:
+        raise InputError(f"k is missing; keys: {said(', '.join(map(str, message)))}")
+    if found["k"] is None:
+        raise InputError(f"expected a message CameraInfo or a dict of it, got {said(message)}")
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _field(message: Any, *names: str) -> Any:
+    """Return the first field of a message, or item of a dict, that is there, or None."""
+    if isinstance(message, Mapping):
+        return next((message[name] for name in names if name in message), None)
+    return next((getattr(message, name) for name in names if hasattr(message, name)), None)
+
+
+def _cut(camera: Camera, message: Any) -> Camera:
+    """Return the camera of the region of interest, where there is one; zeros mean all."""
+    region = _field(message, "roi")
+    fields = ("x_offset", "y_offset", "width", "height")
+    left, top, width, height = (whole(_field(region, f) or 0, f"roi.{f}", 0) for f in fields)
+    if not (left or top or width or height):
+        return camera
+    size = camera.size or (0, 0)
+    return camera.cropped(left, top, width or size[0] - left, height or size[1] - top)
+
+
+def _binned(camera: Camera, message: Any) -> Camera:
+    """Return the camera of an image whose pixels are sums of several; 0 means one, as in ROS."""
+    across, down = (whole(_field(message, f"binning_{axis}") or 1, "binning", 1) for axis in "xy")
+    if across == down == 1 or camera.size is None:
+        return camera
+    width, height = camera.size[0] // across, camera.size[1] // down
+    whole_bins = camera.cropped(0, 0, width * across, height * down)
+    return whole_bins.resized(width, height, stretch=True)

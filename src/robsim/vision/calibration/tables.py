@@ -1,0 +1,132 @@
+"""Cameras in tables with the names of OpenCV and ROS."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from robsim.base.arrays import Array, is_listed, numbers
+from robsim.base.errors import InputError, said
+from robsim.vision.camera import Camera
+
+# what programs call a part, in small letters alone; a number behind it counts cameras
+WORDS = {
+    "K": "cameramatrix k m mtx intrinsicmatrix",
+    "distortion": "distortioncoefficients distortioncoeffs distcoeffs distcoefs dist d distortion",
+    "size": "imagesize resolution",
+    "width": "imagewidth width",
+    "height": "imageheight height",
+}
+PARTS = {word: part for part, words in WORDS.items() for word in words.split()}
+EXPECTED = "camera_matrix, cameraMatrix or K"
+MODELLED = ("", "none", "pinhole", "plumb_bob", "rational_polynomial", "radtan", "brown_conrady")
+MODEL_KEYS = "distortion_model", "camera_model", "model"
+FISHEYE_KEYS = "fisheye_model", "fisheye", "xi"  # of OpenCV's calibrations, where they are not 0
+PERSPECTIVE = (
+    "a perspective camera is modelled, whose lens has k1 k2 p1 p2 [k3 [k4 k5 k6]] "
+    "(plumb_bob, radtan, rational_polynomial)"
+)
+
+
+def cameras_of(table: Any) -> dict[str, Camera]:
+    """Return the cameras of a table, by the number behind their keys; one has the name "camera".
+
+    InputError: no camera matrix, two of one name, a lens that is not modelled.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"expected keys such as {EXPECTED}, got {said(table)}")
+    check_model(table)
+    found: dict[str, dict[str, str]] = {}  # key by part, of each camera
+    for key in table:
+        word, number = _split(str(key))
+        if word in PARTS:
+            _claim(found.setdefault(number, {}), PARTS[word], str(key))
+    shared = found.get("", {})
+    with_matrix = {number: keys for number, keys in found.items() if "K" in keys}
+    if not with_matrix:
+        raise InputError(f"no camera matrix: expected {EXPECTED}; keys: {_listed(table)}")
+    every = with_matrix.items()
+    return {number or "camera": _camera(table, {**_sizes(shared), **k}) for number, k in every}
+
+
+def check_model(table: Mapping[str, Any]) -> None:
+    """Raise InputError for a kind of camera or lens that is not modelled."""
+    for key in MODEL_KEYS:
+        model = table.get(key)
+        if model is not None and str(model).strip().lower() not in MODELLED:
+            raise InputError(f"{key} {said(model)} is not modelled: {PERSPECTIVE}")
+    for key in FISHEYE_KEYS:
+        if table.get(key) not in (None, 0.0, "false", "False", False):
+            raise InputError(f"{key}: fisheye and omnidirectional lenses are not: {PERSPECTIVE}")
+
+
+def matrix(value: Any, what: str) -> Array:
+    """Return the numbers of a list, or of a table of rows, cols and data.
+
+    >>> matrix({"rows": 1.0, "cols": 2.0, "data": [3.0, 4.0]}, "D")
+    array([[3., 4.]])
+    """
+    if not isinstance(value, Mapping):
+        if not is_listed(value):
+            raise InputError(f"{what}: expected a matrix, got {said(value)}")
+        return numbers(value, what, ())
+    if missing := [key for key in ("rows", "cols", "data") if key not in value]:
+        raise InputError(f"{what}: a matrix has rows, cols and data; {missing[0]} is missing")
+    data = numbers(value["data"] if is_listed(value["data"]) else [], f"{what}.data", ())
+    shape = [value["rows"], value["cols"]]
+    if data.ndim != 1 or not all(_is_count(n) for n in shape) or data.size != shape[0] * shape[1]:
+        raise InputError(
+            f"{what}: {said(shape[0])} rows and {said(shape[1])} columns do not hold its "
+            f"{data.size} numbers"
+        )
+    return data.reshape([int(n) for n in shape])
+
+
+def _camera(table: Mapping[str, Any], keys: Mapping[str, str]) -> Camera:
+    """Return the camera of a table from the keys of its parts."""
+    K = matrix(table[keys["K"]], keys["K"])
+    if K.shape == (9,):
+        K = K.reshape(3, 3)
+    if K.shape != (3, 3):
+        raise InputError(f"{keys['K']}: expected 3 x 3 numbers, got shape {K.shape}")
+    lens = matrix(table[keys["distortion"]], keys["distortion"]) if "distortion" in keys else ()
+    return Camera(K, _size(table, keys), distortion=lens)  # type: ignore[arg-type]
+
+
+def _size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:
+    """Return (width, height), or None where the table has neither."""
+    if "size" in keys and not keys.keys() & {"width", "height"}:
+        return matrix(table[keys["size"]], keys["size"]).ravel()
+    if not keys.keys() & {"width", "height"}:
+        return None
+    if missing := [part for part in ("width", "height") if part not in keys]:
+        raise InputError(f"image_{missing[0]} is missing")
+    return [table[keys["width"]], table[keys["height"]]]
+
+
+def _split(key: str) -> tuple[str, str]:
+    """Return a key in small letters alone, and the number at its end."""
+    word = re.sub(r"[^a-z0-9]", "", key.lower())
+    stem = word.rstrip("0123456789")
+    return stem, word[len(stem) :]
+
+
+def _claim(keys: dict[str, str], part: str, key: str) -> None:
+    """Note the key of a part; InputError if another key has it."""
+    if part in keys:
+        raise InputError(f"{keys[part]} and {key} say the same: give one")
+    keys[part] = key
+
+
+def _sizes(keys: Mapping[str, str]) -> dict[str, str]:
+    """Return the keys that all cameras of a table share."""
+    return {part: key for part, key in keys.items() if part in ("size", "width", "height")}
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int | float) and value >= 0 and value == int(value)
+
+
+def _listed(table: Mapping[str, Any]) -> str:
+    return said(", ".join(map(str, table)))

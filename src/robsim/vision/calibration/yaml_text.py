@@ -1,0 +1,118 @@
+"""YAML as plain tables, lists, numbers and texts: the extra `vision`.
+
+PyYAML reads the events of the text, and nothing is made of its tags. Aliases, keys that occur
+twice and deep nesting are refused; what is a number is said here, as 1e-3 is none in YAML 1.1.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from robsim.base.errors import FileError, said
+
+DEEPEST = 16
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_NAMED = re.compile(r"[-+]?\.(inf|nan)", re.IGNORECASE)
+_VERSION = re.compile(r"\A%YAML[: ][^\n]*")  # "%YAML:1.0", as OpenCV writes it, is no YAML
+
+
+def tables_of(text: str, source: str) -> Any:
+    """Return what the only document of a YAML text holds; each number is a float.
+
+    FileError: no YAML, more than one document, an alias, a key that occurs twice.
+    """
+    try:
+        import yaml
+    except ImportError:
+        raise FileError(f"{source}: YAML needs PyYAML: pip install 'robsim[vision]'") from None
+    builder = _Builder(source)
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    try:
+        for event in yaml.parse(_VERSION.sub("", text), Loader=loader):
+            builder.add(type(event).__name__, event)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f":{mark.line + 1}" if mark else ""
+        reason = getattr(error, "problem", None) or getattr(error, "reason", error)
+        raise FileError(f"{source}{where}: not valid YAML: {reason!s:.200}") from None
+    return builder.document
+
+
+class _Builder:
+    """A builder of the document from the events of the parser."""
+
+    def __init__(self, source: str):
+        self.source = source
+        self.document: Any = None
+        self.documents = 0
+        self.open: list[Any] = []  # tables and lists that are not closed yet
+        self.keys: list[str | None] = []  # of each the key that waits for its value
+
+    def add(self, kind: str, event: Any) -> None:
+        """Take the next event."""
+        if kind == "AliasEvent":
+            self._refuse(event, f"the alias *{said(event.anchor)[1:-1]} is not allowed")
+        elif kind == "ScalarEvent":
+            self._put(event, _scalar(event.value, event.style))
+        elif kind in ("MappingStartEvent", "SequenceStartEvent"):
+            value: Any = {} if kind.startswith("Mapping") else []
+            self._put(event, value)
+            self.open.append(value)
+            self.keys.append(None)
+            if len(self.open) > DEEPEST:
+                self._refuse(event, f"nested more than {DEEPEST} deep")
+        elif kind in ("MappingEndEvent", "SequenceEndEvent"):
+            self.open.pop()
+            self.keys.pop()
+
+    def _put(self, event: Any, value: Any) -> None:
+        """Put a value where it belongs: a key, the value of one, an item, or the document."""
+        if not self.open:
+            self._begin(event, value)
+        elif isinstance(self.open[-1], list):
+            self.open[-1].append(value)
+        elif self.keys[-1] is None:
+            self.keys[-1] = self._key(event, value)
+        else:
+            self.open[-1][self.keys[-1]] = value
+            self.keys[-1] = None
+
+    def _begin(self, event: Any, value: Any) -> None:
+        """Begin the document, beside which there may be empty ones."""
+        if value is not None:
+            self.documents += 1
+            self.document = value
+        if self.documents > 1:
+            self._refuse(event, "a second document; expected one")
+
+    def _key(self, event: Any, value: Any) -> str:
+        """Return a key that is new in its table."""
+        if isinstance(value, dict | list):
+            self._refuse(event, "a key must be a text")
+        if event.value in self.open[-1]:
+            self._refuse(event, f"the key {said(event.value)} occurs twice")
+        return str(event.value)
+
+    def _refuse(self, event: Any, text: str) -> None:
+        raise FileError(f"{self.source}:{event.start_mark.line + 1}: {text}")
+
+
+def _scalar(text: str, style: str | None) -> float | str | None:
+    """Return the value of a scalar; what is quoted is a text."""
+    if style in ("'", '"'):
+        return text
+    if text in ("", "~", "null"):
+        return None
+    return plain(text)
+
+
+def plain(text: str) -> float | str:
+    """Return the number that a text without quotes is, or the text.
+
+    >>> plain("1e-3"), plain("320."), plain("-.Inf"), plain("1:30")
+    (0.001, 320.0, -inf, '1:30')
+    """
+    if _NUMBER.fullmatch(text):
+        return float(text)
+    return float(text.replace(".", "").lower()) if _NAMED.fullmatch(text) else text

@@ -1,0 +1,53 @@
+"""What is asked of the intrinsics and the lens of a camera."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, numbers
+from robsim.base.errors import InputError
+
+COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
+UNMODELLED = 12, 14  # of those that OpenCV writes for a thin prism, and for a tilted sensor too
+
+
+def check_focal(fx: float, fy: float) -> None:
+    """Raise InputError for focal lengths below a pixel, which no lens before an image has."""
+    least = min(fx, fy)
+    if least < 1.0:
+        raise InputError(
+            f"a focal length of {least:g} pixels: is it in metres? In pixels it is that divided by "
+            f"the size of a pixel, {least:g} / 1e-5 = {least / 1e-5:g} for pixels of 10 micrometres"
+        )
+
+
+def checked_intrinsics(given: Any) -> Array:
+    K = numbers(given, "K", (3, 3))
+    if K.ndim != 2 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
+        raise InputError(f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]], got {K.tolist()}")
+    if not (K[0, 0] > 0 and K[1, 1] > 0):
+        raise InputError(f"K: focal lengths must be above zero, got {K[0, 0]} and {K[1, 1]} px")
+    return K
+
+
+def checked_distortion(given: Any) -> tuple[float, ...]:
+    """The coefficients in a flat tuple, from a row, a column or a flat array of OpenCV."""
+    array = numbers(given, "distortion", ())
+    lens = array.ravel()
+    if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *UNMODELLED):
+        raise InputError(
+            "distortion: expected 0, 4 (k1 k2 p1 p2), 5 (.. k3) or 8 (.. k4 k5 k6) numbers, flat, "
+            f"in a row or in a column, got shape {array.shape}"
+        )
+    if array.ndim == 2 and 1 not in array.shape and lens.size:
+        raise InputError(f"distortion: expected one row or column, got shape {array.shape}")
+    if lens[8:].any():
+        raise InputError(
+            "distortion: thin prisms and tilted sensors (s1 s2 s3 s4 tau_x tau_y, from the ninth "
+            f"on) are not modelled: these coefficients must be zero, got {lens[8:].tolist()}"
+        )
+    if (np.abs(lens) > 1e6).any():
+        raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")
+    return tuple(lens[:8].tolist())

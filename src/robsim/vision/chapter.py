@@ -1,0 +1,36 @@
+"""The intrinsics of the chapter's camera, in its own axes and in ours."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, numbers, positive
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose
+
+# pose of our camera axes in the chapter's: our x is its y, our y its -x
+T_CHAPTER_CAMERA = Pose([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+
+def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
+    """Return K for (column, row) in our axes from the chapter's Ki for (u, v) = (row, column).
+
+    The rows change places, and Ki is written for the chapter's camera axes.
+    """
+    return numbers(Ki, "Ki", (3, 3))[..., [1, 0, 2], :] @ T_CHAPTER_CAMERA.rotation
+
+
+def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, v0: float) -> Array:
+    """Return Ki of the chapter's eq. (10): (u, v, 1) = Ki (X/Z, Y/Z, 1), with alpha in radians.
+
+    u = u0 - X f / (Z px cos alpha), v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
+
+    >>> chapter_intrinsics(8e-3, 1e-5, 1e-5, 0.0, 240, 320)[0]
+    array([-800.,    0.,  240.])
+    """
+    f, px, py = positive(f, "f"), positive(px, "px"), positive(py, "py")
+    a, u0, v0 = numbers([alpha, u0, v0], "alpha, u0, v0", (3,))
+    if not abs(a) < np.pi / 2:
+        raise InputError(f"alpha is the skew angle in radians, within +-pi/2, got {a}")
+    return np.array([[-f / (px * np.cos(a)), 0, u0], [f * np.tan(a) / py, f / py, v0], [0, 0, 1]])

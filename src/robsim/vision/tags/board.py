@@ -1,0 +1,104 @@
+"""A ChArUco board: a chessboard with tags in its white squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, positive, whole
+from robsim.base.errors import InputError
+from robsim.vision.tags.families import black, dictionary, family, opencv
+from robsim.vision.tags.printed import INK, Printed
+
+MOST_SQUARES = 100  # on a side
+
+
+@dataclass(frozen=True, eq=False)
+class Board(Printed):
+    """A ChArUco board: a chessboard of columns x rows squares, with tags in the white ones.
+
+    `square` and `tag` are the sides of a square and of a tag's black square in metres. As OpenCV
+    has it (since 4.6; not its legacy pattern), the origin is the upper left corner, where a black
+    square lies, with x to the right, y down and z into the board, and the tags are numbered from 0,
+    row by row. Its marks are the inner corners of the chessboard, row by row.
+
+    >>> board = Board("DICT_4X4_50", columns=5, rows=4, square=0.03, tag=0.02)
+    >>> board.marks.shape, board.marks[0]
+    ((12, 3), array([0.03, 0.03, 0.  ]))
+    """
+
+    family: str
+    columns: int
+    rows: int
+    square: float
+    tag: float
+
+    def __post_init__(self) -> None:
+        count = family(self.family).ids
+        for side in ("columns", "rows"):
+            n = whole(getattr(self, side), f"{side} of a board", 2, MOST_SQUARES + 1)
+            object.__setattr__(self, side, n)
+        for side in ("square", "tag"):
+            length = positive(getattr(self, side), f"{side} of a board in metres")
+            object.__setattr__(self, side, length)
+        if self.tag >= self.square:
+            raise InputError(f"tag of {self.tag:g} m: larger than its square, {self.square:g} m")
+        if len(self.ids) > count:
+            raise InputError(f"{len(self.ids)} white squares, but {self.family} has {count} tags")
+
+    @property
+    def ids(self) -> range:
+        """The numbers of its tags."""
+        return range(self.columns * self.rows // 2)
+
+    @property
+    def name(self) -> str:
+        """The name under which a detector delivers its corners."""
+        return f"{self.family}_{self.columns}x{self.rows}"
+
+    @property
+    def marks(self) -> Array:
+        """The inner corners ((columns - 1)(rows - 1), 3) in metres, row by row."""
+        x, y = np.meshgrid(np.arange(1.0, self.columns), np.arange(1.0, self.rows))
+        found: Array = self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+        return found
+
+    @property
+    def pitch(self) -> float:
+        """The side of one square in metres."""
+        return self.square
+
+    @property
+    def paper(self) -> Array:
+        """The corners ((left, top), (right, bottom)) of the paper, half a square around it."""
+        edge = self.square / 2
+        size = self.square * np.array([self.columns, self.rows])
+        return np.array([np.full(2, -edge), size + edge])
+
+    def is_black(self, x: Array, y: Array) -> INK:
+        """Return where there is ink among points (...) of its plane, in metres."""
+        column, row = (np.floor(v / self.square).astype(int) for v in (x, y))
+        inside = (np.minimum(column, row) >= 0) & (column < self.columns) & (row < self.rows)
+        dark = (column + row) % 2 == 0
+        found: INK = inside & (dark | self._in_tag(x, y, column, row))
+        return found
+
+    def _in_tag(self, x: Array, y: Array, column: Any, row: Any) -> INK:
+        """Return where the tag of a white square has ink."""
+        n, margin = family(self.family).cells, (self.square - self.tag) / 2
+        i, j = (
+            np.floor((v - square * self.square - margin) / (self.tag / n)).astype(int)
+            for v, square in ((x, column), (y, row))
+        )
+        patterns = np.stack([black(self.family, number) for number in self.ids])
+        number = np.clip((row * self.columns + column) // 2, 0, len(patterns) - 1)
+        at_tag = (np.minimum(i, j) >= 0) & (np.maximum(i, j) < n)
+        found: INK = at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)]
+        return found
+
+    def as_opencv(self) -> Any:
+        """Return the `cv2.aruco.CharucoBoard`."""
+        size, kind = (self.columns, self.rows), dictionary(self.family)
+        return opencv().aruco.CharucoBoard(size, self.square, self.tag, kind)

@@ -1,0 +1,166 @@
+"""The detector of tags and boards, which delivers named marks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, is_listed
+from robsim.base.errors import InputError, said
+from robsim.vision.tags.board import Board
+from robsim.vision.tags.doubts import cell_of, doubts
+from robsim.vision.tags.edges import refined
+from robsim.vision.tags.finders import board_finder, finder
+from robsim.vision.tags.printed import Printed
+from robsim.vision.tags.tag import Tag
+
+LEAST_SIDE = 16  # pixels: no tag fits in less, and AprilTag ends the process in images below 3
+MOST_PIXELS = 200_000_000
+FEW = 4  # corners of a board, which a pose needs at least
+
+
+class Detections(dict[str, Array]):
+    """Marks in an image, in pixels (N, 2), by the names of their targets; the unseen are absent.
+
+    `doubtful` says by name why a target may be none or not quite there. One that was seen more than
+    once is told there, and absent, for which one is meant is not known.
+    """
+
+    def __init__(self, marks: dict[str, Array], doubtful: dict[str, str]):
+        super().__init__(marks)
+        self.doubtful = doubtful
+
+    def pixels(self, targets: Iterable[Printed]) -> Array:
+        """Return the marks (N, 2) of targets one after the other, NaN for those that are absent.
+
+        >>> Detections({}, {}).pixels([Tag("tag36h11", 0, size=0.1)])[0]
+        array([nan, nan])
+        """
+        gaps = [(each.name, np.full((len(each.marks), 2), np.nan)) for each in targets]
+        return np.concatenate([self.get(name, gap) for name, gap in gaps])
+
+
+class Detector:
+    """A detector of declared tags and boards in grey images: `detector(image)`.
+
+    AprilTags are found by pyapriltags, ArUco and ChArUco by OpenCV; the corners of tags are then
+    found anew from their edges. It needs the extra `vision`. InputError: what is no tag or board,
+    two targets with one tag.
+    """
+
+    def __init__(self, targets: Iterable[Printed]):
+        self.targets = _checked(targets)
+        self._tags = {(t.family, t.id): t for t in self.targets if isinstance(t, Tag)}
+        self._boards = {t: board_finder(t) for t in self.targets if isinstance(t, Board)}
+        self._finders = {name: finder(name) for name in sorted({name for name, _ in self._tags})}
+
+    def __call__(self, image: Any) -> Detections:
+        """Return the marks in a grey image (h, w) of uint8, in pixels whose centres are whole.
+
+        InputError: an image of another kind, or below 16 pixels wide or high.
+        """
+        grey = _grey(image)
+        marks: dict[str, Array] = {}
+        doubtful: dict[str, str] = {}
+        for tag, found in self._found(grey).items():
+            _note(tag.name, *_tag_marks(grey, tag, found), marks, doubtful)
+        for board, find in self._boards.items():
+            _note(board.name, *_board_marks(*find(grey)), marks, doubtful)
+        return Detections(marks, doubtful)
+
+    def _found(self, grey: NDArray[np.uint8]) -> dict[Tag, list[Array]]:
+        """Return the corners of each target as often as it was seen."""
+        found: dict[Tag, list[Array]] = {}
+        for name, find in self._finders.items():
+            for number, corners in find(grey):
+                if tag := self._tags.get((name, number)):
+                    found.setdefault(tag, []).append(corners)
+        return found
+
+
+def _note(
+    name: str,
+    found: Array | None,
+    reasons: list[str],
+    marks: dict[str, Array],
+    doubtful: dict[str, str],
+) -> None:
+    """Put what was found of a target, and why it is doubtful, where they belong."""
+    if found is not None:
+        marks[name] = found
+    if reasons:
+        doubtful[name] = "; ".join(reasons)
+
+
+def _tag_marks(
+    grey: NDArray[np.uint8], tag: Tag, found: list[Array]
+) -> tuple[Array | None, list[str]]:
+    """Return the corners of a tag, or None, and why they are doubtful.
+
+    Of several the one without doubts is meant: weak families are seen in noise.
+    """
+    every = [_judged(grey, tag, corners) for corners in found]
+    sure = [each for each in every if not each[1]]
+    if len(every) == 1 or len(sure) == 1:
+        return (sure or every)[0]
+    return None, [f"seen {len(sure or every)} times"]
+
+
+def _judged(grey: NDArray[np.uint8], tag: Tag, found: Array) -> tuple[Array, list[str]]:
+    """Return corners from the edges of a tag, and why they are doubtful."""
+    better = refined(grey, found, cell_of(found, tag))
+    corners = found if better is None else better
+    blurred = ["no sharp edges"] if better is None else []
+    return corners, [*blurred, *doubts(grey, tag, corners)]
+
+
+def _board_marks(corners: Array, twice: bool) -> tuple[Array | None, list[str]]:
+    """Return the inner corners of a board, or None, and why they are doubtful."""
+    seen = int(np.isfinite(corners[:, 0]).sum())
+    if twice:
+        return None, ["a tag of it seen more than once"]
+    if not seen:
+        return None, []
+    return corners, [f"{seen} of {len(corners)} corners"] if seen < FEW else []
+
+
+def _checked(targets: Any) -> tuple[Printed, ...]:
+    """Return the targets, each with tags of its own."""
+    if not is_listed(targets):
+        raise InputError(f"targets: expected a list of Tag and Board, got {said(targets)}")
+    every = tuple(targets)
+    owners: dict[tuple[str, int], str] = {}
+    for target in every:
+        if not isinstance(target, Tag | Board):
+            raise InputError(f"targets: expected a Tag or a Board, got {said(target)}")
+        for number in target.ids if isinstance(target, Board) else (target.id,):
+            key = target.family, number
+            if key in owners:
+                raise InputError(
+                    f"targets: {owners[key]} and {target.name} have tag {number} of {key[0]} both"
+                )
+            owners[key] = target.name
+    if not every:
+        raise InputError("targets: expected at least one Tag or Board")
+    return every
+
+
+def _grey(image: Any) -> NDArray[np.uint8]:
+    """Return an image as detectors take it; InputError: of another kind."""
+    if not isinstance(image, np.ndarray):
+        raise InputError(f"image: expected an array (h, w) of uint8, got {said(image)}")
+    if image.ndim == 3 and image.shape[-1] in (3, 4):
+        raise InputError(
+            f"image: shape {image.shape} has colours; make it grey, as by "
+            "cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)"
+        )
+    if image.ndim != 2 or min(image.shape) < LEAST_SIDE or image.size > MOST_PIXELS:
+        raise InputError(
+            f"image: expected shape (h, w) of {LEAST_SIDE} pixels or more, got {image.shape}"
+        )
+    if image.dtype != np.uint8:
+        raise InputError(f"image: expected grey values of uint8, 0 to 255, got {image.dtype}")
+    return np.ascontiguousarray(image)

@@ -1,0 +1,57 @@
+"""What is printed on a plane: where its ink is, and its picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, whole
+from robsim.base.values import Value
+
+MOST_PIXELS = 10_000  # of a side of a picture
+INK = NDArray[np.bool_]
+
+
+class Printed(Value):
+    """A tag or a board on white paper, with x to the right, y down and z into the paper, in metres.
+
+    A subclass adds its name, its `marks` (N, 3), its `paper` and where its ink is.
+    """
+
+    @property
+    def name(self) -> str:
+        """The name under which a detector delivers it."""
+        raise NotImplementedError
+
+    @property
+    def marks(self) -> Array:
+        """The points (N, 3) that a detector finds, in metres in its own axes."""
+        raise NotImplementedError
+
+    @property
+    def paper(self) -> Array:
+        """The corners ((left, top), (right, bottom)) of the paper with its white margin, metres."""
+        raise NotImplementedError
+
+    @property
+    def pitch(self) -> float:
+        """The side of one of its cells or squares in metres."""
+        raise NotImplementedError
+
+    def is_black(self, x: Array, y: Array) -> INK:
+        """Return where there is ink among points (...) of its plane, in metres."""
+        raise NotImplementedError
+
+    def picture(self, pixels: int = 20) -> NDArray[np.uint8]:
+        """Return its picture (h, w), black 0 and white 255, to print or to show.
+
+        `pixels` is the side of one cell of a tag, or of one square of a board. Printed so that the
+        black square of a tag, or the squares of a board, have their size, it is what is detected.
+        """
+        (left, top), (right, bottom) = self.paper
+        step = self.pitch / whole(pixels, "pixels", 1, MOST_PIXELS)
+        count = [round((end - begin) / step) for begin, end in ((left, right), (top, bottom))]
+        whole(max(count), "pixels of a side of the picture", 1, MOST_PIXELS)
+        x, y = (step * (np.arange(n) + 0.5) for n in count)
+        ink = self.is_black(*np.meshgrid(left + x, top + y))
+        return np.where(ink, 0, 255).astype(np.uint8)

@@ -1,0 +1,95 @@
+"""A square tag of AprilTag or ArUco."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+from robsim.base.arrays import Array, positive, whole
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives import Block
+from robsim.vision.tags.families import black, family
+from robsim.vision.tags.printed import INK, Printed
+
+CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
+THICK = 1e-3  # of the size: the plates that draw a tag
+
+
+@dataclass(frozen=True, eq=False)
+class Tag(Printed):
+    """A square tag of AprilTag ("tag36h11", ...) or ArUco ("DICT_4X4_50", ...).
+
+    `size` is the side of its black square in metres. Its axes have their origin in the middle, x to
+    the right and y down as its authors print it upright, and z into the paper: in front of a camera
+    and upright, they are those of the camera. Its marks are the corners of the black square, upper
+    left, upper right, lower right, lower left. OpenCV prints AprilTags upside down: turn these.
+
+    >>> tag = Tag("tag36h11", 7, size=0.1)
+    >>> tag.name, tag.marks[0]
+    ('tag36h11_7', array([-0.05, -0.05,  0.  ]))
+    """
+
+    family: str
+    id: int
+    size: float
+
+    def __post_init__(self) -> None:
+        whole(self.id, f"id of a tag of {self.family}", 0, family(self.family).ids)
+        object.__setattr__(self, "id", int(self.id))
+        object.__setattr__(self, "size", positive(self.size, "size of a tag in metres"))
+
+    @property
+    def name(self) -> str:
+        """The name under which a detector delivers its corners: the family and the number."""
+        return f"{self.family}_{self.id}"
+
+    @property
+    def marks(self) -> Array:
+        """The corners (4, 3) of the black square in metres, from the upper left clockwise."""
+        return self.size * CORNERS
+
+    @property
+    def pitch(self) -> float:
+        """The side of one cell in metres."""
+        return self.size / family(self.family).cells
+
+    @property
+    def paper(self) -> Array:
+        """The corners ((left, top), (right, bottom)) of the paper, which leaves a cell white."""
+        half = self.size / 2 + self.pitch
+        return np.array([[-half, -half], [half, half]])
+
+    @property
+    def cells(self) -> INK:
+        """Which cells (n, n) are black, with those of the border, upright."""
+        drawn = black(self.family, self.id)
+        return drawn[::-1, ::-1] if family(self.family).april else drawn
+
+    def is_black(self, x: Array, y: Array) -> INK:
+        """Return where there is ink among points (...) of its plane, in metres."""
+        cells = self.cells
+        column, row = (np.floor((v + self.size / 2) / self.pitch).astype(int) for v in (x, y))
+        inside = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < len(cells))
+        i, j = (np.clip(v, 0, len(cells) - 1) for v in (row, column))
+        found: INK = inside & cells[i, j]
+        return found
+
+    @property
+    def shapes(self) -> tuple[Block, ...]:
+        """The shapes that draw it in a scene: white paper, and a black plate for each run of cells.
+
+        Of an object with these shapes, `marks` are given as well.
+        """
+        thick, step, (_, (edge, _)) = THICK * self.size, self.pitch, self.paper
+        paper = Block(2 * edge, 2 * edge, thick, "w", pose=Pose.at(0, 0, 1.5 * thick))
+        found = [paper]
+        for row, line in enumerate(self.cells):
+            for is_ink, run in groupby(range(len(line)), key=lambda i: bool(line[i])):
+                columns = list(run)
+                middle = (columns[0] + columns[-1] + 1 - len(line)) / 2 * step
+                place = Pose.at(middle, (row + 0.5 - len(line) / 2) * step, thick / 2)
+                plate = Block(len(columns) * step, step, thick, "k", pose=place)
+                found += [plate] if is_ink else []
+        return tuple(found)

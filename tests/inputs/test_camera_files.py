@@ -1,0 +1,142 @@
+"""What is wrong with files and messages of cameras: one clear line each."""
+
+import re
+
+import pytest
+
+import robsim as rs
+
+K = "<data>500 0 320 0 500 240 0 0 1</data>"
+MATRIX = f'<K type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>{K}</K>'
+INFO = {"k": [500, 0, 320, 0, 500, 240, 0, 0, 1], "d": [], "width": 640, "height": 480}
+
+
+def xml(inner):
+    return f"<opencv_storage>{inner}</opencv_storage>"
+
+
+FILES = {
+    "": "empty; expected a calibration of OpenCV, ROS, Kalibr or COLMAP",
+    "\n \n": "empty; expected a calibration",
+    "<opencv_storage><K": ":1: not valid XML: ",
+    "<calibration/>": ":1: <calibration>: expected <opencv_storage>, as of OpenCV",
+    "<!DOCTYPE a [<!ENTITY b 'c'>]><opencv_storage/>": "a DOCTYPE is not allowed",
+    xml(
+        "<fps>30</fps>"
+    ): "no camera matrix: expected camera_matrix, cameraMatrix or K; keys: 'fps'",
+    xml("<K>500</K>"): "K: expected a matrix, got 500.0",
+    xml("<K>text</K>"): "K: expected a matrix, got 'text'",
+    xml(MATRIX + MATRIX): "'K' occurs twice",
+    xml(MATRIX + MATRIX.replace("K ", "mtx ").replace("/K", "/mtx")): "K and mtx say the same",
+    xml(MATRIX.replace("<rows>3", "<rows>2")): "K: 2.0 rows and 3.0 columns do not hold its 9 num",
+    xml(MATRIX.replace("<rows>3</rows>", "")): "K: a matrix has rows, cols and data; rows is miss",
+    xml(MATRIX.replace("240 0 0 1", "240")): "K: 3.0 rows and 3.0 columns do not hold its 6 numb",
+    xml(MATRIX.replace("240", ".Nan")): "K.data: nan at index (5,); every number must be finite",
+    xml(MATRIX.replace("240", "wide")): "K.data: expected a number, got",
+    xml(MATRIX.replace("500", "0", 1)): "K: focal lengths must be above zero",
+    xml(MATRIX + "<image_width>640</image_width>"): "image_height is missing",
+    xml(MATRIX + "<image_width>0</image_width><image_height>480</image_height>"): "image size must",
+    xml(MATRIX + "<fisheye_model>1</fisheye_model>"): "fisheye_model: fisheye and omnidirectional",
+    xml(MATRIX + "<distortion_model>equidistant</distortion_model>"): "distortion_model 'equidist",
+    xml(MATRIX + MATRIX.replace("K ", "D ").replace("/K", "/D")): "distortion: expected 0, 4 (k1",
+    "1 PINHOLE 640 480 500 500 320\n": ":1: PINHOLE has 4 parameters, got 3",
+    "1 PINHOLE 640 480 500 500 320 nan\n": ":1: 'nan' is no finite number",
+    "1 PINHOLE 640 480 500 500 320 1e999999999\n": ":1: '1e999999999' is no finite number",
+    "1 PINHOLE 640 480 500 500 320 wide\n": ":1: 'wide' is no finite number",
+    "1 PINHOLE 0 480 500 500 320 240\n": ":1: image size must be (width, height)",
+    "1 OPENCV_FISHEYE 640 480 500 500 320 240 0 0 0 0\n": ":1: 'OPENCV_FISHEYE' is not modelled",
+    "1 PINHOLE 640 480 500 500 320 240\nand 2 more\n": ":2: ",
+    "1 PINHOLE 640 480 5 5 3 2\n1 PINHOLE 640 480 5 5 3 2\n": ":2: camera '1' occurs twice",
+}
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
+    path = tmp_path / "camera.xml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(rs.FileError, match=re.escape(FILES[text])) as caught:
+        rs.Camera.from_file(path)
+    assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+
+
+def test_prisms_that_are_not_zero_are_refused(tmp_path):
+    data = '<D type_id="opencv-matrix"><rows>1</rows><cols>12</cols><data>{}</data></D>'
+    path = tmp_path / "camera.xml"
+    path.write_text(xml(MATRIX + data.format("0 " * 11 + "1e-3")))
+    with pytest.raises(rs.FileError, match="thin prisms and tilted sensors"):
+        rs.Camera.from_file(path)
+
+
+@pytest.mark.parametrize("path", [None, 3, "nowhere.yaml", "\0"])
+def test_no_file_is_refused(path):
+    with pytest.raises(rs.FileError, match=r"no such file|cannot be read"):
+        rs.Camera.from_file(path)
+
+
+def test_a_huge_file_and_one_that_is_no_text_are_refused(tmp_path):
+    path = tmp_path / "camera.yaml"
+    path.write_bytes(b" " * 1_000_001)
+    with pytest.raises(rs.FileError, match="larger than 1 MB"):
+        rs.Camera.from_file(path)
+    path.write_bytes(b"K: \xff")
+    with pytest.raises(rs.FileError, match="byte 3 is not UTF-8"):
+        rs.Camera.from_file(path)
+
+
+@pytest.mark.parametrize(
+    "change, reason",
+    [
+        ({"k": [0] * 9}, "camera_info: k is zero: this camera is not calibrated"),
+        ({"k": [1, 2]}, "camera_info: k: expected 3 x 3 numbers, got shape (2,)"),
+        ({"k": "K"}, "camera_info: k: expected a number"),
+        ({"k": None}, "camera_info: k is missing; keys: "),
+        ({"d": [0.1, 0.2, 0.3]}, "camera_info: distortion: expected 0, 4"),
+        ({"distortion_model": "equidistant"}, "'equidistant' is not modelled: a perspective came"),
+        ({"width": 0}, "camera_info: image size must be"),
+        ({"roi": {"x_offset": 600, "width": 100, "height": 1}}, "leave an image of 640 x 480"),
+        ({"binning_x": -1}, "camera_info: binning must be a whole number from 1 on"),
+    ],
+)
+def test_a_wrong_message_is_refused(change, reason):
+    with pytest.raises(rs.InputError, match=re.escape(reason)):
+        rs.Camera.from_ros({**INFO, **change})
+
+
+@pytest.mark.parametrize("message", [None, 3, "camera", [1, 2]])
+def test_what_is_no_message_is_refused(message):
+    with pytest.raises(rs.InputError, match="expected a message CameraInfo or a dict of it, got"):
+        rs.Camera.from_ros(message)
+
+
+def test_a_rectified_camera_needs_p():
+    with pytest.raises(rs.InputError, match="rectified: expected P of 3 x 4 numbers"):
+        rs.Camera.from_ros(INFO, rectified=True)
+
+
+def test_what_other_programs_would_leave_out_is_not_written(tmp_path):
+    skewed = rs.Camera([[500, 2, 320], [0, 500, 240], [0, 0, 1]], (640, 480))
+    with pytest.raises(rs.FileError, match="a skew of 2 px, which other programs leave out"):
+        skewed.to_file(tmp_path / "a.yaml")
+    endless = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]])
+    with pytest.raises(rs.FileError, match="COLMAP needs the size of the image"):
+        endless.to_file(tmp_path / "a.txt")
+    for path in (tmp_path / "a.json", None):
+        with pytest.raises(rs.FileError, match=r"a name that ends in .yaml, .yml, .xml, .txt"):
+            endless.to_file(path)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "call, reason",
+    [
+        (lambda c: c.resized(0, 10), "size must be (width, height) in whole pixels"),
+        (lambda c: c.resized(32.5, 24), "size must be (width, height) in whole pixels"),
+        (lambda c: c.cropped(-1, 0, 10, 10), "left must be a whole number from 0 on"),
+        (lambda c: c.cropped(10, 0, 640, 480), "640 x 480 pixels from (10, 0) on leave an image"),
+        (lambda c: rs.Camera(c.K).resized(3, 2), "a camera without a size cannot be resized"),
+        (lambda c: rs.Camera(c.K).cropped(0, 0, 3, 2), "a camera without a size cannot be cropped"),
+    ],
+)
+def test_a_wrong_size_is_refused(call, reason, camera):
+    with pytest.raises(rs.InputError, match=re.escape(reason)):
+        call(camera)

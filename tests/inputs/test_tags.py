@@ -1,0 +1,76 @@
+"""Wrong tags, boards and targets are refused; what needs no other program is as it should be."""
+
+import re
+import sys
+
+import numpy as np
+import pytest
+
+import robsim as rs
+
+TAG = rs.Tag("tag36h11", 7, size=0.1)
+
+
+@pytest.mark.parametrize(
+    "make, reason",
+    [
+        (lambda: rs.Tag("tag36h12", 0, 0.1), "no family 'tag36h12' of tags; did you"),
+        (lambda: rs.Tag(None, 0, 0.1), "no family None of tags; families: tag16h5"),
+        (lambda: rs.Tag("tag36h11", 587, 0.1), "id of a tag of tag36h11 must be below 587"),
+        (lambda: rs.Tag("tag36h11", -1, 0.1), "id of a tag of tag36h11 must be a whole number"),
+        (lambda: rs.Tag("tag36h11", 1.5, 0.1), "id of a tag of tag36h11 must be a whole number"),
+        (lambda: rs.Tag("tag36h11", 0, 0), "size of a tag in metres must be a positive number"),
+        (lambda: rs.Tag("tag36h11", 0, np.nan), "size of a tag in metres: nan"),
+        (lambda: rs.Board("DICT_4X4_50", 1, 4, 0.03, 0.02), "columns of a board must be a whole"),
+        (lambda: rs.Board("DICT_4X4_50", 5, 4, 0.03, 0.04), "tag of 0.04 m: larger tha"),
+        (lambda: rs.Board("DICT_4X4_50", 5, 4, -1, 0.02), "square of a board in metres must be"),
+        (lambda: rs.Board("DICT_4X4_50", 20, 20, 0.03, 0.02), "200 white squares, but DICT"),
+        (lambda: rs.Detector([]), "targets: expected at least one Tag or Board"),
+        (lambda: rs.Detector(TAG), "targets: expected a list of Tag and Board, got"),
+        (lambda: rs.Detector([TAG, 3]), "targets: expected a Tag or a Board, got 3"),
+        (lambda: rs.Detector([TAG, rs.Tag("tag36h11", 7, 0.2)]), "have tag 7 of tag36h11 both"),
+        (lambda: rs.render(rs.Camera(np.eye(3)), {}), "camera: expected a Camera with a size"),
+        (lambda: TAG.picture(0), "pixels must be a whole number from 1 on"),
+        (lambda: TAG.picture(9_000), "pixels of a side of the picture must be below 10000"),
+    ],
+)
+def test_it_is_refused(make, reason):
+    with pytest.raises(rs.InputError, match=re.escape(reason)):
+        make()
+
+
+def test_wrong_targets_to_render_are_refused(camera):
+    with pytest.raises(rs.InputError, match="targets: expected poses by Tag or Board, got"):
+        rs.render(camera, {"tag": rs.Pose.at()})
+    with pytest.raises(rs.InputError, match="pose of tag36h11_7"):
+        rs.render(camera, {TAG: 3})
+    with pytest.raises(rs.InputError, match="samples must be a whole number from 1 on"):
+        rs.render(camera, {}, samples=0)
+
+
+def test_an_image_of_nothing_is_even(camera):
+    image = rs.render(camera.resized(32, 24), {})
+    assert image.shape == (24, 32) and (image == 128).all()
+
+
+def test_marks_are_the_corners_of_the_black_square():
+    assert TAG.marks[:, :2].tolist() == [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]
+    assert TAG.pitch == 0.0125 and TAG.paper.tolist() == [[-0.0625] * 2, [0.0625] * 2]
+    assert rs.Tag("tag36h11", 7.0, size=0.1) == TAG and len({TAG, rs.Tag("tag36h11", 8, 0.1)}) == 2
+
+
+def test_what_is_missing_is_told(monkeypatch):
+    """Each extra program by its name, with the command that installs it."""
+    for name in ("cv2", "pyapriltags"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(rs.InputError, match=r"AprilTags need pyapriltags: pip install 'robsim\[vi"):
+        rs.Detector([TAG])
+    with pytest.raises(rs.InputError, match=r"tags need OpenCV: pip install 'robsim\[vision\]'"):
+        rs.Detector([rs.Tag("DICT_4X4_50", 0, 0.1)])
+
+
+def test_yaml_without_its_reader_is_told(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    (tmp_path / "a.yaml").write_text("K: 3\n")
+    with pytest.raises(rs.FileError, match=r"YAML needs PyYAML: pip install 'robsim\[vision\]'"):
+        rs.Camera.from_file(tmp_path / "a.yaml")
