@@ -5,8 +5,11 @@ import importlib
 import pytest
 from attack.harness import CLASSES, attacked
 
+SLOW = ("cache_files", "full_disks", "together")  # whose cases are processes of their own
+MARKED = [pytest.param(name, marks=[pytest.mark.full] * (name in SLOW)) for name in CLASSES]
 
-@pytest.mark.parametrize("name", CLASSES)
+
+@pytest.mark.parametrize("name", MARKED)
 def test_nothing_breaks(name):
     """Every input is taken or refused; nothing crashes, hangs, is lost or escapes."""
     cases = importlib.import_module(f"attack.{name}").CASES

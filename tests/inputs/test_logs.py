@@ -121,21 +121,23 @@ def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
 def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
     there = builtins.__import__
 
-    def without(name, *more):
+    def without(name, *more, **named):
         if name.split(".")[0] == "rosbags":
             raise ImportError(name)
-        return there(name, *more)
+        return there(name, *more, **named)
 
     monkeypatch.setattr(builtins, "__import__", without)
     messages.typestore.cache_clear()
+    bag = tmp_path / "there.mcap"
+    bag.touch()
     for call in (
         lambda: rs.save_bag(run, tmp_path / "bag"),
-        lambda: rs.open_bag(tmp_path / "bag"),
-        lambda: next(rs.bag_images(tmp_path / "bag", "/image")),
+        lambda: rs.open_bag(bag),
+        lambda: next(rs.bag_images(bag, "/image")),
     ):
         with pytest.raises(rs.InputError, match=r"needs rosbags: pip install 'robsim\[ros\]'"):
             call()
-    assert list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == [bag]
     messages.typestore.cache_clear()
 
 

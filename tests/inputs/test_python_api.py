@@ -558,6 +558,7 @@ print(asked[0], peak() - before)
 """
 
 
+@pytest.mark.full  # as it takes hundreds of megabytes
 @pytest.mark.skipif(sys.platform != "linux", reason="what a process took is told otherwise there")
 def test_the_memory_that_results_take_until_they_are_saved_is_foreseen(tmp_path):
     done = subprocess.run(

@@ -28,8 +28,13 @@ def wanted(noisy, how):
     return rs.study(noisy, 12, **how).hash
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("chunk", [1, 7, 64, 1000])
+CUTS = [(chunk, threads) for chunk in (1, 7, 64, 1000) for threads in (1, 2)]
+
+
+@pytest.mark.parametrize(
+    ("chunk", "threads"),
+    [pytest.param(*cut, marks=[pytest.mark.full] * (i % 3 == 0)) for i, cut in enumerate(CUTS)],
+)
 def test_threads_and_chunks_leave_the_bits(noisy, how, wanted, chunk, threads):
     assert rs.study(noisy, 12, chunk=chunk, threads=threads, **how).hash == wanted
 

@@ -34,7 +34,7 @@ class Bag:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = path
+        self.path, self._files = path, list(_files(path))
         self._store = messages.typestore()
         self._open = ExitStack()
         self._readers: list[Any] = []
@@ -44,7 +44,7 @@ class Bag:
         from rosbags.rosbag2 import Reader
 
         with ExitStack() as stack:
-            for file in _files(self.path):
+            for file in self._files:
                 with naming(str(self.path)), self._readable():
                     reader = stack.enter_context(Reader(file))
                     _check_size(reader)
