@@ -5,7 +5,12 @@ import importlib
 import pytest
 from attack.harness import CLASSES, attacked
 
-SLOW = ("cache_files", "full_disks", "together")  # whose cases are processes of their own
+SLOW = (
+    "cache_files",
+    "full_disks",
+    "run_files",
+    "together",
+)  # whose cases are processes of their own
 MARKED = [pytest.param(name, marks=[pytest.mark.full] * (name in SLOW)) for name in CLASSES]
 
 

@@ -151,6 +151,7 @@ rs.load_scenario("long.toml").run(checkpoint="point")
 """
 
 
+@pytest.mark.full  # as a process of its own is started
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal here")
 def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint():
     long = NOISY.with_(duration=20_000.0, record=1000)

@@ -110,6 +110,7 @@ def test_steps_are_of_one_start():
         made.with_(start=np.repeat(made.start[None], 2, axis=0)).steps()
 
 
+@pytest.mark.full  # as another process is started
 def test_what_has_run_goes_to_another_process_and_runs_there(tmp_path):
     """Machine code stays where it is: its addresses mean nothing elsewhere."""
     made = experiment("visp_tutorial").with_(duration=0.4)

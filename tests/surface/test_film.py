@@ -365,6 +365,7 @@ def test_an_mp4_without_pyav_is_refused_before_anything_runs(called, monkeypatch
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.full  # as a film is drawn
 def test_run_writes_a_page_and_a_film_beside_the_rest(called, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     command = ["run", str(rs.examples.path("visp_tutorial")), "-o", "out", "--no-figures"]

@@ -133,6 +133,7 @@ def test_what_cannot_be_kept_is_told_once_and_by_its_reason(teller, capsys, monk
     )
 
 
+@pytest.mark.full  # as processes are started
 def test_a_process_says_it_on_stderr_once_and_the_next_says_nothing(tmp_path):
     environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
     environment["ROBSIM_CACHE_DIR"] = str(tmp_path)

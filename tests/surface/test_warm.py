@@ -65,6 +65,7 @@ def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monke
     assert "what came with the package serves here (x86-64-v3)" in called().out
 
 
+@pytest.mark.full  # as a process of its own is started
 def test_a_process_of_its_own_does_the_work(monkeypatch, called):
     monkeypatch.setattr(uses, "uses", lambda: [("change", "sensing.noise=1"), ("example", "none")])
     first, second = called(), called()
