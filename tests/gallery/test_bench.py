@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from stopping import stop_at_the_second
 
 import robsim as rs
 from robsim.analysis.shares import share
@@ -266,19 +267,12 @@ def test_the_tables_as_texts():
 
 
 def test_a_stop_leaves_what_is_done(monkeypatch):
-    run_of, calls = rs.Experiment.run, []
+    def three_of(run):
+        outcome = run.outcome.copy()
+        outcome[3:] = rs.Outcome.RUNNING
+        return run.assign(outcome=outcome)
 
-    @functools.wraps(run_of)
-    def stopped(*arguments, **settings):
-        calls.append(arguments)
-        run = run_of(*arguments, **settings)
-        if len(calls) == 2:
-            running = run.outcome.copy()
-            running[3:] = rs.Outcome.RUNNING
-            raise rs.Interrupted("stopped", run.assign(outcome=running))
-        return run
-
-    monkeypatch.setattr(rs.Experiment, "run", stopped)
+    stop_at_the_second(monkeypatch, three_of)
     with pytest.raises(rs.Interrupted) as stop:
         rs.bench(some(VIT, range(10)))
     counts = stop.value.run.data["scheme"].value_counts().to_dict()

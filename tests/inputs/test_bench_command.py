@@ -1,11 +1,11 @@
 """`robsim bench` and `rs.bench`: what they write, and what they refuse."""
 
-import functools
 from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from stopping import stop_at_the_second
 
 import robsim as rs
 from robsim.suites.published import vit_500
@@ -118,17 +118,7 @@ def test_bad_input_is_told_and_leaves_nothing(robsim, case):
 
 
 def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
-    run_of, calls = rs.Experiment.run, []
-
-    @functools.wraps(run_of)
-    def stopped(*arguments, **settings):
-        calls.append(arguments)
-        run = run_of(*arguments, **settings)
-        if len(calls) == 2:
-            raise rs.Interrupted("stopped", run)
-        return run
-
-    monkeypatch.setattr(rs.Experiment, "run", stopped)
+    stop_at_the_second(monkeypatch)
     status, out, err = robsim("bench", "vit_500", "-o", "out")
     assert status == 130 and "stopped; what was simulated so far is in out" in err and out == ""
     assert pd.read_csv("out/bench.csv")["scheme"].tolist() == ["IBVS, L current", "IBVS, L desired"]

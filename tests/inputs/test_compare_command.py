@@ -1,11 +1,11 @@
 """`robsim compare`: schemes from files and from values, what it writes and what it refuses."""
 
-import functools
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from stopping import stop_at_the_second
 
 import robsim as rs
 from robsim import examples
@@ -142,17 +142,7 @@ def test_a_warning_of_a_scheme_is_one_line(robsim):
 
 
 def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
-    run_of, calls = rs.Experiment.run, []
-
-    @functools.wraps(run_of)
-    def stopped(*arguments, **settings):
-        calls.append(arguments)
-        run = run_of(*arguments, **settings)
-        if len(calls) == 2:
-            raise rs.Interrupted("stopped", run)
-        return run
-
-    monkeypatch.setattr(rs.Experiment, "run", stopped)
+    run_of = stop_at_the_second(monkeypatch)
     status, out, err = robsim("compare", "turn.toml", "--vary", "task.gain=1,2,3", "-o", "out")
     assert status == 130 and "stopped; what was simulated so far is in out" in err and out == ""
     assert files("out") == ["1.nc", "2.nc", "comparison.csv", "comparison.nc"]

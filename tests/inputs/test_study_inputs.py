@@ -4,6 +4,7 @@ import json
 import re
 import socket
 
+import flying
 import numpy as np
 import pytest
 
@@ -11,17 +12,7 @@ import robsim as rs
 from robsim.studies import cluster
 from robsim.studies.cluster import connect
 
-TEXT = """
-schema = 1
-robots = [{ model = "free_camera" }]
-cameras = [{ name = "eye", on = "free_camera.body", focal = 500, size = [640, 480] }]
-task = { kind = "ibvs", gain = 2 }
-run = { duration = "0.2 s" }
-[[objects]]
-name = "square"
-position = "0, 0, 1 m"
-marks = ["-10, -10, 0 cm", "10, -10, 0 cm", "10, 10, 0 cm", "-10, 10, 0 cm"]
-"""
+TEXT = flying.TEXT.replace("4 s", "0.2 s")
 FLYING = rs.Experiment.from_text(TEXT)
 GAIN = {"task.gain": rs.Uniform(1, 2)}
 BAD = {

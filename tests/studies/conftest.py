@@ -1,21 +1,11 @@
 """A camera that flies to a square, from starts that look at it."""
 
 import pytest
+from flying import TEXT
 
 import robsim as rs
 from robsim.units import cm, deg
 
-TEXT = """
-schema = 1
-robots = [{ model = "free_camera" }]
-cameras = [{ name = "eye", on = "free_camera.body", focal = 500, size = [640, 480] }]
-task = { kind = "ibvs", gain = 2 }
-run = { duration = "4 s" }
-[[objects]]
-name = "square"
-position = "0, 0, 1 m"
-marks = ["-10, -10, 0 cm", "10, -10, 0 cm", "10, 10, 0 cm", "-10, 10, 0 cm"]
-"""
 START = rs.LookAt("square", distance=(60 * cm, 1.5), roll=(-120, 120) * deg)
 TASKS = [rs.IBVS(), rs.PBVS(), rs.Hybrid()]
 

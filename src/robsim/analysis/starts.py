@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from robsim.analysis.field import Field
+from robsim.analysis.flying import flies, flown
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError, said
 from robsim.geometry.looking import facing, in_cone
@@ -19,7 +20,8 @@ Draw = Callable[[np.random.Generator, int], Array]
 
 def drawn(field: Field, count: int, seed: int, distance: Any, cone: Any) -> Array:
     """Return starts (nq, count) with all marks in front of their cameras; see `equilibria`."""
-    draw = _around_the_goal(field, *_cap(distance, cone)) if _flies(field) else _anywhere(field)
+    around = flies(field.controller, field.controller.sights[0].eye.name)
+    draw = _around_the_goal(field, *_cap(distance, cone)) if around else _anywhere(field)
     rng, kept, found = np.random.default_rng(seed), [], 0
     for _ in range(ROUNDS):
         q = draw(rng, count)
@@ -46,21 +48,10 @@ def _cap(distance: Any, cone: Any) -> tuple[float, float, float]:
     return float(pair[0]), float(pair[1]), float(angle)
 
 
-def _flies(field: Field) -> bool:
-    """Return whether a single floating joint on the world carries the first camera."""
-    tree, columns = field.scene.tree, field.controller.columns
-    body, _ = tree.find(field.controller.sights[0].eye.name)
-    free = tree.models[body].free and tree.parent[body] == 0
-    return bool(free and (tree.owners[columns] == body).all())
-
-
 def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw:
     """Return a function that draws poses of a camera that looks at the middle of the marks."""
-    sight, tree = field.controller.sights[0], field.scene.tree
-    home = runs_last(field.scene.home, 1)
-    body, T_b_c = tree.find(sight.eye.name)
-    first = tree.iq[body]
-    T_w_o = Pose(homogeneous(sight.project(home).T_w_o)[0])
+    sight = field.controller.sights[0]
+    T_w_o = Pose(homogeneous(sight.project(runs_last(field.scene.home, 1)).T_w_o)[0])
     middle = T_w_o @ sight.target.marks.mean(axis=0)
     way = (T_w_o @ field.goal_pose.inv()).position - middle
     if not way.any():
@@ -68,7 +59,6 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
             "starts: a goal given as numbers says nothing about where to start, and home is in "
             "the middle of the marks; give starts, of shape (B, nq)"
         )
-    place = Pose(homogeneous(tree.joints.place[body][..., None])[0])
 
     def draw(rng: np.random.Generator, count: int) -> Array:
         scale, roll = rng.uniform(near, far, count), rng.uniform(-np.pi, np.pi, count)
@@ -77,9 +67,7 @@ def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw
         T = np.tile(np.eye(4), (count, 1, 1))
         T[:, :3, :3] = facing(-out, roll)
         T[:, :3, 3] = middle + np.linalg.norm(way) * scale[:, None] * out
-        q = np.repeat(home, count, axis=1)
-        q[first : first + 7] = (place.inv() @ Pose(T) @ Pose(T_b_c).inv()).q.T
-        return q
+        return runs_last(flown(field.scene, sight.eye.name, T), 1)
 
     return draw
 

@@ -34,7 +34,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str)
             return Path(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         _clear_drafts(target.parent)
-        draft = target.parent / f".robsim-{os.getpid()}-{uuid.uuid4().hex}"
+        draft = draft_beside(target)
         try:
             _write(draft, data)
             draft.replace(target)
@@ -42,6 +42,11 @@ def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str)
             draft.unlink(missing_ok=True)
         _sync_folder(target.parent)
     return Path(path)
+
+
+def draft_beside(target: Path) -> Path:
+    """Return the path of a draft, which is to be renamed, by which it is known whose it is."""
+    return target.parent / f".robsim-{os.getpid()}-{uuid.uuid4().hex}"
 
 
 @contextmanager

@@ -112,7 +112,7 @@ class _Reading:
         self.messages: dict[str, list[Timed]] = {}
 
     def log(self, given: Any, names: Any, marks: Any) -> Log:
-        """Return the log."""
+        """Return the streams of the bag, as a log of the experiment."""
         self.roles = chosen(self.bag.topics, self.controller.cameras, given)
         self.messages = {topic: [] for topic in self.roles.values()}
         for topic, each in self.bag.messages(*self.messages):

@@ -47,9 +47,7 @@ class Axis:
         """Whether all its values are numbers."""
         if self.values is None:
             return True
-        return all(
-            isinstance(x, int | float) and not isinstance(x, bool) for x in self.values.values()
-        )
+        return all(map(_is_number, self.values.values()))
 
     @property
     def labels(self) -> list[str]:

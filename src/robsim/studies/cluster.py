@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import pickle
 import time
 from contextlib import suppress
@@ -34,6 +33,8 @@ def connect(address: str) -> Any:
 
     Encryption and keys are those of Dask's own configuration.
     """
+    import asyncio
+
     distributed = _distributed()
     if not isinstance(address, str) or "://" not in address:
         raise InputError(

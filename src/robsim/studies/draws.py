@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +30,6 @@ class Draws:
     numbers: NDArray[np.int64]
     attempt: int = 0
     evenly: tuple[int, int] = (0, 0)
-
-    def again(self, numbers: NDArray[np.int64], attempt: int) -> Draws:
-        """Return other draws of the same name."""
-        return replace(self, numbers=numbers, attempt=attempt)
 
     def uniform(self, count: int) -> Array:
         """Return `count` numbers in (0, 1) for each draw, (draws, count)."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, flag, whole
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, said
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
@@ -87,14 +87,6 @@ class Plan:
         drawn = [*(["start"] if self.start else []), *drawn]
         counts = " x ".join([f"{self.draws} draws", *turns])
         return f"{self.runs} runs: {counts}" + (f"; drawn: {', '.join(drawn)}" if drawn else "")
-
-    def axis(self, name: str) -> Axis:
-        """Return the axis of a varied name; InputError if nothing varies under it."""
-        for axis in self.axes:
-            if axis.name == name:
-                return axis
-        names = [axis.name for axis in self.axes]
-        raise InputError(f"nothing varies under {said(name)}; {suggest(name, names, 'names')}")
 
     def source(self, name: str, draws: Codes, attempt: int = 0) -> Draws:
         """Return the random numbers of a name for some draws."""

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.analysis.flying import flies, flown
 from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.robot.tree import Tree
-from robsim.run.ends import at_goal, pose_of, regarded
+from robsim.run.ends import at_goal, goal_pose, pose_of, regarded
 from robsim.servo.controller import Controller
-from robsim.servo.sight import relative
 from robsim.world.scene import Scene
 
 RESTARTS = 10  # searches of inverse kinematics for a start, which another draw may replace
@@ -49,17 +49,10 @@ class Reach:
     @cached_property
     def goal(self) -> Pose:
         """The pose of that frame in the world at its goal; at home where none is known."""
-        here = Pose(homogeneous(pose_of(regarded(self.controller), self._home))[0])
-        T_c_o = at_goal(self.controller)
-        if T_c_o is None:
-            return here
-        sight = regarded(self.controller).sights[0]
-        seen = sight.project(self._home)
-        if self.frame == sight.target.name:
-            whole = Pose(homogeneous(seen.T_w_c)[0]) @ Pose(homogeneous(T_c_o)[0])
-            return whole
-        back = relative(T_c_o, np.repeat(np.eye(3, 4)[..., None], T_c_o.shape[2], axis=2))
-        return Pose(homogeneous(seen.T_w_o)[0]) @ Pose(homogeneous(back)[0])
+        whose, home = regarded(self.controller), self._home
+        known = at_goal(self.controller) is not None
+        T = goal_pose(whose, home, home.T) if known else None
+        return Pose(homogeneous(pose_of(whose, home) if T is None else T)[0])
 
     def middle(self, target: str) -> Array:
         """Return the middle (3,) of the marks of an object in the world, at home."""
@@ -68,21 +61,13 @@ class Reach:
         middle: Array = Pose(homogeneous(place)[0]) @ thing.marks.mean(axis=0)
         return middle
 
-    @cached_property
-    def flies(self) -> bool:
-        """Whether a single floating joint on the world carries the frame."""
-        tree, columns = self._tree, self.controller.columns
-        body, _ = tree.find(self.frame)
-        free = tree.models[body].free and tree.parent[body] == 0
-        return bool(free and (tree.owners[columns] == body).all())
-
     def coordinates(self, T: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return coordinates (n, nq) that bring the frame to poses (n, 4, 4), and which do.
 
         The other coordinates stay at home. InputError: no robot can be told to.
         """
-        if self.flies:
-            return self._flown(T), np.ones(len(T), dtype=bool)
+        if flies(self.controller, self.frame):
+            return flown(self.scene, self.frame, T), np.ones(len(T), dtype=bool)
         body = self._carrier()
         robot = self.scene.robot(body[0])
         on = Pose(self._tree.find(self.frame)[1])
@@ -120,13 +105,3 @@ class Reach:
                 "coordinates, as in start=rs.Uniform(low, high)"
             )
         return robot, link
-
-    def _flown(self, T: Array) -> Array:
-        tree = self._tree
-        body, T_b_f = tree.find(self.frame)
-        place = Pose(homogeneous(tree.joints.place[body][..., None])[0])
-        q = np.tile(self.scene.home, (len(T), 1))
-        first = tree.iq[body]
-        there = place.inv() @ Pose(T) @ Pose(T_b_f).inv()
-        q[:, first : first + 7] = there.q
-        return q

@@ -23,7 +23,6 @@ from robsim.studies.plan import Codes, Plan
 from robsim.studies.reach import Reach
 
 ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts at a start that are looked at together
-MOST_TRIES = sum(ROUNDS)
 MOST_KEPT = 100  # variants whose templates are kept
 
 

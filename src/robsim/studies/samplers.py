@@ -26,9 +26,8 @@ AMOUNT, POSITIVE = Amount(), Amount(above=0)
 class Sampler(Protocol):
     """What draws numbers: one value (draws, *shape) for each draw.
 
-    `shape` is the shape of the numbers that are given to it, () for one number; `even` is how
-    many numbers of a draw are those of Sobol's sequence. Your own class joins the others by
-    `robsim.declare.register("sampler", "my_sampler")`.
+    `shape` is the shape of the numbers that are given to it, () for one number. Your own class
+    joins the others by `robsim.declare.register("sampler", "my_sampler")`.
     """
 
     @property
@@ -43,12 +42,7 @@ class Sampler(Protocol):
 
 def is_even(sampler: Any) -> bool:
     """Return whether a sampler takes its numbers from Sobol's sequence."""
-    return isinstance(sampler, Sobol) or is_even_inside(sampler)
-
-
-def is_even_inside(sampler: Any) -> bool:
-    """Return whether the sampler inside of another one takes them from there."""
-    return isinstance(sampler, Plus | Times) and is_even(sampler.of)
+    return isinstance(sampler, Sobol) or (isinstance(sampler, Plus | Times) and is_even(sampler.of))
 
 
 def _numbers(draw: Any, shape: tuple[int, ...]) -> Array:
@@ -81,6 +75,10 @@ class Between(Declared):
         """The shape of one value."""
         return np.broadcast_shapes(self.low.shape, self.high.shape)
 
+    def at(self, share: Array) -> Array:
+        """Return the values at shares of the way from low to high."""
+        return np.asarray(self.low + (self.high - self.low) * share)
+
 
 @register("sampler", "uniform")
 @dataclass(frozen=True, eq=False)
@@ -93,8 +91,7 @@ class Uniform(Between):
 
     def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        share = _numbers(draws.uniform, shape)
-        return np.asarray(self.low + (self.high - self.low) * share)
+        return self.at(_numbers(draws.uniform, shape))
 
 
 @register("sampler", "sobol")
@@ -112,13 +109,12 @@ class Sobol(Between):
 
     def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        share = _numbers(draws.even, shape)
-        return np.asarray(self.low + (self.high - self.low) * share)
+        return self.at(_numbers(draws.even, shape))
 
 
 @register("sampler", "log_uniform")
 @dataclass(frozen=True, eq=False)
-class LogUniform(Declared):
+class LogUniform(Between):
     """Positive numbers whose logarithm is uniform: as often from 0.1 to 1 as from 1 to 10.
 
     >>> LogUniform(0.1, 10.0).high
@@ -127,15 +123,6 @@ class LogUniform(Declared):
 
     low: Annotated[Any, POSITIVE, "Lowest value."]
     high: Annotated[Any, POSITIVE, "Highest value."]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _check_order("LogUniform", self.low, self.high)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape of one value."""
-        return np.broadcast_shapes(self.low.shape, self.high.shape)
 
     def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""

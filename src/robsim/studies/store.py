@@ -174,7 +174,6 @@ class Store:
     def _check_room(self, plan: Plan) -> None:
         """Raise InputError if the disk has no room for the rows, before anything runs."""
         with refused(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
             free = shutil.disk_usage(self.folder).free
         need = plan.runs * (BYTES + (track_bytes(plan) if plan.trajectories else 0))
         if need > free:

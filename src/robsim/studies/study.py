@@ -185,11 +185,9 @@ class Study:
         """Return the rows of the table in which columns have these values; InputError: none has."""
         table = self.table
         for name, value in (where or {}).items():
-            own = column(table, name)
-            labels = groups_of(table, name, len(table)).labels
-            chosen = own == value
+            chosen = column(table, name) == value
             if not chosen.any():
-                few = ", ".join(labels[:10])
+                few = ", ".join(groups_of(table, name, len(table)).labels[:10])
                 raise InputError(f"no run has {name} = {said(value)}; there are: {few}")
             table = table[chosen]
         return table

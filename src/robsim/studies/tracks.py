@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import uuid
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.errors import InputError
-from robsim.base.output import refused
+from robsim.base.output import draft_beside, refused
 from robsim.run.checks import whole_periods
 from robsim.studies.facts import Columns
 from robsim.studies.plan import Plan
@@ -50,7 +48,7 @@ class Tracks:
         """Return the group, which is there with all its arrays or not at all."""
         made = zarr()
         if not self.path.exists():
-            draft = self.path.with_name(f".robsim-{os.getpid()}-{uuid.uuid4().hex}")
+            draft = draft_beside(self.path)
             self._make(made.open_group(draft, mode="w", zarr_format=3), plan, found)
             draft.replace(self.path)
         return made.open_group(self.path, mode="a", zarr_format=3)

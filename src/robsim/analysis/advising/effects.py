@@ -53,7 +53,7 @@ class Effect:
         return self.moves or max(abs(self.rate), abs(self.limit)) >= NOTABLE
 
     def __str__(self) -> str:
-        """Return it in a line."""
+        """Return in a line what a unit of the mistake changes."""
         changes = (("slowest rate", self.rate), ("largest gain", self.limit))
         each = [f"ends {away(self.metres, self.radians)} off"] if self.moves else []
         each += [f"{name} {100 * x:+.2g} %" for name, x in changes if abs(x) >= NOTABLE]

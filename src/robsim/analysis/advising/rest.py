@@ -80,6 +80,6 @@ def _at_end(experiment: Experiment) -> Array:
 
 
 def _start(experiment: Experiment) -> Array:
-    """Return the start (nq, 1)."""
+    """Return the coordinates (nq, 1) at which an experiment starts."""
     start = experiment.scene.home if experiment.start is None else experiment.start
     return runs_last(np.array(start), 1)

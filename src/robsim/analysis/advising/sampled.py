@@ -39,7 +39,7 @@ class Sampled:
 
     @property
     def size(self) -> int:
-        """The length of the state."""
+        """The number of components of the state of the sampled loop."""
         return len(self.seen) * (3 + self.timing.delay)
 
     def steps(self, lost: bool = False) -> tuple[Step, list[Step]]:

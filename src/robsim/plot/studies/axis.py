@@ -41,7 +41,7 @@ class Bins(NamedTuple):
 
     @property
     def many(self) -> int:
-        """The number of bins."""
+        """How many bins there are between the edges."""
         return len(self.edges) - 1
 
 

@@ -1,0 +1,21 @@
+"""A simulation that is stopped, for the tests of what is kept then."""
+
+import functools
+
+import robsim as rs
+
+
+def stop_at_the_second(monkeypatch, left=lambda run: run):
+    """Let the second run that is simulated be stopped with `left` of it; return what runs one."""
+    run_of, calls = rs.Experiment.run, []
+
+    @functools.wraps(run_of)
+    def stopped(*arguments, **settings):
+        calls.append(arguments)
+        run = run_of(*arguments, **settings)
+        if len(calls) == 2:
+            raise rs.Interrupted("stopped", left(run))
+        return run
+
+    monkeypatch.setattr(rs.Experiment, "run", stopped)
+    return run_of
