@@ -33,6 +33,14 @@ def test_what_is_drawn_is_what_the_run_is_made_with(found):
     assert one.scene.camera("eye").camera.K[0, 0] == 500.0
 
 
+def test_labels_that_are_given_to_numbers_are_in_the_table(flying):
+    vary = {"task.gain": {"slow": 0.5, "fast": 2.0}}
+    found, plain = rs.study(flying, 4, vary=vary), rs.study(flying, 4, vary={"task.gain": [0.5, 2]})
+    assert found.table["task.gain"].tolist() == ["slow", "fast"] * 4
+    assert found.of_run(1).task.gain == 2.0
+    np.testing.assert_array_equal(found.table["end_time"], plain.table["end_time"])
+
+
 def test_a_focal_length_below_ten_is_a_factor(found):
     focal = found.table["belief.cameras.eye.focal"]
     assert abs(focal.mean() - 500) < 10 and 15 < focal.std() < 35

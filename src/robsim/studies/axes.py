@@ -44,10 +44,10 @@ class Axis:
 
     @property
     def is_number(self) -> bool:
-        """Whether all its values are numbers."""
+        """Whether all its values are numbers, and go by no other names."""
         if self.values is None:
             return True
-        return all(map(_is_number, self.values.values()))
+        return not self.named and all(map(_is_number, self.values.values()))
 
     @property
     def labels(self) -> list[str]:
