@@ -88,7 +88,10 @@ from robsim.robot.joint import Rolling as Rolling
 from robsim.robot.joint import Steering as Steering
 from robsim.robot.link import Link as Link
 from robsim.robot.robot import Robot as Robot
-from robsim.run.controller import Controller as Controller
+from robsim.run.control.controller import Controller as Controller
+from robsim.run.control.drive_command import DriveCommand as DriveCommand
+from robsim.run.control.drive_command import Health as Health
+from robsim.run.control.marks import Marks as Marks
 from robsim.run.endings import Ending as Ending
 from robsim.run.endings import Moment as Moment
 from robsim.run.endings import Region as Region
@@ -134,6 +137,9 @@ from robsim.servo import ServoTask as ServoTask
 from robsim.servo import SpeedLimit as SpeedLimit
 from robsim.servo import Switch as Switch
 from robsim.servo import TaughtGoal as TaughtGoal
+from robsim.servo.safety.safety import Fence as Fence
+from robsim.servo.safety.safety import Safety as Safety
+from robsim.servo.safety.safety import Watchdog as Watchdog
 from robsim.studies.counts import Counts as Counts
 from robsim.studies.door import open_study as open_study
 from robsim.studies.door import study as study

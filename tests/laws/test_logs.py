@@ -105,7 +105,7 @@ def test_a_mark_that_is_not_seen_is_nan_and_held_for_the_controller(rhino, rows)
     )
     controller = rs.Controller(rhino)
     for t in range(12):
-        qd = controller.step(run.pixels.values[t], run.q.values[t], t * rhino.dt)
+        qd = controller.step(run.pixels.values[t], run.q.values[t], t * rhino.dt).velocities
         assert np.isfinite(qd).all()
     with pytest.warns(rs.ReplayWarning, match="not those of the controller"):
         again = rs.replay(run)

@@ -276,6 +276,12 @@ def unit_of(c: Context) -> str:
     return unit
 
 
+def check_count(given: Any, name: str, owners: Sequence[str]) -> None:
+    """Raise InputError unless there is one number for all, or one for each of these names."""
+    if isinstance(given, tuple) and len(given) != len(owners):
+        raise InputError(f"{len(given)} numbers of {name} for {len(owners)}: {', '.join(owners)}")
+
+
 def check_later(later: Sequence[tuple[PerJoint, Any, Context]], axes: Axes) -> None:
     """Report what does not fit the joints of a task, now that they are known."""
     for spec, raw, c in later:

@@ -58,6 +58,15 @@ class Blocks:
             rows = np.concatenate([rows, np.repeat(rows[:, -1:], left, axis=1)], axis=1)
         self._into(row, rows)
 
+    def first(self, row: int, count: int) -> Array:
+        """Return a copy (count,) of rows from the first, of the first run."""
+        return self.numbers[0, row : row + count, 0].copy()
+
+    def fill(self, row: int, values: Any) -> None:
+        """Write numbers (n,), the same for all runs, to rows from the first."""
+        given = np.atleast_1d(values)
+        self.numbers[:, row : row + len(given)] = given[:, None]
+
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs (runs,)."""
         rows = self.numbers.shape[1]

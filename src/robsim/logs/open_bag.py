@@ -17,7 +17,7 @@ from robsim.logs.messages import JOINTS
 from robsim.logs.topics import EXPERIMENT, TYPES, check_topic, chosen
 from robsim.run.checks import of_kind
 from robsim.run.commanded import RECORDED_K
-from robsim.run.controller import Controller
+from robsim.run.control.controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Stream
 from robsim.run.recorded import recorded

@@ -15,7 +15,7 @@ from robsim.base.errors import FileError, InputError, naming, said, suggest
 from robsim.base.output import refused
 from robsim.base.units import Dimension, factor
 from robsim.run.checks import of_kind
-from robsim.run.controller import Controller
+from robsim.run.control.controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Stream, Times
 from robsim.run.recorded import recorded

@@ -27,7 +27,7 @@ def experiment_controls(of: Setup, tables: Mapping[str, Raw]) -> Iterator[Contro
     place = Place("", Context(Problems(of.source), facts={"scene": of.scene}))
     settings = of.settings
     run = RunTable(**{name: settings[name] for name in RUN})
-    others = {name: settings[name] for name in ("sensing", "actuation", "endings")}
+    others = {name: settings[name] for name in ("sensing", "actuation", "safety", "endings")}
     start = StartTable(*started(of.start, of.scene))
     yield from controls_of(TaskTable(of.task, start=start, **others, run=run), place)
     if beliefs(of.task):

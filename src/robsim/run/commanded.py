@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, ReplayWarning
 from robsim.base.warned import callers
-from robsim.run.controller import Controller
+from robsim.run.control.controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.servo.controller import Decision
 

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, length, shown_view
 from robsim.base.errors import FrameError, InputError, said
-from robsim.declare import Choice, Declared, Flag, Length, ListOf, Vector, family, register
+from robsim.declare import Choice, Declared, Flag, Length, ListOf, family, register
 from robsim.declare.words import Reference
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.tree import Bodies
+from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 
 
@@ -70,26 +71,14 @@ ENDING_LIST = ListOf(ENDING, most=64, alone=True)
 
 @register("ending", "region")
 @dataclass(frozen=True)
-class Region(Declared):
+class Region(FrameBox):
     """The ending that the origin of a frame is in a box of the world, or with `leaves` out of it.
 
     >>> Region("arm.tool", low=(-1, -1, 0), high=(1, 1, 2), leaves=True).frame
     'arm.tool'
     """
 
-    frame: Annotated[str, Reference, "Frame whose origin is looked at."]
-    low: Annotated[Any, Vector("length"), "Corner of the box with its lowest x, y and z."]
-    high: Annotated[Any, Vector("length"), "Corner of the box with its highest x, y and z."]
     leaves: Annotated[bool, Flag(), "Whether the run ends outside the box, not within it."] = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not np.less(self.low, self.high).all():
-            raise InputError(f"region: low must be below high, got {self.low} and {self.high}")
-
-    def check(self, scene: Scene) -> None:
-        """Raise FrameError unless the scene has the frame."""
-        scene.tree.find(self.frame)
 
     def holds(self, now: Moment) -> NDArray[np.bool_]:
         """Return truth values (B,): which runs end now."""

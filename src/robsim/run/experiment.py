@@ -43,6 +43,7 @@ class Experiment(Written):
     start        (nq,), a batch of starts (B, nq), or {robot: q}; None: home
     sensing      what is wrong with the images
     actuation    what is wrong with the joints
+    safety       limits that every command is kept within (`Safety`); None: none
     endings      conditions on which a run ends (`Region`, `TooClose`, or of a kind of your own)
     dt           control period in seconds: a command is held for it
     duration     seconds, rounded up to whole periods

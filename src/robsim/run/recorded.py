@@ -11,7 +11,7 @@ from robsim.base.arrays import Array, length, runs_last
 from robsim.base.errors import FileError
 from robsim.files.table import Run
 from robsim.run.commanded import RECORDED, decisions
-from robsim.run.controller import Controller
+from robsim.run.control.controller import Controller
 from robsim.run.ends import pose_of
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Times, marks_held

@@ -54,4 +54,4 @@ class Sensor:
             for sight, each, first in zip(self.sights, self.views, images.marks, strict=False)
         }
         placed = None if counts else plant.placed
-        return Given(self.program, plant.dt, plant.seconds, q, views, placed)
+        return Given(self.program, plant.dt, plant.seconds, q, views, placed, age=self.images.age)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import flag, positive, whole
-from robsim.base.errors import GoalError, InputError, said
+from robsim.base.errors import GoalError, InputError, naming, said
 from robsim.base.values import Value
 from robsim.declare.problems import joined, under
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
@@ -19,7 +19,9 @@ from robsim.run.endings import ENDING_LIST, check_endings
 from robsim.run.loop import Loop
 from robsim.run.record import Record, every
 from robsim.run.staged import Staged
+from robsim.run.text import common_belief
 from robsim.run.varied import Template, simulated
+from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -38,6 +40,7 @@ class Setup(Value):
     _: KW_ONLY
     sensing: Sensing = PERFECT
     actuation: Actuation = EXACT
+    safety: Safety | None = None
     endings: Any = ()
     dt: float = 0.04
     duration: float = 10.0
@@ -62,6 +65,7 @@ class Setup(Value):
             "start": None if self.start is None else starts(self.scene, self.start, "start"),
             "sensing": of_kind(self.sensing, Sensing, "sensing"),
             "actuation": of_kind(self.actuation, Actuation, "actuation"),
+            "safety": None if self.safety is None else of_kind(self.safety, Safety, "safety"),
             "endings": ENDING_LIST.check(self.endings, "endings"),
             "dt": positive(self.dt, "dt (seconds)"),
             "duration": positive(self.duration, "duration (seconds)"),
@@ -73,6 +77,9 @@ class Setup(Value):
             object.__setattr__(self, name, value)
         self._check_runs()
         check_endings(self.endings, self.scene)
+        if self.safety is not None:
+            with naming("safety"):
+                self.safety.check(self.scene)
         every(self.record)
         with self.keyed("run", "duration"):
             whole_periods(self.dt, self.duration)
@@ -125,6 +132,8 @@ class Setup(Value):
                 made.actuation,
                 *settings,
                 endings=self.endings,
+                safety=self.safety,
+                believed=common_belief(made.task),
             )
 
     @contextmanager

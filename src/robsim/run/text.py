@@ -24,6 +24,7 @@ from robsim.run.endings import ENDING_LIST
 from robsim.run.record import LONGEST
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
+from robsim.servo.safety.safety import SAFETY
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -147,6 +148,7 @@ class TaskTable:
     start: Annotated[Any, Table(StartTable), "Start of the run."] = None
     sensing: Annotated[Any, Table(Sensing), "Imperfections of the images."] = None
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
+    safety: Annotated[Any, SAFETY, "Limits that every command is kept within."] = None
     endings: Annotated[Any, ENDING_LIST, "Conditions on which a run ends."] = ()
     run: Annotated[Any, Table(RunTable), "Periods, duration and record of the run."] = None
     study: Annotated[Any, Aside(), "Study of many runs of it, for `robsim study`."] = None
@@ -209,6 +211,7 @@ def write_experiment(
         start=None if start is None else StartTable(start),
         sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
         actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
+        safety=settings["safety"],
         endings=settings["endings"],
         run=RunTable(**{**own, "first_run": own["first_run"] or None}),
     )
@@ -226,7 +229,7 @@ def _fields(scene: Scene, found: TaskTable, c: Context) -> dict[str, Any] | None
     made = {"scene": scene, "task": found.task, "title": found.title, "start": None}
     with c.problems.at("start"):
         made["start"] = start_of(start.q, start.pose, scene, "q")
-    for name in ("sensing", "actuation", "endings"):
+    for name in ("sensing", "actuation", "safety", "endings"):
         if getattr(found, name):
             made[name] = getattr(found, name)
     given = vars(found.run or RunTable())

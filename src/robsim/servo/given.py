@@ -34,6 +34,8 @@ class Given:
     views: dict[Key, View]  # of the true scene, with pixels and depths as measured
     placed: Placed | None = None  # the true scene, where it is as measured
     path: tuple[str, ...] = ()  # of the task among several, for what Python code remembers
+    age: int = -1  # of the images in periods, rounded up; -1: they are always new
+    released: int = -1  # 1 while the robot may move; -1: it always may
 
     @property
     def hides(self) -> bool:

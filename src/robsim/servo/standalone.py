@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,17 +12,46 @@ from robsim.base.arrays import Array
 from robsim.kernels.program import Blocks, Program
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import alone
+from robsim.servo.safety.guard import guarded
+from robsim.servo.safety.safety import Safety
 from robsim.servo.sight import Key
+from robsim.world.scene import Scene
+
+
+class Read(NamedTuple):
+    """What the stages wrote for one run: bits, limits reached, error, command, whether busy."""
+
+    why: int
+    at_limit: Array
+    error: Array
+    qd: Array
+    busy: bool
 
 
 class Standalone:
-    """The stages of a controller alone, which is given coordinates and pixels by hand."""
+    """The stages of a controller alone, which is given coordinates and pixels by hand.
 
-    def __init__(self, controller: Controller, dt: float, hides: bool = False) -> None:
-        self.controller = controller
+    With a safety, in the scene that is believed, marks may be hidden and images old as well.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        dt: float,
+        safety: Safety | None = None,
+        believed: Scene | None = None,
+    ) -> None:
+        self.controller, self.dt = controller, dt
         program = self.program = Program()
+        hides = safety is not None
         self.given = alone(program, controller.sights, controller.scene.nq, dt, hides)
-        self.commanded = controller.stages(self.given)
+        if safety is None:
+            self.commanded = controller.stages(self.given)
+        else:
+            self.given = replace(self.given, age=program.rows(), released=program.rows())
+            scene = controller.scene if believed is None else believed
+            self.guard = guarded(controller, safety, scene, self.given)
+            self.commanded = self.guard.commanded
         self.commanded.note(self.commanded.qd)
         self._parts = program.segments()
 
@@ -41,7 +72,43 @@ class Standalone:
         for key, view in self.given.views.items():
             blocks.put(view.pixels, pixels[key])
             blocks.put(view.depth, depth[key])
+        self.perform(blocks, step)
+        return self.decision(blocks)
+
+    def take(
+        self,
+        blocks: Blocks,
+        q: Array,
+        images: Iterable[tuple[Key, Any]],
+        age: float,
+        released: float,
+    ) -> None:
+        """Write coordinates (nq,), images of a given age, and whether one run may move.
+
+        An image has pixels (N, 2), depths (N,), and which marks are hidden (N,).
+        """
+        blocks.fill(self.given.q, q)
+        for key, image in images:
+            view = self.given.views[key]
+            blocks.fill(view.pixels, image.pixels.reshape(-1))
+            blocks.fill(view.depth, image.depth)
+            blocks.fill(view.hidden, image.hidden)
+        blocks.fill(self.given.age, age / self.dt)
+        blocks.fill(self.given.released, released)
+
+    def perform(self, blocks: Blocks, step: int) -> None:
+        """Perform the stages of a step."""
         for part in self._parts:
             part(blocks, step)
+
+    def read(self, blocks: Blocks) -> Read:
+        """Return what the stages wrote for the first run, within the limits of its safety."""
+        first, n, c = blocks.first, self.controller.columns.size, self.commanded
+        why, at_limit = int(first(self.guard.why, 1)[0]), first(self.guard.at_limit, n)
+        error, qd = first(c.error, self.controller.k), first(c.qd, n)
+        return Read(why, at_limit, error, qd, bool(first(c.busy, 1)[0]))
+
+    def decision(self, blocks: Blocks) -> Decision:
+        """Return what was decided at the last step."""
         decision: Decision = self.commanded.decide(blocks)
         return decision

@@ -10,9 +10,9 @@ from typing import Annotated
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, is_any
-from robsim.base.errors import InputError
+from robsim.base.errors import naming
 from robsim.declare import Declared, ListOf, Time, described
-from robsim.declare.joints import OneOrEach, accelerations, coordinates, velocities
+from robsim.declare.joints import OneOrEach, accelerations, check_count, coordinates, velocities
 from robsim.world.joint_effects import EFFECT, JointEffect
 
 Each = float | Sequence[float]  # one number for all, or one for each
@@ -70,17 +70,10 @@ class Actuation(Declared):
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError unless there is one number for all, or one for each of these names."""
-        for name, owners in (
-            ("velocity", velocities),
-            ("acceleration", velocities),
-            ("encoder", coordinates),
-        ):
-            given = getattr(self, name)
-            if isinstance(given, tuple) and len(given) != len(owners):
-                raise InputError(
-                    f"actuation: {len(given)} numbers of {name} for {len(owners)}: "
-                    f"{', '.join(owners)}"
-                )
+        with naming("actuation"):
+            check_count(self.velocity, "velocity", velocities)
+            check_count(self.acceleration, "acceleration", velocities)
+            check_count(self.encoder, "encoder", coordinates)
 
     def limits(self, which: str, count: int) -> Array:
         """Return the limits (count,) of the velocity or the acceleration, or infinity."""

@@ -1,0 +1,122 @@
+"""The images that a controller goes by: the last ones, each with the time it was taken at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.kernels.program import Blocks, Program
+from robsim.run.control.marks import Found, Reader
+from robsim.servo.given import view
+from robsim.servo.placed_frame import placed_at
+from robsim.servo.sight import Sight
+from robsim.world.scene import Scene
+
+REMEMBERED = 512  # states of the joints, one for each call, in which that of an image is looked up
+
+
+class Image:
+    """The marks of one camera on one target, each where it was seen last."""
+
+    def __init__(self, sight: Sight) -> None:
+        N = len(sight.target.marks)
+        self.sight = sight
+        self.pixels, self.depth = np.full((N, 2), np.nan), np.ones(N)
+        self.hidden = np.ones(N, dtype=bool)  # in the last image
+        self.taken, self.seen = -math.inf, -math.inf  # the last image, and the last with a mark
+
+    @property
+    def known(self) -> bool:
+        """Whether every mark has been seen once."""
+        return not np.isnan(self.pixels).any()
+
+    def take(self, found: Found, depth: Array) -> None:
+        """Let an image be the last one; marks that it does not have stay where they were."""
+        there = ~np.isnan(found.pixels[:, 0] + found.pixels[:, 1])
+        self.taken, self.hidden = found.t, ~there
+        if there.all():
+            self.pixels, self.depth, self.seen = found.pixels, depth, found.t
+        elif there.any():
+            self.pixels[there], self.depth[there], self.seen = (
+                found.pixels[there],
+                depth[there],
+                found.t,
+            )
+
+
+class Images:
+    """The last images of all sights, and the joints when they were taken."""
+
+    def __init__(self, scene: Scene, sights: Sequence[Sight]) -> None:
+        self.reader = Reader(sights)
+        self.each = {sight.key: Image(sight) for sight in sights}
+        self._depths = _Depths(scene, sights)
+        self._times = np.full(REMEMBERED, -math.inf)
+        self._q = np.empty((REMEMBERED, scene.nq))
+        self._count = 0
+
+    @property
+    def known(self) -> bool:
+        """Whether every mark of every sight has been seen once."""
+        return all(image.known for image in self.each.values())
+
+    def age(self, t: float) -> float:
+        """Return how long ago the oldest of the last images was taken in which a mark was seen."""
+        return max((t - image.seen for image in self.each.values()), default=0.0)
+
+    def lost(self) -> tuple[str, ...]:
+        """Return the names of the marks that the last images do not have."""
+        several = len(self.reader.cameras) > 1
+        return tuple(
+            f"{camera}: {target}[{i}]" if several else f"{target}[{i}]"
+            for (camera, target), image in self.each.items()
+            if image.hidden.any()
+            for i in np.flatnonzero(image.hidden)
+        )
+
+    def take(self, given: Any, q: Array, t: float) -> tuple[str, ...]:
+        """Take what is new, given the joints at a time; return the names of what is not used."""
+        found = list(self.reader.read(given, t))
+        i = self._count % REMEMBERED
+        self._times[i], self._q[i], self._count = t, q, self._count + 1
+        late = []
+        for each in found:
+            image = self.each[each.sight.key]
+            if each.t > image.taken:
+                image.take(each, self._depths(each, self._joints(each.t, q, t)))
+            elif each.t < image.taken:
+                late.append(f"late image of {each.sight.eye.name}")
+        return (*self.reader.unused, *late)
+
+    def _joints(self, taken: float, q: Array, t: float) -> Array:
+        """Return the coordinates that were measured nearest to a time."""
+        if taken >= t:
+            return q
+        nearest: Array = self._q[int(np.argmin(np.abs(self._times - taken)))]
+        return nearest
+
+
+class _Depths:
+    """The depths of marks as the scene has them, at coordinates of the joints."""
+
+    def __init__(self, scene: Scene, sights: Sequence[Sight]) -> None:
+        program = Program()
+        self.q = program.rows(scene.nq)
+        placed, status, self.rows = placed_at(program, scene.tree, self.q), program.rows(), {}
+        for sight in sights:
+            N = len(sight.target.marks)
+            image = program.rows(2 * N), program.rows(N), status
+            self.rows[sight.key] = view(program, placed, sight, *image).depth
+        self.blocks = Blocks(program, np.zeros(1, dtype=np.int64))
+        self.parts = program.segments()
+
+    def __call__(self, of: Found, q: Array) -> Array:
+        """Return the depths (N,) of the marks of a sight in metres."""
+        self.blocks.fill(self.q, q)
+        for part in self.parts:
+            part(self.blocks, 0)
+        return self.blocks.first(self.rows[of.sight.key], len(of.pixels))

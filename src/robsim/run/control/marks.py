@@ -1,0 +1,156 @@
+"""Marks as they were seen in one image, and the forms in which they may be given."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, number, numbers
+from robsim.base.errors import InputError, said
+from robsim.servo.sight import Key, Sight
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Marks in an image that was taken at a time, for `Controller.step`.
+
+    pixels    (N, 2), or by camera and target, as `step` takes them
+    t         seconds on the clock of `step`
+    doubtful  names of targets that may be something else, which are not used; by default those
+              that `Detections` call doubtful
+
+    >>> Marks({"plate": np.zeros((4, 2))}, t=0.033).doubtful
+    ()
+    """
+
+    pixels: Any
+    t: float
+    doubtful: Collection[str] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", number(self.t, "t (seconds)"))
+        doubtful = getattr(self.pixels, "doubtful", ()) if self.doubtful is None else self.doubtful
+        if isinstance(doubtful, str) or not all(isinstance(name, str) for name in doubtful):
+            raise InputError(f"doubtful: expected names of targets, got {said(self.doubtful)}")
+        object.__setattr__(self, "doubtful", tuple(doubtful))
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The marks (N, 2) of a sight in an image, NaN for those that are not seen, and its time."""
+
+    sight: Sight
+    pixels: Array
+    t: float
+
+
+class Reader:
+    """The marks of some sights, from whatever form they are given in.
+
+    `unused` names what was given beside them.
+    """
+
+    def __init__(self, sights: Sequence[Sight]) -> None:
+        self.sights = tuple(sights)
+        self.cameras = tuple(dict.fromkeys(sight.eye.name for sight in self.sights))
+        self.targets = tuple(dict.fromkeys(sight.target.name for sight in self.sights))
+        self.unused: list[str] = []
+
+    def read(self, given: Any, t: float) -> Iterator[Found]:
+        """Yield the marks of each sight of which there is an image.
+
+        InputError: another shape, or none of what is looked for.
+        """
+        self.unused = []
+        yield from self._read(given, t, self.sights, ())
+
+    def _read(
+        self, given: Any, t: float, sights: Sequence[Sight], doubtful: Collection[str]
+    ) -> Iterator[Found]:
+        if given is None or not sights:
+            return
+        if isinstance(given, Marks):
+            yield from self._read(given.pixels, given.t, sights, given.doubtful or ())
+        elif isinstance(given, Mapping) and not _by_number(given):
+            doubtful = (*doubtful, *getattr(given, "doubtful", ()))
+            yield from self._of_names(given, t, sights, doubtful)
+        elif len(sights) > 1:
+            raise InputError(f"pixels: give them for each camera: {', '.join(self.cameras)}")
+        elif sights[0].target.name in doubtful:
+            self.unused.append(f"doubtful {sights[0].target.name}")
+            yield Found(sights[0], np.full((len(sights[0].target.marks), 2), np.nan), t)
+        else:
+            yield Found(sights[0], _pixels(given, sights[0]), t)
+
+    def _of_names(
+        self, given: Mapping[Any, Any], t: float, sights: Sequence[Sight], doubtful: Collection[str]
+    ) -> Iterator[Found]:
+        """Yield the marks of each sight that is given by the names of camera or target."""
+        known = self._known(sights)
+        used = [key for key in given if key in known]
+        self.unused += [str(key) for key in given if key not in known]
+        if given and not used:
+            raise InputError(f"pixels: none of {_listed(sights)}; given: {_names(given)}")
+        seen: set[Key] = set()
+        for key in used:
+            own = [sight for sight in known[key] if sight.key not in seen]
+            seen |= {sight.key for sight in own}
+            yield from self._read(given[key], t, own, doubtful)
+        by_target = any(key in self.targets for key in used) or not given
+        if by_target:  # what a detector did not find is not there
+            for sight in sights:
+                if sight.key not in seen and len(self.cameras) == 1:
+                    yield Found(sight, np.full((len(sight.target.marks), 2), np.nan), t)
+
+    def _known(self, sights: Sequence[Sight]) -> dict[Any, list[Sight]]:
+        """Return the sights that each key stands for."""
+        known: dict[Any, list[Sight]] = {sight.key: [sight] for sight in sights}
+        for sight in sights:
+            known.setdefault(sight.eye.name, []).append(sight)
+        for name in self.targets:
+            own = [sight for sight in sights if sight.target.name == name]
+            if len(own) == 1:
+                known[name] = own
+        return known
+
+
+def _by_number(given: Mapping[Any, Any]) -> bool:
+    """Return whether a mapping is {number of the mark: (column, row)}."""
+    return bool(given) and all(isinstance(key, int | np.integer) for key in given)
+
+
+def _pixels(given: Any, sight: Sight) -> Array:
+    """Return pixels (N, 2) of a target; NaN where a mark is not seen, or is not a number."""
+    what, N = f"pixels of '{sight.target.name}'", len(sight.target.marks)
+    if isinstance(given, Mapping):
+        return _numbered(given, what, N)
+    if type(given) is np.ndarray and given.dtype == np.float64 and given.shape == (N, 2):
+        found = given.copy()
+        found[~np.isfinite(found)] = np.nan
+        return found
+    found = numbers(given, what, (N, 2), gaps=True)
+    if found.shape != (N, 2):
+        raise InputError(f"{what}: expected shape ({N}, 2), got {found.shape}")
+    return found
+
+
+def _numbered(given: Mapping[Any, Any], what: str, N: int) -> Array:
+    """Return pixels (N, 2) of {number of the mark: (column, row)}."""
+    found = np.full((N, 2), np.nan)
+    for i, place in given.items():
+        if not 0 <= i < N:
+            raise InputError(f"{what}: no mark {i}; they are numbered from 0 to {N - 1}")
+        found[i] = numbers(place, f"{what}, mark {i}", (2,), gaps=True)
+    return found
+
+
+def _listed(sights: Sequence[Sight]) -> str:
+    """Return what is looked for, in words: "camera 'left' on 'plate'"."""
+    return " or ".join(f"camera '{s.eye.name}' on '{s.target.name}'" for s in sights)
+
+
+def _names(given: Mapping[Any, Any]) -> str:
+    return ", ".join(map(str, given)) or "none"

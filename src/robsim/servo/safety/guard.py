@@ -1,0 +1,119 @@
+"""The stages that keep a command within the limits of a `Safety`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.kernels import commanding, guarding
+from robsim.kernels.limit import scale_stage
+from robsim.kernels.program import Blocks
+from robsim.servo.controller import Controller, Decision
+from robsim.servo.given import Commanded, Given
+from robsim.servo.placed_frame import jacobian_in_world, placed_at
+from robsim.servo.safety.safety import Safety
+from robsim.servo.shaping.shaping import coordinates_of
+from robsim.world.scene import Scene
+
+
+@dataclass(frozen=True)
+class Guarded:
+    """What a controller writes within the limits of a `Safety`, and the row that says which act."""
+
+    commanded: Commanded
+    why: int  # bits, as `robsim.kernels.guarding` names them
+    at_limit: int  # (n,) 1 where a joint is kept from its limit
+
+
+def guarded(controller: Controller, safety: Safety, scene: Scene, given: Given) -> Guarded:
+    """Add the stages of a controller, then those that keep its command within limits.
+
+    The scene is that which the controller believes.
+    """
+    inner = controller.stages(given)
+    guard = _Guard(controller, safety, scene, given)
+    qd = guard.stages(inner.qd)
+    busy = given.program.rows()
+    given.program.add(commanding.either, 2, busy, inner.busy, guard.busy)
+
+    def decide(blocks: Blocks) -> Decision:
+        decision: Decision = inner.decide(blocks)
+        within = decision.command._replace(qd=blocks.get(qd, guard.n))
+        return decision._replace(command=within)
+
+    return Guarded(replace(inner, qd=qd, busy=busy, decide=decide), guard.why, guard.at_limit)
+
+
+class _Guard:
+    """The rows of the stages, and how they are connected."""
+
+    def __init__(self, controller: Controller, safety: Safety, scene: Scene, given: Given) -> None:
+        self.controller, self.safety, self.scene, self.given = controller, safety, scene, given
+        self.n = controller.columns.size
+        program = self.program = given.program
+        self.why, self.at_limit, self.busy = program.rows(), program.rows(self.n), program.rows()
+        self.share, self.last = program.rows(), program.rows(self.n)
+        self.most = program.constant(self._limits("acceleration"))
+
+    def stages(self, wished: int) -> int:
+        """Add the stages from what the law wishes to what is commanded, and return its rows."""
+        n, program = self.n, self.program
+        self._hold(wished)
+        command, brake = program.rows(n), program.rows(n)
+        where, limits = self._joints()
+        rows = wished, self._scaled(wished), self.last, command, brake, self.share, self.why
+        joints = self.given.dt, self.most, *limits, self.given.q, self.at_limit
+        program.add(guarding.soften, n, *rows, *joints, *where)
+        qd = command if self.safety.fence is None else self._fence(command, brake)
+        program.add(guarding.remember, n, qd, self.last, self.why, self.busy, self.share)
+        return qd
+
+    def _hold(self, wished: int) -> None:
+        """Add the stage that lets the robot move, or holds it."""
+        dog, program, given = self.safety.watchdog, self.program, self.given
+        after = math.inf if dog is None else dog.after
+        stops = dog is not None and dog.then == "stop"
+        settings = program.constant([after, float(stops), self.safety.ramp or 0.0])
+        released = program.constant(1.0) if given.released < 0 else given.released
+        age = program.constant(0.0) if given.age < 0 else given.age
+        rows = released, settings, program.rows(), program.rows(), self.share, self.why
+        program.add(guarding.hold, self.n, wished, given.dt, age, *rows)
+
+    def _scaled(self, wished: int) -> int:
+        """Add the stage that slows a wish down to its speeds; return the rows of the result."""
+        if self.safety.speed is None:
+            return wished
+        program, found = self.program, self.program.rows(self.n)
+        limits = program.constant([*self._limits("speed"), math.inf, math.inf])
+        program.add(scale_stage, self.n, program.rows(6 * self.n), limits, wished, found)
+        return found
+
+    def _joints(self) -> tuple[list[int], tuple[int, int]]:
+        """Return the coordinates that are watched, or -1, and the rows of their bounds."""
+        where, bounds = coordinates_of(self.scene, self.controller.columns)
+        if self.safety.margin is None:
+            where = np.full(self.n, -1)
+        else:
+            margins = self.safety.limits("margin", self.scene.nq)[where]
+            bounds = bounds + np.stack([margins, -margins], axis=1)
+        low, high = (self.program.constant(bounds[:, i]) for i in range(2))
+        return where.tolist(), (low, high)
+
+    def _fence(self, command: int, brake: int) -> int:
+        """Add the stages that keep a frame in its box; return the rows of the command."""
+        fence, program, tree = self.safety.fence, self.program, self.scene.tree
+        assert fence is not None
+        placed = placed_at(program, tree, self.given.q)
+        (T,) = placed.frames([tree.find(fence.frame)])
+        J = jacobian_in_world(placed, tree, fence.frame, T, self.controller.columns)
+        box, qd = program.constant([*fence.low, *fence.high]), program.rows(self.n)
+        rows = command, brake, qd, self.why, self.given.dt, self.most, J, T, box
+        program.add(guarding.fence, self.n, *rows)
+        return qd
+
+    def _limits(self, which: str) -> Array:
+        """Return a limit of each commanded velocity (n,)."""
+        return self.safety.limits(which, self.scene.nv)[self.controller.columns]

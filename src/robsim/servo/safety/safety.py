@@ -1,0 +1,115 @@
+"""Limits that every command of an experiment is kept within, whatever its task wishes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import FrameError, InputError
+from robsim.declare import Declared, Flag, Table, Time, Word, described
+from robsim.declare.joints import OneOrEach, accelerations, check_count, coordinates, velocities
+from robsim.world.frame_box import FrameBox
+from robsim.world.scene import Scene
+
+Each = float | Sequence[float]  # one number for all, or one for each
+
+
+@described
+@dataclass(frozen=True)
+class Fence(FrameBox):
+    """A box of the world that the origin of a frame does not leave.
+
+    >>> Fence("arm.tool", low=(-1, -1, 0), high=(1, 1, 2)).frame
+    'arm.tool'
+    """
+
+
+@described
+@dataclass(frozen=True)
+class Watchdog(Declared):
+    """What is done while no image has come for a time.
+
+    >>> Watchdog(after=0.2).then
+    'hold'
+    """
+
+    after: Annotated[float, Time(above=0), "Age of the last image beyond which the robot brakes."]
+    then: Annotated[
+        str,
+        Word(("hold", "stop")),
+        "Whether the robot goes on when an image comes, or stays until a reset.",
+    ] = "hold"
+
+
+@described
+@dataclass(frozen=True)
+class Safety(Declared):
+    """Limits of all that is commanded, in the simulation and by `Controller` alike.
+
+    They act in this order. A robot that is held or stopped brakes as fast as `acceleration` lets
+    it; `ramp` makes the command grow from nothing at the start and whenever it may go on. `speed`
+    slows the whole command and keeps its direction; `acceleration` cuts off the change of each
+    velocity. A joint then goes no faster than it can still brake before its limit, less `margin`,
+    and the whole motion no faster than the frame of `fence` can before it leaves its box. What was
+    safe stays so: the braking that this needs is within `acceleration`. With none a velocity can
+    change at once.
+
+    Limits are one number for all velocities or coordinates of the scene, or one for each, of which
+    those of other joints are not counted. Joints that lag behind their commands need some margin.
+
+    >>> Safety(speed=0.5, acceleration=[1.0, 2.0]).limits("acceleration", 2)
+    array([1., 2.])
+    """
+
+    speed: Annotated[
+        Each | None,
+        OneOrEach(velocities, "numbers", ("turn rate", "speed")),
+        "Limit of |qdot|, by which the whole command is slowed down; None: none.",
+    ] = None
+    acceleration: Annotated[
+        Each | None,
+        OneOrEach(accelerations, "numbers", ("turn acceleration", "acceleration")),
+        "Limit of the change of each velocity in a second, also when braking; None: none.",
+    ] = None
+    margin: Annotated[
+        Each | None,
+        OneOrEach(coordinates, "numbers", zero=True),
+        "Distance that joints keep from their limits; None: limits are not watched.",
+    ] = None
+    fence: Annotated[Fence | None, Table(Fence), "Box that a frame does not leave."] = None
+    watchdog: Annotated[
+        Watchdog | None, Table(Watchdog), "What is done while no image comes; None: nothing."
+    ] = None
+    ramp: Annotated[
+        float | None, Time(above=0), "Time in which a command grows from nothing to its full size."
+    ] = None
+    hold_to_run: Annotated[
+        bool, Flag(), "Whether `Controller.step` moves the robot only while it is told `run=True`."
+    ] = False
+
+    def check(self, scene: Scene) -> None:
+        """Raise InputError unless numbers and frame are those of a scene."""
+        for name, owners in (
+            ("speed", scene.velocity_names),
+            ("acceleration", scene.velocity_names),
+            ("margin", scene.coordinate_names),
+        ):
+            check_count(getattr(self, name), name, owners)
+        if self.fence is not None:
+            try:
+                self.fence.check(scene)
+            except FrameError as error:
+                raise InputError(f"fence: {error}") from None
+
+    def limits(self, which: str, count: int) -> Array:
+        """Return the limits (count,) of speed, acceleration or margin, or infinity."""
+        given = getattr(self, which)
+        return frozen(np.full(count, math.inf if given is None else given, dtype=float))
+
+
+SAFETY = Table(Safety)
