@@ -112,22 +112,29 @@ class Controller:
         for data: the robot brakes, and `health.fault` says why.
         """
         try:
-            return self._step(pixels, q, t, run)
+            begins = self._clock.told(t)
         except InputError as error:
             if self._last is None:
                 raise
-            return self._brake(str(error))
+            self._clock.go_on()
+            return self._brake(str(error), True)
+        try:
+            return self._step(pixels, q, begins, run)
+        except InputError as error:
+            if self._last is None:
+                self._clock = Clock(self.dt)
+                raise
+            return self._brake(str(error), begins)
 
     def decide(self, pixels: Any, q: Any, t: float) -> Decision:
         """Return what `step` commands, with features and errors, the run last."""
-        self._step(pixels, q, t, None)
+        self._step(pixels, q, self._clock.told(t), None)
         return self._alone.decision(self._blocks)
 
-    def _step(self, pixels: Any, q: Any, t: Any, run: Any) -> DriveCommand:
-        """Take what was measured, and decide once in a period."""
+    def _step(self, pixels: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
+        """Take what was measured, and decide once in a period, when it begins."""
         released = not self._safety.hold_to_run if run is None else flag(run, "run")
         joints = self._joints(q)
-        begins = self._clock.told(t)
         unused = self._images.take(pixels, joints, self._clock.now)
         self._q = joints
         if self._last is not None and not begins:
@@ -168,9 +175,12 @@ class Controller:
         self._last = DriveCommand(np.zeros(len(self.velocity_names)), EMPTY, "waiting", health)
         return self._last
 
-    def _brake(self, fault: str) -> DriveCommand:
+    def _brake(self, fault: str, begins: bool) -> DriveCommand:
         """Return how the robot brakes, as what was given now does not serve."""
-        self._clock.go_on()
+        assert self._last is not None
+        if not begins:
+            health = self._last.health._replace(fault=fault)
+            return self._last._replace(health=health)
         if not self._images.known:
             return self._wait((), fault)
         try:

@@ -11,12 +11,15 @@ from robsim.base.arrays import Array
 from robsim.kernels import commanding, guarding
 from robsim.kernels.limit import scale_stage
 from robsim.kernels.program import Blocks
+from robsim.robot.motion import add_motion
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
-from robsim.servo.placed_frame import jacobian_in_world, placed_at
+from robsim.servo.placed_frame import placed_at
 from robsim.servo.safety.safety import Safety
 from robsim.servo.shaping.shaping import coordinates_of
 from robsim.world.scene import Scene
+
+ATTEMPTS = 3  # commands that are tried before a frame that nears its fence is braked
 
 
 @dataclass(frozen=True)
@@ -104,15 +107,40 @@ class _Guard:
 
     def _fence(self, command: int, brake: int) -> int:
         """Add the stages that keep a frame in its box; return the rows of the command."""
-        fence, program, tree = self.safety.fence, self.program, self.scene.tree
+        fence, program, n = self.safety.fence, self.program, self.n
         assert fence is not None
-        placed = placed_at(program, tree, self.given.q)
-        (T,) = placed.frames([tree.find(fence.frame)])
-        J = jacobian_in_world(placed, tree, fence.frame, T, self.controller.columns)
-        box, qd = program.constant([*fence.low, *fence.high]), program.rows(self.n)
-        rows = command, brake, qd, self.why, self.given.dt, self.most, J, T, box
-        program.add(guarding.fence, self.n, *rows)
-        return qd
+        qd, seconds, out = program.rows(ATTEMPTS * n), program.rows(ATTEMPTS), program.rows(n)
+        rows = command, brake, self.given.dt, self.most, ATTEMPTS, qd, seconds
+        program.add(guarding.attempts, n, *rows)
+        ways = [
+            self._after(fence.frame, qd + k * n, when)
+            for k in range(ATTEMPTS)
+            for when in (self._halved(seconds + k), seconds + k)
+        ]
+        box = program.constant([*fence.low, *fence.high])
+        now = self._at(fence.frame, self.given.q)
+        program.add(guarding.fence, n, qd, brake, out, self.why, box, now, ATTEMPTS, *ways)
+        return out
+
+    def _halved(self, row: int) -> int:
+        """Add the stage of half a number; return its row."""
+        found = self.program.rows()
+        self.program.add(guarding.halved, row, found)
+        return found
+
+    def _after(self, frame: str, qd: int, seconds: int) -> int:
+        """Add the stages of the pose of a frame after some time at velocities; return its rows."""
+        program, scene = self.program, self.scene
+        q, rates = program.rows(scene.nq), np.full(scene.nv, -1)
+        rates[self.controller.columns] = qd + np.arange(self.n)
+        program.add(commanding.copied, scene.nq, self.given.q, q)
+        add_motion(program, scene.tree.joints, q, rates, seconds)
+        return self._at(frame, q)
+
+    def _at(self, frame: str, q: int) -> int:
+        """Add the stages of the pose of a frame at coordinates; return its rows."""
+        placed = placed_at(self.program, self.scene.tree, q)
+        return placed.frames([self.scene.tree.find(frame)])[0]
 
     def _limits(self, which: str) -> Array:
         """Return a limit of each commanded velocity (n,)."""
