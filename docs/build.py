@@ -20,9 +20,10 @@ from robsim.world.mounted_camera import CameraTable
 HERE = Path(__file__).parent
 # the public names, by what a user looks for
 GROUPS = {
-    "Experiments and runs": "Experiment Controller load_scenario simulate replay save_run open_run "
+    "Experiments and runs": "Experiment load_scenario simulate replay save_run open_run "
     "table Outcome Interrupted Region TooClose Ending Moment Mission "
     "Phase MissionRun examples",
+    "Driving a robot": "Controller DriveCommand Health Marks Safety Fence Watchdog",
     "Logs": "save_bag open_bag bag_images BagImage read_log",
     "Robots": "Robot robots Link Joint JointKind Mimic Chord Ackermann Rolling Steering IKResult "
     "IKReason ClosedIK manipulability condition_number singularity_distance workspace Workspace",
@@ -62,6 +63,9 @@ TABLES = {
     "`[sensing]`": rs.Sensing,
     "`[[sensing.occlusions]]`": rs.Occlusion,
     "`[actuation]`": rs.Actuation,
+    "`[safety]`": rs.Safety,
+    "`[safety.fence]`": rs.Fence,
+    "`[safety.watchdog]`": rs.Watchdog,
     "`[[robots]]`": RobotTable,
     "`[[robots.links]]`": LinkTable,
     "`[[objects]]`": rs.Object,

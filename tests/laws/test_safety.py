@@ -260,3 +260,23 @@ def test_a_safety_is_written_and_read_to_the_bit(arm):
     assert again == made and again.safety == every and again.hash == made.hash
     assert rs.replay(made.run(duration=0.2)).identical(made.run(duration=0.2))
     assert made.at("safety.speed", "30 deg/s").safety.speed == pytest.approx(np.pi / 6)
+
+
+@pytest.mark.parametrize(
+    ("safety", "about"),
+    [
+        ({"speed": 1e-3}, "safety.speed"),
+        ({"acceleration": 1e-3}, "safety.acceleration"),
+        ({"fence": "above"}, "safety.fence"),
+        ({"watchdog": rs.Watchdog(0.05, "stop")}, "safety.watchdog"),
+        ({"ramp": 30.0}, "safety.ramp"),
+    ],
+)
+def test_a_safety_that_keeps_a_run_from_its_goal_is_named(arm, safety, about):
+    at = arm.scene.pose("camera", arm.start).position
+    if safety.get("fence") == "above":
+        safety = {"fence": rs.Fence("camera", at - 0.5, at + 0.1)}
+    made = arm.with_(dt=0.04, duration=12.0, safety=rs.Safety(**safety))
+    run = made.run(sensing=rs.Sensing(period=0.12))
+    assert rs.Outcome(int(run.outcome)) is not rs.Outcome.CONVERGED
+    assert about in [cause.about for cause in rs.explain(run).causes]

@@ -49,7 +49,7 @@ _MESSAGES = {
     Outcome.RUNNING: "the simulation was stopped before this run ended",
     Outcome.CONVERGED: "every feature error is below the tolerance",
     Outcome.LOCAL_MINIMUM: (
-        "the law commands no motion although the error remains; try L desired or mean, "
+        "no motion is commanded although the error remains; try L desired or mean, "
         "the other law, or a nearer start; on a path, a goal that the joints can reach, or its "
         "position alone"
     ),

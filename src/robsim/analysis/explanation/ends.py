@@ -26,7 +26,7 @@ def _converged(inquiry: Inquiry) -> str:
 
 def _local_minimum(inquiry: Inquiry) -> str:
     return (
-        f"{when(inquiry.end)} the robot stands still: the law commands no motion although the "
+        f"{when(inquiry.end)} the robot stands still: no motion is commanded although the "
         f"largest error is {inquiry.size(inquiry.errors[-1])}, and the tolerance "
         f"{inquiry.size(inquiry.tolerance)}."
     )
