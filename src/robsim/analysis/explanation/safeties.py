@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +37,9 @@ def _lifted(field: str) -> Change:
     """Return the change of an experiment whose safety does not have a limit."""
 
     def change(case: Experiment) -> Experiment:
+        without: dict[str, Any] = {field: None}
         assert case.safety is not None
-        return case.with_(safety=replace(case.safety, **{field: None}))
+        return case.with_(safety=replace(case.safety, **without))
 
     return change
 
@@ -81,8 +83,9 @@ def _margin(again: Repeated, safety: Safety) -> Statement:
     name, left = scene.velocity_names[columns[least]], float(room[least])
     if left > NEAR:
         return "The safety keeps the joints from their limits, and none is there.", {"room": left}
-    sentence = f"The safety stops joint {name} {number(float(margins[least]))} (rad or m) before its limit."
-    return sentence, {"margin": float(margins[least])}
+    margin = float(margins[least])
+    sentence = f"The safety stops joint {name} {number(margin)} (rad or m) before its limit."
+    return sentence, {"margin": margin}
 
 
 def _fence(again: Repeated, safety: Safety) -> Statement:
