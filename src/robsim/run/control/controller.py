@@ -16,9 +16,7 @@ from robsim.run.control.drive_command import DriveCommand, Health, doing, limits
 from robsim.run.control.images import Images
 from robsim.run.experiment import Experiment, load_scenario
 from robsim.run.staged import Staged
-from robsim.run.text import common_belief
 from robsim.servo.controller import Decision
-from robsim.servo.safety.safety import Safety
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 
@@ -56,10 +54,9 @@ class Controller:
             raise InputError("numbers differ from run to run: take one experiment, of_run(i)")
         self.experiment = experiment
         self.dt, self.scene = experiment.dt, experiment.scene
-        self._safety = experiment.safety or Safety()
-        believed = common_belief(experiment.task) or self.scene
-        bound = experiment.task.bind(self.scene)
-        self._alone = Standalone(bound, self.dt, self._safety, believed)
+        bound, guard = experiment.task.bind(self.scene), experiment.guard(experiment)
+        self._alone = Standalone(bound, self.dt, guard)
+        self._to_run = guard.safety.hold_to_run
         scale = bound.tolerance / bound.tolerances
         self._scale, self._tolerance = scale, bound.tolerance
         self.velocity_names = tuple(self.scene.velocity_names[i] for i in bound.columns)
@@ -133,7 +130,7 @@ class Controller:
 
     def _step(self, pixels: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
         """Take what was measured, and decide once in a period, when it begins."""
-        released = not self._safety.hold_to_run if run is None else flag(run, "run")
+        released = not self._to_run if run is None else flag(run, "run")
         joints = self._joints(q)
         unused = self._images.take(pixels, joints, self._clock.now)
         self._q = joints

@@ -31,37 +31,43 @@ class Guarded:
     at_limit: int  # (n,) 1 where a joint is kept from its limit
 
 
-def guarded(controller: Controller, safety: Safety, scene: Scene, given: Given) -> Guarded:
-    """Add the stages of a controller, then those that keep its command within limits.
+@dataclass(frozen=True)
+class Guard:
+    """A safety, and the scene that the controller believes, in which its limits are."""
 
-    The scene is that which the controller believes.
-    """
-    inner = controller.stages(given)
-    guard = _Guard(controller, safety, scene, given)
-    qd = guard.stages(inner.qd)
-    busy = given.program.rows()
-    given.program.add(commanding.either, 2, busy, inner.busy, guard.busy)
+    safety: Safety
+    believed: Scene
 
-    def decide(blocks: Blocks) -> Decision:
-        decision: Decision = inner.decide(blocks)
-        within = decision.command._replace(qd=blocks.get(qd, guard.n))
-        return decision._replace(command=within)
+    def stages(self, controller: Controller, given: Given) -> Guarded:
+        """Add the stages of a controller, then those that keep its command within limits."""
+        inner = controller.stages(given)
+        made = _Stages(controller, self, given)
+        qd = made.add(inner.qd)
+        busy = given.program.rows()
+        given.program.add(commanding.either, 2, busy, inner.busy, made.busy)
 
-    return Guarded(replace(inner, qd=qd, busy=busy, decide=decide), guard.why, guard.at_limit)
+        def decide(blocks: Blocks) -> Decision:
+            decision: Decision = inner.decide(blocks)
+            within = decision.command._replace(qd=blocks.get(qd, made.n))
+            return decision._replace(command=within)
+
+        within = replace(inner, qd=qd, busy=busy, decide=decide)
+        return Guarded(within, made.why, made.at_limit)
 
 
-class _Guard:
+class _Stages:
     """The rows of the stages, and how they are connected."""
 
-    def __init__(self, controller: Controller, safety: Safety, scene: Scene, given: Given) -> None:
-        self.controller, self.safety, self.scene, self.given = controller, safety, scene, given
+    def __init__(self, controller: Controller, guard: Guard, given: Given) -> None:
+        self.controller, self.given = controller, given
+        self.safety, self.scene = guard.safety, guard.believed
         self.n = controller.columns.size
         program = self.program = given.program
         self.why, self.at_limit, self.busy = program.rows(), program.rows(self.n), program.rows()
         self.share, self.last = program.rows(), program.rows(self.n)
         self.most = program.constant(self._limits("acceleration"))
 
-    def stages(self, wished: int) -> int:
+    def add(self, wished: int) -> int:
         """Add the stages from what the law wishes to what is commanded, and return its rows."""
         n, program = self.n, self.program
         self._hold(wished)
