@@ -46,7 +46,8 @@ def recorded(log: Log, experiment: Experiment) -> Run:
     rates = np.empty((len(q), 0)) if log.rates is None else log.rates.held(times)
     s = np.array([each.command.s[:, 0] for each in decided])
     loop = made.loop()
-    _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1)], decided)
+    unknown = np.empty((len(q), 0))  # weights, which no log holds
+    _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), unknown], decided)
     run = made.dataset(loop)
     run["image_age"] = (("time", "mark"), ages, AGE)
     run.attrs |= {RECORDED: log.source, "commands": told, "recorded_from": str(times[0])}
@@ -103,7 +104,7 @@ def _fill(loop: Loop, parts: list[Array], decided: list[Decision]) -> None:
     series = np.concatenate(parts, axis=1)
     loop.recorder = Recorder(1, len(series) - 1, "all", tuple(part.shape[1] for part in parts))
     loop.recorder.table[0] = series
-    outcome, held = _outcome(loop, parts[-1], decided)
+    outcome, held = _outcome(loop, parts[4], decided)
     loop.hold = held
     ends = _way(loop, parts[0]), -1.0, len(series) - 1, outcome
     loop.recorder.ends[0] = [*series[-1], *ends]

@@ -41,6 +41,7 @@ UNITS = {
     "pixels_end": "px",
     "end_time": "s",
     "path_length": "m",
+    "weight": "1",
     "pixel_error": "px",
     "outcome": "1",
     **ends.UNITS,
@@ -55,6 +56,7 @@ DESCRIPTIONS = {
     "frame_velocity": "twist (v, omega) of the frame that is moved, in its own axes",
     "s": "features as measured",
     "s_goal": "features at the goal",
+    "weight": "how much each number of s counts, 0 where its mark is not there",
     "error": "s - s_goal",
     "error_norm": "length of the error",
     "lyapunov": "half the square of error_norm (chapter, eq. 16)",
@@ -148,14 +150,19 @@ def _motion(controller: Controller, series: Track) -> dict[str, Array]:
 def error_variables(series: Track, s_goal: Array) -> dict[str, Array]:
     """Return s and what follows from it, of goals that broadcast with (runs, instants, k).
 
-    Sums go feature by feature, so that they are the same in any batch.
+    Sums go feature by feature, so that they are the same in any batch. Where numbers have weights,
+    those of weight 0 have no error, and no part in its length.
     """
-    error = series.s - s_goal
+    error, weighted = series.s - s_goal, series.weights.shape[-1] > 0
+    if weighted:
+        error = np.where(series.weights == 0.0, np.nan, error)
     square = np.zeros(error.shape[:2])
     for i in range(error.shape[2]):
-        square += error[..., i] ** 2
+        own = error[..., i] ** 2
+        square += np.where(series.weights[..., i] == 0.0, 0.0, own) if weighted else own
     return {
         "s": series.s,
+        **({"weight": series.weights} if weighted else {}),
         "error": error,
         "error_norm": np.sqrt(square),
         "lyapunov": 0.5 * square,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.servo.command import Command
 from robsim.servo.given import Commanded, Given
-from robsim.servo.sight import Sight
+from robsim.servo.sight import Key, Sight
 from robsim.world.scene import Scene
 
 
@@ -44,6 +44,16 @@ class Controller(ABC):
     @abstractmethod
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
+
+    @property
+    def weighted(self) -> bool:
+        """Whether the numbers of s have weights that change."""
+        return False
+
+    @property
+    def excused(self) -> frozenset[Key]:
+        """The sights whose marks may leave the image."""
+        return frozenset()
 
     def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers start anywhere
         """Raise InputError if the task can be done from none of the starts q0 (B, nq)."""

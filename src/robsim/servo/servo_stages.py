@@ -10,8 +10,9 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.values import known
-from robsim.kernels import broyden, commanding
+from robsim.kernels import broyden, commanding, weighting
 from robsim.kernels.program import Blocks
+from robsim.kernels.solve import scratch_of
 from robsim.kernels.stage import Stage
 from robsim.servo.basis import Basis
 from robsim.servo.command import Command
@@ -19,10 +20,14 @@ from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.laws.inverse import ANY
 from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
 from robsim.servo.shaping.shaping import Shapeable
+from robsim.servo.weight_stages import by_error, of_numbers
+from robsim.servo.weightings.made_of import groups, made_of
+from robsim.servo.weightings.weighting import NumbersSeen
 
 if TYPE_CHECKING:
     from robsim.servo.servo_controller import Servo
@@ -45,18 +50,28 @@ class ServoStages:
     def assess(self) -> None:
         """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
         c, k = self.controller, self.k
-        of = self.of = RegulatedRows(c.regulated, self.given)
+        of = self.of = RegulatedRows(c.regulated, self.given, c.weighting)
         self.error, self.L, self.A = self.rows(k), of.L, of.A
         self._add(commanding.difference, k, of.s, self.program.each(c.s_goal), self.error)
         if c.broyden is not None:
             self._learn()
-        self.hidden = of.hidden() if self.given.hides else -1
+        self.weights, self.status, self.hidden = -1, -1, -1
+        if c.weighting:
+            self.weights = self._weights()
+            self.hidden = self._unused(self.weights)
+        elif self.given.hides:
+            self.hidden = of.hidden()
         if self.hidden >= 0:
             self._change(commanding.masked, self.hidden)
         self.plain = self.error, self.L, self.A
+        if c.weighting:
+            self._change(commanding.weigh, self.weights)
+        self.faded = self.error, self.A
         if (c.regulated.weights != 1.0).any():
             self._change(commanding.weigh, self.constant(c.regulated.weights))
         self.weighted, self.error = self.error, self.plain[0]
+        if c.excused:
+            self.status = self._few(c.weighting)
         self.gain = self._gain()
         self.towards = self.weighted if c.feed_forward is None else self._with_drift()
 
@@ -71,7 +86,7 @@ class ServoStages:
         else:
             qd = self.rows(n)
             self.program.call(lambda blocks, step: blocks.put(qd, self._asked(blocks, step)))
-        error, _, A = self.plain
+        error, A = self.faded
         shapeable = Shapeable(self.k, n, error, self.of.first, A, qd)
         self.qd = c.shaping.stages(self.given, shapeable)
 
@@ -84,7 +99,8 @@ class ServoStages:
     def commanded(self) -> Commanded:
         """Return the rows that are written."""
         error, _, A = self.plain
-        return Commanded(self.of.s, error, self.qd, A, self.rows(1), self.decision, self.note)
+        rows = self.of.s, error, self.qd, A, self.rows(1)
+        return Commanded(*rows, self.decision, self.note, self.weights, self.status)
 
     def note(self, qd: int) -> None:
         """Add the stages that remember what was commanded in the end."""
@@ -115,6 +131,38 @@ class ServoStages:
         self._add(broyden.learn_stage, k, n, self.given.dt, *rows)
         self.A = self.learnt
 
+    def _weights(self) -> int:
+        """Return the rows of the weights (k,) of all weightings, by marks and then by the error."""
+        c, k, each = self.controller, self.k, made_of(self.controller.regulated)
+        weights, error = of_numbers(self.given, self.of.weights, each), self.rows(k)
+        self._add(commanding.masked, self.error, k, 1, self._unused(weights), error)
+        seen = NumbersSeen(self.given, k, error, weights, c.tolerances, groups(each))
+        return by_error(c.weighting, seen)
+
+    def _unused(self, weights: int) -> int:
+        """Return the rows (k,) that say which numbers have the weight 0."""
+        found = self.rows(self.k)
+        self._add(weighting.unused, self.k, weights, found)
+        return found
+
+    def _few(self, weightings: Any) -> int:
+        """Return the row that says where too little is left to command, by rank and by count."""
+        c, k, n = self.controller, self.k, self.n
+        x, rank, status = self.rows(n), self.rows(1), self.rows(1)
+        moves = self.of.first if c.one_motion else ANY
+        rcond, room = self.constant(c.rcond), self.program.scratch(scratch_of(k, n))
+        self._add(commanding.solve, self.A, k, n, self.weighted, -1, rcond, x, rank, moves, room)
+        least = max(getattr(each, "least", 1) for each in weightings)
+        images = [
+            number
+            for sight in c.regulated.sights
+            for number in (len(sight.target.marks), self.of.weights[sight.key])
+        ]
+        needed = self.program.number(c.full_rank)
+        count = len(c.regulated.sights)
+        self._add(weighting.few, rank, needed, least, status, count, *images)
+        return status
+
     def _change(self, stage: Stage, by: int) -> None:
         """Let error, L and L J be others, row by row."""
         for name, width in (("error", 1), ("L", 6), ("A", self.n)):
@@ -129,7 +177,7 @@ class ServoStages:
             return self.program.number(gain)
         numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows(1)
         largest = gain.of == "command"
-        size = (self.n, self._at_unit_gain()) if largest else (self.k, self.plain[0])
+        size = (self.n, self._at_unit_gain()) if largest else (self.k, self.faded[0])
         self._add(commanding.adapt, *size, numbers, largest, row)
         return row
 
@@ -165,6 +213,10 @@ class ServoStages:
             seen = self.rows(k)
             self._add(commanding.masked, drift, k, 1, self.hidden, seen)
             drift = seen
+        if self.weights >= 0:
+            faded = self.rows(k)
+            self._add(commanding.weigh, drift, k, 1, self.weights, faded)
+            drift = faded
         found = self.rows(k)
         self._add(commanding.ahead, k, self.weighted, self.gain, drift, True, found)
         return found

@@ -20,8 +20,9 @@ from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.redundancy import descent
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shapeable, Shaping
+from robsim.servo.sight import Key
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfTasks, common, union
+from robsim.servo.tasks.several import OfTasks, common, excused_by, marks_used, union
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
@@ -93,6 +94,16 @@ class Ordered(Controller):
     parts: tuple[Servo, ...]
     shaping: Shaping
 
+    @property
+    def weighted(self) -> bool:
+        """Whether the numbers of s of any task have weights that change."""
+        return any(part.weighted for part in self.parts)
+
+    @property
+    def excused(self) -> frozenset[Key]:
+        """The sights whose marks may leave the image, as all tasks that look at them say."""
+        return excused_by(self.parts)
+
     def stages(self, given: Given) -> Commanded:
         """Add the stages in which each task moves within what those before leave free."""
         program, n = given.program, self.columns.size
@@ -117,4 +128,5 @@ class Ordered(Controller):
             for one in made:
                 one.note(qd)
 
-        return Commanded(s, error, qd, A, program.rows(), decide, note)
+        used = marks_used(program, self.parts, made)
+        return Commanded(s, error, qd, A, program.rows(), decide, note, *used)
