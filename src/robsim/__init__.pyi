@@ -101,6 +101,8 @@ from robsim.run.outcome import Outcome as Outcome
 from robsim.run.phase import Phase as Phase
 from robsim.run.replay import replay as replay
 from robsim.run.simulate import simulate as simulate
+from robsim.servo import IBVS as IBVS
+from robsim.servo import PBVS as PBVS
 from robsim.servo import AdaptiveGain as AdaptiveGain
 from robsim.servo import AvoidLimits as AvoidLimits
 from robsim.servo import Border as Border
@@ -119,12 +121,10 @@ from robsim.servo import FollowPath as FollowPath
 from robsim.servo import GoalFeatures as GoalFeatures
 from robsim.servo import GoalPose as GoalPose
 from robsim.servo import Hybrid as Hybrid
-from robsim.servo import IBVS as IBVS
 from robsim.servo import JacobianTranspose as JacobianTranspose
 from robsim.servo import JointLaw as JointLaw
 from robsim.servo import LargeProjection as LargeProjection
 from robsim.servo import NearBorder as NearBorder
-from robsim.servo import PBVS as PBVS
 from robsim.servo import Parallel as Parallel
 from robsim.servo import Partitioned as Partitioned
 from robsim.servo import PartitionedLaw as PartitionedLaw
