@@ -108,17 +108,23 @@ def unused(p, w, step):
 
 @stage
 def few(p, w, step):
-    """Compute whether too little is left to command: (rank, needed, marks, status, images).
+    """Compute whether too little is left to command: (rank, needed, of J, k, weights, marks, ...).
 
-    Then of each image the number of its marks and the rows of their weights. The status is that of
-    a mark out of the image where the rank or the number of marks in use is below what is needed.
+    Then the status, the number of images, and of each image the number of its marks and the rows of
+    their weights. The status is that of a mark out of the image where fewer marks than needed are
+    in use; or where numbers are not, and the rank of L J is below the needed one and that of J.
     """
-    count = 0.0 * get(w, p[0])
-    for i in range(p[4]):
-        for n in range(p[5 + 2 * i]):
-            count = count + where(get(w, p[6 + 2 * i] + n) > 0.0, 1.0, 0.0)
-    lost = (get(w, p[0]) < get(w, p[1])) | (count < 1.0 * p[2])
-    put(w, p[3], where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
+    rank, needed, unused = get(w, p[0]), get(w, p[1]), 0.0 * get(w, p[0])
+    if p[2] >= 0:
+        needed = where(get(w, p[2]) < needed, get(w, p[2]), needed)
+    for i in range(p[3]):
+        unused = where(get(w, p[4] + i) > 0.0, unused, 1.0)
+    count = 0.0 * unused
+    for i in range(p[7]):
+        for n in range(p[8 + 2 * i]):
+            count = count + where(get(w, p[9 + 2 * i] + n) > 0.0, 1.0, 0.0)
+    lost = ((unused > 0.0) & (rank < needed)) | (count < 1.0 * p[5])
+    put(w, p[6], where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
 
 
 @stage

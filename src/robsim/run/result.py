@@ -17,6 +17,7 @@ from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.store import KERNEL_HASH
 from robsim.run import ends
+from robsim.run.error import error_variables
 from robsim.run.outcome import Outcome
 from robsim.run.record import Recorder, Track
 from robsim.servo import GoalFeatures, GoalPose, ServoTask
@@ -144,28 +145,6 @@ def _motion(controller: Controller, series: Track) -> dict[str, Array]:
         **({} if follows else {"qd_actual": series.rates}),
         f"{whose}_pose": poses,
         f"{whose}_velocity": twists,
-    }
-
-
-def error_variables(series: Track, s_goal: Array) -> dict[str, Array]:
-    """Return s and what follows from it, of goals that broadcast with (runs, instants, k).
-
-    Sums go feature by feature, so that they are the same in any batch. Where numbers have weights,
-    those of weight 0 have no error, and no part in its length.
-    """
-    error, weighted = series.s - s_goal, series.weights.shape[-1] > 0
-    if weighted:
-        error = np.where(series.weights == 0.0, np.nan, error)
-    square = np.zeros(error.shape[:2])
-    for i in range(error.shape[2]):
-        own = error[..., i] ** 2
-        square += np.where(series.weights[..., i] == 0.0, 0.0, own) if weighted else own
-    return {
-        "s": series.s,
-        **({"weight": series.weights} if weighted else {}),
-        "error": error,
-        "error_norm": np.sqrt(square),
-        "lyapunov": 0.5 * square,
     }
 
 

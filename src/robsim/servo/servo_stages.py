@@ -12,7 +12,6 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.values import known
 from robsim.kernels import broyden, commanding, weighting
 from robsim.kernels.program import Blocks
-from robsim.kernels.solve import scratch_of
 from robsim.kernels.stage import Stage
 from robsim.servo.basis import Basis
 from robsim.servo.command import Command
@@ -20,7 +19,7 @@ from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import ANY
+from robsim.servo.laws.inverse import ANY, solved
 from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
@@ -70,8 +69,8 @@ class ServoStages:
         if (c.regulated.weights != 1.0).any():
             self._change(commanding.weigh, self.constant(c.regulated.weights))
         self.weighted, self.error = self.error, self.plain[0]
-        if c.excused:
-            self.status = self._few(c.weighting)
+        if c.weighting:
+            self.status = self._few()
         self.gain = self._gain()
         self.towards = self.weighted if c.feed_forward is None else self._with_drift()
 
@@ -145,23 +144,23 @@ class ServoStages:
         self._add(weighting.unused, self.k, weights, found)
         return found
 
-    def _few(self, weightings: Any) -> int:
+    def _few(self) -> int:
         """Return the row that says where too little is left to command, by rank and by count."""
-        c, k, n = self.controller, self.k, self.n
-        x, rank, status = self.rows(n), self.rows(1), self.rows(1)
+        c, k, status = self.controller, self.k, self.rows(1)
         moves = self.of.first if c.one_motion else ANY
-        rcond, room = self.constant(c.rcond), self.program.scratch(scratch_of(k, n))
-        self._add(commanding.solve, self.A, k, n, self.weighted, -1, rcond, x, rank, moves, room)
-        least = max(getattr(each, "least", 1) for each in weightings)
-        images = [
-            number
-            for sight in c.regulated.sights
-            for number in (len(sight.target.marks), self.of.weights[sight.key])
-        ]
-        needed = self.program.number(c.full_rank)
-        count = len(c.regulated.sights)
-        self._add(weighting.few, rank, needed, least, status, count, *images)
+        rank = self._rank(self.A, k, self.weighted, moves)
+        of_J = self._rank(moves, 6, self.rows(6), moves) if c.one_motion else -1
+        least = max(getattr(each, "least", 1) for each in c.weighting)
+        counts = [(len(s.target.marks), self.of.weights[s.key]) for s in c.regulated.sights]
+        given = rank, self.program.number(c.full_rank), of_J, k, self.weights, least, status
+        images = [number for pair in counts for number in pair]
+        self._add(weighting.few, *given, len(counts), *images)
         return status
+
+    def _rank(self, A: int, k: int, y: int, moves: int) -> int:
+        """Return the row of the rank of A (k, n), whose columns are of moves, as in `solved`."""
+        n = self.n
+        return solved(self.program, (A, k, n), y, 0.0, self.controller.rcond, moves) + n
 
     def _change(self, stage: Stage, by: int) -> None:
         """Let error, L and L J be others, row by row."""

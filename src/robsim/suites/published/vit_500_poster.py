@@ -51,5 +51,5 @@ def poster() -> Array:
 
 def sees_square(square: Suite) -> list[str]:
     """Return of each start (500,) whether it sees all four marks of the square of `vit_500`."""
-    lacks = np.asarray(square.scene.view(square.starts).visibility).any(axis=-1).tolist()
-    return ["sees less than the square" if each else "sees the square" for each in lacks]
+    seen = square.scene.view(square.starts).visibility
+    return ["sees less than the square" if each.any() else "sees the square" for each in seen]
