@@ -365,7 +365,9 @@ def test_runs_whose_cameras_and_marks_differ_have_the_bits_of_single_runs():
     one = rs.Experiment(SCENE, task, POSTER.starts[LESS[0]], duration=1, sensing=HIDDEN)
     several = one.vary({"cameras.eye.focal": [480.0, 500.0, 520.0]})
     run = several.run()
-    assert (np.isnan(run.s.values).any(axis=(1, 2)) & (run.weight.values < 1).any(axis=(1, 2))).all()
+    assert (
+        np.isnan(run.s.values).any(axis=(1, 2)) & (run.weight.values < 1).any(axis=(1, 2))
+    ).all()
     for i in range(3):
         np.testing.assert_array_equal(several.of_run(i).run().qd, run.qd[i])
 
@@ -376,3 +378,24 @@ def test_the_goal_may_be_given_as_numbers():
     given = rs.simulate(SCENE, rs.IBVS(rs.GoalFeatures(s), weighting="border"), start, **how)
     shown = rs.simulate(SCENE, rs.IBVS(GOAL, weighting="border"), start, **how)
     np.testing.assert_allclose(given.qd, shown.qd, atol=1e-12)
+
+
+# logs
+
+
+def test_a_log_of_marks_that_come_and_go_is_the_run_again():
+    """Every mark is seen before its first period, and some are not there in others."""
+    task = rs.IBVS(GOAL, weighting="border")
+    made = rs.Experiment(SCENE, task, BESIDE, dt=0.04, duration=0.4)
+    run = made.run()
+    rows = rs.table(run)
+    hidden = [f"pixels[{i},{axis}]" for i in (3, 17) for axis in ("column", "row")]
+    rows.loc[4:, hidden] = np.nan
+    again = rs.read_log(rows, made)
+    weights = run.weight.values.copy()
+    weights[4:, [6, 7, 34, 35]] = 0
+    np.testing.assert_array_equal(again.weight, weights)
+    np.testing.assert_array_equal(np.isnan(again.error), weights == 0)
+    assert rs.Outcome(int(again.outcome)) is rs.Outcome.RUNNING
+    every = made.with_(task=rs.IBVS(GOAL))
+    assert rs.Outcome(int(rs.read_log(rows, every).outcome)) is rs.Outcome.OUT_OF_IMAGE
