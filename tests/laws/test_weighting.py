@@ -229,9 +229,9 @@ GOAL_POSE = rs.Pose.from_quaternion(POSTER.goal[:3], POSTER.goal[3:])
 # what is left
 
 
-def leaving(scene=SCENE, **task):
+def leaving(scene=SCENE, task=None, **how):
     """A run in which the poster is pulled away, along its x at 0.2 m/s, and hardly followed."""
-    task = rs.IBVS(rs.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **task)
+    task = task or rs.IBVS(rs.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **how)
     along = rs.Pose.at(0, 0, 0, rpy=(0, np.pi / 2, 0))
     joint = rs.Joint("prismatic", place=along)
     rail = rs.Robot("rail", [rs.Link("base"), rs.Link("cart", "base", joint)])
@@ -295,6 +295,21 @@ def test_a_singular_arm_is_not_taken_for_an_image_without_marks():
         run = rs.simulate(scenario.scene, task, scenario.start, duration=0.4)
         ends.append(int(run.outcome))
     assert ends[0] == ends[1]
+
+
+def test_a_switch_goes_on_while_the_scheme_whose_turn_it_is_can():
+    """One needs six marks at a side of the poster, and the other all that are there."""
+    goal = rs.TaughtGoal([*POSTER.goal, 0.0])
+    row = rs.FeatureBlock("points", marks=[7, 15, 23, 31, 39, 6])  # these leave first
+    narrow = rs.IBVS(goal, gain=1e-3, features=[row], weighting="border")
+    wide = rs.IBVS(goal, gain=1e-3, weighting="border")
+    ends = [
+        float(leaving(task=rs.Switch(*pair, when=rs.ErrorBelow(value, of="first"))).end_time)
+        for pair in ((narrow, wide), (wide, narrow))
+        for value in (10.0, 1e-9)
+    ]
+    alone = [float(leaving(task=task).end_time) for task in (narrow, wide)]
+    assert ends == [alone[1], alone[0], alone[0], alone[1]] and alone[0] != alone[1]
 
 
 # the same bits
