@@ -68,7 +68,8 @@ class Loop:
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
         self.drives = Drives(self.actuation, scene, controller.columns)
         rates = scene.nv if self.drives.moves else 0
-        widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks)
+        weights = controller.k if controller.weighted else 0
+        widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights)
         with under("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
 
@@ -142,7 +143,7 @@ class Steps:
         controller = self.controller = loop.controller
         runs = loop.runs
         plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt, loop.seed, runs)
-        spoilt = loop.sensing, loop.steps, loop.seed, runs
+        spoilt = loop.sensing, loop.steps, loop.seed, runs, controller.excused
         sensor = self.sensor = Sensor(program, plant, controller.sights, *spoilt)
         judge = self.judge = Judge(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
@@ -160,7 +161,8 @@ class Steps:
         self.command.note(self.command.qd)
         plant.command(self.command.qd)
         judge.judge(plant, sensor, self.command, loop.hold, loop.limited)
-        self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.images.true]
+        command, true = self.command, sensor.images.true
+        self.kept = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
         stages = program.stages
