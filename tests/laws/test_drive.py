@@ -174,6 +174,33 @@ def test_convergence_is_told_when_the_run_ends(one):
     np.testing.assert_array_equal(told[-1].error, run.error.values[last])
 
 
+def test_marks_that_may_be_out_of_the_image_need_not_have_been_seen():
+    """As a detector gives them, without what it does not see: it begins, and goes on as the run."""
+    made = rs.load_scenario(examples.path("marks_come_and_go")).with_(sensing=rs.Sensing())
+    made = made.at("task.weighting", ["border"])
+    run, controller = made.run(), rs.Controller(made)
+    pixels = run.pixels.values
+    inside = ((pixels >= -0.5) & (pixels < [639.5, 479.5])).all(axis=-1)
+    for t in range(500):
+        seen = {i: pixels[t, i] for i in np.flatnonzero(inside[t])}
+        command = controller.step(seen, run.q.values[t], t * made.dt)
+        np.testing.assert_allclose(command.velocities, run.qd.values[t], rtol=0, atol=1e-12)
+        assert len(command.health.lost) == 15 - inside[t].sum()
+    assert inside[0].sum() == 5 and inside[499].all()
+
+
+def test_too_few_marks_hold_the_robot():
+    made = rs.load_scenario(examples.path("marks_come_and_go")).at("task.weighting", ["border"])
+    controller, view = rs.Controller(made), made.scene.view(made.start)
+    seen = {i: view.pixels[i] for i in range(15) if view.visibility[i] == 0}
+    assert controller.step(seen, made.start, 0.0).phase == "moving"
+    one = dict(list(seen.items())[:1])
+    command = controller.step(one, made.start, made.dt)
+    assert command.phase == "holding" and not command.velocities.any()
+    assert command.health.limits == ("too few marks",) and len(command.health.lost) == 14
+    assert controller.step(seen, made.start, 2 * made.dt).phase == "moving"
+
+
 ODD = [
     ("pixels", np.zeros((3, 2)), "pixels of"),
     ("pixels", "text", "pixels of"),

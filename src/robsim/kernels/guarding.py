@@ -6,13 +6,15 @@ rest within its limits; what is commanded is always safe if it was before, for b
 
 import math
 
+from robsim.kernels.camera import IN_IMAGE
 from robsim.kernels.jit import kernel, part
 from robsim.kernels.lanes import WIDTH, get, put
 from robsim.kernels.stage import stage
 
 # why a command is not what the law wishes: bits of a row
-OLD_IMAGE, NOT_RELEASED, STOPPED, NOT_FINITE = 1, 2, 4, 8
-SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 16, 32, 64, 128
+OLD_IMAGE, NOT_RELEASED, STOPPED, NOT_FINITE, FEW_MARKS = 1, 2, 4, 8, 16
+SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 32, 64, 128, 256
+HELD = OLD_IMAGE | NOT_RELEASED | STOPPED | NOT_FINITE | FEW_MARKS
 
 NEAR = 1e-12  # metres
 SLACK = 1.0 + 1e-9  # of a velocity that is compared with the largest one from which it stops
@@ -59,9 +61,9 @@ def _clamped(x, least, most):
 
 
 @part
-def _why_held(w, b, n, wished, age, dt, released, settings, latched):
+def _why_held(w, b, n, wished, age, dt, released, settings, latched, status):
     """Return why the robot is not to move, if it is not, as bits."""
-    why = 0
+    why = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
     if w[age * WIDTH + b] * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
         why |= OLD_IMAGE
         if w[(settings + 1) * WIDTH + b] != 0.0:
@@ -80,13 +82,13 @@ def _why_held(w, b, n, wished, age, dt, released, settings, latched):
 def hold(p, w, step):
     """Compute which share of a wish is commanded now, and why none is if none is.
 
-    (n, wished, dt, age in periods, released, settings, latched, seconds, share, why)
+    (n, wished, dt, age in periods, released, settings, latched, seconds, share, why, status)
     The settings are the age from which on an image is too old, whether that stops for good, and the
-    seconds in which the share grows from 0 to 1.
+    seconds in which the share grows from 0 to 1. The status is that of what is left to command by.
     """
     dt, settings, seconds = p[2], p[5], p[7] * WIDTH
     for b in range(WIDTH):
-        why = _why_held(w, b, p[0], p[1], p[3], dt, p[4], settings, p[6])
+        why = _why_held(w, b, p[0], p[1], p[3], dt, p[4], settings, p[6], p[10])
         ramp = w[(settings + 2) * WIDTH + b]
         if why:
             w[seconds + b] = 0.0

@@ -83,7 +83,7 @@ class Controller:
     def reset(self) -> None:
         """Forget all that was measured, and any stop, as before the first call."""
         self._blocks = self._alone.begin(1)
-        self._images = Images(self.scene, self.sights)
+        self._images = Images(self.scene, self.sights, self._alone.controller.excused)
         self._clock = Clock(self.dt)
         self._q = np.empty(0)
         self._last: DriveCommand | None = None
@@ -158,8 +158,7 @@ class Controller:
         self._alone.perform(self._blocks, self._clock.step)
         why, at_limit, error, qd, busy = self._alone.read(self._blocks)
         small = bool((np.abs(error * self._scale) < self._tolerance).all())
-        held = why & (guarding.OLD_IMAGE | guarding.NOT_RELEASED | guarding.STOPPED)
-        converged = small and not busy and not held
+        converged = small and not busy and not why & guarding.HELD
         limits = limits_of(why, at_limit, self.velocity_names) if why else ()
         stale = bool(why & guarding.OLD_IMAGE)
         health = Health(converged, self._images.lost(), stale, age, limits, unused, fault)

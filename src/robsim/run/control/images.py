@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from robsim.kernels.program import Blocks, Program
 from robsim.run.control.marks import Found, Reader
 from robsim.servo.given import view
 from robsim.servo.placed_frame import placed_at
-from robsim.servo.sight import Sight
+from robsim.servo.sight import Key, Sight
 from robsim.world.scene import Scene
 
 REMEMBERED = 512  # states of the joints, one for each call, in which that of an image is looked up
@@ -22,17 +22,18 @@ REMEMBERED = 512  # states of the joints, one for each call, in which that of an
 class Image:
     """The marks of one camera on one target, each where it was seen last."""
 
-    def __init__(self, sight: Sight) -> None:
+    def __init__(self, sight: Sight, excused: bool) -> None:
         N = len(sight.target.marks)
-        self.sight = sight
+        self.sight, self.excused = sight, excused
         self.pixels, self.depth = np.full((N, 2), np.nan), np.ones(N)
         self.hidden = np.ones(N, dtype=bool)  # in the last image
         self.taken, self.seen = -math.inf, -math.inf  # the last image, and the last with a mark
 
     @property
     def known(self) -> bool:
-        """Whether every mark has been seen once."""
-        return not np.isnan(self.pixels).any()
+        """Whether every mark has been seen once, or any, where marks may be out of the image."""
+        never = np.isnan(self.pixels)
+        return not (never.all() if self.excused else never.any())
 
     def take(self, found: Found, depth: Array) -> None:
         """Let an image be the last one; marks that it does not have stay where they were."""
@@ -51,9 +52,9 @@ class Image:
 class Images:
     """The last images of all sights, and the joints when they were taken."""
 
-    def __init__(self, scene: Scene, sights: Sequence[Sight]) -> None:
+    def __init__(self, scene: Scene, sights: Sequence[Sight], excused: Collection[Key]) -> None:
         self.reader = Reader(sights)
-        self.each = {sight.key: Image(sight) for sight in sights}
+        self.each = {sight.key: Image(sight, sight.key in excused) for sight in sights}
         self._depths = _Depths(scene, sights)
         self._times = np.full(REMEMBERED, -math.inf)
         self._q = np.empty((REMEMBERED, scene.nq))
@@ -61,7 +62,7 @@ class Images:
 
     @property
     def known(self) -> bool:
-        """Whether every mark of every sight has been seen once."""
+        """Whether enough has been seen of every sight."""
         return all(image.known for image in self.each.values())
 
     def age(self, t: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.kernels import commanding, guarding
+from robsim.kernels.camera import IN_IMAGE
 from robsim.kernels.limit import scale_stage
 from robsim.kernels.program import Blocks
 from robsim.robot.motion import add_motion
@@ -42,7 +43,7 @@ class Guard:
         """Add the stages of a controller, then those that keep its command within limits."""
         inner = controller.stages(given)
         made = _Stages(controller, self, given)
-        qd = made.add(inner.qd)
+        qd = made.add(inner)
         busy = given.program.rows()
         given.program.add(commanding.either, 2, busy, inner.busy, made.busy)
 
@@ -67,10 +68,10 @@ class _Stages:
         self.share, self.last = program.rows(), program.rows(self.n)
         self.most = program.constant(self._limits("acceleration"))
 
-    def add(self, wished: int) -> int:
+    def add(self, inner: Commanded) -> int:
         """Add the stages from what the law wishes to what is commanded, and return its rows."""
-        n, program = self.n, self.program
-        self._hold(wished)
+        n, program, wished = self.n, self.program, inner.qd
+        self._hold(wished, inner.status)
         command, brake = program.rows(n), program.rows(n)
         where, limits = self._joints()
         rows = wished, self._scaled(wished), self.last, command, brake, self.share, self.why
@@ -80,7 +81,7 @@ class _Stages:
         program.add(guarding.remember, n, qd, self.last, self.why, self.busy, self.share)
         return qd
 
-    def _hold(self, wished: int) -> None:
+    def _hold(self, wished: int, status: int) -> None:
         """Add the stage that lets the robot move, or holds it."""
         dog, program, given = self.safety.watchdog, self.program, self.given
         after = math.inf if dog is None else dog.after
@@ -88,7 +89,8 @@ class _Stages:
         settings = program.constant([after, float(stops), self.safety.ramp or 0.0])
         released = program.constant(1.0) if given.released < 0 else given.released
         age = program.constant(0.0) if given.age < 0 else given.age
-        rows = released, settings, program.rows(), program.rows(), self.share, self.why
+        status = program.constant(IN_IMAGE) if status < 0 else status
+        rows = released, settings, program.rows(), program.rows(), self.share, self.why, status
         program.add(guarding.hold, self.n, wished, given.dt, age, *rows)
 
     def _scaled(self, wished: int) -> int:
