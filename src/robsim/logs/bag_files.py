@@ -11,7 +11,6 @@ from typing import Any, NamedTuple, Self
 from robsim.base.errors import FileError, RobSimError, naming
 from robsim.base.output import refused
 from robsim.logs import messages
-from robsim.run.log import NANO
 
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages
@@ -74,9 +73,7 @@ class Bag:
         if bytes(data[:4]) == ZSTD:
             raise FileError("its messages are compressed one by one: convert it with `ros2 bag`")
         found = self._store.deserialize_cdr(data, kind)
-        header = getattr(found, "header", None)
-        stamp = None if header is None else header.stamp.sec * NANO + header.stamp.nanosec
-        return Timed(logged, stamp, found)
+        return Timed(logged, messages.stamp_of(found), found)
 
     def _note_topics(self) -> None:
         """Note the topics; FileError if there is nothing, too much, or a topic of two types."""

@@ -11,8 +11,8 @@ JOINTS, COMMANDS, EXPERIMENT = "/joint_states", "/joint_commands", "/robsim/expe
 FRAMES, STILL = "/tf", "/tf_static"
 TYPES = {
     "joints": (messages.JOINTS,),
-    "commands": (messages.JOINTS, messages.NUMBERS),
-    "marks": (messages.DETECTIONS,),
+    "commands": (messages.JOINTS, messages.NUMBERS, messages.TRAJECTORY, *messages.TWISTS),
+    "marks": (messages.DETECTIONS, messages.APRILTAGS),
     "lens": (messages.LENS,),
     "experiment": (messages.TEXT,),
     "images": (messages.COMPRESSED,),
