@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,14 @@ from robsim.logs.at import At
 from robsim.run.log import Stream
 
 Part = Literal["position", "velocity"]
+
+
+class Named(NamedTuple):
+    """Numbers by name, as a JointState has them."""
+
+    name: Sequence[str]
+    position: Sequence[float] = ()
+    velocity: Sequence[float] = ()
 
 
 class Joints:

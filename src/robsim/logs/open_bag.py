@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from heapq import merge
 from typing import Any, Literal, NamedTuple
 
 import xarray as xr
@@ -17,8 +18,10 @@ from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints, joint_stream
 from robsim.logs.lens import check_lens
 from robsim.logs.read_commands import Commands
+from robsim.logs.roaming import WORLD, Roamer, frames_called, positions, roamers, silent
 from robsim.logs.seen import images
-from robsim.logs.topics import EXPERIMENT, TYPES, check_topic, chosen
+from robsim.logs.topics import EXPERIMENT, MOVING, TYPES, check_topic, chosen
+from robsim.logs.transforms import Transforms
 from robsim.run.checks import of_kind
 from robsim.run.commanded import RECORDED_K
 from robsim.run.control.controller import Controller
@@ -46,6 +49,7 @@ def open_bag(
     topics: Mapping[str, str] | None = None,
     names: Mapping[str, str] | None = None,
     marks: Mapping[str, Sequence[str]] | None = None,
+    frames: Mapping[str, str] | None = None,
     clock: Literal["header", "log"] = "header",
 ) -> xr.Dataset:
     """Read a ROS 2 bag, a folder or a .mcap or .db3 file, as a run.
@@ -62,6 +66,8 @@ def open_bag(
                 are Detection2DArray, or AprilTagDetectionArray, whose corners are tag36h11_7.0 ...
     names       {joint of the scene: joint in the bag}, where they differ
     marks       {target: the ids of its marks, in their order}; by default TARGET.NUMBER
+    frames      {"world" or "ROBOT.LINK" of a body that drives or flies: frame in /tf}, where they
+                are called otherwise; they say where it is if no JointState does
     clock       "header": times are the stamps of the messages, where they have any; "log": when
                 they were recorded
 
@@ -78,7 +84,7 @@ def open_bag(
     with Bag(path) as bag, naming(str(path)):
         made = _own(bag) if experiment is None else of_kind(experiment, Experiment, "experiment")
         reading = _Reading(bag, made, clock)
-        return recorded(reading.log(topics, names, marks), made)
+        return recorded(reading.log(topics, names, marks, frames), made)
 
 
 def bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagImage]:
@@ -117,14 +123,15 @@ class _Reading:
         self.others: dict[str, None] = {}
         self.messages: dict[str, list[Timed]] = {}
 
-    def log(self, given: Any, names: Any, marks: Any) -> Log:
+    def log(self, given: Any, names: Any, marks: Any, frames: Any) -> Log:
         """Return the streams of the bag, as a log of the experiment."""
-        self.roles = chosen(self.bag.topics, self.controller.cameras, given)
-        self.messages = {topic: [] for topic in self.roles.values()}
+        called, bodies = joints_called(names, self.scene), roamers(self.scene)
+        framed = frames_called(frames, bodies)
+        self.roles = chosen(self.bag.topics, self.controller.cameras, given, bool(bodies))
+        self.messages = {topic: [] for role, topic in self.roles.items() if role not in MOVING}
         for topic, each in self.bag.messages(*self.messages):
             self.messages[topic].append(each)
-        called = joints_called(names, self.scene)
-        joints, rates = self._joints(called)
+        joints, rates = self._joints(called, bodies, framed)
         commands = self._commands(called)
         seen: dict[Key, Stream] = {}
         for camera in self.controller.cameras:
@@ -133,21 +140,36 @@ class _Reading:
         self._tell_others()
         return log
 
-    def _joints(self, called: Mapping[str, str]) -> tuple[Stream, Stream | None]:
+    def _joints(
+        self, called: Mapping[str, str], bodies: Sequence[Roamer], framed: Mapping[str, str]
+    ) -> tuple[Stream, Stream | None]:
         """Return the coordinates, and the velocities as measured where there are such."""
-        scene, topic = self.scene, f"topic {self.roles['joints']}"
-        found = list(self._found("joints"))
+        scene, topic = self.scene, f"topic {self.roles.get('joints', self.roles.get('frames'))}"
+        found = list(self._found("joints")) if "joints" in self.roles else []
+        unsaid, transforms = silent(bodies, called, found), Transforms()
+        if unsaid and "frames" in self.roles:
+            moved = self._moved(unsaid, framed, transforms)
+            found = list(merge(found, moved, key=lambda each: each.time))
         q = Joints([called.get(name, name) for name in scene.coordinate_names], "position")
         joints = joint_stream(topic, found, q)
         self.others |= dict.fromkeys(f"joint {name}" for name in q.others)
         if joints is None:
-            name = q.lacking[0]
-            raise FileError(
-                f"{topic}: no position of joint {name}; say what it is called there, as "
-                f"names={{'{name}': ...}}; {suggest(name, q.others, 'other joints')}"
-            )
+            raise FileError(f"{topic}: {_lacking(q, unsaid, transforms)}")
         qd = Joints([called.get(name, name) for name in scene.velocity_names], "velocity")
         return joints, joint_stream(topic, found, qd)
+
+    def _moved(
+        self, bodies: Sequence[Roamer], framed: Mapping[str, str], transforms: Transforms
+    ) -> Iterator[At]:
+        """Yield where bodies are of which no JointState says it."""
+        if "still" in self.roles:
+            topic = self.roles["still"]
+            for _, each in self.bag.messages(topic):
+                transforms.take(f"topic {topic}", each.message.transforms, moving=False)
+        topic, root = self.roles["frames"], framed.get(WORLD, WORLD)
+        called = [(body, framed.get(body.frame, body.frame)) for body in bodies]
+        found = (each for _, each in self.bag.messages(topic))
+        return positions(f"topic {topic}", found, transforms, called, root, self.clock)
 
     def _commands(self, called: Mapping[str, str]) -> Stream | None:
         """Return the velocities that were commanded, zero for those that never were."""
@@ -190,3 +212,16 @@ class _Reading:
             more = f" and {len(self.others) - SHOWN} more" if len(self.others) > SHOWN else ""
             text = f"{self.bag.path}: left out, as the scene has no such thing: {shown}{more}"
             warnings.warn(text, FileWarning, stacklevel=callers())
+
+
+def _lacking(q: Joints, bodies: Sequence[Roamer], transforms: Transforms) -> str:
+    """Return in words which coordinate lacks, and how to say what it is called."""
+    name = q.lacking[0]
+    body = next((body for body in bodies if name in body.names), None)
+    text = f"no position of joint {name}; say what it is called there, as names={{'{name}': ...}}; "
+    if body is None or not transforms.frames:
+        return text + suggest(name, q.others, "other joints")
+    known = suggest(body.frame, transforms.frames, "frames")
+    return (
+        f"{text}or which frame it moves, as frames={{'{body.frame}': ..., 'world': ...}}; {known}"
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.logs import messages, twists
 from robsim.logs.at import At
-from robsim.logs.joints import Joints, stacked
+from robsim.logs.joints import Joints, Named, stacked
 from robsim.run.control.controller import Controller
 from robsim.run.log import Stream
 
@@ -70,12 +69,12 @@ class Commands:
                 f"{what}: a trajectory of {len(points)} points, {each.said}; commands have one"
             )
         names = list(each.message.joint_names)
-        velocity = np.asarray(points[0].velocities) if points else np.zeros(len(names))
+        velocity = list(points[0].velocities) if points else [0.0] * len(names)
         if len(velocity) != len(names):
             raise FileError(
                 f"{what}: {len(names)} names and {len(velocity)} of velocities, {each.said}"
             )
-        return self._joints.take(what, each._replace(message=_Named(names, velocity)))
+        return self._joints.take(what, each._replace(message=Named(names, velocity=velocity)))
 
     def _stamped(self, what: str, each: At) -> Array:
         """Return the velocities of a stamped twist. FileError: it is in axes of the world."""
@@ -95,10 +94,3 @@ class Commands:
         left = twists.left_out(each.message, self._twist)
         self.others |= dict.fromkeys(f"{part} of {what}" for part in left)
         return found
-
-
-class _Named:
-    """Velocities by name, as a JointState has them."""
-
-    def __init__(self, name: list[str], velocity: Any) -> None:
-        self.name, self.velocity = name, velocity
