@@ -337,3 +337,12 @@ def test_without_ros_it_says_what_is_needed(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
     with pytest.raises(SystemExit, match=r"^needs ROS 2: source /opt/ros/DISTRO/setup.bash"):
         importlib.import_module("ros2_node").main()
+
+
+def test_an_april_tag_that_is_there_twice_is_told():
+    scene = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    ros = rs.RosMessages(rs.Controller(scene))
+    tag = april_tag("tag36h11", 3, np.arange(8).reshape(4, 2))
+    twice = message(messages.APRILTAGS, header=header(message, NANO), detections=[tag, tag])
+    with pytest.raises(rs.InputError, match=r"mark 'tag36h11_3.0' is there twice, at 1 s"):
+        ros.marks(sent(twice))
