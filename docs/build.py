@@ -23,7 +23,7 @@ GROUPS = {
     "Experiments and runs": "Experiment load_scenario simulate replay save_run open_run "
     "table Outcome Interrupted Region TooClose Ending Moment Mission "
     "Phase MissionRun examples",
-    "Driving a robot": "Controller DriveCommand Health Marks Safety Fence Watchdog",
+    "Driving a robot": "Controller DriveCommand Health Marks Safety Fence Watchdog RosMessages",
     "Logs": "save_bag open_bag bag_images BagImage read_log",
     "Robots": "Robot robots Link Joint JointKind Mimic Chord Ackermann Rolling Steering IKResult "
     "IKReason ClosedIK manipulability condition_number singularity_distance workspace Workspace",

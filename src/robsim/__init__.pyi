@@ -69,6 +69,7 @@ from robsim.geometry.primitives import Wheel as Wheel
 from robsim.logs.open_bag import BagImage as BagImage
 from robsim.logs.open_bag import bag_images as bag_images
 from robsim.logs.open_bag import open_bag as open_bag
+from robsim.logs.ros_messages import RosMessages as RosMessages
 from robsim.logs.save_bag import save_bag as save_bag
 from robsim.logs.table_log import read_log as read_log
 from robsim.page.export import export_html as export_html

@@ -118,6 +118,16 @@ def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
         rs.compare({"a": run})
 
 
+def test_without_pyarrow_it_is_told_what_to_install(tmp_path, monkeypatch):
+    def lacks(*_, **__):
+        raise ImportError("Missing optional dependency 'pyarrow'")
+
+    monkeypatch.setattr("pandas.read_parquet", lacks)
+    (tmp_path / "log.parquet").write_bytes(b"PAR1")
+    with pytest.raises(rs.InputError, match=r"PyArrow: pip install 'robsim\[store\]'"):
+        rs.read_log(tmp_path / "log.parquet", RHINO)
+
+
 def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
     there = builtins.__import__
 
@@ -134,6 +144,7 @@ def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
         lambda: rs.save_bag(run, tmp_path / "bag"),
         lambda: rs.open_bag(bag),
         lambda: next(rs.bag_images(bag, "/image")),
+        lambda: rs.RosMessages(rs.Controller(RHINO)).command([0.0] * 5),
     ):
         with pytest.raises(rs.InputError, match=r"needs rosbags: pip install 'robsim\[ros\]'"):
             call()

@@ -282,6 +282,33 @@ def test_no_memory_is_taken_as_time_goes_on(controller, run):
     assert after - before < 4096
 
 
+def test_rows_of_a_drive_are_a_run_that_is_explained(one):
+    """What was driven with two thirds of the gain, by another period and with rare images, is a
+    log; of the very controller it is the run."""
+    import pandas as pd
+
+    run, controller = one.run(), rs.Controller(one)
+    last = int(np.isfinite(run.error_norm.values).sum())
+    rows = []
+    for t in range(last):
+        controller.step(*at(run, t), t * DT)
+        rows.append(controller.row())
+    again = rs.read_log(pd.DataFrame(rows), one)
+    for name in ("q", "qd", "pixels", "error"):
+        np.testing.assert_array_equal(again[name].values[:last], run[name].values[:last])
+    assert rs.replay(again).identical(again)
+
+    slow, rows = rs.Controller(one.at("task.gain", one.task.gain * 2 / 3)), []
+    with pytest.raises(rs.InputError, match="no step"):
+        slow.row()
+    for t in range(last):
+        slow.step(None if t % 2 else run.pixels.values[t], run.q.values[t], t * DT)
+        rows.append(slow.row())
+    assert np.isnan(rows[1]["pixels[0,row]"]) and not np.isnan(rows[2]["pixels[0,row]"])
+    told = rs.explain(rs.read_log(pd.DataFrame(rows), one))
+    assert any("0.667 times those of this controller" in each for each in told.remarks)
+
+
 def test_a_controller_of_a_file(one):
     path = examples.path("visp_tutorial")
     assert rs.Controller.from_file(path).experiment == one

@@ -10,10 +10,10 @@ import mcap.reader
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 import robsim as rs
-from robsim.logs import messages
+from robsim.logs import messages, unpacking
 from robsim.logs.messages import message
 
 ROOT = Path(__file__).parents[2]
@@ -48,10 +48,13 @@ def every(path, topic):
         return [(t, reader.deserialize(data, c.msgtype)) for c, t, data in reader.messages(some)]
 
 
-def written(path, changed):
+def written(path, changed, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
     """Write a bag of some messages: (topic, type, time, message)."""
     store = messages.typestore()
-    with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+    writer = Writer(path, version=8, storage_plugin=storage)
+    if packed is not CompressionMode.NONE:
+        writer.set_compression(packed, CompressionFormat.ZSTD)
+    with writer:
         connections = {}
         for topic, kind, time, each in changed:
             if topic not in connections:
@@ -371,7 +374,7 @@ def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
     refused(none, "it has no /robsim/experiment: give the experiment")
     assert rs.open_bag(none, rhino).sizes["time"] == 26
     still = written(tmp_path / "still", (each for each in content if each[0] != "/joint_states"))
-    refused(still, r"topic /joint_commands: no position of joint|never|no topic /joint_states")
+    refused(still, r"no topic /joint_states \(sensor_msgs.*topics={'joints': ...}")
 
 
 def test_files_that_are_none(bag, tmp_path):
@@ -473,3 +476,47 @@ def test_the_example_finds_gain_delay_and_lag(tmp_path, monkeypatch, capsys):
     out, err = capsys.readouterr()
     assert err == "" and "with a lag of 0.1 s." in out and "0.803 times those" in out
     assert "to the bit with its own experiment: True, lag 0.1 s" in out
+
+
+@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_compressed_bags_are_read(storage, packed, content, run, tmp_path):
+    path = written(tmp_path / "bag", content, storage, packed)
+    of_files = packed is CompressionMode.FILE
+    assert any(file.suffix == ".zstd" for file in path.iterdir()) == of_files
+    for where in (path, *(file for file in path.iterdir() if file.suffix != ".yaml")):
+        np.testing.assert_array_equal(rs.open_bag(where).q, run.q)
+
+
+def test_chunks_of_mcap_that_are_compressed_are_read(content, run, tmp_path):
+    path = written(tmp_path / "bag", content, packed=CompressionMode.STORAGE)
+    np.testing.assert_array_equal(rs.open_bag(path).pixels, run.pixels)
+
+
+@pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_what_is_compressed_and_damaged_is_told(packed, content, tmp_path, monkeypatch):
+    path = written(tmp_path / "bag", content, packed=packed)
+    monkeypatch.setattr(unpacking, "LARGEST", 100)
+    monkeypatch.setattr(unpacking, "LARGEST_FILE", 1000)
+    refused(path, "more than 1000? bytes, once it is unpacked")
+    monkeypatch.undo()
+    (file,) = (file for file in path.iterdir() if file.suffix != ".yaml")
+    whole, odd = file.read_bytes(), tmp_path / f"odd{''.join(file.suffixes)}"
+    for data in (whole[: len(whole) // 2], whole[:3], b"", b"\0" * 99):
+        odd.write_bytes(data)
+        refused(odd, "cut off|damaged")
+
+
+def test_nothing_is_left_of_what_was_unpacked(content, tmp_path, monkeypatch):
+    path = written(tmp_path / "bag", content, packed=CompressionMode.FILE)
+    (tmp_path / "scratch").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "scratch"))
+    rs.open_bag(path)
+    assert list((tmp_path / "scratch").iterdir()) == []
+
+
+def test_a_file_that_was_unpacked_beside_itself_is_read_once(content, run, tmp_path):
+    path = written(tmp_path / "bag", content)
+    packed = written(tmp_path / "packed", content, packed=CompressionMode.FILE)
+    shutil.copy(packed / "packed.mcap.zstd", path / "bag.mcap.zstd")
+    np.testing.assert_array_equal(rs.open_bag(path).q, run.q)

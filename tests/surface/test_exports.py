@@ -67,7 +67,7 @@ SIGNATURES = {
     "save_run": "run path",
     "open_run": "path",
     "save_bag": "run path experiment storage start",
-    "open_bag": "path experiment topics names marks clock",
+    "open_bag": "path experiment topics names marks frames clock",
     "bag_images": "path topic",
     "read_log": "path experiment columns units",
     "animate": "run path experiment",

@@ -6,17 +6,16 @@ import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, Self
 
 from robsim.base.errors import FileError, RobSimError, naming
 from robsim.base.output import refused
-from robsim.logs import messages
-from robsim.run.log import NANO
+from robsim.logs import messages, unpacking
 
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages
 LARGEST = 1 << 30  # bytes of a chunk of MCAP, once it is unpacked
-ZSTD = b"\x28\xb5\x2f\xfd"  # with which a compressed message begins
 
 
 class Timed(NamedTuple):
@@ -36,7 +35,7 @@ class Bag:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path, self._files = path, list(_files(path))
         self._store = messages.typestore()
-        self._open = ExitStack()
+        self._open, self._places = ExitStack(), [str(path)]
         self._readers: list[Any] = []
         self.topics: dict[str, str] = {}
 
@@ -44,9 +43,10 @@ class Bag:
         from rosbags.rosbag2 import Reader
 
         with ExitStack() as stack:
+            self._places.append(stack.enter_context(TemporaryDirectory(prefix="robsim-")))
             for file in self._files:
                 with naming(str(self.path)), self._readable():
-                    reader = stack.enter_context(Reader(file))
+                    reader = stack.enter_context(Reader(unpacking.unpacked(file, self._places[-1])))
                     _check_size(reader)
                     self._readers.append(reader)
             with naming(str(self.path)):
@@ -71,12 +71,8 @@ class Bag:
                     yield connection.topic, timed
 
     def _timed(self, kind: str, logged: int, data: Any) -> Timed:
-        if bytes(data[:4]) == ZSTD:
-            raise FileError("its messages are compressed one by one: convert it with `ros2 bag`")
-        found = self._store.deserialize_cdr(data, kind)
-        header = getattr(found, "header", None)
-        stamp = None if header is None else header.stamp.sec * NANO + header.stamp.nanosec
-        return Timed(logged, stamp, found)
+        found = self._store.deserialize_cdr(unpacking.message(data), kind)
+        return Timed(logged, messages.stamp_of(found), found)
 
     def _note_topics(self) -> None:
         """Note the topics; FileError if there is nothing, too much, or a topic of two types."""
@@ -100,8 +96,10 @@ class Bag:
         except RobSimError as error:
             raise FileError(f"{where}{error}") from None
         except Exception as error:  # noqa: BLE001  of a damaged file there are many kinds
-            words = str(error).replace(str(self.path), "it").split()
-            reason = " ".join(words) or type(error).__name__
+            words = str(error)
+            for place in self._places:
+                words = words.replace(place, "it")
+            reason = " ".join(words.split()) or type(error).__name__
             raise FileError(
                 f"{where}not a ROS 2 bag, or cut off or damaged: {reason:.200}"
             ) from None
@@ -114,15 +112,19 @@ def _files(path: str | os.PathLike[str]) -> list[Path]:
         if not there.exists():
             raise FileError(f"no file {path}")
         if there.is_file():
-            if there.suffix not in SUFFIXES:
+            if _plain(there).suffix not in SUFFIXES:
                 raise FileError(f"{path}: expected a folder, or a .mcap or .db3 file")
             return [there]
-        found = [file for file in there.iterdir() if file.suffix in SUFFIXES]
-        if any(file.suffix == ".zstd" for file in there.iterdir()):
-            raise FileError(f"{path}: its files are compressed: convert it with `ros2 bag convert`")
-    if not found:
+        found = {_plain(file): file for file in sorted(there.iterdir(), reverse=True)}
+    files = [file for plain, file in found.items() if plain.suffix in SUFFIXES]
+    if not files:
         raise FileError(f"{path}: no .mcap or .db3 file in this folder")
-    return sorted(found, key=_number)
+    return sorted(files, key=lambda file: _number(_plain(file)))
+
+
+def _plain(file: Path) -> Path:
+    """Return the name of a file without that of its compression."""
+    return file.with_suffix("") if file.suffix == unpacking.SUFFIX else file
 
 
 def _number(file: Path) -> tuple[int, str]:

@@ -1,8 +1,8 @@
 """The messages of ROS 2 that bags are written and read with, by their own definitions.
 
-Marks are `vision_msgs/Detection2DArray`: a standard type in which a mark has a name, and pixels
-are float64. (A PointCloud has float32, and no names.) Definitions that stand in a bag are compared
-with these, and never parsed.
+Marks are written as `vision_msgs/Detection2DArray`: a standard type in which a mark has a name, and
+pixels are float64. (A PointCloud has float32, and no names.) AprilTags are read, too. Definitions
+that stand in a bag are compared with these, and never parsed.
 """
 
 from __future__ import annotations
@@ -11,16 +11,21 @@ from functools import cache
 from typing import Any
 
 from robsim.base.errors import FileError, InputError
+from robsim.run.log import NANO
 
 JOINTS = "sensor_msgs/msg/JointState"
 NUMBERS = "std_msgs/msg/Float64MultiArray"
 TEXT = "std_msgs/msg/String"
 LENS = "sensor_msgs/msg/CameraInfo"
 DETECTIONS = "vision_msgs/msg/Detection2DArray"
+TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+TWISTS = TWIST, STAMPED
+APRILTAGS = "apriltag_msgs/msg/AprilTagDetectionArray"
 FRAMES = "tf2_msgs/msg/TFMessage"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
 LONGEST = 1 << 26  # items of a sequence: the bytes of an image
-# fields of vision_msgs 4, which ROS itself does not bring
+# fields of vision_msgs 4 and apriltag_msgs 2, which ROS itself does not bring
 _VISION = {
     "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
     "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
@@ -34,6 +39,12 @@ _VISION = {
     "string id",
     "vision_msgs/msg/Detection2DArray": "std_msgs/Header header\n"
     "vision_msgs/Detection2D[] detections",
+    "apriltag_msgs/msg/Point": "float64 x\nfloat64 y",
+    "apriltag_msgs/msg/AprilTagDetection": "string family\nint32 id\nint32 hamming\n"
+    "float32 goodness\nfloat32 decision_margin\napriltag_msgs/Point centre\n"
+    "apriltag_msgs/Point[4] corners\nfloat64[9] homography",
+    "apriltag_msgs/msg/AprilTagDetectionArray": "std_msgs/Header header\n"
+    "apriltag_msgs/AprilTagDetection[] detections",
 }
 
 
@@ -56,13 +67,19 @@ def message(kind: str, **fields: Any) -> Any:
     return typestore().types[kind](**fields)
 
 
+def stamp_of(message: Any) -> int | None:
+    """Return the time in nanoseconds in the header of a message; None if it has no header."""
+    header = getattr(message, "header", None)
+    return None if header is None else int(header.stamp.sec) * NANO + int(header.stamp.nanosec)
+
+
 def check_definition(kind: str, definition: str, what: str) -> None:
     """Raise FileError if a bag defines a message otherwise than it is read here."""
     ours, _ = typestore().generate_msgdef(kind, ros_version=2)
     if definition and _fields(definition) != _fields(ours):
         raise FileError(
-            f"{what}: {kind} has other fields in this bag; it is read with those of ROS 2 Humble "
-            "and vision_msgs 4"
+            f"{what}: {kind} has other fields in this bag; it is read with those of ROS 2 Humble, "
+            "vision_msgs 4 and apriltag_msgs 2"
         )
 
 

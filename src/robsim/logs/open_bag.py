@@ -5,16 +5,23 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from heapq import merge
 from typing import Any, Literal, NamedTuple
 
 import xarray as xr
 
 from robsim.base.errors import FileError, FileWarning, InputError, naming, said, suggest
 from robsim.base.warned import callers
-from robsim.logs import streams
+from robsim.logs.at import At, Clock, at_times
 from robsim.logs.bag_files import Bag, Timed
-from robsim.logs.messages import JOINTS
-from robsim.logs.topics import EXPERIMENT, TYPES, check_topic, chosen
+from robsim.logs.called import joints_called, mark_ids
+from robsim.logs.joints import Joints, joint_stream
+from robsim.logs.lens import check_lens
+from robsim.logs.read_commands import Commands
+from robsim.logs.roaming import WORLD, Roamer, frames_called, positions, roamers, silent
+from robsim.logs.seen import images
+from robsim.logs.topics import EXPERIMENT, MOVING, TYPES, check_topic, chosen
+from robsim.logs.transforms import Transforms
 from robsim.run.checks import of_kind
 from robsim.run.commanded import RECORDED_K
 from robsim.run.control.controller import Controller
@@ -42,6 +49,7 @@ def open_bag(
     topics: Mapping[str, str] | None = None,
     names: Mapping[str, str] | None = None,
     marks: Mapping[str, Sequence[str]] | None = None,
+    frames: Mapping[str, str] | None = None,
     clock: Literal["header", "log"] = "header",
 ) -> xr.Dataset:
     """Read a ROS 2 bag, a folder or a .mcap or .db3 file, as a run.
@@ -52,10 +60,14 @@ def open_bag(
 
     experiment  what was done: scene, task and period; None: the bag says it, if RobSim wrote it
     topics      {"joints", "commands", "marks.CAMERA" or "lens.CAMERA": topic}, where they are not
-                those of `save_bag` nor the only ones of their type; commands are JointState (their
-                velocities), or Float64MultiArray in the order of the commanded velocities
+                those of `save_bag` nor the only ones of their type; commands are JointState or
+                JointTrajectory of one point (their velocities), Float64MultiArray in the order of
+                the commanded velocities, or Twist or TwistStamped of a body in its own axes; marks
+                are Detection2DArray, or AprilTagDetectionArray, whose corners are tag36h11_7.0 ...
     names       {joint of the scene: joint in the bag}, where they differ
     marks       {target: the ids of its marks, in their order}; by default TARGET.NUMBER
+    frames      {"world" or "ROBOT.LINK" of a body that drives or flies: frame in /tf}, where they
+                are called otherwise; they say where it is if no JointState does
     clock       "header": times are the stamps of the messages, where they have any; "log": when
                 they were recorded
 
@@ -72,7 +84,7 @@ def open_bag(
     with Bag(path) as bag, naming(str(path)):
         made = _own(bag) if experiment is None else of_kind(experiment, Experiment, "experiment")
         reading = _Reading(bag, made, clock)
-        return recorded(reading.log(topics, names, marks), made)
+        return recorded(reading.log(topics, names, marks, frames), made)
 
 
 def bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagImage]:
@@ -104,80 +116,77 @@ def _own(bag: Bag) -> Experiment:
 class _Reading:
     """The topics of a bag as the streams of a log."""
 
-    def __init__(self, bag: Bag, experiment: Experiment, clock: streams.Clock) -> None:
+    def __init__(self, bag: Bag, experiment: Experiment, clock: Clock) -> None:
         self.bag, self.scene, self.clock = bag, experiment.scene, clock
         self.controller = Controller(experiment)
         self.roles: dict[str, str] = {}
         self.others: dict[str, None] = {}
         self.messages: dict[str, list[Timed]] = {}
 
-    def log(self, given: Any, names: Any, marks: Any) -> Log:
+    def log(self, given: Any, names: Any, marks: Any, frames: Any) -> Log:
         """Return the streams of the bag, as a log of the experiment."""
-        self.roles = chosen(self.bag.topics, self.controller.cameras, given)
-        self.messages = {topic: [] for topic in self.roles.values()}
+        called, bodies = joints_called(names, self.scene), roamers(self.scene)
+        framed = frames_called(frames, bodies)
+        self.roles = chosen(self.bag.topics, self.controller.cameras, given, bool(bodies))
+        self.messages = {topic: [] for role, topic in self.roles.items() if role not in MOVING}
         for topic, each in self.bag.messages(*self.messages):
             self.messages[topic].append(each)
-        called = _called(names, {*self.scene.coordinate_names, *self.scene.velocity_names})
-        joints, rates = self._joints(called)
+        joints, rates = self._joints(called, bodies, framed)
         commands = self._commands(called)
-        self._check_targets(marks)
-        images: dict[Key, Stream] = {}
+        seen: dict[Key, Stream] = {}
         for camera in self.controller.cameras:
-            images |= self._images(camera, marks)
-        log = Log(str(self.bag.path), joints, images, commands, rates, self._lenses())
+            seen |= self._images(camera, marks)
+        log = Log(str(self.bag.path), joints, seen, commands, rates, self._lenses())
         self._tell_others()
         return log
 
-    def _joints(self, called: Mapping[str, str]) -> tuple[Stream, Stream | None]:
+    def _joints(
+        self, called: Mapping[str, str], bodies: Sequence[Roamer], framed: Mapping[str, str]
+    ) -> tuple[Stream, Stream | None]:
         """Return the coordinates, and the velocities as measured where there are such."""
-        scene, topic = self.scene, f"topic {self.roles['joints']}"
-        found = list(self._found("joints"))
-        q = streams.Joints([called.get(name, name) for name in scene.coordinate_names])
-        joints = q.stream(topic, found, "position")
+        scene, topic = self.scene, f"topic {self.roles.get('joints', self.roles.get('frames'))}"
+        found = list(self._found("joints")) if "joints" in self.roles else []
+        unsaid, transforms = silent(bodies, called, found), Transforms()
+        if unsaid and "frames" in self.roles:
+            moved = self._moved(unsaid, framed, transforms)
+            found = list(merge(found, moved, key=lambda each: each.time))
+        q = Joints([called.get(name, name) for name in scene.coordinate_names], "position")
+        joints = joint_stream(topic, found, q)
         self.others |= dict.fromkeys(f"joint {name}" for name in q.others)
         if joints is None:
-            name = q.lacking[0]
-            raise FileError(
-                f"{topic}: no position of joint {name}; say what it is called there, as "
-                f"names={{'{name}': ...}}; {suggest(name, q.others, 'other joints')}"
-            )
-        qd = streams.Joints([called.get(name, name) for name in scene.velocity_names])
-        return joints, qd.stream(topic, found, "velocity")
+            raise FileError(f"{topic}: {_lacking(q, unsaid, transforms)}")
+        qd = Joints([called.get(name, name) for name in scene.velocity_names], "velocity")
+        return joints, joint_stream(topic, found, qd)
+
+    def _moved(
+        self, bodies: Sequence[Roamer], framed: Mapping[str, str], transforms: Transforms
+    ) -> Iterator[At]:
+        """Yield where bodies are of which no JointState says it."""
+        if "still" in self.roles:
+            topic = self.roles["still"]
+            for _, each in self.bag.messages(topic):
+                transforms.take(f"topic {topic}", each.message.transforms, moving=False)
+        topic, root = self.roles["frames"], framed.get(WORLD, WORLD)
+        called = [(body, framed.get(body.frame, body.frame)) for body in bodies]
+        found = (each for _, each in self.bag.messages(topic))
+        return positions(f"topic {topic}", found, transforms, called, root, self.clock)
 
     def _commands(self, called: Mapping[str, str]) -> Stream | None:
         """Return the velocities that were commanded, zero for those that never were."""
         if "commands" not in self.roles:
             return None
-        topic, scene = self.roles["commands"], self.scene
-        found, what = self._found("commands"), f"topic {topic}"
-        if self.bag.topics[topic] == JOINTS:
-            qd = streams.Joints([called.get(name, name) for name in scene.velocity_names])
-            stream = qd.stream(what, found, "velocity", every=False)
-            self.others |= dict.fromkeys(f"joint {name}" for name in qd.others)
-            return stream
-        names = list(scene.velocity_names)
-        columns = [names.index(name) for name in self.controller.velocity_names]
-        return streams.numbered(what, found, columns, scene.nv)
-
-    def _check_targets(self, marks: Any) -> None:
-        """Raise InputError if ids are given for what is no target."""
-        targets = {sight.target.name: None for sight in self.controller.sights}
-        for name in marks if isinstance(marks, Mapping) else ():
-            if name not in targets:
-                raise InputError(
-                    f"marks: no target {said(name)}; {suggest(name, targets, 'targets')}"
-                )
+        topic = self.roles["commands"]
+        commands = Commands(self.controller, self.bag.topics[topic], called)
+        stream = commands.stream(f"topic {topic}", self._found("commands"))
+        self.others |= commands.others
+        return stream
 
     def _images(self, camera: str, marks: Any) -> dict[Key, Stream]:
         """Return the pixels of the targets of a camera."""
-        own = [sight for sight in self.controller.sights if sight.eye.name == camera]
-        sizes = {sight.key: len(sight.target.marks) for sight in own}
-        ids = _ids(marks, {sight.target.name: len(sight.target.marks) for sight in own})
-        names = {id_: ((camera, target), i) for id_, (target, i) in ids.items()}
+        ids, sizes = mark_ids(self.controller, camera, marks)
         others: dict[str, None] = {}
         role = f"marks.{camera}"
-        what = f"topic {self.roles[role]}"
-        found = streams.images(what, self._found(role), names, sizes, others)
+        found = images(f"topic {self.roles[role]}", self._found(role), ids, sizes, others)
         self.others |= dict.fromkeys(f"mark {name}" for name in others)
         return found
 
@@ -188,13 +197,13 @@ class _Reading:
             role = f"lens.{camera}"
             if role in self.roles:
                 what, lens = f"topic {self.roles[role]}", self.scene.camera(camera).camera
-                K = streams.check_lens(what, self._found(role), camera, lens)
+                K = check_lens(what, self._found(role), camera, lens)
                 if K is not None:
                     notes[f"{RECORDED_K}{camera}"] = K.ravel()
         return notes
 
-    def _found(self, role: str) -> Iterator[streams.At]:
-        return streams.at_times(self.messages[self.roles[role]], self.clock)
+    def _found(self, role: str) -> Iterator[At]:
+        return at_times(self.messages[self.roles[role]], self.clock)
 
     def _tell_others(self) -> None:
         """Warn of what is left out, since the scene does not have it."""
@@ -205,39 +214,14 @@ class _Reading:
             warnings.warn(text, FileWarning, stacklevel=callers())
 
 
-def _called(names: Any, known: set[str]) -> Mapping[str, str]:
-    """Return what joints are called in the bag, where that is something else."""
-    if names is None:
-        return {}
-    if not isinstance(names, Mapping) or not all(isinstance(own, str) for own in names.values()):
-        raise InputError(f"names: expected {{joint: joint in the bag}}, got {said(names)}")
-    for name in names:
-        if name not in known:
-            raise InputError(
-                f"names: no joint {said(name)}; {suggest(name, sorted(known), 'joints')}"
-            )
-    if len(set(names.values())) < len(names):
-        raise InputError(f"names: two joints are one in the bag, in {said(dict(names))}")
-    return names
-
-
-def _ids(marks: Any, counts: Mapping[str, int]) -> dict[str, tuple[str, int]]:
-    """Return target and number of each id of a mark."""
-    given = {} if marks is None else marks
-    if not isinstance(given, Mapping):
-        raise InputError(f"marks: expected {{target: ids}}, got {said(marks)}")
-    found: dict[str, tuple[str, int]] = {}
-    for target, count in counts.items():
-        ids = given.get(target, [f"{target}.{i}" for i in range(count)])
-        texts = not isinstance(ids, str) and all(isinstance(each, str) for each in ids)
-        if not texts or len(ids) != count:
-            raise InputError(
-                f"marks: '{target}' has {count} marks; expected as many ids, got {said(ids)}"
-            )
-        for i, each in enumerate(ids):
-            if each in found:
-                raise InputError(
-                    f"marks: '{each}' is two marks, of '{found[each][0]}' and '{target}'"
-                )
-            found[each] = target, i
-    return found
+def _lacking(q: Joints, bodies: Sequence[Roamer], transforms: Transforms) -> str:
+    """Return in words which coordinate lacks, and how to say what it is called."""
+    name = q.lacking[0]
+    body = next((body for body in bodies if name in body.names), None)
+    text = f"no position of joint {name}; say what it is called there, as names={{'{name}': ...}}; "
+    if body is None or not transforms.frames:
+        return text + suggest(name, q.others, "other joints")
+    known = suggest(body.frame, transforms.frames, "frames")
+    return (
+        f"{text}or which frame it moves, as frames={{'{body.frame}': ..., 'world': ...}}; {known}"
+    )

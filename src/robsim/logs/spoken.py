@@ -11,6 +11,7 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.logs import messages, topics
 from robsim.logs.messages import message
+from robsim.logs.write_commands import header, joint_state
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
 from robsim.vision.camera import Camera
@@ -60,21 +61,15 @@ def _of_joints(run: xr.Dataset, i: int, time: int) -> Iterator[Said]:
     coordinates, velocities = (run[name].values.tolist() for name in ("coordinate", "velocity"))
     rates = run["qd_actual" if "qd_actual" in run else "qd"].values[i]
     alike = coordinates == velocities
-    state = _joints(time, coordinates, run["q"].values[i], rates if alike else np.empty(0))
+    none = np.empty(0)
+    state = joint_state(message, time, coordinates, run["q"].values[i], rates if alike else none)
     yield Said(topics.JOINTS, messages.JOINTS, time, state)
-    command = _joints(time, velocities, np.empty(0), run["qd"].values[i])
+    command = joint_state(message, time, velocities, none, run["qd"].values[i])
     yield Said(topics.COMMANDS, messages.JOINTS, time, command)
 
 
-def _joints(time: int, names: list[str], position: Array, velocity: Array) -> Any:
-    header, effort = _header(time, ""), np.empty(0)
-    parts = {"position": position, "velocity": velocity, "effort": effort}
-    return message(messages.JOINTS, header=header, name=names, **parts)
-
-
 def _header(time: int, frame: str) -> Any:
-    stamp = message("builtin_interfaces/msg/Time", sec=time // NANO, nanosec=time % NANO)
-    return message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+    return header(message, time, frame)
 
 
 def _poses(scene: Scene, q: Array) -> dict[str, Array]:

@@ -11,13 +11,16 @@ JOINTS, COMMANDS, EXPERIMENT = "/joint_states", "/joint_commands", "/robsim/expe
 FRAMES, STILL = "/tf", "/tf_static"
 TYPES = {
     "joints": (messages.JOINTS,),
-    "commands": (messages.JOINTS, messages.NUMBERS),
-    "marks": (messages.DETECTIONS,),
+    "commands": (messages.JOINTS, messages.NUMBERS, messages.TRAJECTORY, *messages.TWISTS),
+    "marks": (messages.DETECTIONS, messages.APRILTAGS),
     "lens": (messages.LENS,),
     "experiment": (messages.TEXT,),
     "images": (messages.COMPRESSED,),
+    "frames": (messages.FRAMES,),
+    "still": (messages.FRAMES,),
 }
-NEEDED = ("joints", "marks")
+MOVING = ("frames", "still")  # what is read where joints do not say all
+GUESSED = ("joints", "marks", "lens")  # where there is one topic of the type
 
 
 def of_camera(name: str, what: str) -> str:
@@ -30,36 +33,43 @@ def of_camera(name: str, what: str) -> str:
 
 
 def defaults(cameras: tuple[str, ...]) -> dict[str, str]:
-    """Return the topic of each role: joints, commands, and marks and lens of each camera."""
+    """Return the topic of each role: joints, commands, frames, marks and lens of each camera."""
     return {
         "joints": JOINTS,
         "commands": COMMANDS,
+        "frames": FRAMES,
+        "still": STILL,
         **{f"marks.{name}": of_camera(name, "detections") for name in cameras},
         **{f"lens.{name}": of_camera(name, "camera_info") for name in cameras},
     }
 
 
 def chosen(
-    found: Mapping[str, str], cameras: tuple[str, ...], given: Mapping[str, str] | None
+    found: Mapping[str, str],
+    cameras: tuple[str, ...],
+    given: Mapping[str, str] | None,
+    roams: bool = False,
 ) -> dict[str, str]:
     """Return the topic of each role that is in a bag, of {topic: type} in it.
+
+    Where something `roams`, frames may stand for joints.
 
     FileError: one is not there, or of another type; InputError: a role that does not exist.
     """
     usual = defaults(cameras)
     wanted = _roles(usual, cameras, {} if given is None else given)
-    roles = {}
+    by_frames, roles = roams and wanted.get("frames", FRAMES) in found, {}
     for role, topic in usual.items():
-        types = TYPES[role.partition(".")[0]]
-        alone = role != "commands" and ("." not in role or len(cameras) == 1)
-        name = wanted.get(role) or _guess(found, topic, types if alone else ())
+        kind = role.partition(".")[0]
+        alone = kind in GUESSED and ("." not in role or len(cameras) == 1)
+        name = wanted.get(role) or _found(found, usual, role, alone)
         if name is not None:
-            check_topic(found, name, types)
+            check_topic(found, name, TYPES[kind])
             roles[role] = name
-        elif role.partition(".")[0] in NEEDED:
+        elif kind == "marks" or (kind == "joints" and not by_frames):
             raise FileError(
-                f"no topic {topic} ({' or '.join(types)}); which is it? topics={{'{role}': ...}}; "
-                f"{suggest(topic, sorted(found), 'topics')}"
+                f"no topic {topic} ({' or '.join(TYPES[kind])}); which is it? "
+                f"topics={{'{role}': ...}}; {suggest(topic, sorted(found), 'topics')}"
             )
     return roles
 
@@ -80,12 +90,15 @@ def _roles(
     return roles
 
 
-def _guess(found: Mapping[str, str], usual: str, types: tuple[str, ...]) -> str | None:
-    """Return the usual topic, or the only one of some types if that is not there."""
-    if usual in found:
-        return usual
-    alike = [name for name, kind in found.items() if kind in types]
-    return alike[0] if len(alike) == 1 else None
+def _found(
+    found: Mapping[str, str], usual: Mapping[str, str], role: str, alone: bool
+) -> str | None:
+    """Return the usual topic of a role, or if that is not there the only one of its types."""
+    if usual[role] in found:
+        return usual[role]
+    types = TYPES[role.partition(".")[0]]
+    alike = [name for name, kind in found.items() if kind in types and name not in usual.values()]
+    return alike[0] if alone and len(alike) == 1 else None
 
 
 def check_topic(found: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:

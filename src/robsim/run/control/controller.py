@@ -123,6 +123,25 @@ class Controller:
                 raise
             return self._brake(str(error), begins)
 
+    def row(self) -> dict[str, float]:
+        """Return what was measured and commanded at the last call, named as in `table`.
+
+        A list of them is a log: `read_log(pandas.DataFrame(rows), experiment)` makes it a run.
+
+        InputError: nothing was called yet.
+        """
+        if self._last is None:
+            raise InputError("row: no step was taken yet")
+        qd = np.zeros(self.scene.nv)
+        qd[self._alone.controller.columns] = self._last.velocities
+        parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
+        found = {"time": self._clock.now}
+        for of, names, values in parts:
+            found |= {f"{of}[{name}]": x for name, x in zip(names, values.tolist(), strict=True)}
+        for i, pair in enumerate(self._images.seen().tolist()):
+            found |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
+        return found
+
     def decide(self, pixels: Any, q: Any, t: float) -> Decision:
         """Return what `step` commands, with features and errors, the run last."""
         self._step(pixels, q, self._clock.told(t), None)

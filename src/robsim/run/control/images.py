@@ -59,6 +59,7 @@ class Images:
         self._times = np.full(REMEMBERED, -math.inf)
         self._q = np.empty((REMEMBERED, scene.nq))
         self._count = 0
+        self._new: set[Key] = set()
 
     @property
     def known(self) -> bool:
@@ -79,16 +80,25 @@ class Images:
             for i in np.flatnonzero(image.hidden)
         )
 
+    def seen(self) -> Array:
+        """Return the pixels (N, 2) of all sights, NaN of marks that the last call did not show."""
+        every = [np.empty((0, 2))]
+        for key, image in self.each.items():
+            gone = image.hidden | (key not in self._new)
+            every.append(np.where(gone[:, None], np.nan, image.pixels))
+        return np.concatenate(every)
+
     def take(self, given: Any, q: Array, t: float) -> tuple[str, ...]:
         """Take what is new, given the joints at a time; return the names of what is not used."""
         found = list(self.reader.read(given, t))
         i = self._count % REMEMBERED
         self._times[i], self._q[i], self._count = t, q, self._count + 1
-        late = []
+        late, self._new = [], set()
         for each in found:
             image = self.each[each.sight.key]
             if each.t > image.taken:
                 image.take(each, self._depths(each, self._joints(each.t, q, t)))
+                self._new.add(each.sight.key)
             elif each.t < image.taken:
                 late.append(f"late image of {each.sight.eye.name}")
         return (*self.reader.unused, *late)

@@ -27,11 +27,7 @@ def finder(name: str) -> Finder:
 
 
 def _april(name: str) -> Finder:
-    """Return AprilTag's detector, which counts pixels and corners otherwise than we do.
-
-    An edge between the pixels 39 and 40 is at 40 there and at 39.5 here (AprilRobotics/apriltag,
-    issue 121); corners go counter-clockwise from the lower left.
-    """
+    """Return AprilTag's detector."""
     try:
         from pyapriltags import Detector
     except ImportError:
@@ -40,9 +36,18 @@ def _april(name: str) -> Finder:
 
     def find(image: Image) -> Iterator[tuple[int, Array]]:
         for tag in detector.detect(image):
-            yield tag.tag_id, tag.corners[::-1] - SUPPORT
+            yield tag.tag_id, from_april(tag.corners)
 
     return find
+
+
+def from_april(corners: Array) -> Array:
+    """Return corners (4, 2) in our pixels and order, of AprilTag's.
+
+    An edge between the pixels 39 and 40 is at 40 there and at 39.5 here (AprilRobotics/apriltag,
+    issue 121); corners go counter-clockwise from the lower left.
+    """
+    return corners[::-1] - SUPPORT
 
 
 def _aruco(name: str) -> Finder:

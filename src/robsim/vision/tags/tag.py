@@ -17,6 +17,15 @@ CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 
 THICK = 1e-3  # of the size: the plates that draw a tag
 
 
+def name_of(family: str, number: int) -> str:
+    """Return the name of a tag.
+
+    >>> name_of("tag36h11", 7)
+    'tag36h11_7'
+    """
+    return f"{family}_{number}"
+
+
 @dataclass(frozen=True, eq=False)
 class Tag(Printed):
     """A square tag of AprilTag ("tag36h11", ...) or ArUco ("DICT_4X4_50", ...).
@@ -43,7 +52,7 @@ class Tag(Printed):
     @property
     def name(self) -> str:
         """The name under which a detector delivers its corners: the family and the number."""
-        return f"{self.family}_{self.id}"
+        return name_of(self.family, self.id)
 
     @property
     def marks(self) -> Array:

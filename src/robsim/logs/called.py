@@ -1,0 +1,73 @@
+"""What a log calls the joints and marks of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from robsim.base.errors import InputError, said, suggest
+from robsim.run.control.controller import Controller
+from robsim.servo.sight import Key
+from robsim.world.scene import Scene
+
+Ids = Mapping[str, tuple[Key, int]]  # of the marks of a camera: camera and target, and the number
+
+
+def joints_called(names: Any, scene: Scene) -> Mapping[str, str]:
+    """Return what joints of a scene are called in a log, where that is something else.
+
+    InputError: a joint that the scene does not have, or two that are one in the log.
+    """
+    known = {*scene.coordinate_names, *scene.velocity_names}
+    if names is None:
+        return {}
+    if not isinstance(names, Mapping) or not all(isinstance(own, str) for own in names.values()):
+        raise InputError(f"names: expected {{joint: joint in the bag}}, got {said(names)}")
+    for name in names:
+        if name not in known:
+            raise InputError(
+                f"names: no joint {said(name)}; {suggest(name, sorted(known), 'joints')}"
+            )
+    if len(set(names.values())) < len(names):
+        raise InputError(f"names: two joints are one in the bag, in {said(dict(names))}")
+    return names
+
+
+def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict[Key, int]]:
+    """Return what a log calls the marks of a camera, and how many each target has.
+
+    InputError: other ids than there are marks, an id that is two, or ids of what is no target.
+    """
+    _check_targets(controller, marks)
+    own = [sight for sight in controller.sights if sight.eye.name == camera]
+    found: dict[str, tuple[Key, int]] = {}
+    for sight in own:
+        for i, each in enumerate(_ids(marks, sight.target.name, len(sight.target.marks))):
+            if each in found:
+                raise InputError(
+                    f"marks: '{each}' is two marks, of '{found[each][0][1]}' and "
+                    f"'{sight.target.name}'"
+                )
+            found[each] = sight.key, i
+    return found, {sight.key: len(sight.target.marks) for sight in own}
+
+
+def _ids(marks: Any, target: str, count: int) -> list[str]:
+    """Return the ids of the marks of a target."""
+    ids = (marks or {}).get(target, [f"{target}.{i}" for i in range(count)])
+    texts = not isinstance(ids, str) and all(isinstance(each, str) for each in ids)
+    if not texts or len(ids) != count:
+        raise InputError(
+            f"marks: '{target}' has {count} marks; expected as many ids, got {said(ids)}"
+        )
+    return list(ids)
+
+
+def _check_targets(controller: Controller, marks: Any) -> None:
+    """Raise InputError unless ids are given for targets."""
+    if marks is not None and not isinstance(marks, Mapping):
+        raise InputError(f"marks: expected {{target: ids}}, got {said(marks)}")
+    targets = {sight.target.name: None for sight in controller.sights}
+    for name in marks or ():
+        if name not in targets:
+            raise InputError(f"marks: no target {said(name)}; {suggest(name, targets, 'targets')}")

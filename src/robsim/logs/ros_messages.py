@@ -1,0 +1,167 @@
+"""What the messages of a ROS 2 node say to a controller, and its commands as messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, numbers, positive
+from robsim.base.errors import InputError, said, suggest
+from robsim.logs import messages, write_commands
+from robsim.logs.at import At
+from robsim.logs.called import joints_called, mark_ids
+from robsim.logs.joints import Joints
+from robsim.logs.seen import image
+from robsim.logs.twists import components
+from robsim.run.control.controller import Controller
+from robsim.run.control.marks import Marks
+from robsim.run.log import NANO
+
+KINDS = messages.NUMBERS, messages.JOINTS, messages.TRAJECTORY, *messages.TWISTS
+
+
+class RosMessages:
+    """What ROS 2 messages say to a `Controller`, and its commands as messages.
+
+    Messages are read by their fields, whether rclpy or rosbags made them; neither is needed to read
+    them. Times are those of the headers, in seconds.
+
+    controller  whom they are for
+    names       {joint of the scene: joint in the messages}, where they differ
+    marks       {target: the ids of its marks, in their order}; by default TARGET.NUMBER
+    order       names in the messages of the joints in a command; by default those that are
+                commanded, as the controller has them
+    make        makes a message of a type, "std_msgs/msg/Header", and all its fields as keywords,
+                arrays as NumPy has them; by default it is one of rosbags
+
+    InputError: names, ids or an order that do not fit the scene.
+
+    >>> from types import SimpleNamespace as Message
+    >>> from robsim import Controller, examples
+    >>> ros = RosMessages(Controller.from_file(examples.path("eye_to_hand")))
+    >>> stamp = Message(stamp=Message(sec=7, nanosec=500_000_000))
+    >>> joints = [f"{name}" for name in ros.controller.scene.coordinate_names]
+    >>> state = Message(header=stamp, name=joints[::-1], position=[5.0, 4.0, 3.0, 2.0, 1.0, 0.0])
+    >>> ros.time(state), ros.joints(state)
+    (7.5, array([0., 1., 2., 3., 4., 5.]))
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        *,
+        names: Mapping[str, str] | None = None,
+        marks: Mapping[str, Sequence[str]] | None = None,
+        order: Sequence[str] | None = None,
+        make: Callable[..., Any] | None = None,
+    ) -> None:
+        if not isinstance(controller, Controller):
+            raise InputError(f"expected a Controller, got {said(controller)}")
+        self.controller, self._make = controller, messages.message if make is None else make
+        scene, called = controller.scene, joints_called(names, controller.scene)
+        self._called = [called.get(name, name) for name in scene.coordinate_names]
+        self._joints, self._q = Joints(self._called, "position"), np.empty(0)
+        self._ids = {name: mark_ids(controller, name, marks) for name in controller.cameras}
+        self._commanded = [called.get(name, name) for name in controller.velocity_names]
+        self.order = tuple(self._commanded if order is None else _order(order, self._commanded))
+
+    def time(self, message: Any) -> float | None:
+        """Return the time in seconds in the header of a message; None where it is zero."""
+        return _at(message, "with a time").time / NANO or None
+
+    def joints(self, message: Any) -> Array | None:
+        """Return coordinates (nq,) of the scene, of a JointState; None until all are known.
+
+        InputError: a joint that is there twice, or a number that is not finite.
+        """
+        at = _at(message, "JointState", "name", "position")
+        found = self._joints.take("JointState", at)
+        self._q = self._q if found is None else found
+        return found
+
+    def marks(self, message: Any, camera: str | None = None, t: float | None = None) -> Marks:
+        """Return the marks in a Detection2DArray or AprilTagDetectionArray, with their time.
+
+        camera  its name, where there are several
+        t       seconds, where the message does not say them
+
+        Marks of which nothing is known are in `health.unused` of the command. InputError: a mark
+        that is there twice, no such camera, or no time.
+        """
+        eye = self._camera(camera)
+        ids, sizes = self._ids[eye]
+        others: dict[str, None] = {}
+        at = _at(message, "of detections", "detections")
+        found = image(f"marks of '{eye}'", at, ids, sizes, others)
+        time = self.time(message) or t
+        if time is None:
+            raise InputError("the message has no time of its own: give t")
+        return Marks({**found, **others}, time)
+
+    def command(self, velocities: Any, kind: str = messages.NUMBERS, ahead: float = 0.1) -> Any:
+        """Return a message that commands velocities (n,) of the controller.
+
+        kind   "std_msgs/msg/Float64MultiArray", of a forward_command_controller;
+               "sensor_msgs/msg/JointState"; "trajectory_msgs/msg/JointTrajectory", one point to
+               where the joints are after `ahead` seconds; "geometry_msgs/msg/Twist" or
+               "geometry_msgs/msg/TwistStamped", of a body in its own axes
+
+        InputError: another type, or one that the scene has nothing for.
+        """
+        given = numbers(velocities, "velocities", (len(self._commanded),))
+        if not isinstance(kind, str) or kind not in KINDS:
+            raise InputError(f"no command of type {said(kind)}; {suggest(kind, KINDS, 'types')}")
+        if kind in messages.TWISTS:
+            return self._twist(given, kind)
+        by_name = dict(zip(self._commanded, given.tolist(), strict=True))
+        velocity = np.array([by_name.get(name, 0.0) for name in self.order])
+        if kind == messages.NUMBERS:
+            return write_commands.numbers(self._make, velocity)
+        if kind == messages.JOINTS:
+            none = np.empty(0)
+            return write_commands.joint_state(self._make, 0, self.order, none, velocity)
+        after = round(positive(ahead, "ahead (seconds)") * NANO)
+        return write_commands.trajectory(self._make, self.order, self._positions(), velocity, after)
+
+    def _twist(self, velocity: Array, kind: str) -> Any:
+        parts = components(self.controller.velocity_names)
+        found = write_commands.twist(self._make, velocity, parts)
+        if kind == messages.TWIST:
+            return found
+        return self._make(kind, header=write_commands.header(self._make, 0), twist=found)
+
+    def _positions(self) -> Array:
+        """Return where the joints of a command are. InputError: that is not known."""
+        known = dict(zip(self._called, self._q.tolist(), strict=False))
+        for name in self.order:
+            if name not in known:
+                raise InputError(f"a trajectory needs the position of joint {name}: read it first")
+        return np.array([known[name] for name in self.order])
+
+    def _camera(self, camera: str | None) -> str:
+        names = self.controller.cameras
+        if camera is None and len(names) == 1:
+            return names[0]
+        if camera not in names:
+            raise InputError(f"no camera {said(camera)}; {suggest(camera, names, 'cameras')}")
+        return camera
+
+
+def _order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
+    """Return the names of joints in a command. InputError: one of those commanded lacks."""
+    if not isinstance(order, list | tuple) or not all(isinstance(name, str) for name in order):
+        raise InputError(f"order: expected names of joints, got {said(order)}")
+    for name in commanded:
+        if list(order).count(name) != 1:
+            raise InputError(f"order: expected joint {name} once, got {said(list(order))}")
+    return tuple(order)
+
+
+def _at(message: Any, kind: str, *fields: str) -> At:
+    """Return a message at its time. InputError: it lacks a field."""
+    for name in ("header", *fields):
+        if not hasattr(message, name):
+            raise InputError(f"expected a message {kind}, got {said(message)}, without {name}")
+    return At(messages.stamp_of(message) or 0, message)

@@ -1,0 +1,75 @@
+"""Poses of frames from the transforms of /tf and /tf_static."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import FileError, InputError
+from robsim.geometry.pose import Pose
+from robsim.run.log import NANO
+
+
+class Transforms:
+    """The last transform of each frame in its parent."""
+
+    def __init__(self) -> None:
+        self._edges: dict[str, tuple[str, Array]] = {}
+        self._moving: set[str] = set()
+
+    @property
+    def frames(self) -> list[str]:
+        """The frames that there are, without those that are nothing but parents."""
+        return list(self._edges)
+
+    def take(self, what: str, transforms: Iterable[Any], moving: bool = True) -> None:
+        """Take the transforms of a message. FileError: one is no pose."""
+        for each in transforms:
+            child = each.child_frame_id.removeprefix("/")
+            parent = each.header.frame_id.removeprefix("/")
+            self._edges[child] = parent, _matrix(f"{what}: frame '{child}'", each.transform)
+            if moving:
+                self._moving.add(child)
+
+    def pose(self, frame: str, root: str) -> Array | None:
+        """Return the pose (4, 4) of a frame in another; None where no way leads there."""
+        T = np.eye(4)
+        for child in self._way(frame, root):
+            if child == root:
+                return T
+            if child in self._edges:
+                T = self._edges[child][1] @ T
+        return None
+
+    def moves_with(self, frame: str, root: str) -> str | None:
+        """Return the frame next to one, on the way to another, that moves; None without any."""
+        return next((child for child in self._way(frame, root) if child in self._moving), None)
+
+    def _way(self, frame: str, root: str) -> Iterator[str]:
+        """Yield a frame and its parents, up to the root or to one that has none."""
+        seen: set[str] = set()
+        while frame not in seen:
+            seen.add(frame)
+            yield frame
+            if frame == root or frame not in self._edges:
+                return
+            frame = self._edges[frame][0]
+
+
+def time_of(transform: Any) -> int:
+    """Return the time in nanoseconds of a transform; zero where it says none."""
+    stamp = transform.header.stamp
+    return int(stamp.sec) * NANO + int(stamp.nanosec)
+
+
+def _matrix(what: str, transform: Any) -> Array:
+    move, turn = transform.translation, transform.rotation
+    try:
+        return Pose.from_quaternion(
+            [move.x, move.y, move.z], [turn.x, turn.y, turn.z, turn.w]
+        ).matrix
+    except InputError as error:
+        raise FileError(f"{what}: {error}") from None

@@ -1,0 +1,66 @@
+"""Messages that command velocities, for whoever makes messages of fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.logs import messages
+from robsim.logs.twists import Component
+from robsim.run.log import NANO
+
+Make = Callable[..., Any]  # of a type and its fields, as `messages.message`
+
+
+def header(make: Make, time: int, frame: str = "") -> Any:
+    """Return the header of a message at a time in nanoseconds."""
+    stamp = make("builtin_interfaces/msg/Time", sec=time // NANO, nanosec=time % NANO)
+    return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def joint_state(
+    make: Make, time: int, names: Sequence[str], position: Array, velocity: Array
+) -> Any:
+    """Return coordinates or velocities (n,) as JointState, without efforts."""
+    parts = {"position": position, "velocity": velocity, "effort": np.empty(0)}
+    return make(messages.JOINTS, header=header(make, time), name=list(names), **parts)
+
+
+def numbers(make: Make, velocity: Array) -> Any:
+    """Return velocities (n,) as Float64MultiArray."""
+    layout = make("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    return make(messages.NUMBERS, layout=layout, data=velocity)
+
+
+def trajectory(
+    make: Make, names: Sequence[str], position: Array, velocity: Array, ahead: int
+) -> Any:
+    """Return a JointTrajectory that begins at once, to where joints are so many nanoseconds ahead.
+
+    Positions are where the joints are now.
+    """
+    after = make("builtin_interfaces/msg/Duration", sec=ahead // NANO, nanosec=ahead % NANO)
+    point = make(
+        "trajectory_msgs/msg/JointTrajectoryPoint",
+        positions=position + velocity * (ahead / NANO),
+        velocities=velocity,
+        accelerations=np.empty(0),
+        effort=np.empty(0),
+        time_from_start=after,
+    )
+    start = header(make, 0)  # zero: now
+    return make(messages.TRAJECTORY, header=start, joint_names=list(names), points=[point])
+
+
+def twist(make: Make, velocity: Array, parts: Sequence[Component]) -> Any:
+    """Return velocities as Twist, of which these are its parts."""
+    values = {(each.of, each.axis): float(velocity[each.column]) for each in parts}
+    return make(messages.TWIST, **{of: _vector(make, of, values) for of in ("linear", "angular")})
+
+
+def _vector(make: Make, of: str, values: dict[tuple[str, str], float]) -> Any:
+    axes = {axis: values.get((of, axis), 0.0) for axis in "xyz"}
+    return make("geometry_msgs/msg/Vector3", **axes)

@@ -1,0 +1,179 @@
+"""Bodies that drive or fly, where a bag says in /tf alone where they are."""
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+import robsim as rs
+from robsim.logs import messages
+from robsim.logs.messages import message
+from robsim.logs.write_commands import header
+
+NANO = 1_000_000_000
+PLACE = [f"body.{part}" for part in ("x", "y", "z", "theta", "qx", "qy", "qz", "qw")]
+ROAMING = ("visp_tutorial", "unicycle_docking", "differential_drive", "holonomic", "car")
+
+
+def experiment(name):
+    return rs.load_scenario(rs.examples.path(name))
+
+
+def transform(parent, child, pose, t=0.0):
+    """A TransformStamped of a pose (7,): position, and quaternion x, y, z, w."""
+    x, y, z, *rotation = (float(value) for value in pose)
+    move = message("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+    turn = message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", rotation, strict=True)))
+    return message(
+        "geometry_msgs/msg/TransformStamped",
+        header=header(message, round(t * NANO), parent),
+        child_frame_id=child,
+        transform=message("geometry_msgs/msg/Transform", translation=move, rotation=turn),
+    )
+
+
+def said(path):
+    """The messages of a bag: (topic, type, time, message)."""
+    store = messages.typestore()
+    with AnyReader([path]) as reader:
+        for c, t, data in reader.messages():
+            yield c.topic, c.msgtype, t, store.deserialize_cdr(data, c.msgtype)
+
+
+def written(path, every):
+    store = messages.typestore()
+    with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {}
+        for topic, kind, time, each in every:
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(topics[topic], time, store.serialize_cdr(each, kind))
+    return path
+
+
+def without_joints(run, tmp_path, change=lambda each: each):
+    """The bag of a run in which no JointState says where its bodies are."""
+
+    def kept():
+        for topic, kind, time, each in said(rs.save_bag(run, tmp_path / "whole")):
+            if topic == "/joint_states":
+                own = [i for i, name in enumerate(each.name) if name not in PLACE]
+                each.name = [each.name[i] for i in own]
+                each.position, each.velocity = each.position[own], np.empty(0)
+                if not own:
+                    continue
+            if topic == "/tf":
+                each.transforms = change(each.transforms)
+            yield topic, kind, time, each
+
+    return written(tmp_path / "bag", kept())
+
+
+@pytest.mark.parametrize("name", ROAMING)
+def test_the_frames_that_we_write_say_where_bodies_are(name, tmp_path):
+    """Also of a car, whose steering and wheels are joints."""
+    run = experiment(name).run(duration=0.4)
+    again = rs.open_bag(without_joints(run, tmp_path))
+    np.testing.assert_allclose(again.q, run.q, atol=1e-14)
+    np.testing.assert_array_equal(again.qd, run.qd)
+    np.testing.assert_array_equal(again.pixels, run.pixels)
+
+
+def test_a_heading_goes_on_beyond_half_a_turn(tmp_path):
+    run = experiment("unicycle_docking").run(duration=0.4)
+    turned = run.copy(deep=True)
+    turned.q.values[:, 2] = np.linspace(3.0, 3.6, len(run.time))
+    again = rs.open_bag(without_joints(turned, tmp_path))
+    np.testing.assert_allclose(again.q, turned.q, atol=1e-14)
+
+
+def chained(run, tmp_path, backwards=False):
+    """A bag in which a camera hangs on a base, that on odom, and that on a map, which corrects."""
+    rng = np.random.default_rng(1)
+    mount, fixes = rs.Pose.exp(rng.normal(size=6)), rs.Pose.exp(0.1 * rng.normal(size=(50, 6)))
+
+    def frames(t, i):
+        fix = fixes[i // 5]  # said at every fifth instant, dated ahead as a localiser does
+        cam = rs.Pose(run.camera_pose.values[i])
+        base = fix.inv() @ cam @ mount.inv()
+        if i % 5 == 0:
+            yield transform("map", "odom", fix.q, t + 0.5)
+        yield transform("odom", "base_link", base.q, t - 0.1 * (backwards and i == 7))
+
+    def kept():
+        still = message(messages.FRAMES, transforms=[transform("base_link", "cam", mount.q)])
+        yield "/tf_static", messages.FRAMES, 0, still
+        for topic, kind, time, each in said(rs.save_bag(run, tmp_path / "whole")):
+            if topic == "/tf":
+                i = round(time / NANO / run.attrs["dt"])
+                each.transforms = list(frames(time / NANO, i))
+            if topic not in ("/joint_states", "/tf_static"):
+                yield topic, kind, time, each
+
+    return written(tmp_path / "bag", kept())
+
+
+def test_frames_are_chained_and_have_names_of_their_own(tmp_path):
+    run = experiment("visp_tutorial").run(duration=0.8)
+    path = chained(run, tmp_path)
+    again = rs.open_bag(path, frames={"world": "map", "free_camera.body": "/cam"})
+    signs = np.sign((again.q.values * run.q.values)[:, 3:].sum(axis=1))[:, None]
+    np.testing.assert_allclose(again.q.values[:, :3], run.q.values[:, :3], atol=1e-13)
+    np.testing.assert_allclose(again.q.values[:, 3:] * signs, run.q.values[:, 3:], atol=1e-13)
+
+
+def refused(path, words, **how):
+    with pytest.raises(rs.FileError, match=words) as raised:
+        rs.open_bag(path, **how)
+    assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1
+
+
+def test_frames_that_are_not_there(tmp_path):
+    path = chained(experiment("visp_tutorial").run(duration=0.4), tmp_path)
+    refused(path, r"no position of joint body.x; say .* frames={'free_camera.body': ..., 'world'")
+    refused(path, "frames: cam, odom, base_link", frames={"world": "earth"})
+    for frames, words in (
+        (
+            {"free_camera.bod": "cam"},
+            "no 'free_camera.bod' that roams; did you mean",
+        ),
+        ({"world": 3}, "frames: expected"),
+        (3, "frames: expected"),
+    ):
+        with pytest.raises(rs.InputError, match=words):
+            rs.open_bag(path, frames=frames)
+
+
+def test_a_clock_of_frames_that_goes_backwards(tmp_path):
+    path = chained(experiment("visp_tutorial").run(duration=0.8), tmp_path, backwards=True)
+    named = {"frames": {"world": "map", "free_camera.body": "cam"}}
+    refused(path, "/tf: the clock goes backwards, to 0.18 s after 0.24 s", **named)
+    assert rs.open_bag(path, clock="log", **named).sizes["time"] == 21
+
+
+ODD = {
+    "no length": ([0, 0, 0, 0, 0, 0, 0], "quaternion .* must have length 1"),
+    "nan": ([np.nan, 0, 0, 0, 0, 0, 1], "nan"),
+    "tilted": ([0, 0, 0, np.sin(0.25), 0, 0, np.cos(0.25)], "'unicycle.body' is tilted by 28.6"),
+}
+
+
+@pytest.mark.parametrize("case", ODD)
+def test_transforms_that_are_no_pose(case, tmp_path):
+    pose, words = ODD[case]
+    run = experiment("unicycle_docking").run(duration=0.4)
+
+    def odd(transforms):
+        return [transform("world", each.child_frame_id, pose) for each in transforms]
+
+    refused(without_joints(run, tmp_path, odd), f"topic /tf: .*{words}")
+
+
+def test_a_circle_of_frames_leads_nowhere(tmp_path):
+    run = experiment("unicycle_docking").run(duration=0.4)
+    rest = [0, 0, 0, 0, 0, 0, 1]
+
+    def round_about(transforms):
+        return [transform("a", "unicycle.body", rest), transform("unicycle.body", "a", rest)]
+
+    refused(without_joints(run, tmp_path, round_about), "no position of joint body.x")
