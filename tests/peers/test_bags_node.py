@@ -55,6 +55,20 @@ def april_tag(family, number, corners):
     )
 
 
+def frames(*each, t=0.0):
+    """A TFMessage of (parent, frame, pose)."""
+    found = []
+    for parent, frame, pose in each:
+        x, y, z, *turn = (float(value) for value in pose.q)
+        place = message("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+        rotation = message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", turn, strict=True)))
+        both = message("geometry_msgs/msg/Transform", translation=place, rotation=rotation)
+        head = header(message, round(t * NANO), parent)
+        kind = "geometry_msgs/msg/TransformStamped"
+        found.append(message(kind, header=head, child_frame_id=frame, transform=both))
+    return sent(message(messages.FRAMES, transforms=found))
+
+
 def experiment(name="chapter_6_1"):
     return rs.load_scenario(rs.examples.path(name))
 
@@ -267,7 +281,7 @@ def node(monkeypatch):
 
     def started(**told):
         found = Node(**{"scenario": str(rs.examples.path("chapter_6_1")), **told})
-        return found, example.Servo(found, type_of, None)
+        return found, example.Servo(found, type_of, None, None)
 
     return started
 
@@ -289,6 +303,41 @@ def test_the_node_of_the_example_commands_what_is_simulated(node):
     told = [each.data[::-1] for each in ros.published]
     np.testing.assert_array_equal(told, run.qd)
     assert ros.logged == ["moving "]
+
+
+def test_the_node_follows_a_base_by_its_frames(node):
+    """No joints at all: map to odom does not move, odom to base does."""
+    run = experiment("unicycle_docking").run(duration=1.0)
+    ros, _ = node(
+        scenario=str(rs.examples.path("unicycle_docking")),
+        kind=messages.TWIST,
+        commands="/cmd_vel",
+        frames=["world=map", "unicycle.body=base_link"],
+    )
+    shift = rs.Pose.at(1, 2, 0, rpy=(0, 0, 0.5))
+    ros.heard["/tf_static"](frames(("map", "odom", shift)))
+    for i, t in enumerate(5.0 + run.time.values):
+        names = (f"{run.mark_target.values[0]}.{j}" for j in range(run.sizes["mark"]))
+        places = dict(zip(names, run.pixels.values[i], strict=True))
+        ros.heard[f"/{run.mark_camera.values[0]}/detections"](detections(places, t))
+        x, y, theta = run.q.values[i]
+        base = shift.inv() @ rs.Pose.at(x, y, 0, rpy=(0, 0, theta))
+        ros.heard["/tf"](frames(("odom", "base_link", base), t=t))
+    told = [(each.linear.x, each.angular.z) for each in ros.published]
+    np.testing.assert_allclose(told, run.qd, atol=1e-9)
+
+
+def test_frames_are_left_out_where_joints_say_where_a_body_is():
+    ros = rs.RosMessages(rs.Controller(experiment("unicycle_docking")))
+    moved = frames(("world", "unicycle.body", rs.Pose.at(3, 4, 0, rpy=(0, 0, 1))), t=1.5)
+    assert ros.roams and ros.time(moved) == 1.5
+    np.testing.assert_allclose(ros.frames(moved), [3, 4, 1], atol=1e-15)
+    names = ros.controller.scene.coordinate_names
+    np.testing.assert_array_equal(ros.joints(state([1, 2, 3], names)), [1, 2, 3])
+    assert ros.frames(moved) is None and not ros.roams
+    with pytest.raises(rs.InputError, match="expected a message TFMessage, got 3"):
+        ros.frames(3)
+    assert not rs.RosMessages(rs.Controller(experiment())).roams
 
 
 def test_the_node_stops_the_robot_where_joints_are_silent_or_wrong(node, monkeypatch):

@@ -13,6 +13,7 @@ from robsim.logs import messages, write_commands
 from robsim.logs.at import At
 from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints
+from robsim.logs.places import Places
 from robsim.logs.seen import image
 from robsim.logs.twists import components
 from robsim.run.control.controller import Controller
@@ -31,6 +32,7 @@ class RosMessages:
     controller  whom they are for
     names       {joint of the scene: joint in the messages}, where they differ
     marks       {target: the ids of its marks, in their order}; by default TARGET.NUMBER
+    frames      {"world" or "ROBOT.LINK" of a body that drives or flies: frame in /tf}, likewise
     order       names in the messages of the joints in a command; by default those that are
                 commanded, as the controller has them
     make        makes a message of a type, "std_msgs/msg/Header", and all its fields as keywords,
@@ -54,6 +56,7 @@ class RosMessages:
         *,
         names: Mapping[str, str] | None = None,
         marks: Mapping[str, Sequence[str]] | None = None,
+        frames: Mapping[str, str] | None = None,
         order: Sequence[str] | None = None,
         make: Callable[..., Any] | None = None,
     ) -> None:
@@ -63,21 +66,49 @@ class RosMessages:
         scene, called = controller.scene, joints_called(names, controller.scene)
         self._called = [called.get(name, name) for name in scene.coordinate_names]
         self._joints, self._q = Joints(self._called, "position"), np.empty(0)
+        self._places = Places(scene, called, frames)
         self._ids = {name: mark_ids(controller, name, marks) for name in controller.cameras}
         self._commanded = [called.get(name, name) for name in controller.velocity_names]
         self.order = tuple(self._commanded if order is None else _order(order, self._commanded))
 
+    @property
+    def roams(self) -> bool:
+        """Whether something drives or flies of which /tf may say where it is, and joints do not."""
+        return bool(self._places)
+
     def time(self, message: Any) -> float | None:
-        """Return the time in seconds in the header of a message; None where it is zero."""
-        return _at(message, "with a time").time / NANO or None
+        """Return the time in seconds that a message says, the last of several; None if none."""
+        if hasattr(message, "transforms"):
+            times = (messages.stamp_of(each) or 0 for each in message.transforms)
+            return max(times, default=0) / NANO or None
+        return _at(message, "with a time", "header").time / NANO or None
 
     def joints(self, message: Any) -> Array | None:
         """Return coordinates (nq,) of the scene, of a JointState; None until all are known.
 
         InputError: a joint that is there twice, or a number that is not finite.
         """
-        at = _at(message, "JointState", "name", "position")
-        found = self._joints.take("JointState", at)
+        at = _at(message, "JointState", "header", "name", "position")
+        if len(message.position):
+            self._places.leave_out(message.name)
+        return self._taken("JointState", at)
+
+    def frames(self, message: Any, still: bool = False) -> Array | None:
+        """Return coordinates (nq,) of the scene, of a TFMessage; None until all are known.
+
+        It says where bodies are that drive or fly, as long as no JointState does. Those of
+        /tf_static are `still`, and move nothing: None. InputError: a transform is no pose.
+        """
+        transforms = _at(message, "TFMessage", "transforms").message.transforms
+        if still:
+            self._places.still("TFMessage", transforms)
+            return None
+        moved = list(self._places.take("TFMessage", transforms))
+        found = [self._taken("TFMessage", At(*each)) for each in moved]
+        return found[-1] if found else None
+
+    def _taken(self, what: str, at: At) -> Array | None:
+        found = self._joints.take(what, at)
         self._q = self._q if found is None else found
         return found
 
@@ -93,7 +124,7 @@ class RosMessages:
         eye = self._camera(camera)
         ids, sizes = self._ids[eye]
         others: dict[str, None] = {}
-        at = _at(message, "of detections", "detections")
+        at = _at(message, "of detections", "header", "detections")
         found = image(f"marks of '{eye}'", at, ids, sizes, others)
         time = self.time(message) or t
         if time is None:
@@ -161,7 +192,7 @@ def _order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
 
 def _at(message: Any, kind: str, *fields: str) -> At:
     """Return a message at its time. InputError: it lacks a field."""
-    for name in ("header", *fields):
+    for name in fields:
         if not hasattr(message, name):
             raise InputError(f"expected a message {kind}, got {said(message)}, without {name}")
     return At(messages.stamp_of(message) or 0, message)
