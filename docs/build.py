@@ -20,10 +20,11 @@ from robsim.world.mounted_camera import CameraTable
 HERE = Path(__file__).parent
 # the public names, by what a user looks for
 GROUPS = {
-    "Experiments and runs": "Experiment Controller load_scenario simulate replay save_run open_run "
+    "Experiments and runs": "Experiment load_scenario simulate replay save_run open_run "
     "table Outcome Interrupted Region TooClose Ending Moment Mission "
     "Phase MissionRun examples",
-    "Logs": "save_bag open_bag bag_images BagImage read_log RosMessages",
+    "Driving a robot": "Controller DriveCommand Health Marks Safety Fence Watchdog RosMessages",
+    "Logs": "save_bag open_bag bag_images BagImage read_log",
     "Robots": "Robot robots Link Joint JointKind Mimic Chord Ackermann Rolling Steering IKResult "
     "IKReason ClosedIK manipulability condition_number singularity_distance workspace Workspace",
     "Shapes, poses, curves": "Pose Block Wheel Ball Capsule TaperedCylinder CameraBody "
@@ -40,6 +41,7 @@ GROUPS = {
     "Laws and what they are made of": "JointLaw CameraLaw PartitionedLaw ControlState "
     "PseudoInverse DampedInverse JacobianTranspose AdaptiveGain Broyden DepthFilter "
     "EstimatedMotion",
+    "What makes a mark count less": "Border Fade",
     "What is done to a command": "SpeedLimit AvoidLimits Posture LargeProjection",
     "Trajectories": "FollowJoints FollowPath trajectory",
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
@@ -62,6 +64,9 @@ TABLES = {
     "`[sensing]`": rs.Sensing,
     "`[[sensing.occlusions]]`": rs.Occlusion,
     "`[actuation]`": rs.Actuation,
+    "`[safety]`": rs.Safety,
+    "`[safety.fence]`": rs.Fence,
+    "`[safety.watchdog]`": rs.Watchdog,
     "`[[robots]]`": RobotTable,
     "`[[robots.links]]`": LinkTable,
     "`[[objects]]`": rs.Object,

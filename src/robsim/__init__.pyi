@@ -109,6 +109,7 @@ from robsim.servo import IBVS as IBVS
 from robsim.servo import PBVS as PBVS
 from robsim.servo import AdaptiveGain as AdaptiveGain
 from robsim.servo import AvoidLimits as AvoidLimits
+from robsim.servo import Border as Border
 from robsim.servo import Broyden as Broyden
 from robsim.servo import CameraLaw as CameraLaw
 from robsim.servo import ControlState as ControlState
@@ -117,6 +118,7 @@ from robsim.servo import DepthFilter as DepthFilter
 from robsim.servo import Docking as Docking
 from robsim.servo import ErrorBelow as ErrorBelow
 from robsim.servo import EstimatedMotion as EstimatedMotion
+from robsim.servo import Fade as Fade
 from robsim.servo import FeatureBlock as FeatureBlock
 from robsim.servo import FollowJoints as FollowJoints
 from robsim.servo import FollowPath as FollowPath

@@ -140,6 +140,17 @@ def any_actuation(rng, scene):
     return [rs.Actuation(), rs.Actuation(*rng.uniform(0.1, 1, 4)), each][rng.integers(3)]
 
 
+def any_safety(rng, scene):
+    """Limits for all joints or for each, in part or none at all."""
+    fence = rs.Fence("world", rng.uniform(-2, -1, 3), rng.uniform(1, 2, 3))
+    dog = rs.Watchdog(rng.uniform(0.1, 1), ["hold", "stop"][rng.integers(2)])
+    each = rng.uniform(0.1, 1, (2, scene.nv)), rng.uniform(0, 1, scene.nq)
+    several = rs.Safety(each[0][0], each[0][1], each[1], fence, hold_to_run=True)
+    return [None, rs.Safety(*rng.uniform(0.1, 1, 3), None, dog, rng.uniform(0.1, 1)), several][
+        rng.integers(3)
+    ]
+
+
 @pytest.mark.parametrize(
     "seeds", [range(20), pytest.param(range(20, 100), marks=pytest.mark.full)], ids=str
 )
@@ -157,6 +168,7 @@ def any_scenario_comes_back(rng):
         "seed": seed,
         "sensing": any_sensing(rng),
         "actuation": any_actuation(rng, scene),
+        "safety": any_safety(rng, scene),
         "record": 7,
     }
     q0 = [None, scene.home][rng.integers(2)]

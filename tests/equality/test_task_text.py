@@ -105,6 +105,9 @@ def any_common(rng, scene, belief):
             rs.DepthFilter(0.3, rng.uniform(0.1, 1), rng.uniform(0.1, 1)),
         ),
         "depth_scale": rng.uniform(0.5, 2),
+        "weighting": pick(
+            rng, (), "border", [rs.Border(rng.uniform(1, 90), 3), rs.Fade(rng.uniform(0.1, 1))]
+        ),
         "inverse": pick(
             rng,
             "pseudo_inverse",

@@ -99,6 +99,31 @@ def test_who_succeeds_on_vit_500():
     assert set(rows[rows["began"] & ~rows["success"]]["outcome"]) == {"out of image"}
 
 
+def test_who_succeeds_above_a_poster_whose_marks_may_leave_the_image():
+    """Of the 88 starts that cannot begin with four marks all begin and arrive with forty."""
+    table = found("vit_500_poster").table.set_index(["group", "scheme"])
+    every, less = table.loc["all"], table.loc["sees less than the square"]
+    begun = ["IBVS, L current", "IBVS, L desired", "IBVS, L mean"]
+    begun += ["PBVS, goal form", "PBVS, camera form"]
+    assert every.loc[begun, "successes"].tolist() == [500, 494, 500, 500, 500]
+    assert (less.loc[begun, ["successes", "runs"]] == 88).all(axis=None)
+    assert every.loc["IBVS, every mark", ["successes", "runs"]].tolist() == [48, 49]
+    rows = found("vit_500_poster").data
+    good = rows[rows["scheme"].isin(begun) & rows["success"]]
+    assert set(good["outcome"]) == {"converged"} and good["distance_to_goal"].max() < 1e-4
+
+
+def test_the_poster_is_seen_as_a_whole_at_the_goal():
+    suite = suite_of("vit_500_poster")
+    seen = suite.scene.view(suite.goal)
+    assert seen.pixels.shape == (40, 2) and not seen.visibility.any()
+    room = np.minimum(seen.pixels + 0.5, (639.5, 479.5) - seen.pixels)
+    np.testing.assert_allclose(room.min(axis=0), 31.8, atol=0.2)
+    marks = (suite.scene.view(suite.starts).visibility == 0).sum(axis=1)
+    less = np.array(suite.groups["square"]) == "sees less than the square"
+    assert less.sum() == 88 and (marks[less].min(), marks[less].max()) == (10, 29)
+
+
 def test_who_succeeds_on_cns_150():
     assert successes("cns_150") == [321, 312, 450, 402, 450, 447, 218]
 

@@ -82,7 +82,7 @@ def test_the_list_has_every_suite_with_its_title(robsim):
     status, out, _ = robsim("bench", "--list")
     assert status == 0 and files(".") == ["beside.py", "mine.py"]
     names = [line.split()[0] for line in out.splitlines()]
-    assert names == ["calibration", "cns_150", "gallery", "shift_lag", "vit_500"]
+    assert names == ["calibration", "cns_150", "gallery", "shift_lag", "vit_500", "vit_500_poster"]
 
 
 WRONG = {

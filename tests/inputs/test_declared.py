@@ -70,6 +70,7 @@ PLACES = {
     "law": (("task", "law"), {"kind": "ibvs"}),
     "secondary motion": (("task", "secondary"), {"kind": "ibvs"}),
     "projection": (("task", "projection"), {"kind": "ibvs"}),
+    "weighting": (("task", "weighting", 0), {"kind": "ibvs"}),
     "condition": (
         ("task", "when"),
         {"kind": "switch", "first": {"kind": "pbvs"}, "second": {"kind": "ibvs"}},

@@ -238,7 +238,7 @@ def test_what_is_not_given_is_as_in_simulate_and_in_ibvs():
     defaults = inspect.signature(rs.simulate).parameters
     told = {name: v for name, v in scenario.settings.items() if name in defaults}
     told |= {"sensing": None, "actuation": None}
-    assert told == {name: defaults[name].default for name in told} and len(told) == 9
+    assert told == {name: defaults[name].default for name in told} and len(told) == 10
 
 
 FREE = """

@@ -440,7 +440,9 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         rs.compare(scene, {"a": rs.IBVS(GOAL), "b": bad}, GOAL)
     task = {"a": rs.IBVS(GOAL)}
     for message, more in {
-        "no setting 'gain'; .*settings: sensing, actuation, endings, dt, duration": {"gain": 3},
+        "no setting 'gain'; .*settings: sensing, actuation, safety, endings, dt, duration": {
+            "gain": 3
+        },
         "no setting 'druation'; did you mean 'duration'": {"druation": 3},
         "scheme 'a': dt \\(seconds\\) must be a positive number": {"dt": -1},
         "progress: expected a function of the share done, got 3": {"progress": 3},

@@ -11,7 +11,14 @@ import pytest
 import robsim as rs
 from robsim import examples
 
-NAMES = ["visp_tutorial", "eye_in_hand", "stereo_in_hand", "uneven_depth", "smooth_start"]
+NAMES = [
+    "visp_tutorial",
+    "eye_in_hand",
+    "stereo_in_hand",
+    "uneven_depth",
+    "smooth_start",
+    "marks_come_and_go",
+]
 
 
 def experiment(name):

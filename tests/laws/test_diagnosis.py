@@ -58,6 +58,7 @@ def by_hand(run, scene, scale, gain):
                 "contraction": np.abs(np.linalg.eigvals(np.eye(6) - gain * 0.04 * M)).max(),
                 "border_margin": room.min(),
                 "border_mark": room.argmin(),
+                "marks_in_image": 4,
                 "limit_margin": np.nan,
                 "limit_coordinate": -1,
                 "singularity": true[-1] / true[0],

@@ -170,11 +170,12 @@ def second_derivatives(T, x):
     """H (6, 6), from its lower half in the kernel."""
     e, L = error_and_interaction(T, x)
     X = (T @ np.broadcast_to(CLOUD, (1, *CLOUD.shape)))[0]
-    rows = np.concatenate([(X[:, :2] / X[:, 2:]).ravel(), 1 / X[:, 2], e, L.ravel()])
+    image = (X[:, :2] / X[:, 2:]).ravel(), 1 / X[:, 2], e, np.ones(len(X))  # weights
+    rows = np.concatenate([*image, L.ravel()])
     block = np.repeat(rows[:, None], WIDTH, axis=1).ravel()
     block = np.concatenate([block, np.zeros((12 * len(X) + 36) * WIDTH)])
-    curvature(block, len(X), 0, 2 * len(X), 3 * len(X), 5 * len(X), 17 * len(X))
-    lower = block.reshape(-1, WIDTH)[29 * len(X) :, 0].reshape(6, 6)
+    curvature(block, *(n * len(X) for n in (1, 0, 2, 3, 5, 6, 18)))
+    lower = block.reshape(-1, WIDTH)[30 * len(X) :, 0].reshape(6, 6)
     return np.tril(lower) + np.tril(lower, -1).T
 
 

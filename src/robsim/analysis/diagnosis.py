@@ -33,6 +33,7 @@ LONG_NAMES = {
     "contraction": "largest |eigenvalue| of I - gain dt (Lhat J)^+ L J",
     "border_margin": "least distance of a mark from the border of its image",
     "border_mark": "number of that mark",
+    "marks_in_image": "number of marks that are in their image",
     "limit_margin": "least distance of a joint from a limit, as a share of its range",
     "limit_coordinate": "number of that coordinate; -1 if none is limited",
     "singularity": "smallest over largest singular value of the true L J",
@@ -46,7 +47,8 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
     The run is repeated from its own text, with the same bits, or from its `experiment`, where that
     is Python code. For a summary every instant is given.
     Lhat and Jhat are what the law was given, L and J what was true, all with the weights of the
-    task; V and its rate are those of the unweighted true error.
+    task, and of its weightings; V and its rate are those of the unweighted true error, of what has
+    a weight above zero.
 
     lyapunov, lyapunov_rate
         V = e'e/2 (eq. 16) and e' L J qdot (eq. 17), with what moves on its own, and the velocities
@@ -66,6 +68,8 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
         loop without delay converges where it is below 1
     border_margin, border_mark
         px and number of the mark next to the border of its image; NaN and -1 without borders
+    marks_in_image
+        number of marks of all cameras that are in their image
     limit_margin, limit_coordinate
         share of its range and number of the coordinate next to a limit; NaN and -1 without limits
     singularity
@@ -98,6 +102,8 @@ def diagnosed(again: Repeated) -> xr.Dataset:
     q = np.concatenate([one.q for one in again.snapshots], axis=1)
     rates = again.run["qd_actual" if "qd_actual" in again.run else "qd"].values[:T]
     truth = true_features(again.case.task, again.case.scene, q)
+    if truth is not None and "weight" in again.run:
+        truth = truth.weighted(again.run["weight"].values[:T])
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         found = {
             **_lyapunov(truth, rates),
@@ -163,7 +169,7 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
         return found
     linear = type(controller.law) in (JointLaw, CameraLaw)
     for t, one in enumerate(basis):
-        task_jacobian = truth.weights[:, None] * truth.rates[t][:, controller.columns]
+        task_jacobian = truth.weights[t][:, None] * truth.rates[t][:, controller.columns]
         L, state = truth.L[t], one.state
         used = L, task_jacobian, state.interaction_last, state.task_jacobian_last
         if not all(np.isfinite(array).all() for array in used):
@@ -219,6 +225,7 @@ def _margins(again: Repeated, q: Array) -> dict[str, NDArray[Any]]:
     return {
         "border_margin": border,
         "border_mark": mark,
+        "marks_in_image": _marks_in_image(again),
         "limit_margin": limit,
         "limit_coordinate": coordinate,
     }
@@ -234,6 +241,12 @@ def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]
     margins = np.concatenate(each)
     margins[~np.isfinite(margins)] = np.inf  # behind the camera, or no border
     return _least(margins)
+
+
+def _marks_in_image(again: Repeated) -> NDArray[np.int64]:
+    """Return the number (T,) of marks that are in their image."""
+    views = (one.projections.values() for one in again.snapshots)
+    return np.array([sum(int((v.visibility == 0).sum()) for v in each) for each in views])
 
 
 def _limit_margins(limits: Array, q: Array) -> tuple[Array, NDArray[np.int64]]:
@@ -256,7 +269,7 @@ def _singularity(again: Repeated, truth: Truth | None, T: int) -> Array:
     if truth is None:
         return np.full(T, np.nan)
     controller = again.loop.controller
-    values = singular_values(truth.weights[:, None] * truth.rates[..., controller.columns])
+    values = singular_values(truth.weights[..., None] * truth.rates[..., controller.columns])
     least: Array = values[:, min(controller.full_rank, values.shape[1]) - 1]
     return least / values[:, 0]
 

@@ -20,13 +20,21 @@ class Truth:
     """The true error e, L of the first camera's twist, and L J, at T instants of a run.
 
     Only L is multiplied by `weights`, those of the law. `rates` are de/dt for each velocity of the
-    scene, also for those that are not commanded.
+    scene, also for those that are not commanded. What has the weight 0 is zero.
     """
 
     error: Array  # (T, k)
     L: Array  # (T, k, 6)
     rates: Array  # (T, k, nv)
-    weights: Array  # (k,)
+    weights: Array  # (T, k)
+
+    def weighted(self, weights: Array) -> Truth:
+        """Return the same where each number counts by weights (T, k) that change over time."""
+        unused = weights == 0.0
+        error = np.where(unused, 0.0, self.error)
+        L = np.where(unused[..., None], 0.0, weights[..., None] * self.L)
+        rates = np.where(unused[..., None], 0.0, self.rates)
+        return Truth(error, L, rates, weights * self.weights)
 
 
 def true_task(task: ServoTask) -> ServoTask:
@@ -50,7 +58,7 @@ def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
     each = [_measured(regulated, q) for regulated in found]
     parts = ([getattr(one, name) for one in each] for name in ("error", "L", "rates"))
     error, L, rates = (np.concatenate(part, axis=1) for part in parts)
-    return Truth(error, L, rates, np.concatenate([one.weights for one in each]))
+    return Truth(error, L, rates, np.concatenate([one.weights for one in each], axis=1))
 
 
 def _measured(regulated: Regulated, q: Array) -> Truth:
@@ -58,4 +66,4 @@ def _measured(regulated: Regulated, q: Array) -> Truth:
     W = regulated.weights
     arrays = s - regulated.s_goal, W[:, None] * L, A
     error, L, rates = (np.moveaxis(array, -1, 0) for array in arrays)
-    return Truth(error, L, rates, W[:, 0])
+    return Truth(error, L, rates, np.broadcast_to(W[:, 0], error.shape))

@@ -31,7 +31,7 @@ WRITTEN = ("bench.csv", "bench.tex", "runs.csv")
     metavar="FILE.py:NAME",
     help="A scheme of your own: a task, or what is called with a goal and a gain.",
 )
-@click.option("--alone", is_flag=True, help="Without the schemes of the textbooks.")
+@click.option("--alone", is_flag=True, help="Without the schemes of the suites.")
 @click.option("--list", "listed", is_flag=True, help="List the suites.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results.")
 @force
@@ -49,7 +49,7 @@ def command(
     chosen = [suite_of(name) for name in suites or names()]
     if listed:
         for suite in chosen:
-            tell(f"{suite.name:12} {suite.title}")
+            tell(f"{suite.name:15} {suite.title}")
         return
     if alone and not tasks:
         raise InputError("--alone: which scheme is compared? name one by --task FILE.py:NAME")

@@ -45,6 +45,7 @@ class Seen:
     between: int = -1  # 12, the pose of the second camera in this one
     fitted: int | None = None  # 12, the pose T_c_o that fits the image, where it is known already
     sure: bool = True  # whether the guess cannot be behind the camera
+    weights: int = -1  # of each mark in the estimate of the pose, where they do not count alike
 
     @cached_property
     def pose(self) -> int:
@@ -53,7 +54,8 @@ class Seen:
             return self.fitted
         T = self.program.rows(12)
         room = self.program.rows(room_of(self.N))
-        self.program.add(fit, self.N, self.model, self.points, self.guess, T, room)
+        weights = self.weights if self.weights >= 0 else self.program.constant(np.ones(self.N))
+        self.program.add(fit, self.N, self.model, self.points, self.guess, T, weights, room)
         if not self.sure:
             lost = self.program.rows()
             self.program.add(lost_stage, self.N, self.points, T, lost)
@@ -114,6 +116,7 @@ class Seen:
             points=self._copied(self.points, marks, 2),
             depth=self._copied(self.depth, marks, 1),
             model=self._copied(self.model, marks, 3),
+            weights=-1 if self.weights < 0 else self._copied(self.weights, marks, 1),
             other=None if self.other is None else self.other.some(marks),
         )
 

@@ -27,6 +27,7 @@ INSTANTS = {
     "frame_pose": ("row", "column"),
     "frame_velocity": ("twist",),
     "s": ("feature",),
+    "weight": ("feature",),
     "error": ("feature",),
     "error_norm": (),
     "lyapunov": (),
@@ -60,7 +61,7 @@ NAMES = {
 FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # they say of which frame
 SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
-OPTIONAL = {"qd_actual", "ending"}
+OPTIONAL = {"qd_actual", "weight", "ending"}
 MOVED = ("camera", "frame")  # a run has pose and velocity of one of them
 OF_A_MISSION = ("q", "qd", "coordinate", "time")
 VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")

@@ -6,15 +6,17 @@ rest within its limits; what is commanded is always safe if it was before, for b
 
 import math
 
+from robsim.kernels.camera import IN_IMAGE
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lanes import WIDTH
+from robsim.kernels.lanes import WIDTH, get, put
 from robsim.kernels.stage import stage
 
 # why a command is not what the law wishes: bits of a row
-OLD_IMAGE, NOT_RELEASED, STOPPED, NOT_FINITE = 1, 2, 4, 8
-SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 16, 32, 64, 128
+OLD_IMAGE, NOT_RELEASED, STOPPED, NOT_FINITE, FEW_MARKS = 1, 2, 4, 8, 16
+SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 32, 64, 128, 256
+HELD = OLD_IMAGE | NOT_RELEASED | STOPPED | NOT_FINITE | FEW_MARKS
 
-HALVINGS = 20
+NEAR = 1e-12  # metres
 SLACK = 1.0 + 1e-9  # of a velocity that is compared with the largest one from which it stops
 
 
@@ -59,9 +61,9 @@ def _clamped(x, least, most):
 
 
 @part
-def _why_held(w, b, n, wished, age, dt, released, settings, latched):
+def _why_held(w, b, n, wished, age, dt, released, settings, latched, status):
     """Return why the robot is not to move, if it is not, as bits."""
-    why = 0
+    why = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
     if w[age * WIDTH + b] * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
         why |= OLD_IMAGE
         if w[(settings + 1) * WIDTH + b] != 0.0:
@@ -80,13 +82,13 @@ def _why_held(w, b, n, wished, age, dt, released, settings, latched):
 def hold(p, w, step):
     """Compute which share of a wish is commanded now, and why none is if none is.
 
-    (n, wished, dt, age in periods, released, settings, latched, seconds, share, why)
+    (n, wished, dt, age in periods, released, settings, latched, seconds, share, why, status)
     The settings are the age from which on an image is too old, whether that stops for good, and the
-    seconds in which the share grows from 0 to 1.
+    seconds in which the share grows from 0 to 1. The status is that of what is left to command by.
     """
     dt, settings, seconds = p[2], p[5], p[7] * WIDTH
     for b in range(WIDTH):
-        why = _why_held(w, b, p[0], p[1], p[3], dt, p[4], settings, p[6])
+        why = _why_held(w, b, p[0], p[1], p[3], dt, p[4], settings, p[6], p[10])
         ramp = w[(settings + 2) * WIDTH + b]
         if why:
             w[seconds + b] = 0.0
@@ -143,50 +145,70 @@ def soften(p, w, step):
 
 
 @part
-def _blended(w, b, n, brake, command, share, out):
-    """Write brake + share (command - brake)."""
-    for j in range(n):
-        slow = w[(brake + j) * WIDTH + b]
-        w[(out + j) * WIDTH + b] = slow + share * (w[(command + j) * WIDTH + b] - slow)
+def _periods_until_rest(v_over_fall):
+    """Return for how many periods, at its first velocity, a motion goes as far as until its rest.
+
+    It is held for one, then falls evenly: with m = floor(T / dt) the sum of 1 - k dt / T is
+    m + 1 - (dt / T) m (m + 1) / 2.
+    """
+    m = math.floor(v_over_fall)
+    return m + 1.0 if m == 0.0 else m + 1.0 - 0.5 * m * (m + 1.0) / v_over_fall
+
+
+@stage
+def attempts(p, w, step):
+    """Compute velocities that may be commanded, and how long each would go on until its rest.
+
+    (n, command, brake, dt, most, count, qd[count, n], seconds[count]): all of the command, half of
+    what it is beside the braking, a quarter, ...
+    """
+    n, command, brake, count = p[0], p[1], p[2], p[5]
+    for b in range(WIDTH):
+        dt, share = w[p[3] * WIDTH + b], 1.0
+        for k in range(count):
+            qd = p[6] + k * n
+            for j in range(n):
+                slow = w[(brake + j) * WIDTH + b]
+                w[(qd + j) * WIDTH + b] = slow + share * (w[(command + j) * WIDTH + b] - slow)
+            rest = _seconds_to_rest(w, b, n, qd, p[4])
+            w[(p[7] + k) * WIDTH + b] = dt * _periods_until_rest(rest / dt)
+            share *= 0.5
+
+
+@stage
+def halved(p, w, step):
+    """Compute half of a number: (number, half)."""
+    put(w, p[1], 0.5 * get(w, p[0]))
 
 
 @part
-def _stays(w, b, n, qd, J, T, box, most, dt):
-    """Return whether a frame at T, moved by J qd, can be braked before it leaves a box."""
-    rest = _seconds_to_rest(w, b, n, qd, most)
+def _outside(w, b, T, box):
+    """Return how far the origin of a frame at T is out of a box, along its worst axis."""
+    most = 0.0
     for c in range(3):
-        speed = 0.0
-        for j in range(n):
-            speed += w[(J + n * c + j) * WIDTH + b] * w[(qd + j) * WIDTH + b]
-        at = w[(T + 4 * c + 3) * WIDTH + b]
-        room = w[(box + 3 + c) * WIDTH + b] - at if speed > 0.0 else at - w[(box + c) * WIDTH + b]
-        fall = abs(speed) / rest if rest > 0.0 else math.inf
-        if abs(speed) > SLACK * braking(room, fall, dt):
-            return False
-    return True
+        x = w[(T + 4 * c + 3) * WIDTH + b]
+        most = max(most, w[(box + c) * WIDTH + b] - x, x - w[(box + 3 + c) * WIDTH + b])
+    return most
 
 
 @stage
 def fence(p, w, step):
-    """Let a frame stay in a box, by as little braking as that needs.
+    """Command the first attempt from which a frame can be braked within a box, or brake.
 
-    (n, command, brake, out, why, dt, most, J, T, box); J[6, n] in world axes, box low and high.
+    (n, qd[count, n], brake, out, why, box, now, count, on the way[2 count]): poses of the frame now
+    and, for each attempt, on half and all of its way to rest. From outside it may go on inwards.
     """
-    n, command, brake, out = p[0], p[1], p[2], p[3]
+    n, out, box, count = p[0], p[3], p[5], p[7]
     for b in range(WIDTH):
-        dt, least, largest = w[p[5] * WIDTH + b], 0.0, 1.0
-        _blended(w, b, n, brake, command, 1.0, out)
-        if _stays(w, b, n, out, p[7], p[8], p[9], p[6], dt):
-            continue
-        w[p[4] * WIDTH + b] = int(w[p[4] * WIDTH + b]) | FENCE
-        for _ in range(HALVINGS):
-            share = 0.5 * (least + largest)
-            _blended(w, b, n, brake, command, share, out)
-            if _stays(w, b, n, out, p[7], p[8], p[9], p[6], dt):
-                least = share
-            else:
-                largest = share
-        _blended(w, b, n, brake, command, least, out)
+        now, first = _outside(w, b, p[6], box) + NEAR, p[2]
+        for k in range(count - 1, -1, -1):
+            way = max(_outside(w, b, p[8 + 2 * k], box), _outside(w, b, p[9 + 2 * k], box))
+            if way <= now:
+                first = p[1] + k * n
+        if first != p[1]:
+            w[p[4] * WIDTH + b] = int(w[p[4] * WIDTH + b]) | FENCE
+        for j in range(n):
+            w[(out + j) * WIDTH + b] = w[(first + j) * WIDTH + b]
 
 
 @stage

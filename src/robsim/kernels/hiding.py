@@ -1,5 +1,8 @@
 """Stages of marks that are hidden for a while, and of the features that are lost with them."""
 
+import numpy as np
+
+from robsim.kernels.camera import IN_IMAGE
 from robsim.kernels.lanes import get, put, where
 from robsim.kernels.stage import stage
 
@@ -23,6 +26,19 @@ def hide(p, w, step):
             mark = p[1] + p[at + 2 + i]
             put(w, mark, where(now, 1.0, get(w, mark)))
         at += 2 + p[at + 1]
+
+
+@stage
+def lack(p, w, step):
+    """Copy an image without the marks that are not in it: (N, pixels, depth, status, and both out).
+
+    The pixels of a mark with another status than that of one in the image are NaN.
+    """
+    for n in range(p[0]):
+        here = get(w, p[3] + n) == 1.0 * IN_IMAGE
+        for i in range(2):
+            put(w, p[4] + 2 * n + i, where(here, get(w, p[1] + 2 * n + i), np.nan))
+        put(w, p[5] + n, get(w, p[2] + n))
 
 
 @stage

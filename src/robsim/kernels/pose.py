@@ -23,30 +23,35 @@ RCOND = 1e-12  # a motion that the image shows so little is left as it was guess
 
 
 @kernel
-def _reproject(w, marks, N, T, x, image):
-    """Compute the image of marks at T: 2 N points, N inverse depths, 2 N errors against x.
+def _reproject(w, marks, N, T, x, weights, image):
+    """Compute the image of marks at T: 2 N points, N inverse depths, 2 N weighted errors against x.
 
-    They are NaN for marks behind the camera.
+    They are NaN for marks behind the camera, and zero for those of weight 0.
     """
     now, inverse, error = image, image + 2 * N, image + 3 * N
     for n in range(N):
         px, py, pz = get(w, marks + 3 * n), get(w, marks + 3 * n + 1), get(w, marks + 3 * n + 2)
         depth = get(w, T + 8) * px + get(w, T + 9) * py + get(w, T + 10) * pz + get(w, T + 11)
-        near = 1.0 / where(depth > NEAR, depth, np.nan)
+        weight = get(w, weights + n)
+        counts = weight > 0.0
+        near = where(counts, 1.0 / where(depth > NEAR, depth, np.nan), 0.0)
         put(w, inverse + n, near)
         for r in range(2):
             t = T + 4 * r
             X = get(w, t) * px + get(w, t + 1) * py + get(w, t + 2) * pz + get(w, t + 3)
             put(w, now + 2 * n + r, X * near)
-            put(w, error + 2 * n + r, X * near - get(w, x + 2 * n + r))
+            away = weight * (X * near - get(w, x + 2 * n + r))
+            put(w, error + 2 * n + r, where(counts, away, 0.0))
 
 
 @part
-def _interaction(w, N, now, inverse, L):
-    """Compute L of the marks in the image."""
+def _interaction(w, N, now, inverse, weights, L):
+    """Compute L of the marks in the image, weighted."""
     for n in range(N):
         x, y = get(w, now + 2 * n), get(w, now + 2 * n + 1)
         put_point_rates(w, L + 12 * n, x, y, get(w, inverse + n))
+        for i in range(12):
+            put(w, L + 12 * n + i, get(w, weights + n) * get(w, L + 12 * n + i))
 
 
 @part
@@ -125,19 +130,20 @@ def room_of(N: int) -> int:
 
 @stage
 def fit(p, w, step):
-    """Fit the pose T_c_o = T to the image x of N marks: (N, marks, x, guess, T, room).
+    """Fit the pose T_c_o = T to the image x of N marks: (N, marks, x, guess, T, weights, room).
 
-    The sum of squared distances between measured and reprojected points, all normalised, is made
-    least: a virtual camera is servoed on its image (Comport, Marchand, Pressigout and Chaumette
-    2006), by the method of Gauss and Newton. With V = -L^+ (x(T) - x) the camera moves by exp(V),
-    so T <- exp(-V) T. Where an update no longer halves the sum, Newton's method goes on (see
-    `robsim.kernels.pose_newton`). An update that would make the image worse is halved. Each run
-    stops on its own, and an exact guess is returned as it is. It is the minimum to which the guess
-    leads: three marks, or marks in a plane, often have a second one. What 30 updates reach is
-    returned, which is never worse than the guess. Needs three marks that are not on one line. NaN
-    where a mark is not seen, or was guessed behind the camera.
+    The sum of squared distances between measured and reprojected points, all normalised and
+    each times the weight of its mark, is made least: a virtual camera is servoed on its image
+    (Comport, Marchand, Pressigout and Chaumette 2006), by the method of Gauss and Newton. With
+    V = -L^+ (x(T) - x) the camera moves by exp(V), so T <- exp(-V) T. Where an update no longer
+    halves the sum, Newton's method goes on (see `robsim.kernels.pose_newton`). An update that
+    would make the image worse is halved. Each run stops on its own, and an exact guess is
+    returned as it is. It is the minimum to which the guess leads: three marks, or marks in a
+    plane, often have a second one. What 30 updates reach is returned, which is never worse than
+    the guess. Needs three marks that are not on one line. NaN where a mark is not seen, or was
+    guessed behind the camera, unless its weight is 0.
     """
-    N, marks, x, guess, T, room = p[0], p[1], p[2], p[3], p[4], p[5]
+    N, marks, x, guess, T, weights, room = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
     here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
     back = bend + 14 * N + 42
     step, updated, scratch = back + 6, back + 18, back + 36
@@ -145,16 +151,17 @@ def fit(p, w, step):
         put(w, T + i, get(w, guess + i))
     share = where(get(w, guess) > 0.0, 1.0, 1.0)
     moving, slow, rcond = share > 0.0, share < 0.0, RCOND * share
-    _reproject(w, marks, N, T, x, here)
+    _reproject(w, marks, N, T, x, weights, here)
     for _ in range(UPDATES):
-        _interaction(w, N, here, here + 2 * N, L)
-        lost = update(w, N, here, here + 2 * N, here + 3 * N, L, slow, moving, back, bend)
+        _interaction(w, N, here, here + 2 * N, weights, L)
+        image = here, here + 2 * N, here + 3 * N
+        lost = update(w, N, image, weights, L, slow, moving, back, bend)
         if some(lost):
             _leave(w, L, N, here + 3 * N, rcond, lost, back, updated + 12, scratch)
         motion = _image_motion(w, L, back, 2 * N)
         _motion(w, back, share, step)
         compose(w, step, T, updated)
-        _reproject(w, marks, N, updated, x, there)
+        _reproject(w, marks, N, updated, x, weights, there)
         square, gain = _squares(w, here + 3 * N, there + 3 * N, 2 * N)
         worse = ~(gain >= -ROUNDING * square)
         goes = moving & (motion > STILL)  # an update that is only rounding is not taken
@@ -174,7 +181,7 @@ def fit_pose(marks: Any, x: Any, guess: Any, T: Any) -> None:
     """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit`."""
     N, runs, program = len(x), x.shape[2], Program()
     first = program.rows(5 * N + 12)
-    found, room = program.rows(12), program.rows(room_of(N))
-    program.add(fit, N, first, first + 3 * N, first + 5 * N, found, room)
+    found, weights, room = program.rows(12), program.constant(np.ones(N)), program.rows(room_of(N))
+    program.add(fit, N, first, first + 3 * N, first + 5 * N, found, weights, room)
     given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess)])
     T[:] = Function(program, first, found, 12)(given).reshape(T.shape)

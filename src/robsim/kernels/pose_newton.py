@@ -42,13 +42,18 @@ def _lower_products(w, B, rows, H):
 
 
 @kernel
-def _add_rest(w, N, now, inverse, error, H):
-    """Add what is no product of rows b_r to the lower half of H."""
+def _add_rest(w, N, now, inverse, error, weights, H):
+    """Add what is no product of rows b_r to the lower half of H.
+
+    Errors and rows are weighted once, and these products are to be twice.
+    """
     H2, H3, H4, H5 = H + 12, H + 18, H + 24, H + 30
     for n in range(N):
         x, y, s = get(w, now + 2 * n), get(w, now + 2 * n + 1), get(w, inverse + n)
-        e, f = get(w, error + 2 * n), get(w, error + 2 * n + 1)
-        c, size = -(e * x + f * y), e * e + f * f
+        e, f, weight = get(w, error + 2 * n), get(w, error + 2 * n + 1), get(w, weights + n)
+        size = e * e + f * f
+        e, f = weight * e, weight * f
+        c = -(e * x + f * y)
         put(w, H2 + 2, get(w, H2 + 2) - size * s * s)
         put(w, H3 + 1, get(w, H3 + 1) + 0.5 * c * s)
         put(w, H3 + 2, get(w, H3 + 2) - size * s * y - 0.5 * f * s)
@@ -114,28 +119,29 @@ def _downhill(w, L, error, rows, u):
 
 
 @part
-def curvature(w, N, now, inverse, error, L, room):
+def curvature(w, N, now, inverse, error, weights, L, room):
     """Compute the lower half of the second derivatives H (6, 6), below 12 N rows of room."""
     H = room + 12 * N
     _rows_of_curvature(w, N, now, inverse, error, L, room)
     _lower_products(w, room, 2 * N, H)
-    _add_rest(w, N, now, inverse, error, H)
+    _add_rest(w, N, now, inverse, error, weights, H)
 
 
 @part
-def update(w, N, now, inverse, error, L, slow, moving, u, room):
+def update(w, N, image, weights, L, slow, moving, u, room):
     """Compute the update u of moving runs, from N marks; return where L' L has no sound inverse.
 
-    It is Newton's in slow runs where f bends upwards, and else that of Gauss and Newton. `room`
-    has 14 N + 42 rows.
+    It is Newton's in slow runs where f bends upwards, and else that of Gauss and Newton. The image
+    has points, inverse depths and errors; errors and L are weighted. `room` has 14 N + 42 rows.
     """
+    now, inverse, error = image
     H, found, bending = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
     for i in range(2 * N):
         put(w, bending + i, where(slow, get(w, error + i), 0.0))
     flat = moving
     for attempt in range(2):  # a loop, so that what follows is compiled once
         if attempt == 0:
-            curvature(w, N, now, inverse, bending, L, room)
+            curvature(w, N, now, inverse, bending, weights, L, room)
         else:
             _lower_products(w, L, 2 * N, H)
         unsound = _factorise(w, H)

@@ -6,7 +6,7 @@ from robsim.kernels.jit import kernel, part
 
 
 @part
-def _quintic(u):
+def quintic(u):
     """Return s = 10 u^3 - 15 u^4 + 6 u^5 and its derivatives, zero at u = 0 and u = 1.
 
     The polynomial of least integral of the squared jerk (Craig 2005, section 7.3; Siciliano et
@@ -42,7 +42,7 @@ def share(t, seconds, ramp):
     """
     T = seconds if seconds > 0.0 else 1.0  # an axis that needs no time does not move
     u = 1.0 if t >= seconds else min(max(t / T, 0.0), 1.0)
-    s, rate, acceleration = _quintic(u) if ramp < 0.0 else _trapezoid(u, ramp)
+    s, rate, acceleration = quintic(u) if ramp < 0.0 else _trapezoid(u, ramp)
     if not 0.0 < t < seconds:
         return s, 0.0, 0.0
     per = 1.0 / T

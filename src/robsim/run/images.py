@@ -16,12 +16,12 @@ from robsim.kernels import sensing as kernels
 from robsim.kernels.commanding import copied
 from robsim.kernels.lanes import WIDTH
 from robsim.kernels.program import Blocks, Program
-from robsim.kernels.viewing import FIRST, MORE
+from robsim.kernels.viewing import EACH, FIRST, MORE
 from robsim.robot.placed import Placed
 from robsim.run.plant import Plant
 from robsim.run.record import SMALL
 from robsim.servo.given import View, view
-from robsim.servo.sight import Sight
+from robsim.servo.sight import Key, Sight
 from robsim.world.effects import FIRST_STREAM, Exposure, changed
 from robsim.world.sensing import Sensing
 
@@ -32,8 +32,9 @@ TOGETHER = 256  # runs of a chunk, unless others are asked for
 class Images:
     """The rows of a program with the images that the controller gets, and the stages of them.
 
-    `pixels` and `depth` are the first rows of the image of this instant, as it truly is; from
-    `deliver` on they are those of the image that is used. `hidden` has a row for each mark, or is
+    `true` is the first row of the image of this instant, as it truly is, and `seen` that of the
+    same without marks that are out of the image, where these are excused. `pixels` and `depth` are
+    from `deliver` on those of the image that is used. `hidden` has a row for each mark, or is
     -1, and `age` is that of the image in periods, rounded up.
     """
 
@@ -45,6 +46,7 @@ class Images:
         sensing: Sensing,
         steps: int,
         key: tuple[np.uint64, int],
+        excused: frozenset[Key],
     ) -> None:
         self.program, self.plant, self.sights, self.sensing = program, plant, sights, sensing
         self.seed, self.run = key
@@ -52,7 +54,8 @@ class Images:
         counts = [len(sight.target.marks) for sight in sights]
         self.marks = np.cumsum([0, *counts]).tolist()  # number of the first of each sight
         self.N, self.every = self.marks[-1], sensing.periods(plant.seconds)
-        self.pixels = self.true = program.rows(3 * self.N)
+        self.excused, self.true = excused, program.rows(3 * self.N)
+        self.pixels = self.seen = program.rows(3 * self.N) if excused else self.true
         self.depth = self.pixels + 2 * self.N
         self.hidden, self.age = -1, program.constant(0.0)
         self.latency = program.number(sensing.latency)
@@ -82,22 +85,33 @@ class Images:
         if not self.late:
             return
         self.ring = self.program.rows(3 * self.N * self.length)
-        between = self._between() if self._passes else self.true
+        between = self._between() if self._passes else self.seen
         rows = between, self.share, self.ring, self.length
-        self.program.add(late.note, 3 * self.N, self.true, *rows)
+        self.program.add(late.note, 3 * self.N, self.seen, *rows)
 
     def _between(self) -> int:
         """Add the stages of an image that is taken while a period passes; return its rows."""
         found = self.program.rows(3 * self.N)
-        self.taken(self.plant.within(self.ahead), found, self.program.rows())
-        return found
+        seen = self.program.rows(3 * self.N) if self.excused else found
+        self.taken(self.plant.within(self.ahead), found, seen, self.program.rows())
+        return seen
 
-    def taken(self, placed: Placed, image: int, status: int) -> list[View]:
-        """Add the stages of an image of bodies that are placed, and of its status."""
-        found, depth = [], image + 2 * self.N
+    def taken(self, placed: Placed, image: int, seen: int, status: int) -> list[View]:
+        """Add the stages of an image of bodies that are placed, of what is seen, and its status."""
+        found, of = [], FIRST
         for sight, first in zip(self.sights, self.marks, strict=False):
-            rows, of = (image + 2 * first, depth + first, status), MORE if first else FIRST
-            found.append(view(self.program, placed, sight, *rows, of=of))
+            count, at = len(sight.target.marks), (2 * first, 2 * self.N + first)
+            rows, to = [image + n for n in at], [seen + n for n in at]
+            if sight.key in self.excused:
+                each = self.program.rows(count)
+                found.append(view(self.program, placed, sight, *rows, each, of=EACH))
+                self.program.add(hiding.lack, count, *rows, each, *to)
+                continue
+            found.append(view(self.program, placed, sight, *rows, status, of=of))
+            of = MORE
+            if seen != image:
+                self.program.add(copied, 2 * count, rows[0], to[0])
+                self.program.add(copied, count, rows[1], to[1])
         return found
 
     def rows(self, first: int) -> tuple[int, int, int]:
@@ -117,7 +131,7 @@ class Images:
         """Let the image be one that was taken some time ago."""
         program, count = self.program, 3 * self.N
         first, out = program.rows(count), program.rows(count)
-        rows = self.true, first, self.ring, self.length, self.delay, out
+        rows = self.seen, first, self.ring, self.length, self.delay, out
         program.add(late.recall, self.every, count, *rows)
         self.pixels, self.depth, self.age = out, out + 2 * self.N, self.delay
 

@@ -11,6 +11,7 @@ from robsim.kernels import endings as kernels
 from robsim.kernels import judging
 from robsim.kernels.program import Blocks, Program
 from robsim.kernels.singular import scratch_of
+from robsim.kernels.weighting import worst
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.run.endings import Ending, Moment, which
 from robsim.run.plant import Plant
@@ -50,7 +51,8 @@ class Judge:
         limits = self.program.constant((plant.scene.limits + slack if limited else free).T)
         busy = self.program.constant(1.0) if hold else command.busy
         images = sensor.images
-        seen = sensor.status, images.true + 2 * images.N, images.N
+        status = self._worst(sensor.status, command.status)
+        seen = status, images.true + 2 * images.N, images.N
         add(
             judging.judge, plant.q, plant.scene.nq, limits, *seen, command.qd, n, size, norm,
             self.tolerance, busy, self.program.rows(2), self.still, self.steps,
@@ -64,6 +66,14 @@ class Judge:
             self._wait(plant, sensor, command, pace, size)
         if self.endings:
             self.program.call(lambda blocks, step: self._ask(blocks, step, plant, sensor, command))
+
+    def _worst(self, seen: int, left: int) -> int:
+        """Return the row of the status of the image, and of what is left of it to command."""
+        if left < 0:
+            return seen
+        found = self.program.rows()
+        self.program.add(worst, 2, found, seen, left)
+        return found
 
     @property
     def judged(self) -> Judged:

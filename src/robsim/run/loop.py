@@ -24,9 +24,7 @@ from robsim.run.record import Record, Recorder
 from robsim.run.sensor import Sensor
 from robsim.run.snapshot import Snapshot
 from robsim.servo.controller import Controller, Decision
-from robsim.servo.given import Commanded, Given
-from robsim.servo.safety.guard import guarded
-from robsim.servo.safety.safety import Safety
+from robsim.servo.safety.guard import Guard
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -57,8 +55,7 @@ class Loop:
     single: bool = False  # whether one start was given, not a batch of one
     limited: bool = True  # whether joint limits end a run
     endings: tuple[Ending, ...] = ()
-    safety: Safety | None = None
-    believed: Scene | None = None  # what the safety takes for true; None: the true scene
+    guard: Guard | None = None
     stopped: bool = field(default=False, init=False)
     paused: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
@@ -71,7 +68,8 @@ class Loop:
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
         self.drives = Drives(self.actuation, scene, controller.columns)
         rates = scene.nv if self.drives.moves else 0
-        widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks)
+        weights = controller.k if controller.weighted else 0
+        widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights)
         with under("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
 
@@ -145,7 +143,7 @@ class Steps:
         controller = self.controller = loop.controller
         runs = loop.runs
         plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt, loop.seed, runs)
-        spoilt = loop.sensing, loop.steps, loop.seed, runs
+        spoilt = loop.sensing, loop.steps, loop.seed, runs, controller.excused
         sensor = self.sensor = Sensor(program, plant, controller.sights, *spoilt)
         judge = self.judge = Judge(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
@@ -155,23 +153,21 @@ class Steps:
         self.motion = len(program.calls)
         plant.place()
         sensor.look()
-        self.command = self._command(loop, sensor.measure())
+        given = sensor.measure()
+        guard = loop.guard
+        self.command = (
+            guard.stages(controller, given).commanded if guard else controller.stages(given)
+        )
         self.command.note(self.command.qd)
         plant.command(self.command.qd)
         judge.judge(plant, sensor, self.command, loop.hold, loop.limited)
-        self.kept = [plant.q, plant.qd, plant.rates, self.command.s, sensor.images.true]
+        command, true = self.command, sensor.images.true
+        self.kept = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
         stages = program.stages
         self._fast = None if stages is None else Compiled(stages)
         self._rescues = program.rescues
-
-    def _command(self, loop: Loop, given: Given) -> Commanded:
-        """Add the stages of the controller, within the limits of a safety if there is one."""
-        if loop.safety is None:
-            return self.controller.stages(given)
-        scene = loop.scene if loop.believed is None else loop.believed
-        return guarded(self.controller, loop.safety, scene, given).commanded
 
     @cached_property
     def _parts(self) -> tuple[list[Own], list[Own]]:

@@ -10,11 +10,12 @@ from robsim.kernels import endings
 class Outcome(IntEnum):
     """The reason for which a run ended; `message` says what it means and what to try.
 
-    A mark that any camera of the task loses ends the run, also one that no feature uses. Where
-    several hold at one instant, the order is: NOT_FINITE of the state, JOINT_LIMIT,
-    BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the
-    command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT. RUNNING is the state of a run that was
-    interrupted.
+    A mark that any camera of the task loses ends the run, also one that no feature uses; with a
+    weighting that lets marks leave the image (`Border`) it ends, as OUT_OF_IMAGE, where too few
+    are left to command. Where several hold at one instant, the order is: NOT_FINITE of the
+    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED,
+    DIVERGED, NOT_FINITE of the command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT. RUNNING is
+    the state of a run that was interrupted.
 
     >>> Outcome.CONVERGED.message
     'converged: every feature error is below the tolerance'
@@ -49,12 +50,13 @@ _MESSAGES = {
     Outcome.RUNNING: "the simulation was stopped before this run ended",
     Outcome.CONVERGED: "every feature error is below the tolerance",
     Outcome.LOCAL_MINIMUM: (
-        "the law commands no motion although the error remains; try L desired or mean, "
+        "no motion is commanded although the error remains; try L desired or mean, "
         "the other law, or a nearer start; on a path, a goal that the joints can reach, or its "
         "position alone"
     ),
     Outcome.OUT_OF_IMAGE: (
-        "a mark left the image; try a lower gain, a larger image, L mean, or a nearer start"
+        "a mark left the image, or too few are left of those that may; try a lower gain, a larger "
+        "image, L mean, or a nearer start"
     ),
     Outcome.BEHIND_CAMERA: "a mark came behind the camera; try L mean or a nearer start",
     Outcome.JOINT_LIMIT: "a joint left its limits; try another start or goal",

@@ -33,6 +33,7 @@ class Track(NamedTuple):
     rates: Array
     s: Array
     pixels: Array
+    weights: Array
 
 
 COPIES = 3  # of the results at once: those in memory, those in the file, and one on the way
@@ -53,7 +54,7 @@ def every(record: Record) -> int | None:
 class Recorder:
     """The recorded instants, and the end of each run; chunks write to rows of their own.
 
-    `widths` are how many numbers there are of q, qd, rates, s and pixels.
+    `widths` are how many numbers there are of q, qd, rates, s, pixels and weights.
     """
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):

@@ -17,6 +17,7 @@ from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.store import KERNEL_HASH
 from robsim.run import ends
+from robsim.run.error import error_variables
 from robsim.run.outcome import Outcome
 from robsim.run.record import Recorder, Track
 from robsim.servo import GoalFeatures, GoalPose, ServoTask
@@ -41,6 +42,7 @@ UNITS = {
     "pixels_end": "px",
     "end_time": "s",
     "path_length": "m",
+    "weight": "1",
     "pixel_error": "px",
     "outcome": "1",
     **ends.UNITS,
@@ -55,6 +57,7 @@ DESCRIPTIONS = {
     "frame_velocity": "twist (v, omega) of the frame that is moved, in its own axes",
     "s": "features as measured",
     "s_goal": "features at the goal",
+    "weight": "how much each number of s counts, 0 where its mark is not there",
     "error": "s - s_goal",
     "error_norm": "length of the error",
     "lyapunov": "half the square of error_norm (chapter, eq. 16)",
@@ -142,23 +145,6 @@ def _motion(controller: Controller, series: Track) -> dict[str, Array]:
         **({} if follows else {"qd_actual": series.rates}),
         f"{whose}_pose": poses,
         f"{whose}_velocity": twists,
-    }
-
-
-def error_variables(series: Track, s_goal: Array) -> dict[str, Array]:
-    """Return s and what follows from it, of goals that broadcast with (runs, instants, k).
-
-    Sums go feature by feature, so that they are the same in any batch.
-    """
-    error = series.s - s_goal
-    square = np.zeros(error.shape[:2])
-    for i in range(error.shape[2]):
-        square += error[..., i] ** 2
-    return {
-        "s": series.s,
-        "error": error,
-        "error_norm": np.sqrt(square),
-        "lyapunov": 0.5 * square,
     }
 
 

@@ -10,7 +10,7 @@ from robsim.kernels.program import Program
 from robsim.run.images import Images
 from robsim.run.plant import Plant
 from robsim.servo.given import Given, View
-from robsim.servo.sight import Sight
+from robsim.servo.sight import Key, Sight
 from robsim.world.sensing import Sensing
 
 
@@ -26,10 +26,11 @@ class Sensor:
         steps: int,
         seed: int,
         numbers: NDArray[np.int64],
+        excused: frozenset[Key],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
         key = np.uint64(seed), program.whole(numbers)
-        self.images = Images(program, plant, sights, sensing, steps, key)
+        self.images = Images(program, plant, sights, sensing, steps, key, excused)
         self.status = program.rows()
         self.views: list[View] = []
 
@@ -39,7 +40,8 @@ class Sensor:
 
     def look(self) -> None:
         """Add the stages that project the marks into the images."""
-        self.views = self.images.taken(self.plant.placed, self.images.true, self.status)
+        images = self.images
+        self.views = images.taken(self.plant.placed, images.true, images.seen, self.status)
 
     def measure(self) -> Given:
         """Add the stages that measure, and return what the controller gets."""

@@ -21,6 +21,7 @@ from robsim.run.record import Record, every
 from robsim.run.staged import Staged
 from robsim.run.text import common_belief
 from robsim.run.varied import Template, simulated
+from robsim.servo.safety.guard import Guard
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
@@ -132,9 +133,12 @@ class Setup(Value):
                 made.actuation,
                 *settings,
                 endings=self.endings,
-                safety=self.safety,
-                believed=common_belief(made.task),
+                guard=self.guard(made) if self.safety else None,
             )
+
+    def guard(self, made: Any) -> Guard:
+        """Return what keeps commands within the safety, in the scene that a task believes."""
+        return Guard(self.safety or Safety(), common_belief(made.task) or made.scene)
 
     @contextmanager
     def keyed(self, *keys: str) -> Iterator[None]:

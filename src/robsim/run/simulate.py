@@ -9,6 +9,7 @@ from robsim.run.experiment import Experiment
 from robsim.run.record import Record
 from robsim.run.setup import EXACT, PERFECT
 from robsim.run.workers import Progress
+from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -28,6 +29,7 @@ def simulate(
     seed: int = 0,
     sensing: Sensing | None = None,
     actuation: Actuation | None = None,
+    safety: Safety | None = None,
     endings: Any = (),
     hold: bool = False,
     record: Record = "all",
@@ -44,6 +46,7 @@ def simulate(
     seed        of all that is random, with the number of the run and the step
     sensing     what is wrong with the images (`Sensing`: noise, latency, ...); None for nothing
     actuation   what is wrong with the joints (`Actuation`: lag, limits, ...); None for nothing
+    safety      limits that every command is kept within (`Safety`); None for none
     endings     conditions on which a run ends (`Region`, `TooClose`, or an `Ending` of your own)
     hold        go on to the end of the duration, also after convergence: to follow what moves
     record      "all", every n-th step, or "summary": the end of each run
@@ -68,6 +71,7 @@ def simulate(
         None if q0 is None else starts(scene, q0, "q0"),
         sensing=PERFECT if sensing is None else sensing,
         actuation=EXACT if actuation is None else actuation,
+        safety=safety,
         endings=endings,
         dt=dt,
         duration=duration,

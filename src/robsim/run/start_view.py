@@ -20,7 +20,7 @@ _WHERE = {
 
 
 def check_view(loop: Loop) -> None:
-    """Raise InputError for the first start at which a camera lacks marks of the task."""
+    """Raise InputError for the first start at which a camera lacks marks that the task needs."""
     first = replace(loop, steps=1)
     first.advance(Going(np.arange(len(loop.q0))), lambda share: None)
     ended = first.recorder
@@ -32,7 +32,8 @@ def check_view(loop: Loop) -> None:
 def _unseen(loop: Loop, at: int) -> str:
     """Return which camera lacks which marks at a start."""
     which = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
-    for sight in loop.controller.sights:
+    excused = loop.controller.excused
+    for sight in (each for each in loop.controller.sights if each.key not in excused):
         seen = sight.scene.view(loop.q0[at], sight.eye.name, sight.target.name).visibility
         for flag, where in _WHERE.items():
             marks = np.flatnonzero(seen == flag)
@@ -42,4 +43,4 @@ def _unseen(loop: Loop, at: int) -> str:
                     f"{which}: '{sight.eye.name}' does not see {named} of "
                     f"'{sight.target.name}': {where}"
                 )
-    return f"{which}: the camera does not see all marks"
+    return f"{which}: the camera sees too few marks to command by"

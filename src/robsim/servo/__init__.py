@@ -35,3 +35,5 @@ from robsim.servo.tasks.schemes import Partitioned as Partitioned
 from robsim.servo.tasks.switch import Switch as Switch
 from robsim.servo.tasks.task import ServoTask as ServoTask
 from robsim.servo.tasks.task import Task as Task
+from robsim.servo.weightings.border import Border as Border
+from robsim.servo.weightings.fade import Fade as Fade

@@ -141,9 +141,13 @@ class BoundBlock:
         """Return (k, cameras, N): which components are NaN where a camera does not see a mark.
 
         None where that may be another at another time: of a user's feature, or of one that has no
-        value for what is seen (of one run).
+        value for what is seen.
         """
-        if self._compiled is None or self.gone(seen).any():
+        return None if self._compiled is None else self.made_of(seen)
+
+    def made_of(self, seen: Observation) -> NDArray[np.bool_] | None:
+        """Return the same as `depends`, as it is for what is seen, also of a user's feature."""
+        if self.gone(seen).any():
             return None
         cameras, N = len(self.sights), len(seen.pixels_last)
         each = np.eye(cameras * N, dtype=np.bool_).reshape(cameras, N, -1)

@@ -13,16 +13,20 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.servo.command import Command
 from robsim.servo.given import Commanded, Given
-from robsim.servo.sight import Sight
+from robsim.servo.sight import Key, Sight
 from robsim.world.scene import Scene
 
 
 class Decision(NamedTuple):
-    """A command, the Jacobian of its frame, and of a servo task the `basis` of the command."""
+    """A command, the Jacobian of its frame, and of a servo task the `basis` of the command.
+
+    `weights` say how much each number of s counts, where a task has a weighting.
+    """
 
     command: Command
     J: Array  # (6, n, B) of its frame: of a camera in its own axes, of another in the world's
     basis: Any = None
+    weights: Array | None = None  # (k, B)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,16 @@ class Controller(ABC):
     @abstractmethod
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
+
+    @property
+    def weighted(self) -> bool:
+        """Whether the numbers of s have weights that change."""
+        return False
+
+    @property
+    def excused(self) -> frozenset[Key]:
+        """The sights whose marks may leave the image."""
+        return frozenset()
 
     def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers start anywhere
         """Raise InputError if the task can be done from none of the starts q0 (B, nq)."""

@@ -59,7 +59,8 @@ class Commanded:
     """The rows that a controller writes.
 
     `decide` returns from blocks what was decided, with all that it is based on; `note` adds the
-    stages that remember the velocities, in rows, that were commanded in the end.
+    stages that remember the velocities, in rows, that were commanded in the end. Rows of what there
+    is not are -1: of weights, and of the status of images whose marks need not all be seen.
     """
 
     s: int  # k
@@ -69,6 +70,8 @@ class Commanded:
     busy: int  # 1 where a run may not end because it has converged or stalls
     decide: Callable[[Any], Any]
     note: Callable[[int], None]
+    weights: int = -1  # k, how much each number of s counts
+    status: int = -1  # that of a mark out of the image, where too few are left to command
 
 
 def alone(

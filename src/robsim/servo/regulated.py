@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, positive, runs_first
-from robsim.base.errors import GoalError, said
+from robsim.base.errors import GoalError, InputError, said
 from robsim.base.values import unchecked
 from robsim.features import Observation
 from robsim.kernels.jacobian import Moves
@@ -154,6 +154,23 @@ class Regulated:
         """Return on which marks the numbers of each block depend, as `BoundBlock.depends` does."""
         seen = self._seen_at_goal, self._goal_projections
         return [part.depends(part.all_at_goal(*seen)) for part in self.parts]
+
+    def made_of(self) -> list[tuple[BoundBlock, NDArray[np.bool_]]]:
+        """Return each block, and of which marks its numbers are made, as they are at the goal.
+
+        Where that is given as numbers, as they are where the target is seen from before it.
+        InputError: they have no value there.
+        """
+        seen = self._seen_at_goal
+        if self.given is not None:
+            seen = {sight.key: sight.before() for sight in self.sights}
+        found = []
+        for part in self.parts:
+            marks = part.made_of(part.all_at_goal(seen, self._goal_projections))
+            if marks is None:
+                raise InputError(f"{part.name} has no value at the goal, so no marks to weigh")
+            found.append((part, marks))
+        return found
 
     @cached_property
     def _goal_observations(self) -> list[Observation]:

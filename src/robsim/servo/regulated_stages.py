@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import commanding, hiding, viewing
+from robsim.kernels import commanding, hiding, viewing, weighting
 from robsim.kernels.jacobian import Moves
 from robsim.kernels.program import Blocks, Own, Program
 from robsim.robot.placed import Placed, add_jacobian
@@ -19,13 +20,19 @@ from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.placed_frame import placed_at, prescribed_rates
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight
+from robsim.servo.weight_stages import of_marks
+from robsim.servo.weightings.weighting import MarksSeen
 
 
 class RegulatedRows:
-    """The rows of what a task regulates: s, L, J of each camera, and L J."""
+    """The rows of what a task regulates: s, L, J of each camera, and L J.
 
-    def __init__(self, regulated: Regulated, given: Given) -> None:
+    With weightings `weights` are those of the marks of each sight.
+    """
+
+    def __init__(self, regulated: Regulated, given: Given, weightings: Any = ()) -> None:
         self.regulated, self.given, self.program = regulated, given, given.program
+        self.weightings, self.weights = weightings, dict[Key, int]()
         self.twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
         # of each camera against its target, as it was held over the last period
         self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
@@ -92,7 +99,18 @@ class RegulatedRows:
         model = program.numbers(sight.target.marks, 2)
         depth = self._depth(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
-        return Seen(program, N, *rows, sure=self.regulated.exact)
+        weights = self._weights(sight, points, camera) if self.weightings else -1
+        return Seen(program, N, *rows, sure=self.regulated.exact, weights=weights)
+
+    def _weights(self, sight: Sight, points: int, camera: int) -> int:
+        """Return the rows of the weights of the marks of a sight."""
+        program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
+        there = program.rows(N)
+        image = view.pixels, points, camera
+        program.add(weighting.there, N, *image, there, view.hidden)
+        seen = MarksSeen(self.given, sight, N, view, camera, there)
+        found = self.weights[sight.key] = of_marks(self.weightings, seen, points)
+        return found
 
     def _depth(self, sight: Sight, true: int, points: int) -> int:
         """Return the rows of the depths that go into L."""

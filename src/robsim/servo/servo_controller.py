@@ -21,6 +21,7 @@ from robsim.servo.regulated import Regulated
 from robsim.servo.returned import returned
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.shaping import Shaping
+from robsim.servo.sight import Key
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,18 @@ class Servo(Controller):
     feed_forward: FeedForward
     broyden: Broyden | None
     shaping: Shaping
+    weighting: tuple[Any, ...] = ()
+
+    @property
+    def weighted(self) -> bool:
+        """Whether the numbers of s have weights that change."""
+        return bool(self.weighting)
+
+    @property
+    def excused(self) -> frozenset[Key]:
+        """The sights whose marks may leave the image."""
+        excuses = any(getattr(each, "excuses", False) for each in self.weighting)
+        return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
 
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""

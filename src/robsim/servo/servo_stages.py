@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.values import known
-from robsim.kernels import broyden, commanding
+from robsim.kernels import broyden, commanding, weighting
 from robsim.kernels.program import Blocks
 from robsim.kernels.stage import Stage
 from robsim.servo.basis import Basis
@@ -19,10 +19,14 @@ from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.laws.inverse import ANY, solved
 from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
 from robsim.servo.shaping.shaping import Shapeable
+from robsim.servo.weight_stages import Rows, by_error, of_numbers
+from robsim.servo.weightings.made_of import groups, made_of
+from robsim.servo.weightings.weighting import WeightsOfMarks
 
 if TYPE_CHECKING:
     from robsim.servo.servo_controller import Servo
@@ -45,18 +49,28 @@ class ServoStages:
     def assess(self) -> None:
         """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
         c, k = self.controller, self.k
-        of = self.of = RegulatedRows(c.regulated, self.given)
+        of = self.of = RegulatedRows(c.regulated, self.given, c.weighting)
         self.error, self.L, self.A = self.rows(k), of.L, of.A
         self._add(commanding.difference, k, of.s, self.program.each(c.s_goal), self.error)
         if c.broyden is not None:
             self._learn()
-        self.hidden = of.hidden() if self.given.hides else -1
+        self.weights, self.status, self.hidden = -1, -1, -1
+        if c.weighting:
+            self.weights = self._weights()
+            self.hidden = self._unused(self.weights)
+        elif self.given.hides:
+            self.hidden = of.hidden()
         if self.hidden >= 0:
             self._change(commanding.masked, self.hidden)
         self.plain = self.error, self.L, self.A
+        if c.weighting:
+            self._change(commanding.weigh, self.weights)
+        self.faded = self.error, self.A
         if (c.regulated.weights != 1.0).any():
             self._change(commanding.weigh, self.constant(c.regulated.weights))
         self.weighted, self.error = self.error, self.plain[0]
+        if c.weighting:
+            self.status = self._few()
         self.gain = self._gain()
         self.towards = self.weighted if c.feed_forward is None else self._with_drift()
 
@@ -71,7 +85,7 @@ class ServoStages:
         else:
             qd = self.rows(n)
             self.program.call(lambda blocks, step: blocks.put(qd, self._asked(blocks, step)))
-        error, _, A = self.plain
+        error, A = self.faded
         shapeable = Shapeable(self.k, n, error, self.of.first, A, qd)
         self.qd = c.shaping.stages(self.given, shapeable)
 
@@ -84,7 +98,8 @@ class ServoStages:
     def commanded(self) -> Commanded:
         """Return the rows that are written."""
         error, _, A = self.plain
-        return Commanded(self.of.s, error, self.qd, A, self.rows(1), self.decision, self.note)
+        rows = self.of.s, error, self.qd, A, self.rows(1)
+        return Commanded(*rows, self.decision, self.note, self.weights, self.status)
 
     def note(self, qd: int) -> None:
         """Add the stages that remember what was commanded in the end."""
@@ -115,6 +130,41 @@ class ServoStages:
         self._add(broyden.learn_stage, k, n, self.given.dt, *rows)
         self.A = self.learnt
 
+    def _weights(self) -> int:
+        """Return the rows of the weights (k,) of all weightings, by marks and then by the error."""
+        c, k, each = self.controller, self.k, made_of(self.controller.regulated)
+        weights = of_numbers(self.program, self.of.weights, each)
+        asked = [one for one in c.weighting if not isinstance(one, WeightsOfMarks)]
+        if not asked:
+            return weights
+        error = self.rows(k)
+        self._add(commanding.masked, self.error, k, 1, self._unused(weights), error)
+        return by_error(self.program, asked, Rows(k, error, weights, c.tolerances, groups(each)))
+
+    def _unused(self, weights: int) -> int:
+        """Return the rows (k,) that say which numbers have the weight 0."""
+        found = self.rows(self.k)
+        self._add(weighting.unused, self.k, weights, found)
+        return found
+
+    def _few(self) -> int:
+        """Return the row that says where too little is left to command, by rank and by count."""
+        c, k, status = self.controller, self.k, self.rows(1)
+        moves = self.of.first if c.one_motion else ANY
+        rank = self._rank(self.A, k, self.weighted, moves)
+        of_J = self._rank(moves, 6, self.rows(6), moves) if c.one_motion else -1
+        least = max(getattr(each, "least", 1) for each in c.weighting)
+        counts = [(len(s.target.marks), self.of.weights[s.key]) for s in c.regulated.sights]
+        given = rank, self.program.number(c.full_rank), of_J, k, self.weights, least, status
+        images = [number for pair in counts for number in pair]
+        self._add(weighting.few, *given, len(counts), *images)
+        return status
+
+    def _rank(self, A: int, k: int, y: int, moves: int) -> int:
+        """Return the row of the rank of A (k, n), whose columns are of moves, as in `solved`."""
+        n = self.n
+        return solved(self.program, (A, k, n), y, 0.0, self.controller.rcond, moves) + n
+
     def _change(self, stage: Stage, by: int) -> None:
         """Let error, L and L J be others, row by row."""
         for name, width in (("error", 1), ("L", 6), ("A", self.n)):
@@ -129,7 +179,7 @@ class ServoStages:
             return self.program.number(gain)
         numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows(1)
         largest = gain.of == "command"
-        size = (self.n, self._at_unit_gain()) if largest else (self.k, self.plain[0])
+        size = (self.n, self._at_unit_gain()) if largest else (self.k, self.faded[0])
         self._add(commanding.adapt, *size, numbers, largest, row)
         return row
 
@@ -165,6 +215,10 @@ class ServoStages:
             seen = self.rows(k)
             self._add(commanding.masked, drift, k, 1, self.hidden, seen)
             drift = seen
+        if self.weights >= 0:
+            faded = self.rows(k)
+            self._add(commanding.weigh, drift, k, 1, self.weights, faded)
+            drift = faded
         found = self.rows(k)
         self._add(commanding.ahead, k, self.weighted, self.gain, drift, True, found)
         return found
@@ -206,7 +260,8 @@ class ServoStages:
         error, _, A = self.plain
         basis = Basis(get(error, k), self.state(blocks, 0, {}, self.towards))
         command = Command(get(self.of.s, k), basis.error, get(self.qd, n), get(A, k, n))
-        return Decision(command, get(self.of.first, 6, n), basis)
+        weights = get(self.weights, k) if self.weights >= 0 else None
+        return Decision(command, get(self.of.first, 6, n), basis, weights)
 
     def _add(self, stage: Stage, *numbers: int) -> None:
         self.program.add(stage, *numbers)

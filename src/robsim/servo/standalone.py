@@ -12,10 +12,8 @@ from robsim.base.arrays import Array
 from robsim.kernels.program import Blocks, Program
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import alone
-from robsim.servo.safety.guard import guarded
-from robsim.servo.safety.safety import Safety
+from robsim.servo.safety.guard import Guard
 from robsim.servo.sight import Key
-from robsim.world.scene import Scene
 
 
 class Read(NamedTuple):
@@ -31,27 +29,20 @@ class Read(NamedTuple):
 class Standalone:
     """The stages of a controller alone, which is given coordinates and pixels by hand.
 
-    With a safety, in the scene that is believed, marks may be hidden and images old as well.
+    With a guard marks may be hidden, and images old.
     """
 
-    def __init__(
-        self,
-        controller: Controller,
-        dt: float,
-        safety: Safety | None = None,
-        believed: Scene | None = None,
-    ) -> None:
+    def __init__(self, controller: Controller, dt: float, guard: Guard | None = None) -> None:
         self.controller, self.dt = controller, dt
-        program = self.program = Program()
-        hides = safety is not None
+        program, hides = Program(), guard is not None
+        self.program = program
         self.given = alone(program, controller.sights, controller.scene.nq, dt, hides)
-        if safety is None:
+        if guard is None:
             self.commanded = controller.stages(self.given)
         else:
             self.given = replace(self.given, age=program.rows(), released=program.rows())
-            scene = controller.scene if believed is None else believed
-            self.guard = guarded(controller, safety, scene, self.given)
-            self.commanded = self.guard.commanded
+            self.guarded = guard.stages(controller, self.given)
+            self.commanded = self.guarded.commanded
         self.commanded.note(self.commanded.qd)
         self._parts = program.segments()
 
@@ -104,7 +95,7 @@ class Standalone:
     def read(self, blocks: Blocks) -> Read:
         """Return what the stages wrote for the first run, within the limits of its safety."""
         first, n, c = blocks.first, self.controller.columns.size, self.commanded
-        why, at_limit = int(first(self.guard.why, 1)[0]), first(self.guard.at_limit, n)
+        why, at_limit = int(first(self.guarded.why, 1)[0]), first(self.guarded.at_limit, n)
         error, qd = first(c.error, self.controller.k), first(c.qd, n)
         return Read(why, at_limit, error, qd, bool(first(c.busy, 1)[0]))
 

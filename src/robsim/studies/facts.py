@@ -12,9 +12,9 @@ from robsim.analysis.scheme import Scheme, measured
 from robsim.base.arrays import runs_last
 from robsim.run import ends
 from robsim.run.checks import whole_periods
+from robsim.run.error import error_variables
 from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
-from robsim.run.result import error_variables
 
 Columns = dict[str, Any]
 OWN = ("time", "pixel_error", "distance_to_goal", "angle_to_goal", "path_length")  # in all tables

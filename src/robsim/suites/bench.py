@@ -13,7 +13,7 @@ from robsim.run.workers import Progress, check_progress
 from robsim.suites.benchmark import Benchmark, counted
 from robsim.suites.registry import names, suite_of
 from robsim.suites.reproduction import Repeated, Reproduction
-from robsim.suites.schemes import BUILT_IN, checked, task_of
+from robsim.suites.schemes import checked, task_of
 from robsim.suites.suite import Suite
 from robsim.suites.trial import Trial
 
@@ -32,7 +32,7 @@ def bench(
     suites    names of suites, or suites of your own (`Suite`); None: all that ship with RobSim
     schemes   your own, {name: scheme}: a task, which gets the goal and the gain of the suite, or
               a class or function that is called as scheme(goal, gain=2.0) and returns a task
-    builtin   compare with the schemes of the textbooks
+    builtin   compare with the schemes of the suite, which are mostly those of the textbooks
 
     `progress`, `threads` and `chunk` are as in `simulate`. A suite that repeats published numbers,
     "gallery", has schemes of its own.
@@ -48,11 +48,10 @@ def bench(
     check_progress(progress)
     chosen = _chosen(suites)
     own = checked({} if schemes is None else schemes)
-    every = {**(BUILT_IN if flag(builtin, "builtin") else {}), **own}
-    if not every:
+    if not flag(builtin, "builtin") and not own:
         raise InputError("no scheme to compare: give some, or builtin=True")
     how = {"threads": threads, "chunk": chunk}
-    trials = [trial for suite in chosen for trial in _trials(suite, every, how)]
+    trials = [trial for suite in chosen for trial in _trials(suite, own, builtin, how)]
     for trial in trials:
         trial.check()
     return _run(chosen, trials, progress)
@@ -73,12 +72,13 @@ def _chosen(suites: Any) -> list[Any]:
     return found
 
 
-def _trials(suite: Any, schemes: Mapping[str, Any], how: Mapping[str, Any]) -> list[Any]:
+def _trials(suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]) -> list[Any]:
     """Return what is to be simulated in a suite."""
     if isinstance(suite, Reproduction):
         return [Repeated(suite, how)]
     goal, gain = suite.task_goal, suite.gain
-    made = {name: task_of(name, scheme, goal, gain) for name, scheme in schemes.items()}
+    every = {**(suite.schemes if builtin else {}), **own}
+    made = {name: task_of(name, scheme, goal, gain) for name, scheme in every.items()}
     return [Trial(suite, name, task, how) for name, task in made.items()]
 
 

@@ -15,7 +15,8 @@ from robsim.geometry.pose import Pose
 from robsim.run.checks import of_kind, starts
 from robsim.run.ends import between
 from robsim.run.experiment import Experiment
-from robsim.servo import GoalPose, TaughtGoal
+from robsim.servo import GoalPose, ServoTask, TaughtGoal
+from robsim.suites.schemes import BUILT_IN
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
@@ -44,6 +45,7 @@ class Suite:
     computed       the goal is computed from its pose by what the controller believes, not shown
     sensing        what is wrong with the images of all runs
     seed           of the noise of the runs
+    schemes        {name: task}, which are compared; by default those of the textbooks
 
     InputError: a part that does not fit.
 
@@ -73,6 +75,7 @@ class Suite:
     computed: bool = False
     sensing: Sensing = field(default_factory=Sensing)
     seed: int = 0
+    schemes: Mapping[str, ServoTask] = field(default_factory=lambda: BUILT_IN)
 
     def __post_init__(self) -> None:
         for name in TEXTS:
@@ -86,6 +89,10 @@ class Suite:
         for name in ("gain", "dt", "duration"):
             positive(getattr(self, name), name)
         of_kind(self.sensing, Sensing, "sensing")
+        if not isinstance(self.schemes, Mapping):
+            raise InputError(f"schemes: expected {{name: task}}, got {said(self.schemes)}")
+        for name, task in self.schemes.items():
+            of_kind(task, ServoTask, f"scheme {name!r}")
         self._put_starts()
         self._put_lists()
         if flag(self.crossed, "crossed") and len(self.groups) != 2:

@@ -142,4 +142,4 @@ def _meaning(suite: Suite | Reproduction, rows: pd.DataFrame) -> Iterator[str]:
     else:
         yield "off: medians of where the runs that began end, from the goal"
     if not rows["began"].all():
-        yield "not begun: the start does not see all marks; it counts nothing"
+        yield "not begun: the start does not see the marks that a scheme needs; it counts nothing"

@@ -18,7 +18,9 @@ def blind_start(inquiry: Inquiry) -> Finding | None:
     """Report a start from which the camera does not see the target."""
     if inquiry.end > 0:
         return None
-    sentence = "The run starts where the camera does not see all marks: take another start."
+    excused = inquiry.again.loop.controller.excused
+    sees = "sees too few marks to command by" if excused else "does not see all marks"
+    sentence = f"The run starts where the camera {sees}: take another start."
     return Finding("start", sentence)
 
 
@@ -106,6 +108,22 @@ def limit_alone(inquiry: Inquiry) -> Finding | None:
     )
 
 
+def came_and_went(inquiry: Inquiry) -> Finding | None:
+    """Report how few marks were in the image, and how well they determined the command."""
+    marks = inquiry.diagnosis["marks_in_image"].values
+    every = inquiry.again.loop.controller.marks
+    if not inquiry.again.loop.controller.excused or marks.min() == every:
+        return None
+    conditions = inquiry.diagnosis["condition_task_jacobian"].values
+    worst = float(np.nanmax(conditions)) if np.isfinite(conditions).any() else np.nan
+    sentence = (
+        f"Marks left the image or came into it: {marks[0]} of {every} were in it at the start, "
+        f"{marks.min()} at least and {marks[-1]} at the end; the condition number of L J of those "
+        f"that count was at most {number(worst)}."
+    )
+    return Finding("visibility", sentence, {"least_marks": float(marks.min()), "condition": worst})
+
+
 def own_motion(inquiry: Inquiry) -> Finding | None:
     """Report robots that move on their own."""
     if not inquiry.case.scene.motions:
@@ -116,6 +134,8 @@ def own_motion(inquiry: Inquiry) -> Finding | None:
 def near_border(inquiry: Inquiry) -> Finding | None:
     """Report a mark that came close to the border of its image."""
     margins = inquiry.diagnosis["border_margin"].values
+    if inquiry.again.loop.controller.excused:
+        return None
     if not np.isfinite(margins).any():
         return None
     t = int(np.nanargmin(margins))

@@ -26,7 +26,7 @@ def _converged(inquiry: Inquiry) -> str:
 
 def _local_minimum(inquiry: Inquiry) -> str:
     return (
-        f"{when(inquiry.end)} the robot stands still: the law commands no motion although the "
+        f"{when(inquiry.end)} the robot stands still: no motion is commanded although the "
         f"largest error is {inquiry.size(inquiry.errors[-1])}, and the tolerance "
         f"{inquiry.size(inquiry.tolerance)}."
     )
@@ -43,11 +43,23 @@ def _singular(inquiry: Inquiry) -> str:
 
 
 def _out_of_image(inquiry: Inquiry) -> str:
+    if inquiry.again.loop.controller.excused:
+        return f"{when(inquiry.end)} too few marks are left to command: {in_use(inquiry)}."
     sight, mark, place = lost_mark(inquiry, Visibility.OUT_OF_IMAGE)
     side = _side(sight, place)
     return (
         f"{when(inquiry.end)} mark {mark} of '{sight.target.name}' left the image of "
         f"'{sight.eye.name}' {side}, at pixel {pixel(place)}."
+    )
+
+
+def in_use(inquiry: Inquiry, t: int = -1) -> str:
+    """Return how many marks are in the image at an instant, and of what rank L J is."""
+    controller = inquiry.again.loop.controller
+    marks, rank = (int(inquiry.value(each, t)) for each in ("marks_in_image", "rank_task_jacobian"))
+    return (
+        f"{marks} of {controller.marks} are in the image, and L J of those that count has rank "
+        f"{rank}, and {controller.full_rank} at the goal"
     )
 
 

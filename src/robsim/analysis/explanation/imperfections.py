@@ -11,6 +11,7 @@ from robsim.analysis.explanation import views
 from robsim.analysis.explanation.beliefs import false_beliefs
 from robsim.analysis.explanation.own_motion import own_motions
 from robsim.analysis.explanation.removal import Removal, Statement, put
+from robsim.analysis.explanation.safeties import safeties
 from robsim.analysis.explanation.wording import counted, number
 from robsim.analysis.explanation.wrong_depths import wrong_depths
 from robsim.analysis.repeated import Repeated
@@ -26,6 +27,7 @@ def imperfections(again: Repeated) -> list[Removal]:
     return [
         *_of("sensing", Sensing(), SENSING, again),
         *_of("actuation", Actuation(), ACTUATION, again),
+        *safeties(again),
         *wrong_depths(again),
         *false_beliefs(again.case),
         *own_motions(again),

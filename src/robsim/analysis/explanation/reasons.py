@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from robsim.analysis.explanation.departures import (
     blind_start,
     border_alone,
+    came_and_went,
     limit_alone,
     near_border,
     own_motion,
@@ -56,15 +57,16 @@ _WILD = (loop_gain, pose_features, ascending, retreat, roll, misled, own_motion,
 _REASONS: dict[Outcome, tuple[Reason, ...]] = {
     Outcome.RUNNING: (),
     Outcome.ENDED: (),
-    Outcome.CONVERGED: (retreat, near_border),
-    Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal),
-    Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing),
+    Outcome.CONVERGED: (came_and_went, retreat, near_border),
+    Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal, came_and_went),
+    Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing, came_and_went),
     Outcome.BEHIND_CAMERA: (*_WILD, growing),
     Outcome.JOINT_LIMIT: (loop_gain, ascending, misled, limit_alone, retreat, roll, own_motion),
-    Outcome.SINGULAR: (lost_direction,),
+    Outcome.SINGULAR: (lost_direction, came_and_went),
     Outcome.DIVERGED: (loop_gain, ascending, retreat, roll, misled, unseen_goal, growing),
     Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
     Outcome.TIME_LIMIT: (
         *(slow, steering, ascending, loop_gain, misled, retreat, unseen_goal, lagging),
+        came_and_went,
     ),
 }

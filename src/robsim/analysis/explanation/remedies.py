@@ -129,6 +129,13 @@ def image(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     yield "image", "With an image twice as wide and high", case
 
 
+def weighting(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+    """Yield the case in which marks may leave the image, unless they may already."""
+    if not inquiry.again.loop.controller.excused:
+        case = changes.with_leaves(inquiry.patient, weighting="border")
+        yield "weighting", "With weighting='border'", case
+
+
 def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with limit avoidance, if the robot is redundant."""
     controller = inquiry.again.loop.controller
@@ -169,8 +176,8 @@ _REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
     Outcome.ENDED: (),
     Outcome.CONVERGED: (),
     Outcome.LOCAL_MINIMUM: (interaction, law, other_scheme),
-    Outcome.OUT_OF_IMAGE: (interaction, gain_lower, inverse, law, other_scheme, image),
-    Outcome.BEHIND_CAMERA: (interaction, gain_lower, inverse, law, other_scheme),
+    Outcome.OUT_OF_IMAGE: (interaction, gain_lower, inverse, law, other_scheme, image, weighting),
+    Outcome.BEHIND_CAMERA: (interaction, gain_lower, inverse, law, other_scheme, weighting),
     Outcome.JOINT_LIMIT: (avoid_limits, interaction, law, other_scheme, gain_lower),
     Outcome.SINGULAR: (interaction, inverse, law, other_scheme),
     Outcome.DIVERGED: (gain_lower, inverse, interaction, law, other_scheme),

@@ -2,7 +2,7 @@
 
 import { GUI } from "./vendor.js";
 
-const FIRST = ["task", "start", "sensing", "actuation", "belief", "objects", "cameras", "robots", "run"];
+const FIRST = ["task", "start", "sensing", "actuation", "safety", "belief", "objects", "cameras", "robots", "run"];
 const OPEN = new Set(["task", "start", "start q"]);
 const DEGREE = Math.PI / 180;
 

@@ -16,9 +16,7 @@ from robsim.run.control.drive_command import DriveCommand, Health, doing, limits
 from robsim.run.control.images import Images
 from robsim.run.experiment import Experiment, load_scenario
 from robsim.run.staged import Staged
-from robsim.run.text import common_belief
 from robsim.servo.controller import Decision
-from robsim.servo.safety.safety import Safety
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 
@@ -56,10 +54,9 @@ class Controller:
             raise InputError("numbers differ from run to run: take one experiment, of_run(i)")
         self.experiment = experiment
         self.dt, self.scene = experiment.dt, experiment.scene
-        self._safety = experiment.safety or Safety()
-        believed = common_belief(experiment.task) or self.scene
-        bound = experiment.task.bind(self.scene)
-        self._alone = Standalone(bound, self.dt, self._safety, believed)
+        bound, guard = experiment.task.bind(self.scene), experiment.guard(experiment)
+        self._alone = Standalone(bound, self.dt, guard)
+        self._to_run = guard.safety.hold_to_run
         scale = bound.tolerance / bound.tolerances
         self._scale, self._tolerance = scale, bound.tolerance
         self.velocity_names = tuple(self.scene.velocity_names[i] for i in bound.columns)
@@ -86,7 +83,7 @@ class Controller:
     def reset(self) -> None:
         """Forget all that was measured, and any stop, as before the first call."""
         self._blocks = self._alone.begin(1)
-        self._images = Images(self.scene, self.sights)
+        self._images = Images(self.scene, self.sights, self._alone.controller.excused)
         self._clock = Clock(self.dt)
         self._q = np.empty(0)
         self._last: DriveCommand | None = None
@@ -112,22 +109,48 @@ class Controller:
         for data: the robot brakes, and `health.fault` says why.
         """
         try:
-            return self._step(pixels, q, t, run)
+            begins = self._clock.told(t)
         except InputError as error:
             if self._last is None:
                 raise
-            return self._brake(str(error))
+            self._clock.go_on()
+            return self._brake(str(error), True)
+        try:
+            return self._step(pixels, q, begins, run)
+        except InputError as error:
+            if self._last is None:
+                self._clock = Clock(self.dt)
+                raise
+            return self._brake(str(error), begins)
+
+    def row(self) -> dict[str, float]:
+        """Return what was measured and commanded at the last call, named as in `table`.
+
+        A list of them is a log: `read_log(pandas.DataFrame(rows), experiment)` makes it a run.
+
+        InputError: nothing was called yet.
+        """
+        if self._last is None:
+            raise InputError("row: no step was taken yet")
+        qd = np.zeros(self.scene.nv)
+        qd[self._alone.controller.columns] = self._last.velocities
+        parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
+        found = {"time": self._clock.now}
+        for of, names, values in parts:
+            found |= {f"{of}[{name}]": x for name, x in zip(names, values.tolist(), strict=True)}
+        for i, pair in enumerate(self._images.seen().tolist()):
+            found |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
+        return found
 
     def decide(self, pixels: Any, q: Any, t: float) -> Decision:
         """Return what `step` commands, with features and errors, the run last."""
-        self._step(pixels, q, t, None)
+        self._step(pixels, q, self._clock.told(t), None)
         return self._alone.decision(self._blocks)
 
-    def _step(self, pixels: Any, q: Any, t: Any, run: Any) -> DriveCommand:
-        """Take what was measured, and decide once in a period."""
-        released = not self._safety.hold_to_run if run is None else flag(run, "run")
+    def _step(self, pixels: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
+        """Take what was measured, and decide once in a period, when it begins."""
+        released = not self._to_run if run is None else flag(run, "run")
         joints = self._joints(q)
-        begins = self._clock.told(t)
         unused = self._images.take(pixels, joints, self._clock.now)
         self._q = joints
         if self._last is not None and not begins:
@@ -154,8 +177,7 @@ class Controller:
         self._alone.perform(self._blocks, self._clock.step)
         why, at_limit, error, qd, busy = self._alone.read(self._blocks)
         small = bool((np.abs(error * self._scale) < self._tolerance).all())
-        held = why & (guarding.OLD_IMAGE | guarding.NOT_RELEASED | guarding.STOPPED)
-        converged = small and not busy and not held
+        converged = small and not busy and not why & guarding.HELD
         limits = limits_of(why, at_limit, self.velocity_names) if why else ()
         stale = bool(why & guarding.OLD_IMAGE)
         health = Health(converged, self._images.lost(), stale, age, limits, unused, fault)
@@ -168,9 +190,12 @@ class Controller:
         self._last = DriveCommand(np.zeros(len(self.velocity_names)), EMPTY, "waiting", health)
         return self._last
 
-    def _brake(self, fault: str) -> DriveCommand:
+    def _brake(self, fault: str, begins: bool) -> DriveCommand:
         """Return how the robot brakes, as what was given now does not serve."""
-        self._clock.go_on()
+        assert self._last is not None
+        if not begins:
+            health = self._last.health._replace(fault=fault)
+            return self._last._replace(health=health)
         if not self._images.known:
             return self._wait((), fault)
         try:

@@ -26,7 +26,7 @@ class Health(NamedTuple):
     stale      whether the watchdog finds the images too old
     age        seconds since the oldest image in use was taken
     limits     limits of the `Safety` that change the command: "speed", "acceleration", "fence",
-               "joint limit of arm.elbow", "not finite"
+               "joint limit of arm.elbow", "too few marks", "not finite"
     unused     what was given and is not used: names of other targets, doubtful ones, late images
     fault      what was wrong with what was given now, in a sentence; "" if nothing
     """
@@ -62,6 +62,8 @@ def limits_of(why: int, at_limit: Array, names: Sequence[str]) -> tuple[str, ...
     if why & guarding.JOINT_LIMIT:
         pairs = zip(names, at_limit, strict=True)
         found += [f"joint limit of {name}" for name, there in pairs if there]
+    if why & guarding.FEW_MARKS:
+        found.append("too few marks")
     if why & guarding.NOT_FINITE:
         found.append("not finite")
     return tuple(found)
@@ -71,6 +73,6 @@ def doing(why: int, converged: bool) -> Doing:
     """Return what a controller does whose command has these bits."""
     if why & guarding.STOPPED:
         return "stopped"
-    if why & (guarding.OLD_IMAGE | guarding.NOT_RELEASED | guarding.NOT_FINITE):
+    if why & guarding.HELD:
         return "holding"
     return "converged" if converged else "moving"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from robsim.kernels.program import Blocks, Program
 from robsim.run.control.marks import Found, Reader
 from robsim.servo.given import view
 from robsim.servo.placed_frame import placed_at
-from robsim.servo.sight import Sight
+from robsim.servo.sight import Key, Sight
 from robsim.world.scene import Scene
 
 REMEMBERED = 512  # states of the joints, one for each call, in which that of an image is looked up
@@ -22,17 +22,18 @@ REMEMBERED = 512  # states of the joints, one for each call, in which that of an
 class Image:
     """The marks of one camera on one target, each where it was seen last."""
 
-    def __init__(self, sight: Sight) -> None:
+    def __init__(self, sight: Sight, excused: bool) -> None:
         N = len(sight.target.marks)
-        self.sight = sight
+        self.sight, self.excused = sight, excused
         self.pixels, self.depth = np.full((N, 2), np.nan), np.ones(N)
         self.hidden = np.ones(N, dtype=bool)  # in the last image
         self.taken, self.seen = -math.inf, -math.inf  # the last image, and the last with a mark
 
     @property
     def known(self) -> bool:
-        """Whether every mark has been seen once."""
-        return not np.isnan(self.pixels).any()
+        """Whether every mark has been seen once, or any, where marks may be out of the image."""
+        never = np.isnan(self.pixels)
+        return not (never.all() if self.excused else never.any())
 
     def take(self, found: Found, depth: Array) -> None:
         """Let an image be the last one; marks that it does not have stay where they were."""
@@ -51,17 +52,18 @@ class Image:
 class Images:
     """The last images of all sights, and the joints when they were taken."""
 
-    def __init__(self, scene: Scene, sights: Sequence[Sight]) -> None:
+    def __init__(self, scene: Scene, sights: Sequence[Sight], excused: Collection[Key]) -> None:
         self.reader = Reader(sights)
-        self.each = {sight.key: Image(sight) for sight in sights}
+        self.each = {sight.key: Image(sight, sight.key in excused) for sight in sights}
         self._depths = _Depths(scene, sights)
         self._times = np.full(REMEMBERED, -math.inf)
         self._q = np.empty((REMEMBERED, scene.nq))
         self._count = 0
+        self._new: set[Key] = set()
 
     @property
     def known(self) -> bool:
-        """Whether every mark of every sight has been seen once."""
+        """Whether enough has been seen of every sight."""
         return all(image.known for image in self.each.values())
 
     def age(self, t: float) -> float:
@@ -78,16 +80,25 @@ class Images:
             for i in np.flatnonzero(image.hidden)
         )
 
+    def seen(self) -> Array:
+        """Return the pixels (N, 2) of all sights, NaN of marks that the last call did not show."""
+        every = [np.empty((0, 2))]
+        for key, image in self.each.items():
+            gone = image.hidden | (key not in self._new)
+            every.append(np.where(gone[:, None], np.nan, image.pixels))
+        return np.concatenate(every)
+
     def take(self, given: Any, q: Array, t: float) -> tuple[str, ...]:
         """Take what is new, given the joints at a time; return the names of what is not used."""
         found = list(self.reader.read(given, t))
         i = self._count % REMEMBERED
         self._times[i], self._q[i], self._count = t, q, self._count + 1
-        late = []
+        late, self._new = [], set()
         for each in found:
             image = self.each[each.sight.key]
             if each.t > image.taken:
                 image.take(each, self._depths(each, self._joints(each.t, q, t)))
+                self._new.add(each.sight.key)
             elif each.t < image.taken:
                 late.append(f"late image of {each.sight.eye.name}")
         return (*self.reader.unused, *late)

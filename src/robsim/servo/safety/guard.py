@@ -9,14 +9,18 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.kernels import commanding, guarding
+from robsim.kernels.camera import IN_IMAGE
 from robsim.kernels.limit import scale_stage
 from robsim.kernels.program import Blocks
+from robsim.robot.motion import add_motion
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
-from robsim.servo.placed_frame import jacobian_in_world, placed_at
+from robsim.servo.placed_frame import placed_at
 from robsim.servo.safety.safety import Safety
 from robsim.servo.shaping.shaping import coordinates_of
 from robsim.world.scene import Scene
+
+ATTEMPTS = 3  # commands that are tried before a frame that nears its fence is braked
 
 
 @dataclass(frozen=True)
@@ -28,40 +32,46 @@ class Guarded:
     at_limit: int  # (n,) 1 where a joint is kept from its limit
 
 
-def guarded(controller: Controller, safety: Safety, scene: Scene, given: Given) -> Guarded:
-    """Add the stages of a controller, then those that keep its command within limits.
+@dataclass(frozen=True)
+class Guard:
+    """A safety, and the scene that the controller believes, in which its limits are."""
 
-    The scene is that which the controller believes.
-    """
-    inner = controller.stages(given)
-    guard = _Guard(controller, safety, scene, given)
-    qd = guard.stages(inner.qd)
-    busy = given.program.rows()
-    given.program.add(commanding.either, 2, busy, inner.busy, guard.busy)
+    safety: Safety
+    believed: Scene
 
-    def decide(blocks: Blocks) -> Decision:
-        decision: Decision = inner.decide(blocks)
-        within = decision.command._replace(qd=blocks.get(qd, guard.n))
-        return decision._replace(command=within)
+    def stages(self, controller: Controller, given: Given) -> Guarded:
+        """Add the stages of a controller, then those that keep its command within limits."""
+        inner = controller.stages(given)
+        made = _Stages(controller, self, given)
+        qd = made.add(inner)
+        busy = given.program.rows()
+        given.program.add(commanding.either, 2, busy, inner.busy, made.busy)
 
-    return Guarded(replace(inner, qd=qd, busy=busy, decide=decide), guard.why, guard.at_limit)
+        def decide(blocks: Blocks) -> Decision:
+            decision: Decision = inner.decide(blocks)
+            within = decision.command._replace(qd=blocks.get(qd, made.n))
+            return decision._replace(command=within)
+
+        within = replace(inner, qd=qd, busy=busy, decide=decide)
+        return Guarded(within, made.why, made.at_limit)
 
 
-class _Guard:
+class _Stages:
     """The rows of the stages, and how they are connected."""
 
-    def __init__(self, controller: Controller, safety: Safety, scene: Scene, given: Given) -> None:
-        self.controller, self.safety, self.scene, self.given = controller, safety, scene, given
+    def __init__(self, controller: Controller, guard: Guard, given: Given) -> None:
+        self.controller, self.given = controller, given
+        self.safety, self.scene = guard.safety, guard.believed
         self.n = controller.columns.size
         program = self.program = given.program
         self.why, self.at_limit, self.busy = program.rows(), program.rows(self.n), program.rows()
         self.share, self.last = program.rows(), program.rows(self.n)
         self.most = program.constant(self._limits("acceleration"))
 
-    def stages(self, wished: int) -> int:
+    def add(self, inner: Commanded) -> int:
         """Add the stages from what the law wishes to what is commanded, and return its rows."""
-        n, program = self.n, self.program
-        self._hold(wished)
+        n, program, wished = self.n, self.program, inner.qd
+        self._hold(wished, inner.status)
         command, brake = program.rows(n), program.rows(n)
         where, limits = self._joints()
         rows = wished, self._scaled(wished), self.last, command, brake, self.share, self.why
@@ -71,7 +81,7 @@ class _Guard:
         program.add(guarding.remember, n, qd, self.last, self.why, self.busy, self.share)
         return qd
 
-    def _hold(self, wished: int) -> None:
+    def _hold(self, wished: int, status: int) -> None:
         """Add the stage that lets the robot move, or holds it."""
         dog, program, given = self.safety.watchdog, self.program, self.given
         after = math.inf if dog is None else dog.after
@@ -79,7 +89,8 @@ class _Guard:
         settings = program.constant([after, float(stops), self.safety.ramp or 0.0])
         released = program.constant(1.0) if given.released < 0 else given.released
         age = program.constant(0.0) if given.age < 0 else given.age
-        rows = released, settings, program.rows(), program.rows(), self.share, self.why
+        status = program.constant(IN_IMAGE) if status < 0 else status
+        rows = released, settings, program.rows(), program.rows(), self.share, self.why, status
         program.add(guarding.hold, self.n, wished, given.dt, age, *rows)
 
     def _scaled(self, wished: int) -> int:
@@ -104,15 +115,40 @@ class _Guard:
 
     def _fence(self, command: int, brake: int) -> int:
         """Add the stages that keep a frame in its box; return the rows of the command."""
-        fence, program, tree = self.safety.fence, self.program, self.scene.tree
+        fence, program, n = self.safety.fence, self.program, self.n
         assert fence is not None
-        placed = placed_at(program, tree, self.given.q)
-        (T,) = placed.frames([tree.find(fence.frame)])
-        J = jacobian_in_world(placed, tree, fence.frame, T, self.controller.columns)
-        box, qd = program.constant([*fence.low, *fence.high]), program.rows(self.n)
-        rows = command, brake, qd, self.why, self.given.dt, self.most, J, T, box
-        program.add(guarding.fence, self.n, *rows)
-        return qd
+        qd, seconds, out = program.rows(ATTEMPTS * n), program.rows(ATTEMPTS), program.rows(n)
+        rows = command, brake, self.given.dt, self.most, ATTEMPTS, qd, seconds
+        program.add(guarding.attempts, n, *rows)
+        ways = [
+            self._after(fence.frame, qd + k * n, when)
+            for k in range(ATTEMPTS)
+            for when in (self._halved(seconds + k), seconds + k)
+        ]
+        box = program.constant([*fence.low, *fence.high])
+        now = self._at(fence.frame, self.given.q)
+        program.add(guarding.fence, n, qd, brake, out, self.why, box, now, ATTEMPTS, *ways)
+        return out
+
+    def _halved(self, row: int) -> int:
+        """Add the stage of half a number; return its row."""
+        found = self.program.rows()
+        self.program.add(guarding.halved, row, found)
+        return found
+
+    def _after(self, frame: str, qd: int, seconds: int) -> int:
+        """Add the stages of the pose of a frame after some time at velocities; return its rows."""
+        program, scene = self.program, self.scene
+        q, rates = program.rows(scene.nq), np.full(scene.nv, -1)
+        rates[self.controller.columns] = qd + np.arange(self.n)
+        program.add(commanding.copied, scene.nq, self.given.q, q)
+        add_motion(program, scene.tree.joints, q, rates, seconds)
+        return self._at(frame, q)
+
+    def _at(self, frame: str, q: int) -> int:
+        """Add the stages of the pose of a frame at coordinates; return its rows."""
+        placed = placed_at(self.program, self.scene.tree, q)
+        return placed.frames([self.scene.tree.find(frame)])[0]
 
     def _limits(self, which: str) -> Array:
         """Return a limit of each commanded velocity (n,)."""

@@ -24,6 +24,10 @@ Each = float | Sequence[float]  # one number for all, or one for each
 class Fence(FrameBox):
     """A box of the world that the origin of a frame does not leave.
 
+    It is watched half way and at the end of the way on which the joints would brake. From outside,
+    motions that lead farther out are not commanded. Joints of a kind of your own are taken to stand
+    still.
+
     >>> Fence("arm.tool", low=(-1, -1, 0), high=(1, 1, 2)).frame
     'arm.tool'
     """

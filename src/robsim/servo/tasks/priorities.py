@@ -20,8 +20,9 @@ from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.redundancy import descent
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shapeable, Shaping
+from robsim.servo.sight import Key
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfTasks, common, union
+from robsim.servo.tasks.several import OfTasks, common, excused_by, marks_used, union
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
@@ -93,6 +94,16 @@ class Ordered(Controller):
     parts: tuple[Servo, ...]
     shaping: Shaping
 
+    @property
+    def weighted(self) -> bool:
+        """Whether the numbers of s of any task have weights that change."""
+        return any(part.weighted for part in self.parts)
+
+    @property
+    def excused(self) -> frozenset[Key]:
+        """The sights whose marks may leave the image, as all tasks that look at them say."""
+        return excused_by(self.parts)
+
     def stages(self, given: Given) -> Commanded:
         """Add the stages in which each task moves within what those before leave free."""
         program, n = given.program, self.columns.size
@@ -111,10 +122,13 @@ class Ordered(Controller):
 
         def decide(blocks: Blocks) -> Decision:
             shapes = (s, self.k), (error, self.k), (qd, n), (A, self.k, n)
-            return Decision(Command(*(blocks.get(*each) for each in shapes)), blocks.get(J, 6, n))
+            found = Command(*(blocks.get(*each) for each in shapes))
+            weights = blocks.get(used[0], self.k) if used[0] >= 0 else None
+            return Decision(found, blocks.get(J, 6, n), weights=weights)
 
         def note(qd: int) -> None:
             for one in made:
                 one.note(qd)
 
-        return Commanded(s, error, qd, A, program.rows(), decide, note)
+        used = marks_used(program, self.parts, made)
+        return Commanded(s, error, qd, A, program.rows(), decide, note, *used)

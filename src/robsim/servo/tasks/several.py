@@ -15,7 +15,8 @@ from robsim.base.errors import InputError
 from robsim.declare import Declared
 from robsim.declare.problems import under
 from robsim.kernels import commanding
-from robsim.kernels.program import Blocks
+from robsim.kernels.program import Blocks, Program
+from robsim.kernels.weighting import worst
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
@@ -39,6 +40,16 @@ class Several(Controller):
         """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
         for part in self.parts:
             part.check_start(q0)
+
+    @property
+    def weighted(self) -> bool:
+        """Whether the numbers of s of any task have weights that change."""
+        return any(part.weighted for part in self.parts)
+
+    @property
+    def excused(self) -> frozenset[Key]:
+        """The sights whose marks may leave the image, as all tasks that look at them say."""
+        return excused_by(self.parts)
 
     def _own(self, part: Controller) -> Columns:
         """Return where the velocities of a part are among all that are commanded."""
@@ -66,7 +77,9 @@ class Several(Controller):
         def decide(blocks: Blocks) -> Decision:
             get = blocks.get
             shapes = (s, self.k), (error, self.k), (qd, width), (A, self.k, width)
-            return Decision(Command(*(get(*shape) for shape in shapes)), each[0].decide(blocks).J)
+            found = Command(*(get(*shape) for shape in shapes))
+            used = get(weights, self.k) if weights >= 0 else None
+            return Decision(found, each[0].decide(blocks).J, weights=used)
 
         def note(qd: int) -> None:
             for part, one in zip(self.parts, each, strict=True):
@@ -75,7 +88,8 @@ class Several(Controller):
                     program.add(commanding.copied, 1, qd + column, mine + i)
                 one.note(mine)
 
-        return Commanded(s, error, qd, A, busy, decide, note)
+        weights, status = marks_used(program, self.parts, each)
+        return Commanded(s, error, qd, A, busy, decide, note, weights, status)
 
 
 class OfSeveral(Declared):
@@ -154,6 +168,29 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
         "full_rank": reduce(np.maximum, [part.full_rank for part in parts]),
         "rcond": min(part.rcond for part in parts),
     }
+
+
+def excused_by(parts: Sequence[Controller]) -> frozenset[Key]:
+    """Return the sights whose marks may leave the image, as all parts that look at them say."""
+    wanted = {sight.key for part in parts for sight in part.sights if sight.key not in part.excused}
+    return frozenset(key for part in parts for key in part.excused if key not in wanted)
+
+
+def marks_used(
+    program: Program, parts: Sequence[Controller], each: Sequence[Any]
+) -> tuple[int, int]:
+    """Return the rows of the weights of all parts, and of the worst status of what is left."""
+    weights, status = -1, [one.status for one in each if one.status >= 0]
+    if any(part.weighted for part in parts):
+        sizes = [part.k for part in parts]
+        whole = [program.constant(np.ones(k)) for k in sizes]
+        own = [w if one.weights < 0 else one.weights for w, one in zip(whole, each, strict=True)]
+        weights = joined(program, own, sizes)
+    if len(status) < 2:
+        return weights, *(status or [-1])
+    found = program.rows()
+    program.add(worst, len(status), found, *status)
+    return weights, found
 
 
 def beside(arrays: Sequence[Array], axis: int) -> Array:

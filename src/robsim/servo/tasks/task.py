@@ -35,6 +35,8 @@ from robsim.servo.tasks.soundness import (
     warn_of_rank,
     warn_of_wheels,
 )
+from robsim.servo.weightings.made_of import check_weighting
+from robsim.servo.weightings.weighting import WEIGHTING_LIST
 from robsim.world.scene import Scene
 
 
@@ -100,6 +102,11 @@ class ServoTask(Shaped):
         FEED_FORWARD,
         "Compensation of target motion: known from the scene, or estimated; None: none.",
     ] = None
+    weighting: Annotated[
+        Any,
+        WEIGHTING_LIST,
+        "What makes a mark count less than others; the weights of several multiply.",
+    ] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -157,6 +164,7 @@ class ServoTask(Shaped):
         if self.own_law:
             check_own_law(type(self).__name__, self.inverse, self.feed_forward, self.interaction)
         check_law(self.law, self.inverse, self.feed_forward, self.interaction, regulated)
+        check_weighting(self.weighting, self.interaction, self.feed_forward, regulated)
         s_goal = regulated.s_goal
         check_goal(self.goal, self.depth, self.interaction, regulated)
         own = regulated.tolerances
@@ -181,6 +189,7 @@ class ServoTask(Shaped):
             self.feed_forward,
             self.interaction if isinstance(self.interaction, Broyden) else None,
             self.shaping(scene, columns),
+            self.weighting,
         )
 
     def sights(self, scene: Scene) -> Found:

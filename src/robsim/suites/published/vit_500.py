@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 STARTS, SEED = 500, 41
 MIDDLE, HALF = np.array([0.0, 0.0, 0.61]), np.array([0.6, 0.6, 0.15])  # of the box, metres
 GOAL = Pose.at(*MIDDLE, rpy=(np.pi, 0, 0))  # faces the square
+FOCAL = 502.3  # pixels
 CIRCLES, STEP = 4, 0.08  # radii are 8, 16, 24 and 32 cm
 
 
@@ -37,7 +38,7 @@ def suite() -> Suite:
         'Generalizable Visual Servoing", arXiv 2503.04545, 2025',
         "at the end within 10 % of the initial distance and angle, or within 1 cm and 1 degree",
         succeeds,
-        flying(502.3, square(0.2)),
+        flying(FOCAL, square(0.2)),
         GOAL.q,
         _starts().q,
         gain=1.0,

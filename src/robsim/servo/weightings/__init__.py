@@ -1,0 +1,1 @@
+"""What makes a mark count less than others in a servo task, one file each."""

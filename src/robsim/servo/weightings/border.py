@@ -1,0 +1,46 @@
+"""The weighting by the way to the border of the image, for marks that leave it and come back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.declare import Declared, Number, Whole, register
+from robsim.kernels import weighting as kernels
+from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
+
+
+@register("weighting", "border")
+@dataclass(frozen=True)
+class Border(WeightsOfMarks, Declared):
+    """The weighting by which marks count less and less towards the border of the image.
+
+    The weight of a mark is 0 outside the image and behind the camera, 1 from `width` pixels inside
+    on, and between them a polynomial with two continuous derivatives. So the command is continuous
+    where marks leave and enter the image (Garcia-Aracil, Malis, Aracil-Santonja and Perez-Vidal
+    2005), as long as those that count in full determine it alone (Mansard, Remazeilles and
+    Chaumette 2009). A run begins without marks that are out of the image, and goes on without
+    them, until L J of those that are left has a lower rank than at the goal, or fewer than `least`
+    are left.
+
+    >>> Border(width=40).least
+    1
+    """
+
+    excuses: ClassVar[bool] = True
+
+    width: Annotated[
+        float,
+        Number(above=0, unit="px"),
+        "Distance from the border from which on a mark counts in full.",
+    ] = 40.0
+    least: Annotated[
+        int, Whole(1, 10_000), "Marks that must be in the image for the run to go on."
+    ] = 1
+
+    def marks(self, of: MarksSeen) -> int:
+        """Add the stage of the weights of the marks of a sight, and return their rows."""
+        program = of.given.program
+        width, found = program.constant(self.width), program.rows(of.N)
+        program.add(kernels.border, of.N, of.view.pixels, of.camera, width, found)
+        return found

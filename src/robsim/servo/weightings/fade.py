@@ -1,0 +1,36 @@
+"""The weighting over time, for marks that are hidden and seen again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.declare import Declared, Time, register
+from robsim.kernels import weighting as kernels
+from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
+
+
+@register("weighting", "fade")
+@dataclass(frozen=True)
+class Fade(WeightsOfMarks, Declared):
+    """The weighting by which marks that are hidden or seen again count less or more over a time.
+
+    A mark that is seen again counts in full after `time`. One that is hidden cannot be foreseen:
+    it stays where it was seen last, and counts less and less until after the same time it counts
+    no more. What is there at the start counts in full.
+
+    >>> Fade(time=0.2).time
+    0.2
+    """
+
+    fades: ClassVar[bool] = True
+
+    time: Annotated[float, Time(above=0), "Time in which a mark comes to count, or not to."] = 0.5
+
+    def marks(self, of: MarksSeen) -> int:
+        """Add the stage of the weights of the marks of a sight, and return their rows."""
+        program = of.given.program
+        ramp, found = program.rows(of.N), program.rows(of.N)
+        seconds = program.constant(self.time)
+        program.add(kernels.fade, of.N, of.there, seconds, of.given.dt, ramp, found)
+        return found

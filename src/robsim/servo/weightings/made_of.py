@@ -1,0 +1,100 @@
+"""Which marks each number of s is made of, for weightings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.errors import InputError
+from robsim.declare.problems import under
+from robsim.servo.bound_block import BoundBlock
+from robsim.servo.laws.broyden import Broyden
+from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.regulated import Regulated
+from robsim.servo.sight import Key
+from robsim.servo.weightings.weighting import Group
+
+POSE_MARKS = 4  # fewer leave several poses
+
+
+@dataclass(frozen=True, eq=False)
+class MadeOf:
+    """The marks of the numbers of one feature block, and whether a pose is estimated from them."""
+
+    part: BoundBlock
+    marks: NDArray[np.bool_]  # (k, cameras, N)
+
+    @property
+    def posed(self) -> bool:
+        """Whether the numbers are of a pose, which is estimated from the marks that are there."""
+        return bool(getattr(self.part.feature, "uses_pose", False))
+
+    def of_number(self, i: int) -> list[tuple[Key, int]]:
+        """Return the sights and the numbers of the marks that a number is made of."""
+        return [(self.part.sights[c].key, int(n)) for c, n in np.argwhere(self.marks[i])]
+
+    @property
+    def needed(self) -> int:
+        """The number of marks that a pose needs."""
+        return min(POSE_MARKS, int(self.marks[0].sum()))
+
+
+def made_of(regulated: Regulated) -> list[MadeOf]:
+    """Return which marks the numbers of each block are made of, as they are at the goal.
+
+    InputError: a feature is made of all marks at once, so that none of them may be missing.
+    """
+    found = [MadeOf(part, marks) for part, marks in regulated.made_of()]
+    for each in found:
+        counts = each.marks.any(axis=1)
+        whole = counts.any(axis=0).sum()
+        if not each.posed and whole > 2 and (counts.sum(axis=1) == whole).all():
+            raise InputError(
+                f"{each.part.name} is made of all marks at once, so that none may be missing: "
+                "weigh points, lines or segments, or a pose"
+            )
+    return found
+
+
+def groups(each: list[MadeOf]) -> tuple[Group, ...]:
+    """Return the numbers of s that are made of the same marks, together."""
+    found: list[Group] = []
+    first = 0
+    for part, one in enumerate(each):
+        sets: dict[bytes, list[int]] = {}
+        for i, marks in enumerate(one.marks):
+            sets.setdefault(marks.tobytes(), []).append(first + i)
+        found += [Group(part, tuple(numbers)) for numbers in sets.values()]
+        first += len(one.marks)
+    return tuple(found)
+
+
+def check_weighting(
+    weighting: tuple[Any, ...], interaction: Any, feed_forward: Any, regulated: Regulated
+) -> None:
+    """Raise InputError for weightings that contradict what is regulated, or how."""
+    if not weighting:
+        return
+    with under("weighting"):
+        made_of(regulated)
+    if isinstance(feed_forward, EstimatedMotion):
+        raise InputError(
+            "weighting: what is estimated of a target's motion would be that of the weights, too: "
+            "use feed_forward='known'"
+        )
+    if not any(getattr(each, "excuses", False) for each in weighting):
+        return
+    if regulated.depths.filtered or isinstance(interaction, Broyden):
+        kept = "a depth filter" if regulated.depths.filtered else "Broyden's rule"
+        raise InputError(
+            f"weighting: {kept} follows every mark from the start on, and marks that may be out of "
+            "the image cannot be followed: use another depth or interaction"
+        )
+    for sight in regulated.sights:
+        if sight.eye.camera.size is None:
+            raise InputError(
+                f"weighting: camera '{sight.eye.name}' has no size, and its image no border"
+            )

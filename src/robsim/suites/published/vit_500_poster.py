@@ -1,0 +1,55 @@
+"""ViT-500 with a poster of 40 marks, of which a start need not see all.
+
+Starts, goal, camera, gain, length and success are those of `vit_500`, where 88 of the starts do not
+see all four marks of the square. The poster is ours: 8 x 5 marks in the plane z = 0 that fill the
+image of the goal to 32 pixels from its sides. All schemes have the weighting `Border`, but for one
+that needs every mark.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.servo import IBVS, Border
+from robsim.suites.poses import flying
+from robsim.suites.published import vit_500
+from robsim.suites.schemes import BUILT_IN
+from robsim.suites.suite import Suite
+
+COLUMNS, ROWS = 8, 5
+WIDTH, HEIGHT = 0.7, 0.506  # metres, from the first mark to the last
+
+
+def suite() -> Suite:
+    """Return the suite."""
+    square = vit_500.suite()
+    schemes = {
+        name: replace(task, weighting=Border())
+        for name, task in BUILT_IN.items()
+        if name != "partitioned"  # whose area is made of all marks at once
+    }
+    return replace(
+        square,
+        name="vit_500_poster",
+        title="the starts of vit_500 above a poster of 40 marks, which may leave the image",
+        scene=flying(vit_500.FOCAL, poster()),
+        groups={"square": sees_square(square)},
+        schemes={**schemes, "IBVS, every mark": IBVS()},
+    )
+
+
+def poster() -> Array:
+    """Return the marks (40, 3), row by row, in metres."""
+    x = np.linspace(-0.5, 0.5, COLUMNS) * WIDTH
+    y = np.linspace(-0.5, 0.5, ROWS) * HEIGHT
+    marks = np.array([[a, b, 0.0] for b in y for a in x])
+    return frozen(marks)
+
+
+def sees_square(square: Suite) -> list[str]:
+    """Return of each start (500,) whether it sees all four marks of the square of `vit_500`."""
+    seen = square.scene.view(square.starts).visibility
+    return ["sees less than the square" if each.any() else "sees the square" for each in seen]

@@ -1,0 +1,282 @@
+"""The limits that every command is kept within, in the simulation and out of it."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim import examples
+from robsim.kernels.guarding import braking
+
+DT = 0.02
+A, SPEED, MARGIN = 2.0, 0.8, 0.05
+
+
+class Wild:
+    """A law that wishes what it likes, for a while each."""
+
+    in_camera = False
+
+    def __init__(self, seed, size=3.0):
+        self.rng, self.size = np.random.default_rng(seed), size
+        self.wish = None
+
+    def command(self, state):
+        if self.wish is None or self.rng.random() < 0.05:
+            self.wish = self.rng.uniform(-self.size, self.size, state.jacobian.shape[::2])
+        return self.wish
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return rs.load_scenario(examples.path("eye_in_hand")).with_(dt=DT)
+
+
+def driven(experiment, steps, **how):
+    """The coordinates, commands and healths of an arm that is driven, one image for all."""
+    controller, scene = rs.Controller(experiment), experiment.scene
+    pixels = scene.view(experiment.start, points="plate").pixels
+    q, rows = experiment.start.copy(), []
+    for step in range(steps):
+        command = controller.step(pixels, q, step * experiment.dt, **how)
+        rows.append((q, command))
+        q = q + command.velocities * experiment.dt
+    return np.array([q for q, _ in rows]), [command for _, command in rows]
+
+
+def velocities(commands):
+    return np.array([command.velocities for command in commands])
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_largest_velocity_from_which_a_joint_stops_in_time(seed):
+    """It is held for a period, then falls by a dt in each: the way is all that there is, or less
+    than a billionth of it is left."""
+    rng = np.random.default_rng(seed)
+    distance, a, dt = 10 ** rng.uniform(-6, 1), 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-3, -1)
+    v, way = braking(distance, a, dt), 0.0
+    while v > 0:
+        way, v = way + v * dt, v - a * dt
+    np.testing.assert_allclose(way, distance, rtol=1e-9)
+
+
+def test_ends_of_braking():
+    assert braking(0.0, 1.0, 0.1) == braking(-1.0, 1.0, 0.1) == 0.0
+    assert braking(np.inf, 1.0, 0.1) == np.inf and braking(0.3, np.inf, 0.1) == 0.3 / 0.1
+    assert braking(np.nan, 1.0, 0.1) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_whatever_a_law_wishes_joints_stay_within_all_limits(arm, seed):
+    safety = rs.Safety(speed=SPEED, acceleration=A, margin=MARGIN)
+    wild = arm.with_(safety=safety).at("task.law", Wild(seed)).at("task.secondary", None)
+    q, commands = driven(wild, 1500)
+    qd, (low, high) = velocities(commands), arm.scene.limits.T
+    assert np.abs(qd).max() <= SPEED * (1 + 1e-12)
+    assert np.abs(np.diff(qd, axis=0)).max() <= A * DT * (1 + 1e-9)
+    assert (q >= low + MARGIN - 1e-9).all() and (q <= high - MARGIN + 1e-9).all()
+    near = np.minimum(q - low, high - q).min(axis=0) - MARGIN
+    assert (near < 1e-3).sum() >= 2  # limits were reached, and no more than that
+    found = {limit for command in commands for limit in command.health.limits}
+    assert {"speed", "acceleration"} < found and any("joint limit of link" in x for x in found)
+
+
+@pytest.mark.parametrize("a", [None, 4.0, 1.0])
+def test_a_frame_stays_behind_its_fence(arm, a):
+    """It does where the way on which it brakes does not bulge, else to half a millimetre."""
+    at = arm.scene.pose("camera", arm.start).position
+    fence = rs.Fence("camera", at - 0.05, at + 0.05)
+    safety = rs.Safety(speed=SPEED, acceleration=a, margin=0.0, fence=fence)
+    wild = arm.with_(safety=safety).at("task.law", Wild(3)).at("task.secondary", None)
+    q, commands = driven(wild, 1000)
+    place = np.array([arm.scene.pose("camera", each).position for each in q]) - at
+    assert 0.05 - 1e-3 < np.abs(place).max() < 0.05 + 5e-4
+    held = ["fence" in command.health.limits for command in commands]
+    assert 0.1 < np.mean(held) < 1.0
+    if a is not None:
+        assert np.abs(np.diff(velocities(commands), axis=0)).max() <= a * DT * (1 + 1e-9)
+    speed = np.linalg.norm(np.diff(place, axis=0), axis=1) / DT
+    assert speed.max() > 0.1  # within it the arm moves on
+
+
+def test_a_frame_outside_its_fence_may_go_back(arm):
+    at = arm.scene.pose("camera", arm.start).position
+    fence = rs.Fence("camera", at - np.array([1.0, 1.0, -0.05]), at + 1.0)
+    safety = rs.Safety(acceleration=1.0, fence=fence)
+    q, _ = driven(arm.with_(safety=safety), 200)  # the goal is above
+    height = np.array([arm.scene.pose("camera", each).position[2] for each in q]) - at[2]
+    assert height.min() > -1e-9 and height[-1] > 0.05
+
+
+def test_speed_slows_the_command_and_keeps_its_direction(arm):
+    free, slow = arm.run(duration=DT), arm.run(duration=DT, safety=rs.Safety(speed=0.01))
+    qd = free.qd.values[0]
+    np.testing.assert_allclose(slow.qd.values[0], qd * 0.01 / np.abs(qd).max(), rtol=1e-12)
+
+
+def test_a_start_without_a_bump(arm):
+    """The command grows from nothing as 3 x^2 - 2 x^3."""
+    free = rs.Controller(arm)
+    soft = rs.Controller(arm.with_(safety=rs.Safety(ramp=0.4)))
+    pixels = arm.scene.view(arm.start, points="plate").pixels
+    for step in range(30):
+        x = min(step * DT / 0.4, 1.0)
+        whole = free.step(pixels, arm.start, step * DT).velocities
+        found = soft.step(pixels, arm.start, step * DT).velocities
+        np.testing.assert_allclose(found, (3 * x**2 - 2 * x**3) * whole, rtol=1e-12, atol=0)
+
+
+def test_a_start_with_an_acceleration_has_none_either(arm):
+    _, commands = driven(arm.with_(safety=rs.Safety(acceleration=A)), 5)
+    for step, command in enumerate(commands, 1):
+        assert np.abs(command.velocities).max() <= step * A * DT * (1 + 1e-12)
+
+
+def test_the_watchdog_holds_until_an_image_comes(arm):
+    safety = rs.Safety(acceleration=2.0, watchdog=rs.Watchdog(0.1))
+    controller = rs.Controller(arm.with_(safety=safety))
+    pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
+    for step in range(20):
+        command = controller.step(pixels, q, step * DT)
+    moving = command.velocities
+    phases, speeds = [], []
+    for step in range(20, 45):
+        command = controller.step(None, q, step * DT)
+        phases.append(command.phase)
+        speeds.append(command.velocities)
+    assert phases == ["moving"] * 5 + ["holding"] * 20  # the last image came at step 19
+    assert command.health.stale and abs(command.health.age - 25 * DT) < 1e-12
+    assert not speeds[-1].any()
+    for after in speeds[5:]:  # along one line, to rest
+        np.testing.assert_allclose(np.outer(after, moving), np.outer(moving, after), atol=1e-12)
+    again = controller.step(pixels, q, 45 * DT)
+    assert again.phase == "moving" and again.velocities.any() and not again.health.stale
+
+
+def test_a_watchdog_may_stop_the_robot_for_good(arm):
+    safety = rs.Safety(watchdog=rs.Watchdog(0.1, "stop"))
+    controller = rs.Controller(arm.with_(safety=safety))
+    pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
+    assert controller.step(pixels, q, 0.0).velocities.any()
+    assert controller.step(None, q, 0.12).phase == "stopped"
+    for step in range(7, 20):
+        command = controller.step(pixels, q, step * DT)
+        assert command.phase == "stopped" and not command.velocities.any()
+    controller.reset()
+    assert controller.step(pixels, q, 0.0).phase == "moving"
+
+
+def test_an_image_without_a_mark_is_none_for_the_watchdog(arm):
+    controller = rs.Controller(arm.with_(safety=rs.Safety(watchdog=rs.Watchdog(0.1))))
+    pixels = arm.scene.view(arm.start, points="plate").pixels
+    controller.step(pixels, arm.start, 0.0)
+    for step in range(1, 10):
+        command = controller.step(np.full((4, 2), np.nan), arm.start, step * DT)
+    assert command.phase == "holding" and command.health.lost == tuple(
+        f"plate[{i}]" for i in range(4)
+    )
+
+
+def test_hold_to_run_moves_only_while_it_is_told(arm):
+    safety = rs.Safety(acceleration=1.0, hold_to_run=True)
+    controller = rs.Controller(arm.with_(safety=safety))
+    pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
+    assert not controller.step(pixels, q, 0.0).velocities.any()
+    told = [controller.step(pixels, q, step * DT, run=True) for step in range(1, 10)]
+    assert told[-1].phase == "moving" and told[-1].velocities.any()
+    let_go = [controller.step(pixels, q, step * DT) for step in range(10, 30)]
+    assert {command.phase for command in let_go} == {"holding"}
+    sizes = np.abs(velocities([told[-1], *let_go])).max(axis=1)
+    assert (np.diff(sizes[:4]) < 0).all() and sizes[-1] == 0
+    assert np.abs(np.diff(velocities(let_go), axis=0)).max() <= DT * (1 + 1e-9)
+
+
+def test_a_wish_that_is_not_finite_is_not_commanded():
+    class Broken:
+        in_camera = False
+
+        def command(self, state):
+            return np.full(state.jacobian.shape[::2], np.inf)
+
+    arm = rs.load_scenario(examples.path("eye_in_hand")).at("task.law", Broken())
+    controller = rs.Controller(arm.at("task.secondary", None))
+    pixels = arm.scene.view(arm.start, points="plate").pixels
+    command = controller.step(pixels, arm.start, 0.0)
+    assert not command.velocities.any()
+    assert command.phase == "holding" and command.health.limits == ("not finite",)
+
+
+SAFE = rs.Safety(speed=0.3, acceleration=1.5, margin=0.02, ramp=0.2, watchdog=rs.Watchdog(0.5))
+
+
+def test_a_simulated_run_is_kept_within_the_same_limits_to_the_bit(arm):
+    made = arm.with_(safety=SAFE, duration=2.0)
+    run, controller = made.run(), rs.Controller(made)
+    for t in range(101):
+        command = controller.step(run.pixels.values[t], run.q.values[t], t * DT)
+        np.testing.assert_array_equal(command.velocities, run.qd.values[t])
+    assert not np.array_equal(run.qd.values, arm.run(duration=2.0).qd.values)
+
+
+def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
+    """Every third period an image, two periods late: depths are those of when it was taken, and
+    the watchdog counts from then."""
+    sensing = rs.Sensing(latency=2 * DT, period=3 * DT)
+    dog = rs.Safety(acceleration=1.5, watchdog=rs.Watchdog(3.5 * DT))
+    made = arm.with_(sensing=sensing, safety=dog, duration=1.2).at("task.interaction", "current")
+    run, controller, held = made.run(), rs.Controller(made), 0
+    (sight,) = controller.sights
+    for t in range(61):
+        image = None
+        if t % 3 == 0:  # at the start that of the start, as old
+            q = run.q.values[max(t - 2, 0), :, None]
+            image = rs.Marks(sight.project(q).pixels[..., 0], (t - 2) * DT)
+        command = controller.step(image, run.q.values[t], t * DT)
+        np.testing.assert_array_equal(command.velocities, run.qd.values[t])
+        held += command.phase == "holding"
+    assert held > 10
+
+
+def test_runs_of_a_batch_are_each_as_alone(arm):
+    starts = arm.start + np.linspace(-0.02, 0.02, 9)[:, None]
+    made = arm.with_(safety=SAFE, duration=1.0)
+    batch = made.with_(start=starts).run(chunk=4, threads=2)
+    for i in (0, 4, 8):
+        np.testing.assert_array_equal(made.with_(start=starts[i]).run().qd, batch.qd[i])
+
+
+def test_a_run_that_is_held_back_does_not_count_as_arrived_or_stuck(arm):
+    """A slow start and rare images delay the end; they do not make it another."""
+    slow = rs.Safety(ramp=0.1, acceleration=0.5, watchdog=rs.Watchdog(0.15))
+    run = arm.run(safety=slow, sensing=rs.Sensing(period=0.2), duration=60.0)
+    assert rs.Outcome(int(run.outcome)) is rs.Outcome.CONVERGED
+    assert float(run.distance_to_goal) < 1e-4
+
+
+def test_a_safety_is_written_and_read_to_the_bit(arm):
+    fence = rs.Fence("camera", (-1, -1, 0), (1, 1, 1 / 3))
+    every = rs.Safety(0.5, 1.0, [0.1] * 7, fence, rs.Watchdog(0.2, "stop"), 0.3, True)
+    made = arm.with_(safety=every)
+    again = rs.Experiment.from_text(made.to_toml(), "text")
+    assert again == made and again.safety == every and again.hash == made.hash
+    assert rs.replay(made.run(duration=0.2)).identical(made.run(duration=0.2))
+    assert made.at("safety.speed", "30 deg/s").safety.speed == pytest.approx(np.pi / 6)
+
+
+@pytest.mark.parametrize(
+    ("safety", "about"),
+    [
+        ({"speed": 1e-3}, "safety.speed"),
+        ({"acceleration": 1e-3}, "safety.acceleration"),
+        ({"fence": "above"}, "safety.fence"),
+        ({"watchdog": rs.Watchdog(0.05, "stop")}, "safety.watchdog"),
+        ({"ramp": 30.0}, "safety.ramp"),
+    ],
+)
+def test_a_safety_that_keeps_a_run_from_its_goal_is_named(arm, safety, about):
+    at = arm.scene.pose("camera", arm.start).position
+    if safety.get("fence") == "above":
+        safety = {"fence": rs.Fence("camera", at - 0.5, at + 0.1)}
+    made = arm.with_(dt=0.04, duration=12.0, safety=rs.Safety(**safety))
+    run = made.run(sensing=rs.Sensing(period=0.12))
+    assert rs.Outcome(int(run.outcome)) is not rs.Outcome.CONVERGED
+    assert about in [cause.about for cause in rs.explain(run).causes]
