@@ -19,7 +19,7 @@ import robsim as rs
 
 HERE = Path(__file__).parent
 MARKS = [f"plate.{i}" for i in range(4)]
-SILENCE = 1.0  # seconds without a state, after which the robot is given up
+SILENCE = 5.0  # seconds without a state, after which the robot is given up
 FIRST = 1  # the number of the command that opens the talk, and answers no state
 
 

@@ -10,6 +10,7 @@ commands    topic of what the robot is told
 kind        its type: also trajectory_msgs/msg/JointTrajectory, geometry_msgs/msg/Twist, ...
 names       "JOINT=NAME" for joints that the messages call otherwise
 ids         "TARGET=ID,ID,..." for marks that they call otherwise than TARGET.NUMBER
+frames      "LINK=FRAME" and "world=FRAME" of a base or camera of which only /tf says where it is
 order       joints in a command as the robot's controller has them, by their names in messages
 run         topic of std_msgs/Bool, which must be true and new where safety has hold_to_run
 patience    seconds without joints after which the robot is told to stop
@@ -31,11 +32,13 @@ PARAMETERS = {
     "kind": "std_msgs/msg/Float64MultiArray",
     "names": [""],  # rclpy has no type for an empty list
     "ids": [""],
+    "frames": [""],
     "order": [""],
     "run": "/robsim/run",
     "patience": 0.1,
 }
 HOLDS = 0.2  # seconds, for which the word to run holds
+FRAMES = 100  # messages of /tf, each of which may say something else
 QUEUE = 1  # of what is published: an older command is worth nothing
 
 
@@ -57,20 +60,29 @@ def maker(type_of):
 class Servo:
     """A controller between the topics of a node.
 
-    `type_of` returns the type of messages of a name, `queue` is what subscriptions are made with.
+    `type_of` returns the type of messages of a name, `queue` is what subscriptions are made with,
+    `latched` that of what was said before.
     """
 
-    def __init__(self, node, type_of, queue):
+    def __init__(self, node, type_of, queue, latched):
         self.node = node
         self.told = {name: node.declare_parameter(name, v).value for name, v in PARAMETERS.items()}
         self.controller = rs.Controller.from_file(self.told["scenario"])
         ids = {target: each.split(",") for target, each in pairs(self.told["ids"]).items()}
-        names, order = pairs(self.told["names"]), [name for name in self.told["order"] if name]
         self.ros = rs.RosMessages(
-            self.controller, names=names, marks=ids, order=order or None, make=maker(type_of)
+            self.controller,
+            names=pairs(self.told["names"]),
+            marks=ids,
+            frames=pairs(self.told["frames"]),
+            order=[name for name in self.told["order"] if name] or None,
+            make=maker(type_of),
         )
         self.images, self.heard, self.released, self.phase = {}, None, -HOLDS, ""
         self._listen(type_of, queue)
+        if self.ros.roams:
+            frames = type_of("tf2_msgs/msg/TFMessage")
+            node.create_subscription(frames, "/tf_static", self.on_still, latched)
+            node.create_subscription(frames, "/tf", self.on_frames, FRAMES)
 
     def _listen(self, type_of, queue):
         node, told = self.node, self.told
@@ -97,8 +109,19 @@ class Servo:
 
     def on_joints(self, message):
         """Answer a state of the joints with a command."""
+        self._on(self.ros.joints, message)
+
+    def on_frames(self, message):
+        """Answer where a base or a camera is with a command."""
+        self._on(self.ros.frames, message)
+
+    def on_still(self, message):
+        """Note frames that do not move."""
+        self._on(lambda each: self.ros.frames(each, still=True), message)
+
+    def _on(self, read, message):
         try:
-            q = self.ros.joints(message)
+            q = read(message)
             if q is not None:
                 self._answer(q, self.ros.time(message) or self._now())
         except rs.InputError as error:  # what does not fit the scene, or is no number
@@ -135,15 +158,17 @@ def main():
     """Run the node until it is stopped."""
     try:
         import rclpy
-        from rclpy.qos import qos_profile_sensor_data
+        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
         from rclpy.signals import SignalHandlerOptions
         from rosidl_runtime_py.utilities import get_message
     except ImportError:
         sys.exit("needs ROS 2: source /opt/ros/DISTRO/setup.bash")
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # the last word is a stop
-    servo = Servo(rclpy.create_node("robsim"), get_message, qos_profile_sensor_data)
+    latched = QoSProfile(depth=FRAMES, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node = rclpy.create_node("robsim")
+    servo = Servo(node, get_message, qos_profile_sensor_data, latched)
     try:
-        rclpy.spin(servo.node)
+        rclpy.spin(node)
     except KeyboardInterrupt:
         pass
     finally:

@@ -9,15 +9,16 @@ from pathlib import Path
 import mcap.reader
 import numpy as np
 import pytest
+from bagging import NANO, written
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2 import Writer
 
 import robsim as rs
-from robsim.logs import messages, unpacking
+from robsim.logs import messages
 from robsim.logs.messages import message
+from robsim.logs.write_commands import header as stamped
 
 ROOT = Path(__file__).parents[2]
-NANO = 1_000_000_000
 EXAMPLES = ("visp_tutorial", "chapter_6_1", "stereo_in_hand", "watching_head", "joint_lag")
 
 
@@ -37,30 +38,11 @@ def bag(run, tmp_path_factory):
     return rs.save_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
 
 
-def stamp(time):
-    return message("builtin_interfaces/msg/Time", sec=time // NANO, nanosec=time % NANO)
-
-
 def every(path, topic):
     """The messages of a topic as rosbags reads them: [(time, message)]."""
     with AnyReader([Path(path)]) as reader:
         some = [each for each in reader.connections if each.topic == topic]
         return [(t, reader.deserialize(data, c.msgtype)) for c, t, data in reader.messages(some)]
-
-
-def written(path, changed, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
-    """Write a bag of some messages: (topic, type, time, message)."""
-    store = messages.typestore()
-    writer = Writer(path, version=8, storage_plugin=storage)
-    if packed is not CompressionMode.NONE:
-        writer.set_compression(packed, CompressionFormat.ZSTD)
-    with writer:
-        connections = {}
-        for topic, kind, time, each in changed:
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], time, store.serialize_cdr(each, kind))
-    return path
 
 
 @pytest.fixture
@@ -224,7 +206,7 @@ def test_images_are_bytes_with_times(tmp_path):
 
     def images():
         for i in range(3):
-            header = message("std_msgs/msg/Header", stamp=stamp(i * NANO // 4), frame_id="")
+            header = stamped(message, i * NANO // 4)
             data = np.arange(i, dtype=np.uint8)
             yield "/eye/image", kind, i, message(kind, header=header, format="jpeg", data=data)
 
@@ -260,7 +242,7 @@ def remake(each, **fields):
 def later(each, seconds):
     old = each.header
     time = old.stamp.sec * NANO + old.stamp.nanosec + int(seconds * NANO)
-    header = message("std_msgs/msg/Header", stamp=stamp(max(time, 0)), frame_id=old.frame_id)
+    header = stamped(message, max(time, 0), old.frame_id)
     return remake(each, header=header)
 
 
@@ -476,47 +458,3 @@ def test_the_example_finds_gain_delay_and_lag(tmp_path, monkeypatch, capsys):
     out, err = capsys.readouterr()
     assert err == "" and "with a lag of 0.1 s." in out and "0.803 times those" in out
     assert "to the bit with its own experiment: True, lag 0.1 s" in out
-
-
-@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
-@pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_compressed_bags_are_read(storage, packed, content, run, tmp_path):
-    path = written(tmp_path / "bag", content, storage, packed)
-    of_files = packed is CompressionMode.FILE
-    assert any(file.suffix == ".zstd" for file in path.iterdir()) == of_files
-    for where in (path, *(file for file in path.iterdir() if file.suffix != ".yaml")):
-        np.testing.assert_array_equal(rs.open_bag(where).q, run.q)
-
-
-def test_chunks_of_mcap_that_are_compressed_are_read(content, run, tmp_path):
-    path = written(tmp_path / "bag", content, packed=CompressionMode.STORAGE)
-    np.testing.assert_array_equal(rs.open_bag(path).pixels, run.pixels)
-
-
-@pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_what_is_compressed_and_damaged_is_told(packed, content, tmp_path, monkeypatch):
-    path = written(tmp_path / "bag", content, packed=packed)
-    monkeypatch.setattr(unpacking, "LARGEST", 100)
-    monkeypatch.setattr(unpacking, "LARGEST_FILE", 1000)
-    refused(path, "more than 1000? bytes, once it is unpacked")
-    monkeypatch.undo()
-    (file,) = (file for file in path.iterdir() if file.suffix != ".yaml")
-    whole, odd = file.read_bytes(), tmp_path / f"odd{''.join(file.suffixes)}"
-    for data in (whole[: len(whole) // 2], whole[:3], b"", b"\0" * 99):
-        odd.write_bytes(data)
-        refused(odd, "cut off|damaged")
-
-
-def test_nothing_is_left_of_what_was_unpacked(content, tmp_path, monkeypatch):
-    path = written(tmp_path / "bag", content, packed=CompressionMode.FILE)
-    (tmp_path / "scratch").mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "scratch"))
-    rs.open_bag(path)
-    assert list((tmp_path / "scratch").iterdir()) == []
-
-
-def test_a_file_that_was_unpacked_beside_itself_is_read_once(content, run, tmp_path):
-    path = written(tmp_path / "bag", content)
-    packed = written(tmp_path / "packed", content, packed=CompressionMode.FILE)
-    shutil.copy(packed / "packed.mcap.zstd", path / "bag.mcap.zstd")
-    np.testing.assert_array_equal(rs.open_bag(path).q, run.q)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin, Writer
+from bagging import NANO, written
 
 import robsim as rs
 from robsim.logs import messages
@@ -11,8 +11,6 @@ from robsim.logs.messages import message
 from robsim.logs.read_commands import Commands
 from robsim.logs.twists import components
 from robsim.logs.write_commands import header, trajectory, twist
-
-NANO = 1_000_000_000
 
 
 def controller(name):
@@ -111,10 +109,8 @@ def test_the_parts_of_twists():
 def test_a_bag_of_what_the_scene_has_no_commands_for_is_named(tmp_path):
     made = rs.load_scenario(rs.examples.path("chapter_6_1"))
     rs.save_bag(made.run(duration=0.2), tmp_path / "run.mcap")
-    store, path = messages.typestore(), tmp_path / "bag"
-    with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
-        topic = writer.add_connection("/cmd_vel", messages.TWIST, typestore=store)
-        writer.write(topic, 0, store.serialize_cdr(twisted(linear_x=1.0), messages.TWIST))
+    told = [("/cmd_vel", messages.TWIST, 0, twisted(linear_x=1.0))]
+    path = written(tmp_path / "bag", told)
     (tmp_path / "run.mcap").rename(path / "run_1.mcap")
     with pytest.raises(rs.InputError, match=f"{path}: a Twist commands one body"):
         rs.open_bag(path, topics={"commands": "/cmd_vel"})

@@ -2,53 +2,18 @@
 
 import numpy as np
 import pytest
-from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import StoragePlugin, Writer
+from bagging import NANO, said, transform, written
 
 import robsim as rs
 from robsim.logs import messages
 from robsim.logs.messages import message
-from robsim.logs.write_commands import header
 
-NANO = 1_000_000_000
 PLACE = [f"body.{part}" for part in ("x", "y", "z", "theta", "qx", "qy", "qz", "qw")]
 ROAMING = ("visp_tutorial", "unicycle_docking", "differential_drive", "holonomic", "car")
 
 
 def experiment(name):
     return rs.load_scenario(rs.examples.path(name))
-
-
-def transform(parent, child, pose, t=0.0):
-    """A TransformStamped of a pose (7,): position, and quaternion x, y, z, w."""
-    x, y, z, *rotation = (float(value) for value in pose)
-    move = message("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
-    turn = message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", rotation, strict=True)))
-    return message(
-        "geometry_msgs/msg/TransformStamped",
-        header=header(message, round(t * NANO), parent),
-        child_frame_id=child,
-        transform=message("geometry_msgs/msg/Transform", translation=move, rotation=turn),
-    )
-
-
-def said(path):
-    """The messages of a bag: (topic, type, time, message)."""
-    store = messages.typestore()
-    with AnyReader([path]) as reader:
-        for c, t, data in reader.messages():
-            yield c.topic, c.msgtype, t, store.deserialize_cdr(data, c.msgtype)
-
-
-def written(path, every):
-    store = messages.typestore()
-    with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
-        topics = {}
-        for topic, kind, time, each in every:
-            if topic not in topics:
-                topics[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(topics[topic], time, store.serialize_cdr(each, kind))
-    return path
 
 
 def without_joints(run, tmp_path, change=lambda each: each):

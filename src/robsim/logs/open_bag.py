@@ -17,11 +17,10 @@ from robsim.logs.bag_files import Bag, Timed
 from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints, joint_stream
 from robsim.logs.lens import check_lens
+from robsim.logs.places import Places
 from robsim.logs.read_commands import Commands
-from robsim.logs.roaming import WORLD, Roamer, frames_called, positions, roamers, silent
 from robsim.logs.seen import images
 from robsim.logs.topics import EXPERIMENT, MOVING, TYPES, check_topic, chosen
-from robsim.logs.transforms import Transforms
 from robsim.run.checks import of_kind
 from robsim.run.commanded import RECORDED_K
 from robsim.run.control.controller import Controller
@@ -125,13 +124,13 @@ class _Reading:
 
     def log(self, given: Any, names: Any, marks: Any, frames: Any) -> Log:
         """Return the streams of the bag, as a log of the experiment."""
-        called, bodies = joints_called(names, self.scene), roamers(self.scene)
-        framed = frames_called(frames, bodies)
-        self.roles = chosen(self.bag.topics, self.controller.cameras, given, bool(bodies))
+        called = joints_called(names, self.scene)
+        places = Places(self.scene, called, frames)
+        self.roles = chosen(self.bag.topics, self.controller.cameras, given, bool(places))
         self.messages = {topic: [] for role, topic in self.roles.items() if role not in MOVING}
         for topic, each in self.bag.messages(*self.messages):
             self.messages[topic].append(each)
-        joints, rates = self._joints(called, bodies, framed)
+        joints, rates = self._joints(called, places)
         commands = self._commands(called)
         seen: dict[Key, Stream] = {}
         for camera in self.controller.cameras:
@@ -140,36 +139,30 @@ class _Reading:
         self._tell_others()
         return log
 
-    def _joints(
-        self, called: Mapping[str, str], bodies: Sequence[Roamer], framed: Mapping[str, str]
-    ) -> tuple[Stream, Stream | None]:
+    def _joints(self, called: Mapping[str, str], places: Places) -> tuple[Stream, Stream | None]:
         """Return the coordinates, and the velocities as measured where there are such."""
         scene, topic = self.scene, f"topic {self.roles.get('joints', self.roles.get('frames'))}"
         found = list(self._found("joints")) if "joints" in self.roles else []
-        unsaid, transforms = silent(bodies, called, found), Transforms()
-        if unsaid and "frames" in self.roles:
-            moved = self._moved(unsaid, framed, transforms)
-            found = list(merge(found, moved, key=lambda each: each.time))
+        states = (each.message for each in found if len(each.message.position))
+        places.leave_out({name for state in states for name in state.name})
+        if places and "frames" in self.roles:
+            found = list(merge(found, self._moved(places), key=lambda each: each.time))
         q = Joints([called.get(name, name) for name in scene.coordinate_names], "position")
         joints = joint_stream(topic, found, q)
         self.others |= dict.fromkeys(f"joint {name}" for name in q.others)
         if joints is None:
-            raise FileError(f"{topic}: {_lacking(q, unsaid, transforms)}")
+            raise FileError(f"{topic}: {_lacking(q, places)}")
         qd = Joints([called.get(name, name) for name in scene.velocity_names], "velocity")
         return joints, joint_stream(topic, found, qd)
 
-    def _moved(
-        self, bodies: Sequence[Roamer], framed: Mapping[str, str], transforms: Transforms
-    ) -> Iterator[At]:
+    def _moved(self, places: Places) -> Iterator[At]:
         """Yield where bodies are of which no JointState says it."""
-        if "still" in self.roles:
-            topic = self.roles["still"]
-            for _, each in self.bag.messages(topic):
-                transforms.take(f"topic {topic}", each.message.transforms, moving=False)
-        topic, root = self.roles["frames"], framed.get(WORLD, WORLD)
-        called = [(body, framed.get(body.frame, body.frame)) for body in bodies]
-        found = (each for _, each in self.bag.messages(topic))
-        return positions(f"topic {topic}", found, transforms, called, root, self.clock)
+        moving, still = self.roles["frames"], self.roles.get("still")
+        for _, each in self.bag.messages(still) if still else ():
+            places.still(f"topic {still}", each.message.transforms)
+        for _, each in self.bag.messages(moving):
+            for time, joints in places.take(f"topic {moving}", each.message.transforms):
+                yield At((self.clock == "header" and time) or each.logged, joints)
 
     def _commands(self, called: Mapping[str, str]) -> Stream | None:
         """Return the velocities that were commanded, zero for those that never were."""
@@ -214,14 +207,12 @@ class _Reading:
             warnings.warn(text, FileWarning, stacklevel=callers())
 
 
-def _lacking(q: Joints, bodies: Sequence[Roamer], transforms: Transforms) -> str:
+def _lacking(q: Joints, places: Places) -> str:
     """Return in words which coordinate lacks, and how to say what it is called."""
     name = q.lacking[0]
-    body = next((body for body in bodies if name in body.names), None)
-    text = f"no position of joint {name}; say what it is called there, as names={{'{name}': ...}}; "
-    if body is None or not transforms.frames:
-        return text + suggest(name, q.others, "other joints")
-    known = suggest(body.frame, transforms.frames, "frames")
-    return (
-        f"{text}or which frame it moves, as frames={{'{body.frame}': ..., 'world': ...}}; {known}"
-    )
+    link, frames = places.of(name), places.transforms.frames
+    text = f"no position of joint {name}; say what it is called there, as names={{'{name}': ...}}"
+    if link is None or not frames:
+        return f"{text}; {suggest(name, q.others, 'other joints')}"
+    how = f"or which frame it moves, as frames={{'{link}': ..., 'world': ...}}"
+    return f"{text}, {how}; {suggest(link, frames, 'frames')}"

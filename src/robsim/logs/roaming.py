@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError, said, suggest
+from robsim.base.errors import FileError
 from robsim.geometry.pose import Pose
-from robsim.logs.at import At, Clock
-from robsim.logs.bag_files import Timed
-from robsim.logs.joints import Named
-from robsim.logs.transforms import Transforms, time_of
 from robsim.robot.joints.planar import InPlane
 from robsim.world.scene import Scene
 
-WORLD = "world"
 TILT = 0.1  # radians, beyond which a body does not drive on its plane
 
 
@@ -46,15 +40,6 @@ class Roamer:
         return [float(motion[0, 3]), float(motion[1, 3]), theta + turns * math.tau]
 
 
-def silent(
-    bodies: Iterable[Roamer], called: Mapping[str, str], found: Iterable[At]
-) -> list[Roamer]:
-    """Return those of which no message of joints says where they are, by the names of a bag."""
-    told = {name for each in found if len(each.message.position) for name in each.message.name}
-    named = (replace(b, names=tuple(called.get(name, name) for name in b.names)) for b in bodies)
-    return [body for body in named if told.isdisjoint(body.names)]
-
-
 def roamers(scene: Scene) -> tuple[Roamer, ...]:
     """Return the bodies of a scene that drive or fly in the world itself."""
     links = [(robot, link) for robot in scene.robots for link in robot.links]
@@ -74,46 +59,3 @@ def _roamer(scene: Scene, frame: str) -> Roamer | None:
     before = tail @ scene.pose(frame, home).inv().matrix
     names = scene.coordinate_names[member.q][: 7 if member.kind.free else 3]
     return Roamer(frame, tuple(names), before, Pose(tail).inv().matrix)
-
-
-def frames_called(frames: Any, known: Iterable[Roamer]) -> Mapping[str, str]:
-    """Return what a bag calls the world and the links of bodies. InputError: there is no such."""
-    names = [WORLD, *(each.frame for each in known)]
-    if frames is None:
-        return {}
-    if not isinstance(frames, Mapping) or not all(isinstance(v, str) for v in frames.values()):
-        raise InputError(f"frames: expected {{frame: frame in the bag}}, got {said(frames)}")
-    for name in frames:
-        if name not in names:
-            raise InputError(
-                f"frames: no {said(name)} that roams; {suggest(name, names, 'frames')}"
-            )
-    return {name: own.removeprefix("/") for name, own in frames.items()}
-
-
-def positions(
-    what: str,
-    found: Iterable[Timed],
-    transforms: Transforms,
-    bodies: Sequence[tuple[Roamer, str]],
-    root: str,
-    clock: Clock,
-) -> Iterator[At]:
-    """Yield the coordinates of bodies, each with its frame, whenever this or what bears it moved.
-
-    Frames between it and the root count as they were last. FileError: a transform is no pose.
-    """
-    last: dict[str, list[float]] = {}
-    for timed in found:
-        transforms.take(what, timed.message.transforms)
-        times = {_child(each): time_of(each) for each in timed.message.transforms}
-        for body, frame in bodies:
-            moved, T = transforms.moves_with(frame, root), transforms.pose(frame, root)
-            if moved in times and T is not None:
-                stamp = times[moved] if clock == "header" else 0
-                last[frame] = body.coordinates(what, T, last.get(frame, ()))
-                yield At(stamp or timed.logged, Named(body.names, position=last[frame]))
-
-
-def _child(transform: Any) -> str:
-    return str(transform.child_frame_id).removeprefix("/")

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, numbers, positive
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, RobSimError, said, suggest
 from robsim.logs import messages, write_commands
 from robsim.logs.at import At
 from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints
+from robsim.logs.places import Places
 from robsim.logs.seen import image
 from robsim.logs.twists import components
 from robsim.run.control.controller import Controller
@@ -31,6 +33,7 @@ class RosMessages:
     controller  whom they are for
     names       {joint of the scene: joint in the messages}, where they differ
     marks       {target: the ids of its marks, in their order}; by default TARGET.NUMBER
+    frames      {"world" or "ROBOT.LINK" of a body that drives or flies: frame in /tf}, likewise
     order       names in the messages of the joints in a command; by default those that are
                 commanded, as the controller has them
     make        makes a message of a type, "std_msgs/msg/Header", and all its fields as keywords,
@@ -54,6 +57,7 @@ class RosMessages:
         *,
         names: Mapping[str, str] | None = None,
         marks: Mapping[str, Sequence[str]] | None = None,
+        frames: Mapping[str, str] | None = None,
         order: Sequence[str] | None = None,
         make: Callable[..., Any] | None = None,
     ) -> None:
@@ -63,23 +67,49 @@ class RosMessages:
         scene, called = controller.scene, joints_called(names, controller.scene)
         self._called = [called.get(name, name) for name in scene.coordinate_names]
         self._joints, self._q = Joints(self._called, "position"), np.empty(0)
+        self._places = Places(scene, called, frames)
         self._ids = {name: mark_ids(controller, name, marks) for name in controller.cameras}
         self._commanded = [called.get(name, name) for name in controller.velocity_names]
         self.order = tuple(self._commanded if order is None else _order(order, self._commanded))
 
+    @property
+    def roams(self) -> bool:
+        """Whether something drives or flies of which /tf may say where it is, and joints do not."""
+        return bool(self._places)
+
     def time(self, message: Any) -> float | None:
-        """Return the time in seconds in the header of a message; None where it is zero."""
-        return _at(message, "with a time").time / NANO or None
+        """Return the time in seconds that a message says, the last of several; None if none.
+
+        InputError: it is no message with times.
+        """
+        with _reading(message, "with a time"):
+            every = getattr(message, "transforms", None)
+            times = [_stamp(each) for each in ([message] if every is None else every)]
+        return max(times, default=0) / NANO or None
 
     def joints(self, message: Any) -> Array | None:
         """Return coordinates (nq,) of the scene, of a JointState; None until all are known.
 
         InputError: a joint that is there twice, or a number that is not finite.
         """
-        at = _at(message, "JointState", "name", "position")
-        found = self._joints.take("JointState", at)
-        self._q = self._q if found is None else found
-        return found
+        with _reading(message, "JointState"):
+            if len(message.position):
+                self._places.leave_out(message.name)
+            return self._taken("JointState", At(_stamp(message), message))
+
+    def frames(self, message: Any, still: bool = False) -> Array | None:
+        """Return coordinates (nq,) of the scene, of a TFMessage; None until all are known.
+
+        It says where bodies are that drive or fly, as long as no JointState does. Those of
+        /tf_static are `still`, and move nothing: None. InputError: a transform is no pose.
+        """
+        with _reading(message, "TFMessage"):
+            if still:
+                self._places.still("TFMessage", message.transforms)
+                return None
+            moved = list(self._places.take("TFMessage", message.transforms))
+            found = [self._taken("TFMessage", At(*each)) for each in moved]
+            return found[-1] if found else None
 
     def marks(self, message: Any, camera: str | None = None, t: float | None = None) -> Marks:
         """Return the marks in a Detection2DArray or AprilTagDetectionArray, with their time.
@@ -93,9 +123,10 @@ class RosMessages:
         eye = self._camera(camera)
         ids, sizes = self._ids[eye]
         others: dict[str, None] = {}
-        at = _at(message, "of detections", "detections")
-        found = image(f"marks of '{eye}'", at, ids, sizes, others)
-        time = self.time(message) or t
+        with _reading(message, "of detections"):
+            at = At(_stamp(message), message)
+            found = image(f"marks of '{eye}'", at, ids, sizes, others)
+        time = at.time / NANO or t
         if time is None:
             raise InputError("the message has no time of its own: give t")
         return Marks({**found, **others}, time)
@@ -124,6 +155,11 @@ class RosMessages:
             return write_commands.joint_state(self._make, 0, self.order, none, velocity)
         after = round(positive(ahead, "ahead (seconds)") * NANO)
         return write_commands.trajectory(self._make, self.order, self._positions(), velocity, after)
+
+    def _taken(self, what: str, at: At) -> Array | None:
+        found = self._joints.take(what, at)
+        self._q = self._q if found is None else found
+        return found
 
     def _twist(self, velocity: Array, kind: str) -> Any:
         parts = components(self.controller.velocity_names)
@@ -159,9 +195,18 @@ def _order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
     return tuple(order)
 
 
-def _at(message: Any, kind: str, *fields: str) -> At:
-    """Return a message at its time. InputError: it lacks a field."""
-    for name in ("header", *fields):
-        if not hasattr(message, name):
-            raise InputError(f"expected a message {kind}, got {said(message)}, without {name}")
-    return At(messages.stamp_of(message) or 0, message)
+@contextmanager
+def _reading(message: Any, kind: str) -> Iterator[None]:
+    """Raise InputError for a message that lacks a field, or holds something else in it."""
+    try:
+        yield
+    except RobSimError:
+        raise
+    except (AttributeError, TypeError, ValueError) as error:
+        raise InputError(
+            f"expected a message {kind}, got {said(message)}: {error!s:.100}"
+        ) from None
+
+
+def _stamp(message: Any) -> int:
+    return messages.stamp_of(message) or 0

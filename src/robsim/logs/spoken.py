@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -33,38 +34,65 @@ class Said(NamedTuple):
     message: Any
 
 
+class _Told(NamedTuple):
+    """The arrays of a run that are said, each taken out of it once."""
+
+    coordinates: list[str]
+    velocities: list[str]
+    q: Array
+    qd: Array
+    rates: Array  # (T, nq), or (T, 0) where they have other names
+    pixels: Array
+    marks: dict[str, list[tuple[int, str]]]  # by camera: the number in the run, and the name
+
+
+def _told(run: xr.Dataset) -> _Told:
+    coordinates, velocities = (run[name].values.tolist() for name in ("coordinate", "velocity"))
+    rates = run["qd_actual" if "qd_actual" in run else "qd"].values
+    alike = rates if coordinates == velocities else rates[:, :0]
+    q, qd, pixels = (run[name].values for name in ("q", "qd", "pixels"))
+    return _Told(coordinates, velocities, q, qd, alike, pixels, _names(run))
+
+
+def _names(run: xr.Dataset) -> dict[str, list[tuple[int, str]]]:
+    """Return number and name of the marks of each camera, TARGET.NUMBER."""
+    found: dict[str, list[tuple[int, str]]] = {}
+    counts: dict[tuple[str, str], int] = {}
+    pairs = zip(run["mark_camera"].values.tolist(), run["mark_target"].values.tolist(), strict=True)
+    for mark, (camera, target) in enumerate(pairs):
+        number = counts[camera, target] = counts.get((camera, target), -1) + 1
+        found.setdefault(camera, []).append((mark, f"{target}.{number}"))
+    return found
+
+
 def spoken(run: xr.Dataset, experiment: Experiment, start: int) -> Iterator[Said]:
     """Yield what is said in a run, in order; its first instant is at `start` nanoseconds."""
-    scene = experiment.scene
+    scene, told = experiment.scene, _told(run)
     times = start + np.round(run["time"].values * NANO).astype(np.int64)
-    poses = _poses(scene, run["q"].values)
+    poses = _poses(scene, told.q)
     moving = [name for name, T in poses.items() if (T[:1] != T).any()]
+    lenses = {camera: scene.camera(camera).camera for camera in told.marks}
     text = experiment.origin["scenario"]
     if text:
         yield Said(topics.EXPERIMENT, messages.TEXT, start, message(messages.TEXT, data=text))
     still = _frames({name: poses[name][0] for name in poses if name not in moving}, start)
     yield Said(topics.STILL, messages.FRAMES, start, still)
-    for i, each in enumerate(times):
-        time = int(each)
-        yield from _of_joints(run, i, time)
+    for i, time in enumerate(times.tolist()):
+        yield from _of_joints(told, i, time)
         moved = {name: poses[name][i] for name in moving}
         yield Said(topics.FRAMES, messages.FRAMES, time, _frames(moved, time))
-        for camera in dict.fromkeys(run["mark_camera"].values.tolist()):
-            lens = scene.camera(camera).camera
+        for camera, lens in lenses.items():
             info = _lens(lens, _header(time, camera))
             yield Said(topics.of_camera(camera, "camera_info"), messages.LENS, time, info)
-            seen = _marks(run, camera, i, time)
+            seen = _marks(told, camera, i, time)
             yield Said(topics.of_camera(camera, "detections"), messages.DETECTIONS, time, seen)
 
 
-def _of_joints(run: xr.Dataset, i: int, time: int) -> Iterator[Said]:
-    coordinates, velocities = (run[name].values.tolist() for name in ("coordinate", "velocity"))
-    rates = run["qd_actual" if "qd_actual" in run else "qd"].values[i]
-    alike = coordinates == velocities
+def _of_joints(told: _Told, i: int, time: int) -> Iterator[Said]:
     none = np.empty(0)
-    state = joint_state(message, time, coordinates, run["q"].values[i], rates if alike else none)
+    state = joint_state(message, time, told.coordinates, told.q[i], told.rates[i])
     yield Said(topics.JOINTS, messages.JOINTS, time, state)
-    command = joint_state(message, time, velocities, none, run["qd"].values[i])
+    command = joint_state(message, time, told.velocities, none, told.qd[i])
     yield Said(topics.COMMANDS, messages.JOINTS, time, command)
 
 
@@ -123,16 +151,11 @@ def _lens(camera: Camera, header: Any) -> Any:
     )
 
 
-def _marks(run: xr.Dataset, camera: str, i: int, time: int) -> Any:
+def _marks(told: _Told, camera: str, i: int, time: int) -> Any:
     """Return the message of the marks that a camera sees; those that it does not are left out."""
-    header, found = _header(time, camera), []
-    counts: dict[str, int] = {}
-    own = np.flatnonzero(run["mark_camera"].values == camera)
-    for mark, target in zip(own, run["mark_target"].values[own].tolist(), strict=True):
-        number = counts[target] = counts.get(target, -1) + 1
-        place = run["pixels"].values[i, mark]
-        if np.isfinite(place).all():
-            found.append(_mark(header, f"{target}.{number}", *place.tolist()))
+    header = _header(time, camera)
+    places = ((name, *told.pixels[i, mark].tolist()) for mark, name in told.marks[camera])
+    found = [_mark(header, *each) for each in places if math.isfinite(each[1] + each[2])]
     return message(messages.DETECTIONS, header=header, detections=found)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError
 from robsim.geometry.pose import Pose
-from robsim.run.log import NANO
+from robsim.logs.messages import stamp_of
 
 
 class Transforms:
@@ -25,14 +25,19 @@ class Transforms:
         """The frames that there are, without those that are nothing but parents."""
         return list(self._edges)
 
-    def take(self, what: str, transforms: Iterable[Any], moving: bool = True) -> None:
-        """Take the transforms of a message. FileError: one is no pose."""
+    def take(self, what: str, transforms: Iterable[Any], moving: bool = True) -> dict[str, int]:
+        """Take the transforms of a message; return the time of each frame, nanoseconds or zero.
+
+        FileError: one is no pose.
+        """
+        times = {}
         for each in transforms:
             child = each.child_frame_id.removeprefix("/")
             parent = each.header.frame_id.removeprefix("/")
             self._edges[child] = parent, _matrix(f"{what}: frame '{child}'", each.transform)
-            if moving:
-                self._moving.add(child)
+            times[child] = stamp_of(each) or 0
+        self._moving |= times.keys() if moving else set()
+        return times
 
     def pose(self, frame: str, root: str) -> Array | None:
         """Return the pose (4, 4) of a frame in another; None where no way leads there."""
@@ -57,12 +62,6 @@ class Transforms:
             if frame == root or frame not in self._edges:
                 return
             frame = self._edges[frame][0]
-
-
-def time_of(transform: Any) -> int:
-    """Return the time in nanoseconds of a transform; zero where it says none."""
-    stamp = transform.header.stamp
-    return int(stamp.sec) * NANO + int(stamp.nanosec)
 
 
 def _matrix(what: str, transform: Any) -> Array:

@@ -130,6 +130,8 @@ OWN = {  # where a name has another meaning
     "Camera.cropped.top": 20, "Camera.cropped.width": 300, "Camera.cropped.height": 200,
     "Detector.targets": lambda: [], "render.targets": lambda: {}, "render.samples": 1,
     "Tag.is_black.x": lambda: np.zeros(3), "Tag.is_black.y": lambda: np.zeros(3),
+    "RosMessages.controller": lambda: rs.Controller(scenario()), "RosMessages.marks.camera": None,
+    "RosMessages.marks": None, "RosMessages.command.kind": "geometry_msgs/msg/Twist",
     "check_feature.feature": rs.Points, "table.of": None, "examples.path.name": "eye_in_hand",
 }  # fmt: skip
 
@@ -142,7 +144,8 @@ def made(value):
 OBJECTS = {
     "Pose": lambda: POSE, "Camera": lambda: CAMERA, "Robot": arm,
     "Scene": lambda: scenario().scene, "Experiment": scenario,
-    "Controller": lambda: rs.Controller(scenario()), "AvoidLimits": rs.AvoidLimits,
+    "Controller": lambda: rs.Controller(scenario()),
+    "RosMessages": lambda: rs.RosMessages(rs.Controller(scenario())), "AvoidLimits": rs.AvoidLimits,
     "AdaptiveGain": lambda: rs.AdaptiveGain(2, 0.5, 10), "Inertia": lambda: rs.Inertia(1.0),
     "Ball": lambda: rs.Ball(0.1), "Block": lambda: rs.Block(1, 1, 1),
     "Wheel": lambda: rs.Wheel(1, 1), "CameraBody": lambda: rs.CameraBody(1, 1, 1),

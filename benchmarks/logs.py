@@ -1,0 +1,80 @@
+"""What bags cost beside the least that their formats allow: rosbags alone, and bytes of mcap alone.
+
+Needs `pip install 'robsim[ros]' mcap`. Ratios are of seconds, the least of some turns each.
+"""
+
+import tempfile
+import time
+from pathlib import Path
+
+import mcap.reader
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+
+import robsim as rs
+from robsim.logs import messages
+from robsim.logs.spoken import spoken
+
+TURNS = 3
+INSTANTS = 2500
+
+
+def least(call):
+    """The least seconds of some turns."""
+    found = []
+    for _ in range(TURNS):
+        begin = time.perf_counter()
+        call()
+        found.append(time.perf_counter() - begin)
+    return min(found)
+
+
+def plainly_written(words, path):
+    """Serialise and write messages that are there already, by rosbags alone."""
+    store, topics = messages.typestore(), {}
+    with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+        for topic, kind, now, message in words:
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(topics[topic], now, store.serialize_cdr(message, kind))
+
+
+def plainly_read(path):
+    """Read and deserialise every message by rosbags alone."""
+    store = messages.typestore()
+    with Reader(path) as reader:
+        for connection, _, data in reader.messages():
+            store.deserialize_cdr(data, connection.msgtype)
+
+
+def bytes_read(path):
+    """Read the bytes of every message by mcap alone."""
+    with open(path, "rb") as file:
+        for _ in mcap.reader.make_reader(file).iter_messages():
+            pass
+
+
+def main():
+    """Print a table."""
+    experiment = rs.load_scenario(rs.examples.path("chapter_6_1")).with_(dt=0.002)
+    run = experiment.run(duration=0.002 * INSTANTS, hold=True)
+    words = list(spoken(run, experiment, 0))
+    with tempfile.TemporaryDirectory() as folder:
+        file, turns = Path(folder) / "run.mcap", iter(range(TURNS))
+        write = least(lambda: rs.save_bag(run, file))
+        plain = least(lambda: plainly_written(words, Path(folder) / f"plain{next(turns)}"))
+        read = least(lambda: rs.open_bag(file, experiment))
+        decoded = least(lambda: plainly_read(file))
+        raw = least(lambda: bytes_read(file))
+        size = file.stat().st_size
+    print(f"{len(run.time)} instants, {len(words)} messages, {size / 1e6:.1f} MB")
+    print(f"{'':22}{'robsim, s':>11}{'alone, s':>10}{'ratio':>7}")
+    for name, ours, theirs in (
+        ("write, by rosbags", write, plain),
+        ("read, by rosbags", read, decoded),
+        ("read, bytes by mcap", read, raw),
+    ):
+        print(f"{name:22}{ours:11.3f}{theirs:10.3f}{ours / theirs:7.2f}")
+
+
+if __name__ == "__main__":
+    main()

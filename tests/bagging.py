@@ -1,0 +1,91 @@
+"""Messages and bags of ROS 2, as the tests of peers make and read them by rosbags."""
+
+import numpy as np
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+from robsim.logs import messages
+from robsim.logs.messages import message
+from robsim.logs.write_commands import header, joint_state
+
+NANO = 1_000_000_000
+
+
+def transform(parent, child, pose, t=0.0):
+    """A TransformStamped of a pose (7,): position, and quaternion x, y, z, w."""
+    x, y, z, *rotation = (float(value) for value in pose)
+    move = message("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+    turn = message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", rotation, strict=True)))
+    return message(
+        "geometry_msgs/msg/TransformStamped",
+        header=header(message, round(t * NANO), parent),
+        child_frame_id=child,
+        transform=message("geometry_msgs/msg/Transform", translation=move, rotation=turn),
+    )
+
+
+def sent(each):
+    """A message as it comes out of its bytes."""
+    store = messages.typestore()
+    return store.deserialize_cdr(store.serialize_cdr(each, each.__msgtype__), each.__msgtype__)
+
+
+def state(q, names, t=0.0):
+    return sent(joint_state(message, round(t * NANO), names, np.array(q, float), np.empty(0)))
+
+
+def detections(marks, t=0.0):
+    """A Detection2DArray of {name: (column, row)}."""
+    head, found = header(message, round(t * NANO)), []
+    for name, (column, row) in marks.items():
+        point = message("vision_msgs/msg/Point2D", x=float(column), y=float(row))
+        centre = message("vision_msgs/msg/Pose2D", position=point, theta=0.0)
+        box = message("vision_msgs/msg/BoundingBox2D", center=centre, size_x=0.0, size_y=0.0)
+        kind = "vision_msgs/msg/Detection2D"
+        found.append(message(kind, header=head, results=[], bbox=box, id=name))
+    return sent(message(messages.DETECTIONS, header=head, detections=found))
+
+
+def april_tag(family, number, corners):
+    """A detection as apriltag_ros has it: corners from the lower left, an edge at a whole pixel."""
+    points = [message("apriltag_msgs/msg/Point", x=float(x), y=float(y)) for x, y in corners]
+    return message(
+        "apriltag_msgs/msg/AprilTagDetection",
+        family=family,
+        id=number,
+        hamming=0,
+        goodness=0.0,
+        decision_margin=50.0,
+        centre=points[0],
+        corners=points,
+        homography=np.eye(3).ravel(),
+    )
+
+
+def frames(*each, t=0.0):
+    """A TFMessage of (parent, frame, pose)."""
+    found = [transform(parent, frame, pose.q, t) for parent, frame, pose in each]
+    return sent(message(messages.FRAMES, transforms=found))
+
+
+def said(path):
+    """The messages of a bag: (topic, type, time, message)."""
+    store = messages.typestore()
+    with AnyReader([path]) as reader:
+        for c, t, data in reader.messages():
+            yield c.topic, c.msgtype, t, store.deserialize_cdr(data, c.msgtype)
+
+
+def written(path, changed, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
+    """Write a bag of some messages: (topic, type, time, message)."""
+    store = messages.typestore()
+    writer = Writer(path, version=8, storage_plugin=storage)
+    if packed is not CompressionMode.NONE:
+        writer.set_compression(packed, CompressionFormat.ZSTD)
+    with writer:
+        connections = {}
+        for topic, kind, time, each in changed:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], time, store.serialize_cdr(each, kind))
+    return path

@@ -1,0 +1,72 @@
+"""Bags that were compressed by `ros2 bag`: whole files, messages, chunks."""
+
+import shutil
+
+import numpy as np
+import pytest
+from bagging import said, written
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
+
+import robsim as rs
+from robsim.logs import unpacking
+
+
+@pytest.fixture(scope="module")
+def run():
+    return rs.load_scenario(rs.examples.path("chapter_6_1")).run(duration=0.4)
+
+
+@pytest.fixture(scope="module")
+def content(run, tmp_path_factory):
+    """All messages of the bag of the run."""
+    return list(said(rs.save_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")))
+
+
+def refused(path, words):
+    with pytest.raises(rs.FileError, match=words) as raised:
+        rs.open_bag(path)
+    assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1
+
+
+@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_compressed_bags_are_read(storage, packed, content, run, tmp_path):
+    path = written(tmp_path / "bag", content, storage, packed)
+    of_files = packed is CompressionMode.FILE
+    assert any(file.suffix == ".zstd" for file in path.iterdir()) == of_files
+    for where in (path, *(file for file in path.iterdir() if file.suffix != ".yaml")):
+        np.testing.assert_array_equal(rs.open_bag(where).q, run.q)
+
+
+def test_chunks_of_mcap_that_are_compressed_are_read(content, run, tmp_path):
+    path = written(tmp_path / "bag", content, packed=CompressionMode.STORAGE)
+    np.testing.assert_array_equal(rs.open_bag(path).pixels, run.pixels)
+
+
+@pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_what_is_compressed_and_damaged_is_told(packed, content, tmp_path, monkeypatch):
+    path = written(tmp_path / "bag", content, packed=packed)
+    monkeypatch.setattr(unpacking, "LARGEST", 100)
+    monkeypatch.setattr(unpacking, "LARGEST_FILE", 1000)
+    refused(path, "more than 1000? bytes, once it is unpacked")
+    monkeypatch.undo()
+    (file,) = (file for file in path.iterdir() if file.suffix != ".yaml")
+    whole, odd = file.read_bytes(), tmp_path / f"odd{''.join(file.suffixes)}"
+    for data in (whole[: len(whole) // 2], whole[:3], b"", b"\0" * 99):
+        odd.write_bytes(data)
+        refused(odd, "cut off|damaged")
+
+
+def test_nothing_is_left_of_what_was_unpacked(content, tmp_path, monkeypatch):
+    path = written(tmp_path / "bag", content, packed=CompressionMode.FILE)
+    (tmp_path / "scratch").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "scratch"))
+    rs.open_bag(path)
+    assert list((tmp_path / "scratch").iterdir()) == []
+
+
+def test_a_file_that_was_unpacked_beside_itself_is_read_once(content, run, tmp_path):
+    path = written(tmp_path / "bag", content)
+    packed = written(tmp_path / "packed", content, packed=CompressionMode.FILE)
+    shutil.copy(packed / "packed.mcap.zstd", path / "bag.mcap.zstd")
+    np.testing.assert_array_equal(rs.open_bag(path).q, run.q)
