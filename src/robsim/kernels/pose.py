@@ -23,7 +23,7 @@ RCOND = 1e-12  # a motion that the image shows so little is left as it was guess
 
 
 @kernel
-def _reproject(w, marks, N, T, x, weights, image):
+def reproject(w, marks, N, T, x, weights, image):
     """Compute the image of marks at T: 2 N points, N inverse depths, 2 N weighted errors against x.
 
     They are NaN for marks behind the camera, and zero for those of weight 0.
@@ -151,7 +151,7 @@ def fit(p, w, step):
         put(w, T + i, get(w, guess + i))
     share = where(get(w, guess) > 0.0, 1.0, 1.0)
     moving, slow, rcond = share > 0.0, share < 0.0, RCOND * share
-    _reproject(w, marks, N, T, x, weights, here)
+    reproject(w, marks, N, T, x, weights, here)
     for _ in range(UPDATES):
         _interaction(w, N, here, here + 2 * N, weights, L)
         image = here, here + 2 * N, here + 3 * N
@@ -161,7 +161,7 @@ def fit(p, w, step):
         motion = _image_motion(w, L, back, 2 * N)
         _motion(w, back, share, step)
         compose(w, step, T, updated)
-        _reproject(w, marks, N, updated, x, weights, there)
+        reproject(w, marks, N, updated, x, weights, there)
         square, gain = _squares(w, here + 3 * N, there + 3 * N, 2 * N)
         worse = ~(gain >= -ROUNDING * square)
         goes = moving & (motion > STILL)  # an update that is only rounding is not taken
