@@ -355,3 +355,24 @@ def test_a_weighting_of_a_users_multiplies_the_others():
     np.testing.assert_array_equal(run.weight[:, 0], half * border.weight.values[:, 0])
     alone = rs.simulate(SCENE, both, starts[1], duration=0.2)
     np.testing.assert_array_equal(alone.qd, run.qd[1])
+
+
+# numbers of each run its own, and goals that are given
+
+
+def test_runs_whose_cameras_and_marks_differ_have_the_bits_of_single_runs():
+    task = rs.IBVS(GOAL, weighting=["border", "fade"])
+    one = rs.Experiment(SCENE, task, POSTER.starts[LESS[0]], duration=1, sensing=HIDDEN)
+    several = one.vary({"cameras.eye.focal": [480.0, 500.0, 520.0]})
+    run = several.run()
+    assert (np.isnan(run.s.values).any(axis=(1, 2)) & (run.weight.values < 1).any(axis=(1, 2))).all()
+    for i in range(3):
+        np.testing.assert_array_equal(several.of_run(i).run().qd, run.qd[i])
+
+
+def test_the_goal_may_be_given_as_numbers():
+    s = points_by_hand(POSTER.goal)[0].ravel()
+    start, how = POSTER.starts[LESS[0]], {"duration": 1.0}
+    given = rs.simulate(SCENE, rs.IBVS(rs.GoalFeatures(s), weighting="border"), start, **how)
+    shown = rs.simulate(SCENE, rs.IBVS(GOAL, weighting="border"), start, **how)
+    np.testing.assert_allclose(given.qd, shown.qd, atol=1e-12)

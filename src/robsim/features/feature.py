@@ -151,16 +151,20 @@ class Observation:
         )
 
     def repeated(self, runs: int) -> Observation:
-        """Return the observation of a single run as one of so many that see the same."""
-        guess, between = self.guess_last, self.between_last
+        """Return the observation of the first run as one of so many that see the same."""
+
+        def same(array: Array | None) -> Array | None:
+            return None if array is None else frozen(np.repeat(array[..., :1], runs, axis=-1))
+
+        names = "pixels_last", "points_last", "depth_last", "guess_last", "between_last"
+        several = self.model is not None and self.model.ndim > 2
         return unchecked(
             self,
-            pixels_last=frozen(np.repeat(self.pixels_last, runs, axis=-1)),
-            points_last=frozen(np.repeat(self.points_last, runs, axis=-1)),
-            depth_last=frozen(np.repeat(self.depth_last, runs, axis=-1)),
-            guess_last=None if guess is None else frozen(np.repeat(guess, runs, axis=-1)),
+            **{name: same(getattr(self, name)) for name in names},
+            camera=self.camera.of_runs(np.zeros(1, dtype=np.int64)),
+            model=same(self.model) if several else self.model,
             other=self.other and self.other.repeated(runs),
-            between_last=None if between is None else frozen(np.repeat(between, runs, axis=-1)),
+            runs=np.zeros(runs, dtype=np.int64),
         )
 
     def some(self, marks: NDArray[np.int64]) -> Observation:

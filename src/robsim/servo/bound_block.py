@@ -141,7 +141,7 @@ class BoundBlock:
         """Return (k, cameras, N): which components are NaN where a camera does not see a mark.
 
         None where that may be another at another time: of a user's feature, or of one that has no
-        value for what is seen (of one run).
+        value for what is seen.
         """
         return None if self._compiled is None else self.made_of(seen)
 

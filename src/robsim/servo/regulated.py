@@ -158,12 +158,15 @@ class Regulated:
     def made_of(self) -> list[tuple[BoundBlock, NDArray[np.bool_]]]:
         """Return each block, and of which marks its numbers are made, as they are at the goal.
 
+        Where that is given as numbers, as they are where the target is seen from before it.
         InputError: they have no value there.
         """
-        seen = self._seen_at_goal, self._goal_projections
+        seen = self._seen_at_goal
+        if self.given is not None:
+            seen = {sight.key: sight.before() for sight in self.sights}
         found = []
         for part in self.parts:
-            marks = part.made_of(part.all_at_goal(*seen))
+            marks = part.made_of(part.all_at_goal(seen, self._goal_projections))
             if marks is None:
                 raise InputError(f"{part.name} has no value at the goal, so no marks to weigh")
             found.append((part, marks))

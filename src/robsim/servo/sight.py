@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.features import Observation
+from robsim.geometry.pose import Pose
 from robsim.kernels import jacobian as jacobians
 from robsim.kernels import viewing
 from robsim.kernels.program import Function, Program
@@ -121,6 +122,13 @@ class Sight:
         """Return the observation of pixels (N, 2, B) at depths (N, B), near the pose T_c_o."""
         more = {"model": self.target.marks, "guess_last": T_c_o}
         return Observation.of_last(pixels, depth, self.eye.camera, **more)
+
+    def before(self) -> Observation:
+        """Return what is seen of the target, turned a little, by a camera well before it."""
+        away = 4.0 * float(np.abs(self.target.marks).max()) + 1e-3  # metres
+        T_c_o = Pose.at(0.0, 0.0, away, rpy=(0.1, 0.2, 0.3)).matrix[:3, :, None].copy()
+        depth, pixels, _ = self.image(np.eye(3, 4)[..., None], T_c_o, np.zeros(1, dtype=np.int64))
+        return self.observation(pixels, depth, T_c_o)
 
     def moves(self, columns: NDArray[np.int64]) -> jacobians.Moves:
         """Return some velocities as the kernels take them, read-only."""
