@@ -229,9 +229,9 @@ GOAL_POSE = rs.Pose.from_quaternion(POSTER.goal[:3], POSTER.goal[3:])
 # what is left
 
 
-def leaving(scene=SCENE, **task):
+def leaving(scene=SCENE, task=None, **how):
     """A run in which the poster is pulled away, along its x at 0.2 m/s, and hardly followed."""
-    task = rs.IBVS(rs.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **task)
+    task = task or rs.IBVS(rs.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **how)
     along = rs.Pose.at(0, 0, 0, rpy=(0, np.pi / 2, 0))
     joint = rs.Joint("prismatic", place=along)
     rail = rs.Robot("rail", [rs.Link("base"), rs.Link("cart", "base", joint)])
@@ -295,6 +295,21 @@ def test_a_singular_arm_is_not_taken_for_an_image_without_marks():
         run = rs.simulate(scenario.scene, task, scenario.start, duration=0.4)
         ends.append(int(run.outcome))
     assert ends[0] == ends[1]
+
+
+def test_a_switch_goes_on_while_the_scheme_whose_turn_it_is_can():
+    """One needs six marks at a side of the poster, and the other all that are there."""
+    goal = rs.TaughtGoal([*POSTER.goal, 0.0])
+    row = rs.FeatureBlock("points", marks=[7, 15, 23, 31, 39, 6])  # these leave first
+    narrow = rs.IBVS(goal, gain=1e-3, features=[row], weighting="border")
+    wide = rs.IBVS(goal, gain=1e-3, weighting="border")
+    ends = [
+        float(leaving(task=rs.Switch(*pair, when=rs.ErrorBelow(value, of="first"))).end_time)
+        for pair in ((narrow, wide), (wide, narrow))
+        for value in (10.0, 1e-9)
+    ]
+    alone = [float(leaving(task=task).end_time) for task in (narrow, wide)]
+    assert ends == [alone[1], alone[0], alone[0], alone[1]] and alone[0] != alone[1]
 
 
 # the same bits
@@ -365,7 +380,9 @@ def test_runs_whose_cameras_and_marks_differ_have_the_bits_of_single_runs():
     one = rs.Experiment(SCENE, task, POSTER.starts[LESS[0]], duration=1, sensing=HIDDEN)
     several = one.vary({"cameras.eye.focal": [480.0, 500.0, 520.0]})
     run = several.run()
-    assert (np.isnan(run.s.values).any(axis=(1, 2)) & (run.weight.values < 1).any(axis=(1, 2))).all()
+    assert (
+        np.isnan(run.s.values).any(axis=(1, 2)) & (run.weight.values < 1).any(axis=(1, 2))
+    ).all()
     for i in range(3):
         np.testing.assert_array_equal(several.of_run(i).run().qd, run.qd[i])
 
@@ -376,3 +393,24 @@ def test_the_goal_may_be_given_as_numbers():
     given = rs.simulate(SCENE, rs.IBVS(rs.GoalFeatures(s), weighting="border"), start, **how)
     shown = rs.simulate(SCENE, rs.IBVS(GOAL, weighting="border"), start, **how)
     np.testing.assert_allclose(given.qd, shown.qd, atol=1e-12)
+
+
+# logs
+
+
+def test_a_log_of_marks_that_come_and_go_is_the_run_again():
+    """Every mark is seen before its first period, and some are not there in others."""
+    task = rs.IBVS(GOAL, weighting="border")
+    made = rs.Experiment(SCENE, task, BESIDE, dt=0.04, duration=0.4)
+    run = made.run()
+    rows = rs.table(run)
+    hidden = [f"pixels[{i},{axis}]" for i in (3, 17) for axis in ("column", "row")]
+    rows.loc[4:, hidden] = np.nan
+    again = rs.read_log(rows, made)
+    weights = run.weight.values.copy()
+    weights[4:, [6, 7, 34, 35]] = 0
+    np.testing.assert_array_equal(again.weight, weights)
+    np.testing.assert_array_equal(np.isnan(again.error), weights == 0)
+    assert rs.Outcome(int(again.outcome)) is rs.Outcome.RUNNING
+    every = made.with_(task=rs.IBVS(GOAL))
+    assert rs.Outcome(int(rs.read_log(rows, every).outcome)) is rs.Outcome.OUT_OF_IMAGE

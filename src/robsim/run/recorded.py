@@ -46,8 +46,8 @@ def recorded(log: Log, experiment: Experiment) -> Run:
     rates = np.empty((len(q), 0)) if log.rates is None else log.rates.held(times)
     s = np.array([each.command.s[:, 0] for each in decided])
     loop = made.loop()
-    unknown = np.empty((len(q), 0))  # weights, which no log holds
-    _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), unknown], decided)
+    weights = [np.empty(0) if each.weights is None else each.weights[:, 0] for each in decided]
+    _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), np.array(weights)], decided)
     run = made.dataset(loop)
     run["image_age"] = (("time", "mark"), ages, AGE)
     run.attrs |= {RECORDED: log.source, "commands": told, "recorded_from": str(times[0])}
@@ -115,7 +115,9 @@ def _outcome(loop: Loop, pixels: Array, decided: list[Decision]) -> tuple[Outcom
     controller = loop.controller
     errors = [controller.scaled(each).command.error for each in decided]
     small = np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
-    if np.isnan(pixels[-1]).any():
+    sights = ((sight.key not in controller.excused, sight) for sight in controller.sights)
+    needed = [must for must, sight in sights for _ in range(2 * len(sight.target.marks))]
+    if (np.isnan(pixels[-1]) & np.array(needed, dtype=bool)).any():
         return Outcome.OUT_OF_IMAGE, False
     if small[-1]:
         return Outcome.CONVERGED, bool(small[:-1].any())

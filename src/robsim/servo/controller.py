@@ -18,11 +18,15 @@ from robsim.world.scene import Scene
 
 
 class Decision(NamedTuple):
-    """A command, the Jacobian of its frame, and of a servo task the `basis` of the command."""
+    """A command, the Jacobian of its frame, and of a servo task the `basis` of the command.
+
+    `weights` say how much each number of s counts, where a task has a weighting.
+    """
 
     command: Command
     J: Array  # (6, n, B) of its frame: of a camera in its own axes, of another in the world's
     basis: Any = None
+    weights: Array | None = None  # (k, B)
 
 
 @dataclass(frozen=True, eq=False)

@@ -257,7 +257,8 @@ class ServoStages:
         error, _, A = self.plain
         basis = Basis(get(error, k), self.state(blocks, 0, {}, self.towards))
         command = Command(get(self.of.s, k), basis.error, get(self.qd, n), get(A, k, n))
-        return Decision(command, get(self.of.first, 6, n), basis)
+        weights = get(self.weights, k) if self.weights >= 0 else None
+        return Decision(command, get(self.of.first, 6, n), basis, weights)
 
     def _add(self, stage: Stage, *numbers: int) -> None:
         self.program.add(stage, *numbers)

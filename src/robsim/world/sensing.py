@@ -60,7 +60,8 @@ class Occlusion(Declared):
     `target` and `camera` restrict it to one object and to one camera; None stands for all. A
     feature that has numbers for each mark is servoed on those that are left; a feature that is
     made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones,
-    and so does any feature of which nothing is left.
+    and so does any feature of which nothing is left. With a weighting of the task a pose is
+    estimated from those that are left, and where these are too few the run ends.
 
     >>> Occlusion([0], start=1.0).end
     inf

@@ -122,7 +122,9 @@ class Ordered(Controller):
 
         def decide(blocks: Blocks) -> Decision:
             shapes = (s, self.k), (error, self.k), (qd, n), (A, self.k, n)
-            return Decision(Command(*(blocks.get(*each) for each in shapes)), blocks.get(J, 6, n))
+            found = Command(*(blocks.get(*each) for each in shapes))
+            weights = blocks.get(used[0], self.k) if used[0] >= 0 else None
+            return Decision(found, blocks.get(J, 6, n), weights=weights)
 
         def note(qd: int) -> None:
             for one in made:

@@ -77,7 +77,9 @@ class Several(Controller):
         def decide(blocks: Blocks) -> Decision:
             get = blocks.get
             shapes = (s, self.k), (error, self.k), (qd, width), (A, self.k, width)
-            return Decision(Command(*(get(*shape) for shape in shapes)), each[0].decide(blocks).J)
+            found = Command(*(get(*shape) for shape in shapes))
+            used = get(weights, self.k) if weights >= 0 else None
+            return Decision(found, each[0].decide(blocks).J, weights=used)
 
         def note(qd: int) -> None:
             for part, one in zip(self.parts, each, strict=True):

@@ -14,7 +14,7 @@ from robsim.base.errors import InputError, said
 from robsim.declare import Flag, register
 from robsim.kernels import commanding
 from robsim.kernels import switching as kernels
-from robsim.kernels.program import Blocks
+from robsim.kernels.program import Blocks, Program
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
@@ -98,7 +98,8 @@ class Switched(Several):
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
             n, own = part.columns.size, self._own(part)
             program.add(commanding.taken, n, one.qd, second, i, *(qd + own))
-        return self._together(given, each, qd)
+        status = _of_its_turn(program, each, second)
+        return replace(self._together(given, each, qd), status=status)
 
     def _condition(self, given: Given, each: list[Commanded]) -> int:
         """Return the row of the condition, which may be a user's."""
@@ -116,6 +117,18 @@ class Switched(Several):
 
         program.call(ask)
         return holds
+
+
+def _of_its_turn(program: Program, each: Sequence[Commanded], second: int) -> int:
+    """Return the row of the status of the scheme whose turn it is, or -1 where none has one."""
+    if all(one.status < 0 for one in each):
+        return -1
+    found = program.rows()
+    program.add(commanding.cleared, 1, found)
+    for i, one in enumerate(each):
+        if one.status >= 0:
+            program.add(commanding.taken, 1, one.status, second, i, found)
+    return found
 
 
 def _images(given: Given, part: Controller) -> list[tuple[int, int]]:
