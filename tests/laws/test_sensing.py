@@ -367,3 +367,14 @@ def test_what_makes_no_sense_is_refused(made, words):
     with pytest.raises(rs.InputError) as error:
         made()
     assert words in str(error.value)
+
+
+def test_marks_are_hidden_from_runs_that_differ_as_from_single_ones():
+    hidden = rs.Sensing(occlusions=rs.Occlusion([1], 0.4, 1.0))
+    one = VISP.with_(sensing=hidden, duration=1.6, record="all")
+    several = one.vary({"cameras.camera.focal": [800.0, 840.0, 880.0]})
+    run = several.run()
+    for i in range(3):
+        np.testing.assert_array_equal(several.of_run(i).run().qd, run.qd[i])
+    seen = one.with_(sensing=rs.Sensing()).vary(several.varied).run()
+    assert (run.qd != seen.qd).any(("time", "velocity")).all()

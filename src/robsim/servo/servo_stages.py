@@ -24,9 +24,9 @@ from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
 from robsim.servo.shaping.shaping import Shapeable
-from robsim.servo.weight_stages import by_error, of_numbers
+from robsim.servo.weight_stages import Rows, by_error, of_numbers
 from robsim.servo.weightings.made_of import groups, made_of
-from robsim.servo.weightings.weighting import NumbersSeen
+from robsim.servo.weightings.weighting import WeightsOfMarks
 
 if TYPE_CHECKING:
     from robsim.servo.servo_controller import Servo
@@ -133,10 +133,13 @@ class ServoStages:
     def _weights(self) -> int:
         """Return the rows of the weights (k,) of all weightings, by marks and then by the error."""
         c, k, each = self.controller, self.k, made_of(self.controller.regulated)
-        weights, error = of_numbers(self.given, self.of.weights, each), self.rows(k)
+        weights = of_numbers(self.program, self.of.weights, each)
+        asked = [one for one in c.weighting if not isinstance(one, WeightsOfMarks)]
+        if not asked:
+            return weights
+        error = self.rows(k)
         self._add(commanding.masked, self.error, k, 1, self._unused(weights), error)
-        seen = NumbersSeen(self.given, k, error, weights, c.tolerances, groups(each))
-        return by_error(c.weighting, seen)
+        return by_error(self.program, asked, Rows(k, error, weights, c.tolerances, groups(each)))
 
     def _unused(self, weights: int) -> int:
         """Return the rows (k,) that say which numbers have the weight 0."""

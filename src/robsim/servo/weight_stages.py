@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,17 +12,20 @@ from robsim.base.errors import InputError, said
 from robsim.kernels import commanding
 from robsim.kernels import weighting as kernels
 from robsim.kernels.program import Blocks, Program
-from robsim.servo.given import Given
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key
 from robsim.servo.weightings.made_of import MadeOf
-from robsim.servo.weightings.weighting import (
-    MarksSeen,
-    NumbersSeen,
-    Residuals,
-    WeightsOfMarks,
-    WeightsOfNumbers,
-)
+from robsim.servo.weightings.weighting import Group, MarksSeen, Residuals, WeightsOfMarks
+
+
+class Rows(NamedTuple):
+    """The rows of what a user's weighting is shown, see `Residuals`."""
+
+    k: int
+    error: int  # (k,) zero where nothing is there
+    weights: int  # (k,) by marks
+    tolerances: Array
+    groups: tuple[Group, ...]
 
 
 def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: int) -> int:
@@ -41,13 +45,12 @@ def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: int) -> int:
     return found
 
 
-def of_numbers(given: Given, marks: dict[Key, int], made_of: list[MadeOf]) -> int:
+def of_numbers(program: Program, marks: dict[Key, int], made_of: list[MadeOf]) -> int:
     """Add the stages of the weights (k,) by marks, whose rows are given; return their rows.
 
     That of a number is the smallest of its marks. Those of a pose are 1 where enough are there.
     """
-    program, k = given.program, sum(len(each.marks) for each in made_of)
-    row = found = program.rows(k)
+    row = found = program.rows(sum(len(each.marks) for each in made_of))
     for each in made_of:
         rows = [[marks[key] + n for key, n in each.of_number(i)] for i in range(len(each.marks))]
         if each.posed:
@@ -60,15 +63,11 @@ def of_numbers(given: Given, marks: dict[Key, int], made_of: list[MadeOf]) -> in
     return found
 
 
-def by_error(weightings: tuple[Any, ...], seen: NumbersSeen) -> int:
-    """Add the stages of the weights by the error, times those by marks; return their rows (k,)."""
-    program, found = seen.given.program, seen.weights
+def by_error(program: Program, weightings: Sequence[Any], seen: Rows) -> int:
+    """Add the stages of a user's weightings, times the weights by marks; return their rows (k,)."""
+    found = seen.weights
     for each in weightings:
-        if isinstance(each, WeightsOfMarks):
-            continue
-        ours = isinstance(each, WeightsOfNumbers)
-        rows = each.stages(seen) if ours else _asked(each, seen)
-        found = _product(program, seen.k, found, rows)
+        found = _product(program, seen.k, found, _asked(program, each, seen))
     return found
 
 
@@ -79,15 +78,13 @@ def _product(program: Program, n: int, x: int, y: int) -> int:
     return found
 
 
-def _asked(weighting: Any, seen: NumbersSeen) -> int:
+def _asked(program: Program, weighting: Any, seen: Rows) -> int:
     """Add the stage in Python that asks a user's weighting; return its rows (k,)."""
-    program, k = seen.given.program, seen.k
-    groups = tuple(group.numbers for group in seen.groups)
-    found = program.rows(k)
+    k, found = seen.k, program.rows(seen.k)
 
     def ask(blocks: Blocks, step: int) -> None:
         error, weights = (frozen(blocks.get(row, k)) for row in (seen.error, seen.weights))
-        now = Residuals(error, weights, seen.tolerances, groups)
+        now = Residuals(error, weights, seen.tolerances, seen.groups)
         blocks.put(found, _checked(weighting.weigh(now), type(weighting).__name__, blocks.runs, k))
 
     program.call(ask)

@@ -38,31 +38,19 @@ class Group(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class NumbersSeen:
-    """The rows of the k numbers of s of a task, of which a weighting makes weights (k,)."""
-
-    given: Given
-    k: int
-    error: int  # (k,) s - s_goal, zero where nothing is there
-    weights: int  # (k,) by marks; zero where nothing is there
-    tolerances: Array  # (k,), in the units of s
-    groups: tuple[Group, ...]  # every number is in one
-
-
-@dataclass(frozen=True, eq=False)
 class Residuals:
     """What a weighting of a user's is shown of B runs, with the run first.
 
     error       s - s_goal (B, k), zero where nothing is there
     weights     weights (B, k) by marks, zero where nothing is there
     tolerances  (k,) in the units of s
-    groups      of each mark, or set of marks, the numbers that are made of it
+    groups      the numbers that are made of the same marks, of each mark or set of marks
     """
 
     error_last: Array
     weights_last: Array
     tolerances: Array
-    groups: tuple[tuple[int, ...], ...]
+    groups: tuple[Group, ...]
 
     @property
     def error(self) -> Array:
@@ -94,14 +82,6 @@ class WeightsOfMarks(ABC):
     @abstractmethod
     def marks(self, of: MarksSeen) -> int:
         """Add the stages of the weights of the marks of a sight, and return their rows (N,)."""
-
-
-class WeightsOfNumbers(ABC):
-    """The base of weightings by the error of each number of s."""
-
-    @abstractmethod
-    def stages(self, of: NumbersSeen) -> int:
-        """Add the stages of the weights of all numbers of s, and return their rows (k,)."""
 
 
 WEIGHTING = Choice(WEIGHTINGS, protocol=Weighting)
