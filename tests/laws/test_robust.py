@@ -62,6 +62,35 @@ def interaction_of(run):
     return FOCAL * np.moveaxis(np.array(rows), -1, 0).reshape(-1, 6)
 
 
+class Place:
+    """The position of the target in the camera, of the pose that is seen, in Python."""
+
+    unit, tolerance, least_marks, uses_pose = "m", 1e-5, 3, True
+
+    def measure(self, seen):
+        return seen.pose[:, :3, 3]
+
+
+@pytest.mark.filterwarnings("ignore:the features of")  # three of six motions
+def test_the_pose_that_a_users_feature_sees_has_the_weights_too():
+    lying = rs.Sensing(noise=1.0, outliers=0.2, outlier_size=40.0)
+    own, ours, plain = (
+        rs.simulate(SCENE, task, starts(8), duration=0.04, sensing=lying, seed=3).s
+        for task in (
+            rs.IBVS(GOAL, features=Place(), weighting="tukey"),
+            rs.IBVS(GOAL, features=rs.Translation("camera"), weighting="tukey"),
+            rs.IBVS(GOAL, features=rs.Translation("camera")),
+        )
+    )
+    np.testing.assert_allclose(own[:, 0], ours[:, 0], atol=1e-12)
+    assert np.abs(own[:, 0] - plain[:, 0]).max() > 1e-3
+
+
+def starts(runs):
+    """So many starts (runs, 7), a little apart."""
+    return BESIDE + np.linspace(0, 0.03, runs)[:, None] * np.eye(7)[0]
+
+
 @pytest.mark.parametrize("task", [rs.IBVS(GOAL), rs.PBVS(GOAL), rs.Hybrid(GOAL)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_where_no_mark_lies_a_run_ends_as_without_weights(task, kind):
@@ -93,11 +122,10 @@ def test_a_mark_beside_its_place_does_not_move_the_end():
 
 @pytest.mark.parametrize("how", [dict(threads=1, chunk=1), dict(threads=2, chunk=3)])
 def test_threads_and_chunks_change_no_bit(how):
-    starts = np.repeat(BESIDE[None], 21, axis=0) + np.linspace(0, 0.03, 21)[:, None] * np.eye(7)[0]
     lying = rs.Sensing(noise=1.0, outliers=0.2, outlier_size=30.0)
     for task in (rs.IBVS(GOAL, weighting="tukey"), rs.PBVS(GOAL, weighting="cauchy")):
         each = [
-            rs.simulate(SCENE, task, starts, duration=1.0, sensing=lying, **given)
+            rs.simulate(SCENE, task, starts(21), duration=1.0, sensing=lying, **given)
             for given in (how, {})
         ]
         for name in ("q", "qd", "s", "weight"):
