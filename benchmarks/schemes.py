@@ -34,6 +34,7 @@ SCHEMES = {
     "Broyden": rs.IBVS(interaction="broyden"),
     "speed limit": rs.IBVS(limit=rs.SpeedLimit(joint=1.0)),
     "smooth start": rs.IBVS(smooth_start=1.0),
+    "marks that come and go": rs.IBVS(weighting=["border", "fade"]),
     "secondary motion": rs.IBVS(
         features=rs.FeatureBlock("points", marks=[0, 1]), secondary=rs.AvoidLimits()
     ),

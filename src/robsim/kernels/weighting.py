@@ -8,7 +8,8 @@ import numpy as np
 
 from robsim.kernels.camera import IN_IMAGE, OUT_OF_IMAGE
 from robsim.kernels.jit import part
-from robsim.kernels.lanes import absolute, get, put, where
+from robsim.kernels.lanes import absolute, get, put, some, where
+from robsim.kernels.solve import solve_block
 from robsim.kernels.stage import stage
 from robsim.kernels.timing import quintic
 from robsim.kernels.viewing import BORDER
@@ -108,23 +109,30 @@ def unused(p, w, step):
 
 @stage
 def few(p, w, step):
-    """Compute whether too little is left to command: (rank, needed, of J, k, weights, marks, ...).
+    """Compute whether too little is left to command: (k, n, A, moves, weights, needed, rcond, ...).
 
-    Then the status, the number of images, and of each image the number of its marks and the rows of
-    their weights. The status is that of a mark out of the image where fewer marks than needed are
-    in use; or where numbers are not, and the rank of L J is below the needed one and that of J.
+    Then how many marks are needed, the status, zeros, room, the number of images, and of each the
+    number of its marks and the rows of their weights. The status is that of a mark out of the image
+    where fewer marks are in use than needed; or where numbers are not, and the rank of A = L J is
+    below the needed one and that of J, where `moves` is the row of J (see `solve_block`).
     """
-    rank, needed, unused = get(w, p[0]), get(w, p[1]), 0.0 * get(w, p[0])
-    if p[2] >= 0:
-        needed = where(get(w, p[2]) < needed, get(w, p[2]), needed)
-    for i in range(p[3]):
+    k, n, moves, rcond, zeros, room = p[0], p[1], p[3], get(w, p[6]), p[9], p[10]
+    unused = 0.0 * rcond
+    for i in range(k):
         unused = where(get(w, p[4] + i) > 0.0, unused, 1.0)
-    count = 0.0 * unused
-    for i in range(p[7]):
-        for n in range(p[8 + 2 * i]):
-            count = count + where(get(w, p[9 + 2 * i] + n) > 0.0, 1.0, 0.0)
-    lost = ((unused > 0.0) & (rank < needed)) | (count < 1.0 * p[5])
-    put(w, p[6], where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
+    count = 0.0 * rcond
+    for i in range(p[11]):
+        for m in range(p[12 + 2 * i]):
+            count = count + where(get(w, p[13 + 2 * i] + m) > 0.0, 1.0, 0.0)
+    lost = count < 1.0 * p[7]
+    if some(unused > 0.0):
+        rank = solve_block(w, p[2], k, n, zeros, -1, rcond, room, moves, room + n)
+        needed = get(w, p[5])
+        if moves >= 0:
+            of_J = solve_block(w, moves, 6, n, zeros, -1, rcond, room, moves, room + n)
+            needed = where(of_J < needed, of_J, needed)
+        lost = lost | ((unused > 0.0) & (rank < needed))
+    put(w, p[8], where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
 
 
 @stage

@@ -12,6 +12,7 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.values import known
 from robsim.kernels import broyden, commanding, weighting
 from robsim.kernels.program import Blocks
+from robsim.kernels.solve import scratch_of
 from robsim.kernels.stage import Stage
 from robsim.servo.basis import Basis
 from robsim.servo.command import Command
@@ -19,7 +20,7 @@ from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import ANY, solved
+from robsim.servo.laws.inverse import ANY
 from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
@@ -149,21 +150,17 @@ class ServoStages:
 
     def _few(self) -> int:
         """Return the row that says where too little is left to command, by rank and by count."""
-        c, k, status = self.controller, self.k, self.rows(1)
+        c, k, n, program = self.controller, self.k, self.n, self.program
         moves = self.of.first if c.one_motion else ANY
-        rank = self._rank(self.A, k, self.weighted, moves)
-        of_J = self._rank(moves, 6, self.rows(6), moves) if c.one_motion else -1
+        needed, rcond = program.number(c.full_rank), self.constant(c.rcond)
         least = max(getattr(each, "least", 1) for each in c.weighting)
+        status, zeros = self.rows(1), self.constant(np.zeros(max(k, 6)))
+        room = program.scratch(n + max(scratch_of(k, n), scratch_of(6, n)))
         counts = [(len(s.target.marks), self.of.weights[s.key]) for s in c.regulated.sights]
-        given = rank, self.program.number(c.full_rank), of_J, k, self.weights, least, status
         images = [number for pair in counts for number in pair]
+        given = k, n, self.A, moves, self.weights, needed, rcond, least, status, zeros, room
         self._add(weighting.few, *given, len(counts), *images)
         return status
-
-    def _rank(self, A: int, k: int, y: int, moves: int) -> int:
-        """Return the row of the rank of A (k, n), whose columns are of moves, as in `solved`."""
-        n = self.n
-        return solved(self.program, (A, k, n), y, 0.0, self.controller.rcond, moves) + n
 
     def _change(self, stage: Stage, by: int) -> None:
         """Let error, L and L J be others, row by row."""

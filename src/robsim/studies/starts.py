@@ -29,8 +29,8 @@ FULL_TURN = (-np.pi, np.pi)
 class Start(Declared):
     """A sampler of starts; `numbers` is how many random numbers one takes.
 
-    With `visible` only starts are taken at which the cameras see all marks of the task and the
-    joints are within their limits; what is drawn in vain is counted.
+    With `visible` only starts are taken at which the cameras see the marks that the task needs and
+    the joints are within their limits; what is drawn in vain is counted.
     """
 
     numbers: ClassVar[int] = 0
