@@ -44,7 +44,7 @@ def test_the_camera_law_stalls_on_the_rhino_where_the_joint_law_arrives():
 
 
 def test_robust_weights_leave_what_noise_leaves():
-    """Means from 10 s on, in millimetres: 24 with marks that lie, 4.2 with weights, 3.9 of noise."""
+    """Means from 10 s on, in millimetres: 24 with marks that lie, 4.2 weighted, 3.9 of noise."""
 
     def off(*changes):
         run = run_of("marks_that_lie", *changes)
