@@ -125,6 +125,9 @@ def estimate_pose(
     <PoseEstimate position [0.0008, -0.0008, 0.9953] rms 0.271 px>
     >>> found.T_c_o.shape, found.covariance.shape
     ((4, 4), (6, 6))
+    >>> lying = [[240, 160], [400, 160], [400, 320], [240, 320], [350, 200]]
+    >>> estimate_pose([*marks, [0, 0, 0]], lying, camera, robust="tukey").weights
+    array([1., 1., 1., 1., 0.])
     """
     p, size = _checked_marks(marks)
     u = measured(pixels, "pixels", camera, len(p))

@@ -25,7 +25,7 @@ from robsim.vision.three_marks import three_marks_poses
 
 KINDS = {"huber": robust.HUBER, "tukey": robust.TUKEY, "cauchy": robust.CAUCHY}
 LEAST_MARKS = 5  # any three of four marks have a pose that fits them, so any one may be what lies
-EXACT = 1e-9  # pixels: the least scale of distances where no noise is given
+EXACT = 1e-9  # pixels: the least scale of distances where no more noise is given
 TRIANGLES = 35  # of marks that are tried; half of the marks may lie, and 1 of 100 finds none sound
 STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # x^-1..-3 of x^4 = x + 1
 
@@ -41,7 +41,7 @@ def robust_minima(
     """
     x, (T, squares) = normalised(u, camera), all_minima(p, u, camera)
     weights, seen = np.full(u.shape[:2], np.nan), np.flatnonzero(shows(x))
-    least = (EXACT if noise is None else noise) / np.sqrt(camera.K[0, 0] * camera.K[1, 1])
+    least = max(noise or 0.0, EXACT) / np.sqrt(camera.K[0, 0] * camera.K[1, 1])
     with np.errstate(all="ignore"):  # starts that are not finite are replaced
         starts = np.concatenate([T[seen], _of_triangles(p, x[seen])], axis=1)
         found, each = _reweighted(p, x[seen], starts, kind, float(least))
