@@ -48,7 +48,7 @@ def _imperfections(experiment: Experiment) -> Iterator[str]:
     if s.quantisation and s.noise < COARSE * s.quantisation:
         yield "rounded pixels count as noise, and with less noise than this the loop may stick"
     if s.outliers and weighs_robustly(experiment.task):
-        yield "outliers count as noise, as without robust weights: with these there is less"
+        yield "outliers have no part in the noise, as if robust weights left out all of them"
     left = [
         name
         for name, there in (
