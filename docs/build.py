@@ -41,7 +41,7 @@ GROUPS = {
     "Laws and what they are made of": "JointLaw CameraLaw PartitionedLaw ControlState "
     "PseudoInverse DampedInverse JacobianTranspose AdaptiveGain Broyden DepthFilter "
     "EstimatedMotion",
-    "What makes a mark count less": "Border Fade",
+    "What makes a mark count less": "Border Fade Huber Tukey Cauchy",
     "What is done to a command": "SpeedLimit AvoidLimits Posture LargeProjection",
     "Trajectories": "FollowJoints FollowPath trajectory",
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "

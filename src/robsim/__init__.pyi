@@ -112,6 +112,7 @@ from robsim.servo import AvoidLimits as AvoidLimits
 from robsim.servo import Border as Border
 from robsim.servo import Broyden as Broyden
 from robsim.servo import CameraLaw as CameraLaw
+from robsim.servo import Cauchy as Cauchy
 from robsim.servo import ControlState as ControlState
 from robsim.servo import DampedInverse as DampedInverse
 from robsim.servo import DepthFilter as DepthFilter
@@ -124,6 +125,7 @@ from robsim.servo import FollowJoints as FollowJoints
 from robsim.servo import FollowPath as FollowPath
 from robsim.servo import GoalFeatures as GoalFeatures
 from robsim.servo import GoalPose as GoalPose
+from robsim.servo import Huber as Huber
 from robsim.servo import Hybrid as Hybrid
 from robsim.servo import JacobianTranspose as JacobianTranspose
 from robsim.servo import JointLaw as JointLaw
@@ -140,6 +142,7 @@ from robsim.servo import ServoTask as ServoTask
 from robsim.servo import SpeedLimit as SpeedLimit
 from robsim.servo import Switch as Switch
 from robsim.servo import TaughtGoal as TaughtGoal
+from robsim.servo import Tukey as Tukey
 from robsim.servo.safety.safety import Fence as Fence
 from robsim.servo.safety.safety import Safety as Safety
 from robsim.servo.safety.safety import Watchdog as Watchdog

@@ -30,6 +30,11 @@ REFUSED = {
     "unknown": (dict(weighting="edge"), "no weighting 'edge'"),
     "no width": (dict(weighting=lambda: rs.Border(width=0)), "Border.width .px. must be"),
     "no time": (dict(weighting=lambda: rs.Fade(time=0)), "Fade.time"),
+    "no noise": (dict(weighting=lambda: rs.Tukey(noise=0)), "Tukey.noise .px. must be"),
+    "no image of the goal": (
+        dict(goal=rs.GoalFeatures(np.zeros(80)), weighting="huber"),
+        "Huber goes by the image of the marks at the goal",
+    ),
     "no object": (dict(weighting=[3]), "expected a weighting"),
 }
 
@@ -41,7 +46,7 @@ def test_what_cannot_be_weighed_is_refused_in_one_line(case):
         given = {"weighting": "border"} | given
         made = given["weighting"]
         given["weighting"] = made() if callable(made) else made
-        rs.simulate(SCENE, rs.IBVS(GOAL, **given), POSTER.goal, duration=0.1)
+        rs.simulate(SCENE, rs.IBVS(**{"goal": GOAL} | given), POSTER.goal, duration=0.1)
     assert "\n" not in str(error.value)
 
 
@@ -53,3 +58,24 @@ def test_a_camera_without_a_border_has_none_to_weigh_by():
 def test_partitioned_servoing_needs_its_area_of_all_marks():
     with pytest.raises(rs.InputError, match=ALL_AT_ONCE):
         rs.simulate(SCENE, rs.Partitioned(GOAL, weighting="border"), POSTER.goal)
+
+
+def test_of_three_marks_none_can_be_left_out():
+    scene = rs.Scene(SCENE.robots, rs.Object("square", marks=0.1 * np.eye(3)), SCENE.cameras)
+    with pytest.raises(rs.InputError, match="Cauchy needs 4 marks or more, and 'square' has 3"):
+        rs.simulate(scene, rs.IBVS(GOAL, weighting="cauchy"), POSTER.goal)
+
+
+@pytest.mark.parametrize(
+    ("marks", "robust", "words"),
+    [
+        (np.eye(3), "tukey", "3 marks do not tell which of them lies"),
+        (np.eye(4, 3), "tukey", "4 marks do not tell"),
+        (np.eye(5, 3), "tuckey", "no weights 'tuckey'; did you mean 'tukey'?"),
+        (np.eye(5, 3), 1, "no weights 1"),
+    ],
+)
+def test_poses_take_robust_weights_by_name_and_five_marks(marks, robust, words):
+    with pytest.raises(rs.InputError, match=words) as error:
+        rs.estimate_pose(marks, np.zeros((len(marks), 2)), CAMERA, robust=robust)
+    assert "\n" not in str(error.value)

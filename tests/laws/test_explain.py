@@ -166,8 +166,11 @@ def wrong_base():
     return rs.simulate(scenario.scene, task, scenario.start, duration=20)
 
 
+WILD = rs.IBVS(tolerance=1e-3)
+
+
 def wild_marks():
-    return fly(rs.IBVS(tolerance=1e-3), sensing=rs.Sensing(noise=0.05, outliers=0.05))
+    return fly(WILD, sensing=rs.Sensing(noise=0.05, outliers=0.05))
 
 
 def rare():
@@ -847,3 +850,14 @@ def test_of_two_marks_given_as_numbers_there_is_no_pose_to_miss():
 def test_joints_that_move_a_camera_in_two_ways_need_no_more_than_two_numbers():
     told = rs.explain(example("pan_tilt_tracking", "run.hold=false", duration=20))
     assert all(cause.about != "free motions" for cause in told.causes)
+
+
+def test_marks_that_lie_are_weighed_robustly_on_advice_and_it_is_said_where_they_are():
+    advised = rs.explain(wild_marks())
+    (weigh,) = [each for each in advised.advice if each.about == "weighting"]
+    assert "With weighting='tukey' the same start converges after 5" in weigh.sentence
+    weighted = replace(WILD, weighting="tukey")
+    worse = rs.Sensing(noise=0.05, outliers=0.2, outlier_size=30.0)
+    told = rs.explain(fly(weighted, sensing=worse))
+    assert "though robust weights are in use." in str(told)
+    assert not [each for each in told.advice if each.about == "weighting"]

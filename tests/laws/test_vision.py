@@ -334,13 +334,33 @@ def test_a_parallel_rig_has_the_depth_error_of_the_textbook():
     np.testing.assert_allclose(np.sqrt(C[:, 2, 2]), expected, rtol=1e-12)
 
 
+def test_what_is_off_the_epipolar_line_is_a_miss_and_what_is_along_it_is_not():
+    """In a parallel rig of equal cameras an offset d of a row is shared: d/2 in each image."""
+    T, X = rs.Pose.at(0.12, 0, 0), np.array([[0.1, 0.05, 1.5]])
+    a, b = in_both(X, T, right=PLAIN)
+    across = rs.triangulate(a, b + np.array([0, 30]), PLAIN, PLAIN, T)
+    np.testing.assert_allclose(across.miss, 30 / np.sqrt(2), rtol=1e-9)
+    along = rs.triangulate(a, b + np.array([30, 0]), PLAIN, PLAIN, T)
+    assert along.miss < 1e-9
+    assert np.linalg.norm(along.points - X) > 0.5
+
+
+def test_the_miss_of_noise_is_as_large_as_that_of_a_coordinate():
+    X, T = rig(9, 1, 2000)
+    rng = np.random.default_rng(9)
+    a, b = (p + 0.3 * rng.normal(size=p.shape) for p in in_both(X, T))
+    found = rs.triangulate(a, b, PLAIN, BENT, T)
+    np.testing.assert_allclose(np.sqrt(np.square(found.miss).mean()), 0.3, rtol=0.05)
+
+
 def test_points_at_infinity_or_beyond_are_nan_and_the_others_are_not():
     T = rs.Pose.at(0.1, 0, 0)
     a = np.array([[340.0, 240], [340, 240], [340, 240], [np.nan, 240]])
     b = np.array([[300.0, 240], [340, 240], [342, 240], [300, 240]])
     found = rs.triangulate(a, b, PLAIN, PLAIN, T)
     close(found.points[0], [0.05, 0, 2], 1e-14)
-    assert np.isnan(found.points[1:]).all() and np.isnan(found.covariance[1:]).all()
+    for each in (found.points, found.covariance, found.miss):
+        assert np.isnan(each[1:]).all()
 
 
 def test_points_have_the_same_bits_alone_and_in_a_batch():
@@ -352,7 +372,7 @@ def test_points_have_the_same_bits_alone_and_in_a_batch():
     for i in (0, 5, 39):
         alone = rs.triangulate(a[i], b[i], PLAIN, BENT, T[i])
         one = rs.triangulate(a[i, :1], b[i, :1], PLAIN, BENT, T[i])
-        for name in ("points", "covariance"):
+        for name in ("points", "covariance", "miss"):
             np.testing.assert_array_equal(getattr(alone, name), getattr(batch, name)[i])
             np.testing.assert_array_equal(getattr(one, name), getattr(batch, name)[i, :1])
 

@@ -16,7 +16,7 @@ from robsim.analysis.advising.limit import largest
 from robsim.analysis.advising.linear import WHO, Linear
 from robsim.analysis.advising.notes import notes
 from robsim.analysis.explanation.wording import away, number
-from robsim.analysis.leaves import leaves
+from robsim.analysis.leaves import leaves, weighs_robustly
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RankWarning
 from robsim.base.html import table
@@ -186,7 +186,8 @@ def _noise(experiment: Experiment, linear: Linear) -> Floor:
     drives = Drives(experiment.actuation, field.scene, field.controller.columns)
     rows = field.scene.tree.alone(field.controller.columns)
     steps = np.where(rows >= 0, drives.steps[rows], 0.0)
-    each = deviation(experiment.sensing), steps / math.sqrt(12.0)
+    outliers = not weighs_robustly(experiment.task)
+    each = deviation(experiment.sensing, outliers), steps / math.sqrt(12.0)
     return floor(linear.response, linear.scaled, linear.timing, *each)
 
 

@@ -32,3 +32,8 @@ def changed(task: Task, change: Change) -> Task:
         return task
     made: Task = outer.with_inner([changed(part, change) for part in outer.inner])
     return made
+
+
+def weighs_robustly(task: Task) -> bool:
+    """Return whether marks that are far from where the others are count less in some servo task."""
+    return any(getattr(each, "by_goal", False) for leaf in leaves(task) for each in leaf.weighting)

@@ -22,7 +22,7 @@ CHANGES = (
     *(f"task.interaction={matrix}" for matrix in ("mean", "desired", "broyden")),
     *("sensing.noise=1", "sensing.outliers=0.1", "sensing.dropped=0.1", "sensing.quantisation=1"),
     *("sensing.latency=60 ms", 'sensing.occlusions=[{marks=[1],start="1 s"}]'),
-    "actuation.encoder=0.1 deg",
+    *("actuation.encoder=0.1 deg", 'task.weighting=["tukey"]'),
 )
 
 Use = tuple[str, str]  # what is done, and with what

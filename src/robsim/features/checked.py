@@ -52,6 +52,8 @@ def checked_parts(given: dict[str, Any]) -> dict[str, Any]:
     N, _, B = made["pixels_last"].shape
     for name in POSES:
         made[name] = given[name] if given[name] is None else _exactly(given[name], name, (3, 4, B))
+    if given["weights_last"] is not None:
+        made["weights_last"] = _exactly(given["weights_last"], "weights_last", (N, B))
     if given["model"] is not None:
         each = numbers(given["model"], "model", (), gaps=True).ndim > 2
         made["model"] = _exactly(given["model"], "model", (N, 3, B) if each else (N, 3))

@@ -46,6 +46,7 @@ class Observation:
     other: Observation | None = None  # the same marks, as the second camera of a pair sees them
     between_last: Array | None = None  # (3, 4, B) pose of the second camera in this one
     runs: NDArray[np.int64] | None = None  # (B,) numbers of the runs, where these are not all
+    weights_last: Array | None = None  # (N, B) of marks in the estimate of the pose; None: all 1
 
     def __post_init__(self) -> None:
         vars(self).update(checked_parts(vars(self)))
@@ -81,7 +82,9 @@ class Observation:
         if self.model is None or self.guess_last is None:
             raise InputError("a pose needs the model of the target and a guess; here are none")
         T, points = np.empty_like(self.guess_last), self.points_last.copy()
-        fit_pose(each_run(self.model, points.shape[-1]), points, self.guess_last.copy(), T)
+        weights = None if self.weights_last is None else self.weights_last.copy()
+        marks = each_run(self.model, points.shape[-1])
+        fit_pose(marks, points, self.guess_last.copy(), T, weights)
         return frozen(without_guess(T, self.model, points))
 
     @classmethod
@@ -175,6 +178,7 @@ class Observation:
             points_last=frozen(self.points_last[marks]),
             depth_last=frozen(self.depth_last[marks]),
             model=None if self.model is None else frozen(self.model[marks]),
+            weights_last=None if self.weights_last is None else frozen(self.weights_last[marks]),
             other=None if self.other is None else self.other.some(marks),
         )
 

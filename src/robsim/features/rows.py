@@ -100,6 +100,7 @@ class Seen:
             model=frozen(model if (model != model[..., :1]).any() else model[..., 0].copy()),
             guess_last=frozen(get(self.guess, 3, 4)),
             runs=frozen(blocks.rows.view()),
+            weights_last=None if self.weights < 0 else frozen(get(self.weights, N)),
         )
         if self.other is None:
             return seen

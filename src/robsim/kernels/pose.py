@@ -23,7 +23,7 @@ RCOND = 1e-12  # a motion that the image shows so little is left as it was guess
 
 
 @kernel
-def _reproject(w, marks, N, T, x, weights, image):
+def reproject(w, marks, N, T, x, weights, image):
     """Compute the image of marks at T: 2 N points, N inverse depths, 2 N weighted errors against x.
 
     They are NaN for marks behind the camera, and zero for those of weight 0.
@@ -151,7 +151,7 @@ def fit(p, w, step):
         put(w, T + i, get(w, guess + i))
     share = where(get(w, guess) > 0.0, 1.0, 1.0)
     moving, slow, rcond = share > 0.0, share < 0.0, RCOND * share
-    _reproject(w, marks, N, T, x, weights, here)
+    reproject(w, marks, N, T, x, weights, here)
     for _ in range(UPDATES):
         _interaction(w, N, here, here + 2 * N, weights, L)
         image = here, here + 2 * N, here + 3 * N
@@ -161,7 +161,7 @@ def fit(p, w, step):
         motion = _image_motion(w, L, back, 2 * N)
         _motion(w, back, share, step)
         compose(w, step, T, updated)
-        _reproject(w, marks, N, updated, x, weights, there)
+        reproject(w, marks, N, updated, x, weights, there)
         square, gain = _squares(w, here + 3 * N, there + 3 * N, 2 * N)
         worse = ~(gain >= -ROUNDING * square)
         goes = moving & (motion > STILL)  # an update that is only rounding is not taken
@@ -177,11 +177,13 @@ def fit(p, w, step):
             return
 
 
-def fit_pose(marks: Any, x: Any, guess: Any, T: Any) -> None:
+def fit_pose(marks: Any, x: Any, guess: Any, T: Any, weights: Any = None) -> None:
     """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit`."""
     N, runs, program = len(x), x.shape[2], Program()
-    first = program.rows(5 * N + 12)
-    found, weights, room = program.rows(12), program.constant(np.ones(N)), program.rows(room_of(N))
-    program.add(fit, N, first, first + 3 * N, first + 5 * N, found, weights, room)
-    given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess)])
+    first = program.rows(6 * N + 12)
+    found, room = program.rows(12), program.rows(room_of(N))
+    guessed, weighed = first + 5 * N, first + 5 * N + 12
+    program.add(fit, N, first, first + 3 * N, guessed, found, weighed, room)
+    each = np.ones((N, runs)) if weights is None else weights
+    given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess, each)])
     T[:] = Function(program, first, found, 12)(given).reshape(T.shape)

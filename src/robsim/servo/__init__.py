@@ -37,3 +37,6 @@ from robsim.servo.tasks.task import ServoTask as ServoTask
 from robsim.servo.tasks.task import Task as Task
 from robsim.servo.weightings.border import Border as Border
 from robsim.servo.weightings.fade import Fade as Fade
+from robsim.servo.weightings.robust import Cauchy as Cauchy
+from robsim.servo.weightings.robust import Huber as Huber
+from robsim.servo.weightings.robust import Tukey as Tukey

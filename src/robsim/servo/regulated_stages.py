@@ -108,7 +108,8 @@ class RegulatedRows:
         there = program.rows(N)
         image = view.pixels, points, camera
         program.add(weighting.there, N, *image, there, view.hidden)
-        seen = MarksSeen(self.given, sight, N, view, camera, there)
+        goal = self.regulated.goals[sight.key].pixels_last
+        seen = MarksSeen(self.given, sight, N, view, camera, there, goal)
         found = self.weights[sight.key] = of_marks(self.weightings, seen, points)
         return found
 

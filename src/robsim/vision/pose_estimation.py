@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.values import Value
 from robsim.geometry.pose import homogeneous
 from robsim.kernels import se3
@@ -17,6 +17,7 @@ from robsim.kernels.features import points_interaction
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, pixel_rates
 from robsim.vision.pose_minima import CHUNK, EXACT, all_minima, in_camera, in_image
+from robsim.vision.robust_pose import KINDS, LEAST_MARKS, robust_minima
 from robsim.vision.spread import second_moment
 
 LINE = 1e-9  # relative to their size: marks within this distance of a line count as on it
@@ -39,6 +40,9 @@ class PoseEstimate(Value):
     about the other one. NaN where there is none. Where sigma is estimated, it has 2N - 6 degrees of
     freedom only: of four marks two.
 
+    `weights` (..., N) of the squared distances are 1, or with robust weights from 0 to 1, near 0
+    for marks that seem to lie. Squares are then weighted, and N is the sum of the weights.
+
     `ambiguous` (...) is true where the image does not determine the pose: no pose was found; or the
     other minimum is not a hundred times less likely; or the standard deviation of the target's
     depth is above a third of it. The odds are exp((E2 - E1) / (2 sigma^2)) with E the squared
@@ -51,6 +55,7 @@ class PoseEstimate(Value):
     errors: Array
     ambiguous: NDArray[np.bool_]
     covariance: Array
+    weights: Array
 
     @property
     def T_c_o(self) -> Array:
@@ -83,7 +88,12 @@ class PoseEstimate(Value):
 
 
 def estimate_pose(
-    marks: ArrayLike, pixels: ArrayLike, camera: Camera, *, noise: float | None = None
+    marks: ArrayLike,
+    pixels: ArrayLike,
+    camera: Camera,
+    *,
+    noise: float | None = None,
+    robust: str | None = None,
 ) -> PoseEstimate:
     """Return the poses T_c_o of a target from one image of its marks, by least squares.
 
@@ -97,8 +107,16 @@ def estimate_pose(
     least error in the image. Three marks have up to four poses: all are in `candidates`.
 
     `noise` is the standard deviation of a pixel coordinate; without it, it is estimated from what
-    the fit leaves over, which takes four marks. A run with a NaN among its pixels, or whose image
-    is a single point, has no pose and is flagged as ambiguous. InputError for anything else.
+    the fit leaves over, which takes four marks.
+
+    `robust` is "huber", "tukey" or "cauchy" for images in which some marks are seen at a wrong
+    place: squares are weighed by how far a mark is from where the others let it be (iteratively
+    reweighted least squares, `robsim.kernels.robust`), beginning also with the pose of three marks
+    that is nearest to a majority (least median of squares: Rousseeuw 1984). It takes five marks, as
+    any three of four have a pose that fits them; of many, almost half may lie.
+
+    A run with a NaN among its pixels, or whose image is a single point, has no pose and is flagged
+    as ambiguous. InputError for anything else.
 
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> marks = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
@@ -107,28 +125,51 @@ def estimate_pose(
     <PoseEstimate position [0.0008, -0.0008, 0.9953] rms 0.271 px>
     >>> found.T_c_o.shape, found.covariance.shape
     ((4, 4), (6, 6))
+    >>> lying = [[240, 160], [400, 160], [400, 320], [240, 320], [350, 200]]
+    >>> estimate_pose([*marks, [0, 0, 0]], lying, camera, robust="tukey").weights
+    array([1., 1., 1., 1., 0.])
     """
     p, size = _checked_marks(marks)
     u = measured(pixels, "pixels", camera, len(p))
     sigma = None if noise is None else deviation(noise)
     lead = u.shape[:-2]
-    T, squares = all_minima(p, u.reshape(-1, len(p), 2), camera)
-    variance = _variance(squares[:, 0], len(p), sigma)
-    covariance = _covariance(p, T[:, 0], u.reshape(-1, len(p), 2), camera, variance)
-    sure = _is_distinct(squares, len(p), sigma) & _depth_known(p, T[:, 0], covariance)
+    flat = u.reshape(-1, len(p), 2)
+    T, squares, weights = _minima(p, flat, camera, robust, sigma)
+    count = weights.sum(1)
+    variance = _variance(squares[:, 0], count, sigma)
+    covariance = _covariance(p, T[:, 0], flat, camera, variance, np.sqrt(weights))
+    sure = _is_distinct(squares, count, sigma) & _depth_known(p, T[:, 0], covariance)
     with np.errstate(over="ignore"):  # of a target beyond measure
         T[..., 3] *= size
         covariance[:, :3] *= size
         covariance[:, :, :3] *= size
     poses = homogeneous(np.moveaxis(T.reshape(-1, 3, 4), 0, -1), (*lead, 4))
     poses[~np.isfinite(poses).all((-1, -2))] = np.nan
-    rms = np.sqrt(np.where(np.isinf(squares), np.nan, squares) / (2 * len(p)))
+    rms = np.sqrt(np.where(np.isinf(squares), np.nan, squares) / (2 * count[:, None]))
     return PoseEstimate(
         frozen(poses),
         frozen(rms.reshape(*lead, 4)),
         frozen((~sure).reshape(lead)),
         frozen(covariance.reshape(*lead, 6, 6)),
+        frozen(weights.reshape(*lead, len(p))),
     )
+
+
+def _minima(
+    p: Array, u: Array, camera: Camera, robust: str | None, sigma: float | None
+) -> tuple[Array, Array, Array]:
+    """Return the minima, their weighted squares, and weights (B, N): 1, unless they are robust."""
+    if robust is None:
+        T, squares = all_minima(p, u, camera)
+        return T, squares, np.ones(u.shape[:2])
+    if not is_one_of(robust, tuple(KINDS)):
+        raise InputError(f"robust: no weights {said(robust)}; {suggest(robust, KINDS, 'weights')}")
+    if len(p) < LEAST_MARKS:
+        raise InputError(
+            f"robust: {len(p)} marks do not tell which of them lies, as any three have a pose that "
+            f"fits them; give {LEAST_MARKS} or more"
+        )
+    return robust_minima(p, u, camera, KINDS[robust], sigma)
 
 
 def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
@@ -153,14 +194,16 @@ def _power_of_two(size: float) -> float:
     return 2.0 ** min(math.floor(math.log2(size)), 1000) if size > 0 else 1.0
 
 
-def _variance(squares: Array, N: int, sigma: float | None) -> Array:
+def _variance(squares: Array, N: Array, sigma: float | None) -> Array:
     """Return the variance (B) of a pixel coordinate, given or from residuals; NaN for 3 marks."""
     if sigma is not None:
         return np.full(len(squares), sigma * sigma)
-    return squares / (2 * N - 6) if N > 3 else np.full(len(squares), np.nan)
+    return np.asarray(squares / np.where(N > 3, 2 * N - 6, np.nan))
 
 
-def _covariance(p: Array, T: Array, u: Array, camera: Camera, variance: Array) -> Array:
+def _covariance(
+    p: Array, T: Array, u: Array, camera: Camera, variance: Array, roots: Array
+) -> Array:
     """Return the covariance (B, 6, 6) of the twist for pixels of that variance, beyond first order.
 
     To first order, at the estimate, it is M M' times the variance. Of planes that face the camera
@@ -170,18 +213,23 @@ def _covariance(p: Array, T: Array, u: Array, camera: Camera, variance: Array) -
     """
     out = np.full((len(T), 6, 6), np.nan)
     found = np.flatnonzero(np.isfinite(T).all((-1, -2)))
-    M = _following(p, T[found], camera)
+    M = _following(p, T[found], camera, roots[found])
     out[found] = M @ np.swapaxes(M, -1, -2) * variance[found, None, None]
     noisy = np.flatnonzero(np.isfinite(out[found]).all((-1, -2)) & (variance[found] > EXACT**2))
     for first in range(0, len(noisy), CHUNK):
         some = noisy[first : first + CHUNK]
         i = found[some]
-        out[i] = _spread(p, T[i], u[i], camera, M[some], np.sqrt(variance[i]))
+        out[i] = _spread(p, T[i], u[i], camera, M[some], np.sqrt(variance[i]), roots[i])
     return out
 
 
-def _spread(p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array) -> Array:
-    """Return second moments (B, 6, 6) of the twist, from M and deviations (B) of a coordinate."""
+def _spread(
+    p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array, roots: Array
+) -> Array:
+    """Return second moments (B, 6, 6) of the twist, from M and deviations (B) of a coordinate.
+
+    Distances are times the roots (B, N) of weights.
+    """
     to_z, to_twist, _ = np.linalg.svd(M, full_matrices=False)
     order = np.arange(6)[::-1]  # known best first
     length = sigma[:, None] * to_twist[:, order]
@@ -190,7 +238,8 @@ def _spread(p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array
 
     def residuals(z: Array) -> Array:
         pixels = in_image(p, _moved(T, z @ np.swapaxes(S, 1, 2)), camera)
-        return np.asarray((pixels - u[:, None]).reshape(*z.shape[:2], -1) / sigma[:, None, None])
+        away = (pixels - u[:, None]) * roots[:, None, :, None]
+        return np.asarray(away.reshape(*z.shape[:2], -1) / sigma[:, None, None])
 
     with np.errstate(all="ignore"):  # nodes far away may be anywhere
         return np.asarray(S @ second_moment(residuals, back) @ np.swapaxes(S, 1, 2))
@@ -207,8 +256,10 @@ def _moved(T: Array, twists: Array) -> Array:
     return runs_first(out, twists.shape[:2])
 
 
-def _following(p: Array, T: Array, camera: Camera) -> Array:
+def _following(p: Array, T: Array, camera: Camera, roots: Array) -> Array:
     """Return M = L^+ J^-1 (B, 6, 2N), by which the estimate follows the pixels.
+
+    L^+ is that of the rows times the roots (B, N) of the weights of the marks, times these.
 
     L is the interaction matrix of the normalised points, of which the fit takes the pseudo-inverse,
     and J their rates in the image. With square pixels and no distortion M M' is (L' L)^-1 with L
@@ -218,12 +269,13 @@ def _following(p: Array, T: Array, camera: Camera) -> Array:
     x, Z = X[..., :2] / X[..., 2:], np.ascontiguousarray(X[..., 2])
     L = np.empty((2 * len(p), 6, len(X)))
     points_interaction(runs_last(x, 2), runs_last(Z, 1), L)
-    back = np.linalg.pinv(runs_first(L)).reshape(-1, 6, len(p), 2).swapaxes(1, 2)
+    rows = runs_first(L) * np.repeat(roots, 2, axis=1)[..., None]
+    back = np.linalg.pinv(rows).reshape(-1, 6, len(p), 2).swapaxes(1, 2) * roots[..., None, None]
     M = (back @ np.linalg.inv(pixel_rates(x, camera))).swapaxes(1, 2).reshape(-1, 6, 2 * len(p))
     return np.asarray(M)
 
 
-def _is_distinct(squares: Array, N: int, sigma: float | None) -> NDArray[np.bool_]:
+def _is_distinct(squares: Array, N: Array, sigma: float | None) -> NDArray[np.bool_]:
     """Return whether (B) the best minimum is by ODDS more likely than the next."""
     first, second = squares[:, 0], squares[:, 1]
     alone = np.isinf(second)

@@ -28,22 +28,35 @@ def all_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
     """
     x = normalised(u, camera)
     T, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
-    seen = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)  # no NaN
+    seen = shows(x)
     with np.errstate(all="ignore"):  # starts that are not finite are replaced
-        T[seen], squares[seen] = _minima(p, x[seen], u[seen], camera)
+        starts = _starts(p, x[seen])
+        T[seen], squares[seen] = minima_from(p, x[seen], u[seen], camera, starts)
     return T, squares
 
 
-def _minima(p: Array, x: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
-    """Return the minima T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4), the best first."""
-    T = _refined(p, x, _starts(p, x))
-    squares = _squares(p, T, u, camera)
+def shows(x: Array) -> NDArray[np.bool_]:
+    """Return which images (B) of normalised points (B, N, 2) show something."""
+    there = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)
+    return np.asarray(there)  # no NaN
+
+
+def minima_from(
+    p: Array, x: Array, u: Array, camera: Camera, starts: Array, weights: Array | None = None
+) -> tuple[Array, Array]:
+    """Return the minima T_c_o (B, 4, 3, 4) to which starts (B, k, 3, 4) lead, the best first.
+
+    Also the sums of squared pixels (B, 4), times weights (B, N) if there are any. A start of zeros
+    is none.
+    """
+    T = _refined(p, x, starts, None if weights is None else np.sqrt(weights))
+    squares = _squares(p, T, u, camera, weights)
     if len(p) == 3:  # exact poses, or the nearest to one
         exact = squares.min(1, keepdims=True) + 2 * len(p) * EXACT**2
         squares = np.where(squares <= exact, squares, np.inf)
     T, squares = _sorted(T, squares)
     for k in range(1, T.shape[1]):
-        again = (_apart(T[:, :k], T[:, k, None]) < SAME).any(1)
+        again = (apart(T[:, :k], T[:, k, None]) < SAME).any(1)
         squares[again, k] = np.inf
     T, squares = _sorted(T, squares)
     T[np.isinf(squares)] = np.nan
@@ -70,26 +83,27 @@ def _largest_triangle(p: Array) -> NDArray[np.int64]:
     return np.array([i, j, k])
 
 
-def _refined(p: Array, x: Array, starts: Array) -> Array:
+def _refined(p: Array, x: Array, starts: Array, roots: Array | None) -> Array:
     """Return the minima (B, k, 3, 4) to which the starts converge."""
     T = starts.reshape(-1, 3, 4).copy()
     images = np.repeat(x, starts.shape[1], axis=0)
+    rows = np.ones(images.shape[:2]) if roots is None else np.repeat(roots, starts.shape[1], axis=0)
     going = np.flatnonzero(T.any((1, 2)))
     for _ in range(ROUNDS):
-        moved = _fitted(p, images[going], T[going])
-        far = _apart(moved, T[going]) > ARRIVED  # false where NaN
+        moved = _fitted(p, images[going], T[going], rows[going])
+        far = apart(moved, T[going]) > ARRIVED  # false where NaN
         T[going], going = moved, going[far]
     return T.reshape(starts.shape)
 
 
-def _fitted(p: Array, images: Array, guess: Array) -> Array:
+def _fitted(p: Array, images: Array, guess: Array, roots: Array) -> Array:
     """Return T (n, 3, 4) after at most 30 updates, in chunks so that slow poses delay few."""
     out = np.empty_like(guess)
     for first in range(0, len(images), CHUNK):
         some = slice(first, first + CHUNK)
         start = runs_last(guess[some], 2)
         T, marks = np.empty_like(start), np.repeat(p[..., None], start.shape[2], axis=2)
-        fit_pose(marks, runs_last(images[some], 2), start, T)
+        fit_pose(marks, runs_last(images[some], 2), start, T, runs_last(roots[some], 1))
         out[some] = runs_first(T)
     return out
 
@@ -113,9 +127,12 @@ def in_image(p: Array, T: Array, camera: Camera) -> Array:
     return runs_first(pixels, T.shape[:2])
 
 
-def _squares(p: Array, T: Array, u: Array, camera: Camera) -> Array:
-    """Return sums (B, k) of squared distances in the image; inf where a mark is behind."""
-    squares = np.square(in_image(p, T, camera) - u[:, None]).sum((-1, -2))
+def _squares(p: Array, T: Array, u: Array, camera: Camera, weights: Array | None) -> Array:
+    """Return sums (B, k) of weighted squared distances in the image; inf where one is behind."""
+    each = np.square(in_image(p, T, camera) - u[:, None])
+    if weights is not None:
+        each = each * weights[:, None, :, None]
+    squares = each.sum((-1, -2))
     return np.where(np.isnan(squares), np.inf, squares)
 
 
@@ -125,7 +142,7 @@ def _sorted(T: Array, squares: Array) -> tuple[Array, Array]:
     return T[rows, order], squares[rows, order]
 
 
-def _apart(A: Array, B: Array) -> Array:
+def apart(A: Array, B: Array) -> Array:
     """Return the larger of the rotation (rad) and the relative distance between poses."""
     chord = np.sqrt(np.square(A[..., :3] - B[..., :3]).sum((-1, -2)) / 2)
     shift = np.sqrt(np.square(A[..., 3] - B[..., 3]).sum(-1) / np.square(B[..., 3]).sum(-1))

@@ -24,12 +24,19 @@ STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of half a pixel, to
 class Triangulation(Value):
     """Points (..., N, 3) in left camera axes, metres, and covariance (..., N, 3, 3) in m^2.
 
-    Both are NaN where the images do not determine the depth: for rays that are parallel or diverge,
+    `miss` (..., N) is how far the pixels of a pair are from the images of its point, in pixels: the
+    root of the sum of four squares, which the point makes least. One dimension is left over, the
+    distance from the epipolar line, so it is about as large as the noise of a coordinate. Where it
+    is far larger, the images do not show the same mark. What is wrong along the epipolar line moves
+    the point and leaves no miss: two images cannot tell, and no weights mend the point.
+
+    All are NaN where the images do not determine the depth: for rays that are parallel or diverge,
     or for a pixel that is NaN.
     """
 
     points: Array
     covariance: Array
+    miss: Array
 
 
 def triangulate(
@@ -96,7 +103,7 @@ def _likeliest(
     for _ in range(STEPS):
         residual, J, _ = _images(ray, x, other, weights, T)
         ray = ray - (np.linalg.pinv(J, rcond=RCOND) @ residual[..., None])[..., 0]
-    _, J, ahead = _images(ray, x, other, weights, T)
+    residual, J, ahead = _images(ray, x, other, weights, T)
     seen &= ahead & (ray[..., 2] > 0) & (np.linalg.matrix_rank(J, rtol=RCOND) == 3)
     depth = 1.0 / np.where(seen, ray[..., 2], np.nan)
     points = np.concatenate([ray[..., :2] * depth[..., None], depth[..., None]], axis=-1)
@@ -104,7 +111,8 @@ def _likeliest(
     G[..., 0, 0] = G[..., 1, 1] = depth
     G[..., :, 2] = -points * depth[..., None]
     M = sigma * (G @ np.linalg.pinv(J, rcond=RCOND))
-    return Triangulation(frozen(points), frozen(M @ np.swapaxes(M, -1, -2)))
+    miss = np.where(seen, np.sqrt(np.square(residual).sum(-1)), np.nan)
+    return Triangulation(frozen(points), frozen(M @ np.swapaxes(M, -1, -2)), frozen(miss))
 
 
 def _midpoints(x: Array, other: Array, T: Array) -> Array:

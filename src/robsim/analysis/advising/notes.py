@@ -9,7 +9,7 @@ import numpy as np
 from robsim.analysis.advising.linear import Linear
 from robsim.analysis.equilibria import inside
 from robsim.analysis.explanation.wording import counted, listed, number
-from robsim.analysis.leaves import leaves
+from robsim.analysis.leaves import leaves, weighs_robustly
 from robsim.run.experiment import Experiment
 from robsim.servo import AdaptiveGain
 
@@ -47,6 +47,8 @@ def _imperfections(experiment: Experiment) -> Iterator[str]:
     s, a = experiment.sensing, experiment.actuation
     if s.quantisation and s.noise < COARSE * s.quantisation:
         yield "rounded pixels count as noise, and with less noise than this the loop may stick"
+    if s.outliers and weighs_robustly(experiment.task):
+        yield "outliers have no part in the noise, as if robust weights left out all of them"
     left = [
         name
         for name, there in (

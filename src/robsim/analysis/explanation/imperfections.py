@@ -14,6 +14,7 @@ from robsim.analysis.explanation.removal import Removal, Statement, put
 from robsim.analysis.explanation.safeties import safeties
 from robsim.analysis.explanation.wording import counted, number
 from robsim.analysis.explanation.wrong_depths import wrong_depths
+from robsim.analysis.leaves import weighs_robustly
 from robsim.analysis.repeated import Repeated
 from robsim.run.outcome import Outcome
 from robsim.world.actuation import Actuation
@@ -61,8 +62,10 @@ def _outliers(again: Repeated) -> Statement:
     share, size = again.case.sensing.outliers, again.case.sensing.outlier_size
     sentence = (
         f"Outliers: {number(100 * share)} percent of the marks are seen about {number(size)} px "
-        "from where they are."
+        "from where they are"
     )
+    robust = weighs_robustly(again.case.task)
+    sentence += ", though robust weights are in use." if robust else "."
     return sentence, {"share": share, "outlier_px": size}
 
 

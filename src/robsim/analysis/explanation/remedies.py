@@ -136,6 +136,14 @@ def weighting(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
         yield "weighting", "With weighting='border'", case
 
 
+def robust(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+    """Yield the case with robust weights, if marks lie and none weighs them."""
+    given = [leaf.weighting for leaf in leaves(inquiry.case.task)]
+    if np.any(inquiry.case.sensing.outliers) and not any(given):
+        case = changes.with_leaves(inquiry.case, weighting="tukey")
+        yield "weighting", "With weighting='tukey'", case
+
+
 def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with limit avoidance, if the robot is redundant."""
     controller = inquiry.again.loop.controller
@@ -183,6 +191,7 @@ _REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
     Outcome.DIVERGED: (gain_lower, inverse, interaction, law, other_scheme),
     Outcome.NOT_FINITE: (gain_lower, inverse, interaction, law),
     Outcome.TIME_LIMIT: (
+        robust,
         feed_forward,
         no_limit,
         inverse,

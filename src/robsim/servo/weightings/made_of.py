@@ -15,7 +15,7 @@ from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key
-from robsim.servo.weightings.weighting import Group
+from robsim.servo.weightings.weighting import Group, WeightsOfMarks
 
 POSE_MARKS = 4  # fewer leave several poses
 
@@ -85,6 +85,7 @@ def check_weighting(
             "weighting: what is estimated of a target's motion would be that of the weights, too: "
             "use feed_forward='known'"
         )
+    _check_marks(weighting, regulated)
     if not any(getattr(each, "excuses", False) for each in weighting):
         return
     if regulated.depths.filtered or isinstance(interaction, Broyden):
@@ -98,3 +99,22 @@ def check_weighting(
             raise InputError(
                 f"weighting: camera '{sight.eye.name}' has no size, and its image no border"
             )
+
+
+def _check_marks(weighting: tuple[Any, ...], regulated: Regulated) -> None:
+    """Raise InputError where there are too few marks, or no image of them at the goal."""
+    for each in weighting:
+        if not isinstance(each, WeightsOfMarks):
+            continue
+        name = type(each).__name__
+        if each.by_goal and regulated.given is not None:
+            raise InputError(
+                f"weighting: {name} goes by the image of the marks at the goal, and a goal of "
+                "numbers has none: use a q or a GoalPose"
+            )
+        for sight in regulated.sights:
+            if len(sight.target.marks) < each.least_marks:
+                raise InputError(
+                    f"weighting: {name} needs {each.least_marks} marks or more, and "
+                    f"'{sight.target.name}' has {len(sight.target.marks)}"
+                )

@@ -27,6 +27,7 @@ class MarksSeen(NamedTuple):
     view: View  # pixels as measured, NaN where none are; a hidden mark is where it was seen last
     camera: int  # as `robsim.kernels.viewing` has it
     there: int  # (N,) 1 where a mark is measured in this image, else 0
+    goal: Array  # (N, 2, runs) pixels at the goal, or (N, 2, 1) of all runs
 
 
 class Group(NamedTuple):
@@ -75,6 +76,8 @@ class WeightsOfMarks(ABC):
 
     excuses: ClassVar[bool] = False  # whether marks may leave the image without ending the run
     fades: ClassVar[bool] = False  # whether a mark may still count where it is hidden
+    by_goal: ClassVar[bool] = False  # whether it needs the image of the marks at the goal
+    least_marks: ClassVar[int] = 1  # of a target
 
     @abstractmethod
     def marks(self, of: MarksSeen) -> int:

@@ -1,11 +1,13 @@
 """Calibration: a goal that is computed for a camera which is not the true one, and poor images.
 
 The same fifty starts for each kind of error, with errors drawn evenly between the limits that the
-group names; the controller computes its goal for 60 cm from what it believes.
+group names; the controller computes its goal for 60 cm from what it believes. Beside the schemes of
+the textbooks are some with robust weights, for marks that lie.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from robsim.analysis.draws import SUITES, uniform
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.suites.poses import SIZE, between, flying, in_cap, looking
+from robsim.suites.schemes import BUILT_IN
 from robsim.suites.suite import Suite, square
 
 if TYPE_CHECKING:
@@ -29,6 +32,17 @@ KINDS = {
     "noise": "noise, 1 px",
     "outliers": "5 % outliers of 30 px",
     "all": "all together",
+    "image": "1 px and outliers",
+}
+OF_IMAGE = "noise", "outliers"  # what is wrong with the image alone
+ROBUST = {
+    f"{name}, {each}": replace(BUILT_IN[of], weighting=each.lower())
+    for name, of, kinds in (
+        ("IBVS", "IBVS, L current", ("Huber", "Tukey", "Cauchy")),
+        ("PBVS", "PBVS, goal form", ("Tukey",)),
+        ("2 1/2 D", "2 1/2 D", ("Tukey",)),
+    )
+    for each in kinds
 }
 
 
@@ -37,7 +51,7 @@ def suite() -> Suite:
     runs = len(KINDS) * STARTS
     return Suite(
         "calibration",
-        1,
+        2,
         "wrong calibrations and poor images, with a computed goal",
         "RobSim; shown and computed goals: Chaumette and Hutchinson, Visual servo control, "
         "part II, IEEE Robotics and Automation Magazine, 2007",
@@ -53,6 +67,7 @@ def suite() -> Suite:
         groups={"error": [text for text in KINDS.values() for _ in range(STARTS)]},
         computed=True,
         seed=SEED,
+        schemes={**BUILT_IN, **ROBUST},
     )
 
 
@@ -88,5 +103,10 @@ def _errors(u: Array) -> dict[str, Array]:
 
 def _in(values: Array, kind: str) -> Array:
     """Return numbers (runs, ...) that are zero in runs without an error of a kind."""
-    has = np.repeat([each in (kind, "all") for each in KINDS], STARTS)
+    has = np.repeat([_has(each, kind) for each in KINDS], STARTS)
     return np.where(has.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
+
+
+def _has(each: str, kind: str) -> bool:
+    """Return whether the runs of a group have an error of a kind."""
+    return each in (kind, "all") or (each == "image" and kind in OF_IMAGE)
