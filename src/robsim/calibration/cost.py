@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -34,10 +35,12 @@ class CalibrationCost(Value):
     """How an experiment ends whose controller believes the camera as the calibration leaves it.
 
     study   one run for each draw of the errors of mount and lens
+    exact   the same runs, with the same noise, of a controller that believes the truth
     errors  (runs, n) those errors, in the order of `names`, m, rad and px
     """
 
     study: Study
+    exact: Study
     errors: Array
     names: tuple[str, ...]
 
@@ -47,14 +50,14 @@ class CalibrationCost(Value):
         return self.study.converged()
 
     @property
-    def metres(self) -> float:
-        """The median distance from the goal at the end of the runs that converged, metres."""
-        return self._median("distance_to_goal")
+    def metres(self) -> tuple[float, float]:
+        """The median distance from the goal of the runs that converged, and of the exact ones."""
+        return _median(self.study, "distance_to_goal"), _median(self.exact, "distance_to_goal")
 
     @property
-    def radians(self) -> float:
-        """Likewise the median angle, radians."""
-        return self._median("angle_to_goal")
+    def radians(self) -> tuple[float, float]:
+        """The median angle from the goal of the runs that converged, and of the exact ones."""
+        return _median(self.study, "angle_to_goal"), _median(self.exact, "angle_to_goal")
 
     def sensitivity(self, of: str = "distance_to_goal") -> Sensitivity:
         """Return which number of the calibration matters most for a column of the study."""
@@ -62,20 +65,23 @@ class CalibrationCost(Value):
         columns = dict(zip(self.names, self.errors[table["draw"]].T, strict=True))
         return sensitivity(table.assign(**columns), of, list(self.names))
 
-    def _median(self, column: str) -> float:
-        table = self.study.table
-        ended = table[table["outcome"] == "CONVERGED"][column]
-        return float(np.median(ended)) if len(ended) else float("nan")
-
     def __str__(self) -> str:
-        """Return the share that converged, and how far from the goal, in a line."""
+        """Return the share that converged, and how far from the goal, with the exact ones."""
+        (far, least), (turned, least_turned) = self.metres, np.degrees(self.radians)
         return (
-            f"{self.converged} converged; median {1e3 * self.metres:.3g} mm and "
-            f"{np.degrees(self.radians):.3g} deg off the goal"
+            f"{self.converged} converged, median {1e3 * far:.3g} mm and {turned:.3g} deg off the "
+            f"goal\nexact: {self.exact.converged()} converged, median {1e3 * least:.3g} mm and "
+            f"{least_turned:.3g} deg"
         )
 
     def __repr__(self) -> str:
-        return f"<CalibrationCost {self}>"
+        return f"<CalibrationCost {self.converged} converged>"
+
+
+def _median(of: Study, column: str) -> float:
+    """Return the median of a column over the runs that converged; NaN of none."""
+    ended = of.table[of.table["outcome"] == "CONVERGED"][column]
+    return float(np.median(ended)) if len(ended) else math.nan
 
 
 def cost(
@@ -85,13 +91,20 @@ def cost(
 
     runs  draws of the errors of mount and lens, from their covariance as a normal distribution
     seed  of these draws
-    how   more for `study`: start, threads, store ...
+    how   more for `study`: start, threads ...
 
     The true scene is that of the experiment, and the controller believes its camera with the errors
     of a draw. Errors of the mount bend the way; an image or pose of the camera that is the goal is
     reached all the same, while errors of the lens move the end of a goal that is computed.
-    InputError: no such camera in the experiment, or on another frame.
+    InputError: no such camera in the experiment, or a lens of another kind.
 
+    >>> from robsim import examples, load_scenario
+    >>> from robsim.calibration.calibrate import calibrate
+    >>> from robsim.calibration.observing import observe
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> cost(calibrate(observe(bench, bench.start + turns)), bench, 20)
+    <CalibrationCost 100.0 % [83.9, 100.0] converged>
     """
     of_kind(experiment, Experiment, "experiment")
     count = whole(runs, "runs", 1, MOST_RUNS)
@@ -106,10 +119,17 @@ def cost(
     steps = np.zeros((count, len(found.names)))
     steps[:, chosen] = errors
     true = Model(eye.pose, found.place, eye.camera, found.offsets)
-    believed = [true.moved(step, found.free) for step in steps]
-    vary = {f"belief.cameras.{eye.name}.{k}": v for k, v in _numbers(believed, true).items()}
-    made = study(experiment, count, vary=vary, **how)
-    return CalibrationCost(made, frozen(errors), tuple(found.names[i] for i in chosen))
+    believed = _numbers([true.moved(step, found.free) for step in steps], true)
+    own = f"belief.cameras.{eye.name}"
+    sure = {f"{own}.{key}": values[0] for key, values in _numbers([true], true).items()}
+    exact = experiment.at(sure)
+    vary = {
+        f"{own}.{key}": Given(values)
+        for key, values in believed.items()
+        if (values != sure[f"{own}.{key}"]).any()
+    }
+    made = study(exact, count, vary=vary, **how), study(exact, count, **how)
+    return CalibrationCost(*made, frozen(errors), tuple(found.names[i] for i in chosen))
 
 
 def _drawn(C: Array, count: int, seed: int) -> Array:
@@ -120,19 +140,16 @@ def _drawn(C: Array, count: int, seed: int) -> Array:
     return np.asarray(draws.normal(len(C)) @ half.T)
 
 
-def _numbers(believed: list[Model], true: Model) -> dict[str, Given]:
-    """Return what is believed in each draw by its key in the table of a camera."""
-    K = np.array([model.camera.K for model in believed])
-    rpy = np.array([rpy_of(model.mount.rotation) for model in believed])
-    nominal = rpy_of(true.mount.rotation)
-    turns = np.round((rpy - nominal) / (2 * np.pi))  # so that no number leaps by a turn
-    found = {
-        "position": np.array([model.mount.position for model in believed]),
-        "rpy": rpy - 2 * np.pi * turns,
+def _numbers(models: list[Model], true: Model) -> dict[str, Array]:
+    """Return the numbers (n, ...) of cameras by their keys in the table of a camera."""
+    K = np.array([model.camera.K for model in models])
+    rpy = np.array([rpy_of(model.mount.rotation) for model in models])
+    turns = np.round((rpy - rpy_of(true.mount.rotation)) / (2 * np.pi))
+    return {
+        "position": np.array([model.mount.position for model in models]),
+        "rpy": rpy - 2 * np.pi * turns,  # so that no number leaps by a turn
+        "focal": K[:, [0, 1], [0, 1]],
+        "center": K[:, :2, 2],
+        "skew": K[:, 0, 1],
+        "distortion": np.array([model.camera.distortion for model in models]),
     }
-    if (K != true.camera.K).any():
-        found |= {"focal": K[:, [0, 1], [0, 1]], "center": K[:, :2, 2]}
-    lens = np.array([model.camera.distortion for model in believed])
-    if (lens != np.array(true.camera.distortion)).any():
-        found["distortion"] = lens
-    return {key: Given(values) for key, values in found.items()}

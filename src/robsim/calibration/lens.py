@@ -23,6 +23,7 @@ from robsim.vision.tags.printed import Printed
 FEWEST_VIEWS, FEWEST_MARKS = 3, 6
 FLAT = 1e-9  # of the size of the target, by which its marks may leave a plane
 PARALLEL = np.radians(5)  # between planes of views that do not count as parallel
+COUNTS = (0, 4, 5, 8)
 NAMES = ("fx", "fy", "cx", "cy", *COEFFICIENTS)
 
 
@@ -74,11 +75,17 @@ def calibrate_lens(
     Zhang 2000, with the standard deviations of OpenCV's last step. It needs the extra `vision`.
     InputError: fewer than three views, a view of fewer than six marks, and views of a plane that
     are all parallel to each other within 5 degrees, which do not tell the focal length.
+
+    >>> board = [[x, y, 0] for x in (0, 0.1, 0.2) for y in (0, 0.1)]
+    >>> calibrate_lens(board, np.zeros((2, 6, 2)), (640, 480))
+    Traceback (most recent call last):
+    robsim.base.errors.InputError: pixels: expected 3 views or more, (V, N, 2), got 2
     """
     marks = _marks(target)
     u = numbers(pixels, "pixels", (len(marks), 2), gaps=True)
     shape = SIZE.check(size, "size")
-    flags, count = _flags(coefficients)
+    if isinstance(coefficients, bool) or coefficients not in COUNTS:
+        raise InputError(f"coefficients: expected 0, 4, 5 or 8, got {said(coefficients)}")
     seen = _seen(u)
     if guess is not None and not isinstance(guess, Camera):
         raise InputError(f"guess: expected a Camera, got {said(guess)}")
@@ -87,7 +94,7 @@ def calibrate_lens(
         raise InputError("target: its marks are in no plane: give a camera to begin with, guess=")
     if flat:
         _check_tilts(marks, u, seen, shape)
-    return _calibrated(marks, u, seen, shape, flags, count, guess)
+    return _calibrated(marks, u, seen, shape, int(coefficients), guess)
 
 
 def _calibrated(
@@ -95,12 +102,12 @@ def _calibrated(
     u: Array,
     seen: NDArray[np.bool_],
     size: tuple[int, int],
-    flags: int,
     count: int,
     guess: Camera | None,
 ) -> LensCalibration:
     """Return what OpenCV finds."""
-    cv2 = opencv()
+    cv2 = opencv("a lens needs")
+    flags = _flags(cv2, count)
     objects = [marks[each].astype(np.float32) for each in seen]
     images = [u[i][each].astype(np.float32) for i, each in enumerate(seen)]
     K, lens = np.eye(3), np.zeros(8)
@@ -141,14 +148,11 @@ def _seen(u: Array) -> NDArray[np.bool_]:
     return seen
 
 
-def _flags(coefficients: Any) -> tuple[int, int]:
-    """Return the flags of OpenCV for so many coefficients, and how many there are."""
-    cv2 = opencv()
+def _flags(cv2: Any, coefficients: int) -> int:
+    """Return the flags of OpenCV for so many coefficients."""
     none = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3
     known = {0: none, 4: cv2.CALIB_FIX_K3, 5: 0, 8: cv2.CALIB_RATIONAL_MODEL}
-    if isinstance(coefficients, bool) or coefficients not in known:
-        raise InputError(f"coefficients: expected 0, 4, 5 or 8, got {said(coefficients)}")
-    return known[coefficients], int(coefficients)
+    return int(known[coefficients])
 
 
 def _is_flat(marks: Array) -> bool:

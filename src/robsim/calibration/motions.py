@@ -28,22 +28,14 @@ class Motions(NamedTuple):
 
 
 def motions_between(T_m_f: Pose, T_c_o: Pose) -> Motions:
-    """Return the motions between views that turn by less than 170 degrees.
+    """Return the motions between views, as far as they do without those near a half turn.
 
     InputError: they turn about a single axis, so that they do not tell the mount.
     """
     i, j = _pairs(len(T_m_f.matrix))
     A, B = T_m_f[i] @ T_m_f[j].inv(), T_c_o[i] @ T_c_o[j].inv()
     axes = A.rotvec
-    kept = np.sqrt(np.square(axes).sum(-1)) < HALF_TURN
-    _check_axes(axes[kept])
-    return Motions(A[kept], B[kept])
-
-
-def _check_axes(axes: Array) -> None:
-    """Raise InputError unless rotation vectors (n, 3) span two directions."""
-    spread = np.linalg.svd(axes, compute_uv=False) if len(axes) > 1 else np.zeros(2)
-    first, second = spread[:2] / np.sqrt(max(len(axes), 1))
+    first, second = _turns(axes)
     if first < LEAST_TURN:
         raise InputError(
             "views: the arm turns by less than a degree from one to another: they are all alike, "
@@ -54,6 +46,17 @@ def _check_axes(axes: Array) -> None:
             "views: the arm turns about one axis only, so that the mount along it stays unknown: "
             "turn it about a second one, too"
         )
+    short = np.sqrt(np.square(axes).sum(-1)) < HALF_TURN
+    some = short if _turns(axes[short])[1] >= LEAST_TURN else np.ones_like(short)
+    return Motions(A[some], B[some])
+
+
+def _turns(axes: Array) -> tuple[float, float]:
+    """Return the root mean squares of rotation vectors (n, 3) along their two main directions."""
+    if len(axes) < 2:
+        return 0.0, 0.0
+    spread = np.linalg.svd(axes, compute_uv=False) / np.sqrt(len(axes))
+    return float(spread[0]), float(spread[1])
 
 
 def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
