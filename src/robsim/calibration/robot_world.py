@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.calibration.motions import (
     checked_poses,
     motions_between,
@@ -14,6 +15,8 @@ from robsim.calibration.motions import (
     pose_of,
 )
 from robsim.geometry.pose import Pose
+
+TIE = 1e-6  # relative: closer singular values count as the same
 
 
 def robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
@@ -46,7 +49,9 @@ def robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
 def _rotations(R_A: Array, R_B: Array) -> tuple[Array, Array]:
     """Return R_X and R_Z of R_Z = R_A' R_X R_B, with vec by columns: vec(R_Z) = K vec(R_X)."""
     K = np.einsum("vij,vkl->ikjl", R_B.swapaxes(1, 2), R_A.swapaxes(1, 2)).reshape(9, 9)
-    U, _, Vt = np.linalg.svd(K)
+    U, s, Vt = np.linalg.svd(K)
+    if s[1] > (1.0 - TIE) * s[0]:
+        raise InputError("views: the arm turns by half turns only, which leave the mount open")
     Z, X = U[:, 0].reshape(3, 3).T, Vt[0].reshape(3, 3).T
     sign = np.sign(np.linalg.det(X))
     return nearest_rotation(sign * X), nearest_rotation(sign * Z)
