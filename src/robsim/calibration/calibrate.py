@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import InputError, is_one_of, naming, said, suggest
 from robsim.calibration.hand_eye import METHODS, hand_eye
 from robsim.calibration.least_squares import Problem, minimised
 from robsim.calibration.model import Model, Unknowns, pixels_of, rates_of, unknowns
@@ -108,7 +108,8 @@ def _poses(views: CalibrationViews) -> tuple[Pose, Any]:
     patterns, group = np.unique(views.seen, axis=0, return_inverse=True)
     for number, seen in enumerate(patterns):
         some = np.flatnonzero(group.reshape(-1) == number)
-        found = estimate_pose(views.thing.marks[seen], views.pixels[some][:, seen], views.lens)
+        with naming(f"pixels: marks seen in view {some[0]}"):
+            found = estimate_pose(views.thing.marks[seen], views.pixels[some][:, seen], views.lens)
         T[some], sure[some] = found.T_c_o, ~found.ambiguous
     lost = np.flatnonzero(~np.isfinite(T).all((1, 2)))
     if lost.size:
