@@ -89,7 +89,7 @@ def on_the_hand(scene):
         ),
         (
             lambda v: rs.calibrate(alike(v)),
-            "views: the arm turns by less than a degree from one to another: they are all alike",
+            "views: the arm hardly turns from one to another: they are all alike",
         ),
         (
             lambda v: rs.calibrate(about_one_axis(v)),

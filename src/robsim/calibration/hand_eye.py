@@ -28,26 +28,30 @@ def tsai_lenz(motions: Motions) -> Pose:
 
     With P = 2 sin(theta/2) n of a motion, [P_A + P_B]x p = P_B - P_A, and p = tan(theta/2) n of
     the mount, which is infinite at a half turn. So the camera is turned by half a turn about each
-    of its axes, too, and the smallest p is taken.
+    of its axes, too, and the equations that are conditioned best are taken.
     """
     P_A = _half_sines(motions.A.rotvec)
     P_B = _half_sines(motions.B.rotvec)
-    found = [_rodrigues(P_A, swap * P_B) for swap in SWAPS]
-    best = int(np.argmin([p @ p for p in found]))
-    R = Pose.at(rotvec=_turn(found[best])).rotation @ np.diag(SWAPS[best])
+    swap = max(SWAPS, key=lambda each: float(_least_singular(P_A + each * P_B)))
+    p = np.linalg.lstsq(_rows(P_A + swap * P_B), (swap * P_B - P_A).ravel(), rcond=None)[0]
+    R = Pose.at(rotvec=_turn(p)).rotation @ np.diag(swap)
     return pose_of(R, _translation(motions, R))
+
+
+def _rows(P: Array) -> Array:
+    """Return [P]x (3 n, 3) of vectors P (n, 3), one below the other."""
+    return cross_matrix(P).reshape(-1, 3)
+
+
+def _least_singular(P: Array) -> Any:
+    """Return the least singular value of all [P]x together."""
+    return np.linalg.svd(_rows(P), compute_uv=False)[-1]
 
 
 def _half_sines(w: Array) -> Array:
     """Return 2 sin(theta/2) n (n, 3) of rotation vectors theta n."""
     theta = np.sqrt(np.square(w).sum(-1, keepdims=True))
     return np.asarray(w * np.sinc(theta / (2 * np.pi)))
-
-
-def _rodrigues(P_A: Array, P_B: Array) -> Array:
-    """Return tan(theta/2) n (3,) of the rotation that takes P_B to P_A."""
-    M = cross_matrix(P_A + P_B).reshape(-1, 3)
-    return np.asarray(np.linalg.lstsq(M, (P_B - P_A).ravel(), rcond=None)[0])
 
 
 def _turn(p: Array) -> Array:
@@ -89,7 +93,7 @@ def hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
     method  "tsai_lenz" (1989), "park_martin" (1994) or "daniilidis" (1999: dual quaternions,
             rotation and translation at once)
 
-    From one view to another A = T_m_f,i T_m_f,j^-1 and B = T_c_o,i T_c_o,j^-1 are the same motion,
+    From one view to another A = T_m_f,j T_m_f,i^-1 and B = T_c_o,j T_c_o,i^-1 are the same motion,
     A X = X B. All methods are exact for exact poses; with noise the least squares of `calibrate`
     are better. InputError: fewer than three views, turns about one axis only.
 

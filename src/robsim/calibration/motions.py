@@ -14,13 +14,13 @@ from robsim.geometry.pose import Pose, as_pose
 FEWEST = 3  # views; two motions are needed
 MOST_PAIRS = 5000
 HALF_TURN = np.radians(170)  # beyond it the axis of a motion may as well point the other way
-LEAST_TURN = np.radians(1)  # about a second axis
+LEAST_TURN = np.radians(0.2)  # about a second axis
 
 
 class Motions(NamedTuple):
     """Motions A (n, 4, 4) of the mount and B (n, 4, 4) of the camera, each in own axes: A X = X B.
 
-    With the poses of the views A = A_i A_j^-1 and B = B_i B_j^-1.
+    With the poses of the views A = A_j A_i^-1 and B = B_j B_i^-1, i before j.
     """
 
     A: Pose
@@ -33,12 +33,12 @@ def motions_between(T_m_f: Pose, T_c_o: Pose) -> Motions:
     InputError: they turn about a single axis, so that they do not tell the mount.
     """
     i, j = _pairs(len(T_m_f.matrix))
-    A, B = T_m_f[i] @ T_m_f[j].inv(), T_c_o[i] @ T_c_o[j].inv()
+    A, B = T_m_f[j] @ T_m_f[i].inv(), T_c_o[j] @ T_c_o[i].inv()
     axes = A.rotvec
     first, second = _turns(axes)
     if first < LEAST_TURN:
         raise InputError(
-            "views: the arm turns by less than a degree from one to another: they are all alike, "
+            "views: the arm hardly turns from one to another: they are all alike, "
             "and a mount takes turns about two axes"
         )
     if second < LEAST_TURN:
