@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError, is_one_of, naming, said, suggest
 from robsim.calibration.hand_eye import METHODS, hand_eye
-from robsim.calibration.least_squares import Problem, minimised
+from robsim.calibration.least_squares import Problem, minimised, triangle
 from robsim.calibration.model import Model, Unknowns, pixels_of, rates_of, unknowns
 from robsim.calibration.motions import mean_pose
 from robsim.calibration.result import Calibration
@@ -148,7 +148,7 @@ def _inverse(J: Array, free: Unknowns) -> Array:
     dark = [name for name, size in zip(free.names, scale, strict=True) if not size > 0.0]
     if dark:
         raise InputError(f"views: nothing in them depends on {', '.join(dark)}")
-    _, s, Vt = np.linalg.svd(J / scale, full_matrices=False)
+    _, s, Vt = np.linalg.svd(triangle(J / scale))
     if s[-1] <= RANK * s[0]:
         open_ = [n for n, x in zip(free.names, np.abs(Vt[-1]), strict=True) if x > DIRECTION]
         raise InputError(
