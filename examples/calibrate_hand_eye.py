@@ -30,8 +30,9 @@ more = first.next_poses(candidates, 7)
 found = calibrated(np.concatenate([candidates[:3], more.q]), seed=0)
 print(found)
 print("the ellipsoid of 95 % holds the true mount:", found.holds(truth))
-print("from three views:", first.cost(bench), "from ten:", found.cost(bench), sep="\n")
-print(found.cost(bench).sensitivity())
+before, after = first.cost(bench), found.cost(bench)
+print("from three views:", before, "from ten:", after, sep="\n")
+print(before.sensitivity())
 
 counts = np.array([4, 6, 8, 10, 14, 20])
 chosen, random = np.empty((2, TRIALS, len(counts), 2))
@@ -50,10 +51,10 @@ for k, unit in enumerate(("mm", "deg")):
 
 plt.rcParams.update({"font.size": 9})
 figure, axes = plt.subplots(1, 2, figsize=(7, 3), layout="constrained")
-for k, (axis, name) in enumerate(zip(axes, ("position (mm)", "orientation (deg)"), strict=True)):
+for k, (axis, name) in enumerate(zip(axes, ("position, mm", "orientation, deg"), strict=True)):
     axis.plot(counts, random[:, k], "o", color=palette.SKY_BLUE, label="random", markersize=4)
     axis.plot(counts, chosen[:, k], "o", color=palette.VERMILLION, label="chosen", markersize=4)
     axis.axhline(random[-1, k], color="k", linewidth=0.8)
-    axis.set(xlabel="views", ylabel=f"deviation of the mount's {name}", ylim=(0, None))
+    axis.set(xlabel="views", ylabel=f"deviation of the {name}", ylim=(0, None))
 axes[0].legend(frameon=False)
 figure.savefig("calibrate_hand_eye.png", dpi=240)

@@ -51,6 +51,14 @@ def next_poses(found: Calibration, candidates: Any, count: int) -> NextPoses:
     far tell of the other numbers being taken into account: D-optimal design for the mount alone
     (D_s, Atkinson, Donev and Tobias 2007), of which no choice of units is a part. Each choice is
     the best after those before. InputError: fewer candidates than `count` will do.
+
+    >>> from robsim import calibrate, examples, load_scenario, observe
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> q = bench.start + turns
+    >>> found = calibrate(observe(bench, q), ["focal", "center"])
+    >>> next_poses(found, q, 2).number  # which of the same views to take once more
+    array([2, 0])
     """
     views = found.views
     q = views.scene.coordinates(candidates, "candidates", limits=False)

@@ -35,6 +35,14 @@ class Calibration(Value):
     sigma       standard deviation of a pixel coordinate, estimated or given
     freedom     its degrees of freedom; infinite where it was given
     residuals   (V, N, 2) reprojected less measured pixels, NaN for marks that were not seen
+
+    >>> from robsim import calibrate, examples, load_scenario, observe
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> q = bench.start + turns
+    >>> found = calibrate(observe(bench, q), ["focal", "center"])
+    >>> found.covariance.shape, found.names[12:], found.holds(bench.scene, "lens")
+    ((16, 16), ('fx', 'fy', 'cx', 'cy'), True)
     """
 
     views: CalibrationViews

@@ -36,6 +36,13 @@ class CalibrationViews(Value):
     Either may be on the robot: the camera on its hand and the target on the table, or the camera on
     a tripod and the target in the hand. InputError: fewer than three views, a view with fewer than
     four marks, other shapes, or no joint between camera and target.
+
+    >>> from robsim import examples, load_scenario
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> q = bench.start + turns
+    >>> CalibrationViews(bench.scene, q, bench.scene.view(q).pixels)
+    <CalibrationViews 3 of 'board' by 'camera', 105 marks seen>
     """
 
     scene: Scene
