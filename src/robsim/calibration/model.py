@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, is_listed, runs_first, runs_last
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.values import Value
 from robsim.calibration.chain import Chain
 from robsim.calibration.lens_rates import lens_rates
@@ -55,7 +55,7 @@ def unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     chosen = tuple(also)
     known = [*LENS, *joints]
     for name in chosen:
-        if name not in known:
+        if not is_one_of(name, known):
             raise InputError(f"also: no {said(name)}; {suggest(name, known, 'names')}")
     lens = _lens(views.lens, chosen)
     offsets = [joints[name] for name in joints if name in chosen]

@@ -50,7 +50,7 @@ def observe(
     _check(experiment.sensing)
     scene = experiment.scene
     values = scene.coordinates(q)
-    if values.ndim != 2:
+    if values.ndim != 2 or not len(values):
         raise InputError(f"q: expected a row for each view, (V, {scene.nq}), got {values.shape}")
     view = _seen(scene, values, camera, target)
     seed = experiment.seed if seed is None else whole(seed, "seed", 0, 2**64)
