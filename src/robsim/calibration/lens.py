@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.arrays import Array, frozen, numbers, whole
 from robsim.base.errors import InputError, said
 from robsim.base.tables import aligned
 from robsim.base.values import Value
@@ -84,8 +84,9 @@ def calibrate_lens(
     marks = _marks(target)
     u = numbers(pixels, "pixels", (len(marks), 2), gaps=True)
     shape = SIZE.check(size, "size")
-    if isinstance(coefficients, bool) or coefficients not in COUNTS:
-        raise InputError(f"coefficients: expected 0, 4, 5 or 8, got {said(coefficients)}")
+    count = whole(coefficients, "coefficients", 0)
+    if count not in COUNTS:
+        raise InputError(f"coefficients: expected 0, 4, 5 or 8, got {count}")
     seen = _seen(u)
     if guess is not None and not isinstance(guess, Camera):
         raise InputError(f"guess: expected a Camera, got {said(guess)}")
@@ -94,7 +95,7 @@ def calibrate_lens(
         raise InputError("target: its marks are in no plane: give a camera to begin with, guess=")
     if flat:
         _check_tilts(marks, u, seen, shape)
-    return _calibrated(marks, u, seen, shape, int(coefficients), guess)
+    return _calibrated(marks, u, seen, shape, count, guess)
 
 
 def _calibrated(
@@ -114,7 +115,11 @@ def _calibrated(
     if guess is not None:
         K, lens = np.array(guess.K), np.array(guess.lens)
         flags |= cv2.CALIB_USE_INTRINSIC_GUESS
-    found = cv2.calibrateCameraExtended(objects, images, size, K, lens, flags=flags)
+    try:
+        found = cv2.calibrateCameraExtended(objects, images, size, K, lens, flags=flags)
+    except cv2.error as error:
+        text = " ".join(str(error).split())
+        raise InputError(f"pixels: OpenCV finds no lens in these views: {said(text)}") from None
     rms, K, lens, turns, shifts, deviations, _, errors = found
     camera = Camera(K, size, distortion=tuple(np.ravel(lens)[:count].tolist()))
     poses = Pose.at(*np.reshape(shifts, (-1, 3)).T, rotvec=np.reshape(turns, (-1, 3)))
