@@ -46,6 +46,16 @@ def test_a_lens_is_found_of_marks_that_are_partly_seen(views):
     assert np.abs(part.camera.K - K).max() < 5 * max(part.deviations[n] for n in ("fx", "cx", "cy"))
 
 
+def test_a_tag_tells_a_lens_too():
+    """By four exact corners in each of eight views."""
+    tag, lens = rs.Tag("tag36h11", 7, size=0.2), [[800, 0, 330], [0, 810, 230], [0, 0, 1]]
+    turns = np.random.default_rng(5).uniform(-0.6, 0.6, (8, 3))
+    poses = rs.Pose.at(0, 0, np.linspace(0.4, 0.8, 8), rotvec=turns)
+    pixels = rs.Camera(lens).project(tag.marks, poses.inv())
+    found = rs.calibrate_lens(tag, pixels, (640, 480), coefficients=0)
+    np.testing.assert_allclose(found.camera.K, lens, atol=0.01)
+
+
 def test_marks_in_space_take_a_guess():
     """Exact pixels of a cube, from a guess that is 10 percent off."""
     marks = np.array([[x, y, z] for x in (0, 1) for y in (0, 1, 2) for z in (0, 1)]) / 10

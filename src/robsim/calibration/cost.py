@@ -22,6 +22,7 @@ from robsim.studies.plan import MOST_RUNS
 from robsim.studies.samplers import Given
 from robsim.studies.sensitivity import Sensitivity, sensitivity
 from robsim.studies.study import Study
+from robsim.world.mounted_camera import MountedCamera
 
 if TYPE_CHECKING:
     from robsim.calibration.result import Calibration
@@ -108,28 +109,31 @@ def cost(
     """
     of_kind(experiment, Experiment, "experiment")
     count = whole(runs, "runs", 1, MOST_RUNS)
-    eye = experiment.scene.camera(found.views.camera)
+    chosen = np.r_[*(found.free.parts[name] for name in PARTS)]
+    errors = _drawn(found.covariance[np.ix_(chosen, chosen)], count, seed)
+    steps = np.zeros((count, len(found.names)))
+    steps[:, chosen] = errors
+    sure, wrong = _beliefs(found, experiment.scene.camera(found.views.camera), steps)
+    exact = experiment.at(sure)
+    made = study(exact, count, vary=wrong, **how), study(exact, count, **how)
+    return CalibrationCost(*made, frozen(errors), tuple(found.names[i] for i in chosen))
+
+
+def _beliefs(
+    found: Calibration, eye: MountedCamera, steps: Array
+) -> tuple[dict[str, Array], dict[str, Given]]:
+    """Return the true numbers of a camera by their names as a belief, and those with errors."""
     if len(eye.camera.distortion) != len(found.camera.distortion):
         raise InputError(
             f"camera '{eye.name}': its lens has {len(eye.camera.distortion)} coefficients, and "
             f"{len(found.camera.distortion)} were calibrated"
         )
-    chosen = np.r_[*(found.free.parts[name] for name in PARTS)]
-    errors = _drawn(found.covariance[np.ix_(chosen, chosen)], count, seed)
-    steps = np.zeros((count, len(found.names)))
-    steps[:, chosen] = errors
     true = Model(eye.pose, found.place, eye.camera, found.offsets)
     believed = _numbers([true.moved(step, found.free) for step in steps], true)
-    own = f"belief.cameras.{eye.name}"
-    sure = {f"{own}.{key}": values[0] for key, values in _numbers([true], true).items()}
-    exact = experiment.at(sure)
-    vary = {
-        f"{own}.{key}": Given(values)
-        for key, values in believed.items()
-        if (values != sure[f"{own}.{key}"]).any()
-    }
-    made = study(exact, count, vary=vary, **how), study(exact, count, **how)
-    return CalibrationCost(*made, frozen(errors), tuple(found.names[i] for i in chosen))
+    names = {key: f"belief.cameras.{eye.name}.{key}" for key in believed}
+    sure = {names[key]: values[0] for key, values in _numbers([true], true).items()}
+    differ = {names[key]: x for key, x in believed.items() if (x != sure[names[key]]).any()}
+    return sure, {name: Given(values) for name, values in differ.items()}
 
 
 def _drawn(C: Array, count: int, seed: int) -> Array:

@@ -20,7 +20,7 @@ from robsim.vision.plane import homography
 from robsim.vision.tags.families import opencv
 from robsim.vision.tags.printed import Printed
 
-FEWEST_VIEWS, FEWEST_MARKS = 3, 6
+FEWEST_VIEWS, FEWEST_MARKS = 3, 4
 FLAT = 1e-9  # of the size of the target, by which its marks may leave a plane
 PARALLEL = np.radians(5)  # between planes of views that do not count as parallel
 COUNTS = (0, 4, 5, 8)
@@ -66,14 +66,14 @@ def calibrate_lens(
 ) -> LensCalibration:
     """Return the lens of a camera from views of a target, by `cv2.calibrateCamera`.
 
-    target        a `Board` or `Tag`, or its marks (N, 3) in metres in any frame
+    target        a `Board` or a `Tag`, or its marks (N, 3) in metres in any frame
     pixels        (V, N, 2), NaN for marks that are not seen
     size          (width, height) of the image in pixels
     coefficients  of the distortion: 0, 4 (k1 k2 p1 p2), 5 (with k3) or 8 (with k4 k5 k6)
     guess         a camera to begin with, which marks that are not in a plane take
 
     Zhang 2000, with the standard deviations of OpenCV's last step. It needs the extra `vision`.
-    InputError: fewer than three views, a view of fewer than six marks, and views of a plane that
+    InputError: fewer than three views, a view of fewer than four marks, and views of a plane that
     are all parallel to each other within 5 degrees, which do not tell the focal length.
 
     >>> board = [[x, y, 0] for x in (0, 0.1, 0.2) for y in (0, 0.1)]
