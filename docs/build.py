@@ -31,6 +31,8 @@ GROUPS = {
     "Mesh Inertia curves units clearance",
     "Scenes and cameras": "Scene Object MountedCamera Camera Visibility Motion",
     "Tags and boards": "Tag Board Detector render",
+    "Calibration": "calibrate Calibration CalibrationViews observe viewpoints NextPoses "
+    "CalibrationCost hand_eye robot_world calibrate_lens LensCalibration",
     "Imperfection": "Sensing Occlusion Actuation",
     "Servo tasks": "IBVS PBVS Hybrid Partitioned Placing Docking ServoTask Priorities Switch "
     "Parallel ErrorBelow NearBorder",
@@ -47,7 +49,7 @@ GROUPS = {
     "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
     "decompose_homography HomographyMotions",
     "Studies": "study open_study Study Counts Uniform Normal LogUniform Sobol Choice Grid Plus "
-    "Times Sampler LookAt Shell Within About Anywhere",
+    "Times Given Sampler LookAt Shell Within About Anywhere",
     "Analysis": "advise Advice compare Comparison bench Benchmark Suite diagnose explain "
     "Explanation equilibria Equilibria Equilibrium",
     "Pages and films": "export_html show open_recording Recording animate",

@@ -33,6 +33,17 @@ from robsim.base.errors import ReplayWarning as ReplayWarning
 from robsim.base.errors import RobSimError as RobSimError
 from robsim.base.errors import UnitError as UnitError
 from robsim.base.errors import UnitWarning as UnitWarning
+from robsim.calibration.calibrate import calibrate as calibrate
+from robsim.calibration.cost import CalibrationCost as CalibrationCost
+from robsim.calibration.hand_eye import hand_eye as hand_eye
+from robsim.calibration.lens import LensCalibration as LensCalibration
+from robsim.calibration.lens import calibrate_lens as calibrate_lens
+from robsim.calibration.next_poses import NextPoses as NextPoses
+from robsim.calibration.observing import observe as observe
+from robsim.calibration.observing import viewpoints as viewpoints
+from robsim.calibration.result import Calibration as Calibration
+from robsim.calibration.robot_world import robot_world as robot_world
+from robsim.calibration.views import CalibrationViews as CalibrationViews
 from robsim.features import DecoupledMoments as DecoupledMoments
 from robsim.features import Ellipse as Ellipse
 from robsim.features import Lines as Lines
@@ -151,6 +162,7 @@ from robsim.studies.door import open_study as open_study
 from robsim.studies.door import study as study
 from robsim.studies.in_turn import Grid as Grid
 from robsim.studies.samplers import Choice as Choice
+from robsim.studies.samplers import Given as Given
 from robsim.studies.samplers import LogUniform as LogUniform
 from robsim.studies.samplers import Normal as Normal
 from robsim.studies.samplers import Plus as Plus

@@ -122,6 +122,7 @@ NEEDED = {
     "plus": {"of": {"kind": "uniform", "low": 1.0, "high": 2.0}},
     "times": {"of": {"kind": "uniform", "low": 1.0, "high": 2.0}},
     "choice": {"values": [1.0, 2.0]},
+    "given": {"values": [1.0, 2.0, 3.0]},
     "look_at": {"distance": ["1 m", "2 m"]},
     "shell": {"distance": ["1 m", "2 m"]},
     "within": {"radius": "1 m"},

@@ -138,3 +138,16 @@ def test_anywhere_is_within_the_limits():
     low, high = arm.scene.limits.T
     assert (q >= low).all() and (q <= high).all()
     assert (np.ptp(q, axis=0) > 0.98 * (high - low)).all()
+
+
+def test_what_is_given_comes_in_turn_and_together():
+    """Rows of two names belong together, whichever runs are looked at, and from a text too."""
+    rows = np.arange(6.0).reshape(3, 2)
+    np.testing.assert_array_equal(drawn(rs.Given(rows), np.array([2, 0]), (2,)), rows[[2, 0]])
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.04)
+    vary = {"task.gain": rs.Given([1, 2, 3]), "sensing.noise": rs.Times(rs.Given([5, 6, 7]))}
+    study = rs.study(experiment.at("sensing.noise", 0.5), 3, vary=vary)
+    assert study.table["task.gain"].tolist() == [1, 2, 3]
+    assert study.table["sensing.noise"].tolist() == [2.5, 3.0, 3.5]
+    again = rs.study(rs.Experiment.from_text(study.text))
+    assert again.hash == study.hash and again.table["task.gain"].tolist() == [1, 2, 3]

@@ -19,7 +19,7 @@ from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
 from robsim.studies.axes import Axis, axis_of
 from robsim.studies.draws import MOST_EVEN, Draws
-from robsim.studies.samplers import Uniform, is_even
+from robsim.studies.samplers import Uniform, is_even, values_given
 from robsim.studies.starts import Anywhere, Start
 
 MOST_RUNS = 10**12
@@ -155,6 +155,10 @@ def planned(
         raise InputError(
             f"vary: {plan.cells} combinations of what is in turn; at most {MOST_CELLS}"
         )
+    for axis in axes:
+        known = values_given(axis.sampler)
+        if known is not None and known < plan.draws:
+            raise InputError(f"runs: {plan.draws}, and {axis.name} is given for {known} draws only")
     if plan.draws > MOST_EVEN and any(is_even(axis.sampler) for axis in axes):
         raise InputError(f"runs: Sobol's sequence has {MOST_EVEN} points, got {plan.draws}")
     return plan

@@ -45,6 +45,12 @@ def is_even(sampler: Any) -> bool:
     return isinstance(sampler, Sobol) or (isinstance(sampler, Plus | Times) and is_even(sampler.of))
 
 
+def values_given(sampler: Any) -> int | None:
+    """Return for how many draws a sampler has numbers; None if for any."""
+    sampler = sampler.of if isinstance(sampler, Plus | Times) else sampler
+    return len(sampler.values) if isinstance(sampler, Given) else None
+
+
 def _numbers(draw: Any, shape: tuple[int, ...]) -> Array:
     """Return what `draw` gives for so many numbers, in this shape."""
     return np.asarray(draw(math.prod(shape)).reshape(-1, *shape))
@@ -159,6 +165,36 @@ class Normal(Declared):
     def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
         return np.asarray(self.mean + self.std * _numbers(draws.normal, shape))
+
+
+@register("sampler", "given")
+@dataclass(frozen=True, eq=False)
+class Given(Declared):
+    """Numbers that were drawn elsewhere: the first draw has the first of them, and so on.
+
+    Several names may have theirs, so that what belongs together is drawn together.
+
+    >>> Given([0.1, 0.2, 0.4]).values
+    array([0.1, 0.2, 0.4])
+    """
+
+    values: Annotated[Any, AMOUNT, "Numbers, a row for each draw."]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.values.ndim:
+            raise InputError("Given: expected a row of numbers for each draw, got one number")
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one value."""
+        shape: tuple[int, ...] = self.values.shape[1:]
+        return shape
+
+    def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
+        """Return a value (draws, *shape) for each draw; beyond the last they begin anew."""
+        own = self.values[draws.numbers % len(self.values)]
+        return np.array(np.broadcast_to(own, (len(own), *shape)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,7 +109,7 @@ class Camera(Value):
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        from robsim.vision.calibration.files import camera_of
+        from robsim.vision.camera_files.files import camera_of
 
         return camera_of(path, name)
 
@@ -123,7 +123,7 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
         'eye.yaml'
         """
-        from robsim.vision.calibration.written import write
+        from robsim.vision.camera_files.written import write
 
         return write(self, path)
 
@@ -139,7 +139,7 @@ class Camera(Value):
         >>> Camera.from_ros(info).size
         (640, 480)
         """
-        from robsim.vision.calibration.ros import camera_of
+        from robsim.vision.camera_files.ros import camera_of
 
         return camera_of(message, rectified)
 

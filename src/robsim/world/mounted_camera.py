@@ -17,8 +17,8 @@ from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.geometry.primitives import CameraBody
-from robsim.vision.calibration.files import rig_of
 from robsim.vision.camera import Camera
+from robsim.vision.camera_files.files import rig_of
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import Intrinsics
 

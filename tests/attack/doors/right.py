@@ -13,6 +13,7 @@ FEATURES = (
     "Points3D", "Polar", "RegionMoments", "Segments", "Sphere", "Spherical", "StereoPoints",
     "ThetaU", "Translation", "VanishingPoint",
 )  # fmt: skip
+GRID = np.array([[x / 10, y / 10, 0] for x in range(3) for y in range(3)])
 POSE = rs.Pose.at(0.1, -0.05, 1.2, rpy=(0.1, 0.2, -0.1))
 
 
@@ -29,6 +30,32 @@ def arm():
 @cache
 def run():
     return scenario().run(duration=0.2)
+
+
+@cache
+def bench():
+    return rs.load_scenario(rs.examples.path("calibration_bench"))
+
+
+def turned():
+    """Coordinates of three views of the bench."""
+    return bench().start + np.radians([[0] * 6, [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+
+
+@cache
+def views():
+    return rs.observe(bench(), turned())
+
+
+def hands():
+    """Poses of three views, T_m_f."""
+    return rs.Pose.at(0, 0.1, [0.3, 0.4, 0.5], rpy=[[0.2, 0, 0], [0, 0.3, 0], [0, 0, 0.4]])
+
+
+def tilted():
+    """The marks of a plane from three sides."""
+    eyes = [rs.Pose.at(0, 0, -1) @ rs.Pose.at(rpy=(i / 9, i / 8, 0)) for i in range(-1, 2)]
+    return [CAMERA.project(GRID, each) for each in eyes]
 
 
 def observed(N=4, B=1, pair=False):
@@ -132,6 +159,21 @@ OWN = {  # where a name has another meaning
     "Tag.is_black.x": lambda: np.zeros(3), "Tag.is_black.y": lambda: np.zeros(3),
     "RosMessages.controller": lambda: rs.Controller(scenario()), "RosMessages.marks.camera": None,
     "RosMessages.marks": None, "RosMessages.command.kind": "geometry_msgs/msg/Twist",
+    "calibrate.views": views, "calibrate.also": ("focal",), "calibrate.start": "daniilidis",
+    "CalibrationViews.scene": lambda: bench().scene, "CalibrationViews.q": turned,
+    "CalibrationViews.pixels": lambda: views().pixels, "CalibrationViews.camera": "camera",
+    "CalibrationViews.target": "board", "Calibration.next_poses.candidates": turned,
+    "Calibration.next_poses.count": 2, "Calibration.cost.experiment": bench,
+    "Calibration.cost.runs": 5, "Calibration.errors.truth": lambda: bench().scene,
+    "Calibration.holds.truth": lambda: bench().scene, "Calibration.holds.part": "mount",
+    "Calibration.holds.level": 0.9, "observe.experiment": bench, "observe.q": turned,
+    "observe.camera": "camera", "observe.target": "board", "viewpoints.experiment": bench,
+    "viewpoints.start": lambda: rs.About(rpy=[0.1] * 3), "hand_eye.T_m_f": hands,
+    "hand_eye.T_c_o": lambda: POSE.inv() @ hands() @ POSE, "hand_eye.method": "tsai_lenz",
+    "robot_world.T_m_f": hands, "robot_world.T_c_o": lambda: POSE.inv() @ hands() @ POSE,
+    "calibrate_lens.target": lambda: GRID, "calibrate_lens.pixels": tilted,
+    "calibrate_lens.coefficients": 4, "calibrate_lens.guess": lambda: CAMERA,
+    "Given.values": lambda: np.ones(5),
     "check_feature.feature": rs.Points, "table.of": None, "examples.path.name": "eye_in_hand",
 }  # fmt: skip
 
@@ -150,6 +192,7 @@ OBJECTS = {
     "Ball": lambda: rs.Ball(0.1), "Block": lambda: rs.Block(1, 1, 1),
     "Wheel": lambda: rs.Wheel(1, 1), "CameraBody": lambda: rs.CameraBody(1, 1, 1),
     "Capsule": lambda: rs.Capsule(1, 1), "TaperedCylinder": lambda: rs.TaperedCylinder(2, 1, 1),
+    "Calibration": lambda: rs.calibrate(views(), ["focal"]),
     "Motion": lambda: rs.Motion("free_camera", np.zeros(6)), "JointLaw": rs.JointLaw,
     "CameraLaw": rs.CameraLaw, "PartitionedLaw": rs.PartitionedLaw,
     "Posture": lambda: rs.Posture((0.0,) * 6), "Sensing": rs.Sensing,

@@ -45,12 +45,12 @@ def family(name: Any) -> Family:
     return FAMILIES[name]
 
 
-def opencv() -> Any:
-    """Return OpenCV; InputError: it is not installed."""
+def opencv(what: str = "tags need") -> Any:
+    """Return OpenCV; InputError says what needs it: it is not installed."""
     try:
         import cv2
     except ImportError:
-        raise InputError("tags need OpenCV: pip install 'robsim[vision]'") from None
+        raise InputError(f"{what} OpenCV: pip install 'robsim[vision]'") from None
     return cv2
 
 

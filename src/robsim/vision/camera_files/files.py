@@ -8,8 +8,8 @@ from typing import Any
 from robsim.base.errors import FileError, InputError, said, suggest
 from robsim.base.input import read_bytes
 from robsim.geometry.pose import Pose
-from robsim.vision.calibration import colmap, kalibr, tables, xml_text, yaml_text
 from robsim.vision.camera import Camera
+from robsim.vision.camera_files import colmap, kalibr, tables, xml_text, yaml_text
 
 LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"

@@ -12,8 +12,8 @@ from decimal import Context, Decimal
 
 from robsim.base.arrays import number
 from robsim.base.errors import FileError, InputError, said
-from robsim.vision.calibration.tables import PERSPECTIVE
 from robsim.vision.camera import Camera
+from robsim.vision.camera_files.tables import PERSPECTIVE
 
 # the places of (fx, fy, cx, cy), and of the lens as in OpenCV; None: zero
 MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {

@@ -6,7 +6,7 @@ from typing import Any
 
 from robsim.base.elements import Element, parsed
 from robsim.base.errors import FileError, said
-from robsim.vision.calibration.yaml_text import plain
+from robsim.vision.camera_files.yaml_text import plain
 
 ROOT = "opencv_storage"
 

@@ -11,8 +11,8 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError
 from robsim.base.output import write_whole
-from robsim.vision.calibration import colmap
 from robsim.vision.camera import Camera
+from robsim.vision.camera_files import colmap
 
 
 def write(camera: Camera, path: str | os.PathLike[str]) -> Path:

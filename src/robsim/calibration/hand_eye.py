@@ -1,0 +1,107 @@
+"""Hand-eye calibration in closed form: the mount X of a camera from A X = X B."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.calibration.dual_quaternions import daniilidis
+from robsim.calibration.motions import (
+    Motions,
+    checked_poses,
+    cross_matrix,
+    motions_between,
+    nearest_rotation,
+    pose_of,
+)
+from robsim.geometry.pose import Pose
+
+SWAPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # half turns about an axis
+
+
+def tsai_lenz(motions: Motions) -> Pose:
+    """Return the mount by the method of Tsai and Lenz 1989, rotation first.
+
+    With P = 2 sin(theta/2) n of a motion, [P_A + P_B]x p = P_B - P_A, and p = tan(theta/2) n of
+    the mount, which is infinite at a half turn. So the camera is turned by half a turn about each
+    of its axes, too, and the equations that are conditioned best are taken.
+    """
+    P_A = _half_sines(motions.A.rotvec)
+    P_B = _half_sines(motions.B.rotvec)
+    swap = max(SWAPS, key=lambda each: float(_least_singular(P_A + each * P_B)))
+    p = np.linalg.lstsq(_rows(P_A + swap * P_B), (swap * P_B - P_A).ravel(), rcond=None)[0]
+    R = Pose.at(rotvec=_turn(p)).rotation @ np.diag(swap)
+    return pose_of(R, _translation(motions, R))
+
+
+def _rows(P: Array) -> Array:
+    """Return [P]x (3 n, 3) of vectors P (n, 3), one below the other."""
+    return cross_matrix(P).reshape(-1, 3)
+
+
+def _least_singular(P: Array) -> Any:
+    """Return the least singular value of all [P]x together."""
+    return np.linalg.svd(_rows(P), compute_uv=False)[-1]
+
+
+def _half_sines(w: Array) -> Array:
+    """Return 2 sin(theta/2) n (n, 3) of rotation vectors theta n."""
+    theta = np.sqrt(np.square(w).sum(-1, keepdims=True))
+    return np.asarray(w * np.sinc(theta / (2 * np.pi)))
+
+
+def _turn(p: Array) -> Array:
+    """Return the rotation vector of tan(theta/2) n."""
+    size = np.sqrt(p @ p)
+    return np.asarray(p * (2 * np.arctan(size) / size if size > 0 else 2.0))
+
+
+def park_martin(motions: Motions) -> Pose:
+    """Return the mount by the method of Park and Martin 1994, rotation first.
+
+    The rotation takes the rotation vectors of B nearest to those of A, by least squares.
+    """
+    R = nearest_rotation(motions.A.rotvec.T @ motions.B.rotvec)
+    return pose_of(R, _translation(motions, R))
+
+
+def _translation(motions: Motions, R: Array) -> Array:
+    """Return the position (3,) of the mount: (R_A - 1) t = R t_B - t_A, by least squares."""
+    M = (motions.A.rotation - np.eye(3)).reshape(-1, 3)
+    right = motions.B.position @ R.T - motions.A.position
+    return np.asarray(np.linalg.lstsq(M, right.ravel(), rcond=None)[0])
+
+
+METHODS: dict[str, Callable[[Motions], Pose]] = {
+    "tsai_lenz": tsai_lenz,
+    "park_martin": park_martin,
+    "daniilidis": daniilidis,
+}
+
+
+def hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
+    """Return the mount X = T_m_c of a camera from poses of views, in closed form.
+
+    T_m_f   poses (V, 4, 4) of the frame f that carries the target, in the frame m that carries the
+            camera, as the joints tell them. Eye-in-hand, with a target that stands in the world:
+            the inverse of the pose of the hand. Eye-to-hand: the pose of the hand in the world
+    T_c_o   poses (V, 4, 4) of the target in camera axes, as from `estimate_pose`
+    method  "tsai_lenz" (1989), "park_martin" (1994) or "daniilidis" (1999: dual quaternions,
+            rotation and translation at once)
+
+    From one view to another A = T_m_f,j T_m_f,i^-1 and B = T_c_o,j T_c_o,i^-1 are the same motion,
+    A X = X B. All methods are exact for exact poses; with noise the least squares of `calibrate`
+    are better. InputError: fewer than three views, turns about one axis only.
+
+    >>> X, Z = Pose.at(0.1, 0, 0.05, rpy=(0, 0, 1)), Pose.at(1, 0, 0)
+    >>> A = Pose.at(0, 0.1, [0.3, 0.4, 0.5], rpy=[[0.2, 0, 0], [0, 0.3, 0], [0, 0, 0.4]])
+    >>> hand_eye(A, X.inv() @ A @ Z)
+    <Pose position [0.1, 0.0, 0.05] rotvec [0.0, 0.0, 1.0]>
+    """
+    if not is_one_of(method, METHODS):
+        raise InputError(f"no method {said(method)}; {suggest(method, METHODS, 'methods')}")
+    return METHODS[method](motions_between(*checked_poses(T_m_f, T_c_o)))

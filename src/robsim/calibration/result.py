@@ -1,0 +1,178 @@
+"""The result of a calibration: mount, target and lens, with what is not known of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.html import table
+from robsim.base.tables import aligned
+from robsim.base.values import Value
+from robsim.calibration.fisher import fisher_quantile
+from robsim.calibration.model import Model, Unknowns
+from robsim.calibration.views import CalibrationViews
+from robsim.geometry.pose import Pose
+from robsim.run.checks import of_kind
+from robsim.vision.camera import Camera
+from robsim.world.scene import Scene
+
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px"), "1": (1.0, "")}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration(Value):
+    """What `calibrate` found: the mount of a camera, the place of its target, and its lens.
+
+    covariance  (P, P) of the numbers `names`, in m, rad and px: the twist (v, omega) in camera axes
+                that leads from `mount` to the true mount, X exp(twist); that in axes of the target
+                that leads from `place` to its true place; what was named in `also`
+    sigma       standard deviation of a pixel coordinate, estimated or given
+    freedom     its degrees of freedom; infinite where it was given
+    residuals   (V, N, 2) reprojected less measured pixels, NaN for marks that were not seen
+
+    >>> from robsim import calibrate, examples, load_scenario, observe
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> q = bench.start + turns
+    >>> found = calibrate(observe(bench, q), ["focal", "center"])
+    >>> found.covariance.shape, found.names[12:], found.holds(bench.scene, "lens")
+    ((16, 16), ('fx', 'fy', 'cx', 'cy'), True)
+    """
+
+    views: CalibrationViews
+    model: Model
+    free: Unknowns
+    covariance: Array
+    sigma: float
+    freedom: float
+    residuals: Array
+
+    @property
+    def mount(self) -> Pose:
+        """The pose T_m_c of the camera on the frame that carries it."""
+        return self.model.mount
+
+    @property
+    def place(self) -> Pose:
+        """The pose T_f_o of the target on the frame that carries it."""
+        return self.model.place
+
+    @property
+    def camera(self) -> Camera:
+        """The lens, with the numbers that were estimated."""
+        return self.model.camera
+
+    @property
+    def offsets(self) -> Array:
+        """What is added (nq,) to the coordinates that the encoders tell; zero if not estimated."""
+        return frozen(self.model.offsets.copy())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the numbers that were estimated, in the order of `covariance`."""
+        return self.free.names
+
+    @property
+    def rms(self) -> float:
+        """The root mean square of all residuals, in pixels."""
+        return float(np.sqrt(np.nanmean(np.square(self.residuals))))
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """The standard deviation of each number by its name, in m, rad and px."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the views with this camera and this place of the target.
+
+        It is what a controller may believe: `experiment.with_(task=replace(task, belief=...))`.
+        """
+        eye = replace(self.views.eye, pose=Pose(self.mount.matrix), camera=self.camera)
+        return self.views.scene.replacing(
+            eye, replace(self.views.thing, pose=Pose(self.place.matrix))
+        )
+
+    def errors(self, truth: Scene) -> Array:
+        """Return what leads from the estimate to the truth (P,), in the order of `names`.
+
+        The true offsets of joints are zero in it. InputError: the scene lacks camera or target.
+        """
+        of_kind(truth, Scene, "truth")
+        eye, thing = truth.camera(self.views.camera), truth.object(self.views.target)
+        there = Model(eye.pose, thing.pose, eye.camera, np.zeros_like(self.model.offsets))
+        return self.model.step_to(there, self.free)
+
+    def holds(self, truth: Scene, part: str = "mount", level: float = 0.95) -> bool:
+        """Return whether the ellipsoid of a level holds the truth.
+
+        `part` is "mount", "target", "lens" or "joints". With n numbers, their errors d and their
+        covariance C it holds what has d' C^-1 d <= n F, F the quantile of Fisher's distribution
+        with n and `freedom` degrees (chi-square over n where the noise was given).
+        """
+        known = [name for name, where in self.free.parts.items() if where.start < where.stop]
+        if not is_one_of(part, known):
+            raise InputError(f"part: no {said(part)}; {suggest(part, known, 'parts')}")
+        some = self.free.parts[part]
+        d, C = self.errors(truth)[some], self.covariance[some, some]
+        bound = len(d) * fisher_quantile(level, len(d), self.freedom)
+        return bool(d @ np.linalg.solve(C, d) <= bound)
+
+    def next_poses(self, candidates: Any, count: int) -> Any:
+        """Return which of some coordinates (n, nq) to look from next; see `NextPoses`."""
+        from robsim.calibration.next_poses import next_poses
+
+        return next_poses(self, candidates, count)
+
+    def cost(self, experiment: Any, runs: int = 200, **how: Any) -> Any:
+        """Return what the remaining error costs an experiment; see `CalibrationCost`."""
+        from robsim.calibration.cost import cost
+
+        return cost(self, experiment, runs, **how)
+
+    def __str__(self) -> str:
+        """Return a table: numbers and standard deviations, in mm, degrees and pixels."""
+        return "\n".join([self._title, *aligned([list(c) for c in zip(*self._rows, strict=True)])])
+
+    def __repr__(self) -> str:
+        return f"<Calibration {self._title}>"
+
+    def _repr_html_(self) -> str:
+        """Return the table for notebooks."""
+        head, *rows = self._rows
+        return table(self._title, rows, head)
+
+    @property
+    def _title(self) -> str:
+        found = "given" if math.isinf(self.freedom) else "estimated"
+        return (
+            f"'{self.views.camera}' on {self.views.eye.on}, from {len(self.views)} views: "
+            f"rms {self.rms:.3g} px, noise {self.sigma:.3g} px ({found})"
+        )
+
+    @property
+    def _rows(self) -> list[tuple[str, ...]]:
+        """The head and the rows of the table."""
+        values = self._values
+        made: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
+        pairs = zip(self.names, self.free.units, self.deviations.values(), strict=True)
+        for name, unit, std in pairs:
+            factor, shown = SHOWN[unit]
+            made.append((name, shown, f"{factor * values[name]:z.6g}", f"{factor * std:.2g}"))
+        return made
+
+    @property
+    def _values(self) -> Mapping[str, float]:
+        """The numbers by name; of poses, position and rotation vector."""
+        return dict(self._numbers())
+
+    def _numbers(self) -> Iterator[tuple[str, float]]:
+        poses = [[*T.position.tolist(), *T.rotvec.tolist()] for T in (self.mount, self.place)]
+        own = [*poses[0], *poses[1], *self.model.numbers(self.free)]
+        return zip(self.names, own, strict=True)
