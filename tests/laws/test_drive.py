@@ -232,7 +232,8 @@ def test_nothing_is_raised_in_mid_run_and_the_robot_brakes(one, run, name, value
     assert not command.health.converged
     size, last = np.abs(command.velocities).max(), np.abs(before.velocities).max()
     assert last - 0.5 * DT * (1 + 1e-9) <= size < last
-    after = controller.step(*at(run, 11), 11 * DT)
+    for t in (11, 12):  # after a clock that was wrong all begins anew
+        after = controller.step(*at(run, t), t * DT)
     assert after.phase == "moving" and after.health.fault == ""
 
 

@@ -8,7 +8,7 @@ import math
 
 from robsim.kernels.camera import IN_IMAGE
 from robsim.kernels.jit import kernel, part
-from robsim.kernels.lanes import WIDTH, get, put
+from robsim.kernels.lanes import WIDTH
 from robsim.kernels.stage import stage
 
 # why a command is not what the law wishes: bits of a row
@@ -17,6 +17,7 @@ SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 32, 64, 128, 256
 HELD = OLD_IMAGE | NOT_RELEASED | STOPPED | NOT_FINITE | FEW_MARKS
 
 NEAR = 1e-12  # metres
+LATE = 1e-3  # periods by which an image may be older, as clocks are not exact
 SLACK = 1.0 + 1e-9  # of a velocity that is compared with the largest one from which it stops
 
 
@@ -64,7 +65,7 @@ def _clamped(x, least, most):
 def _why_held(w, b, n, wished, age, dt, released, settings, latched, status):
     """Return why the robot is not to move, if it is not, as bits."""
     why = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
-    if w[age * WIDTH + b] * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
+    if (w[age * WIDTH + b] - LATE) * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
         why |= OLD_IMAGE
         if w[(settings + 1) * WIDTH + b] != 0.0:
             w[latched * WIDTH + b] = 1.0
@@ -175,12 +176,6 @@ def attempts(p, w, step):
             share *= 0.5
 
 
-@stage
-def halved(p, w, step):
-    """Compute half of a number: (number, half)."""
-    put(w, p[1], 0.5 * get(w, p[0]))
-
-
 @part
 def _outside(w, b, T, box):
     """Return how far the origin of a frame at T is out of a box, along its worst axis."""
@@ -195,14 +190,16 @@ def _outside(w, b, T, box):
 def fence(p, w, step):
     """Command the first attempt from which a frame can be braked within a box, or brake.
 
-    (n, qd[count, n], brake, out, why, box, now, count, on the way[2 count]): poses of the frame now
-    and, for each attempt, on half and all of its way to rest. From outside it may go on inwards.
+    (n, qd[count, n], brake, out, why, box, now, count, places, poses[count, places]): the pose of
+    the frame now and, for each attempt, on its way to rest. From outside it may go on inwards.
     """
-    n, out, box, count = p[0], p[3], p[5], p[7]
+    n, out, box, count, places = p[0], p[3], p[5], p[7], p[8]
     for b in range(WIDTH):
         now, first = _outside(w, b, p[6], box) + NEAR, p[2]
         for k in range(count - 1, -1, -1):
-            way = max(_outside(w, b, p[8 + 2 * k], box), _outside(w, b, p[9 + 2 * k], box))
+            way = 0.0
+            for i in range(places):
+                way = max(way, _outside(w, b, p[9 + places * k + i], box))
             if way <= now:
                 first = p[1] + k * n
         if first != p[1]:

@@ -62,10 +62,9 @@ class Blocks:
         """Return a copy (count,) of rows from the first, of the first run."""
         return self.numbers[0, row : row + count, 0].copy()
 
-    def fill(self, row: int, values: Any) -> None:
+    def fill(self, row: int, values: Array) -> None:
         """Write numbers (n,), the same for all runs, to rows from the first."""
-        given = np.atleast_1d(values)
-        self.numbers[:, row : row + len(given)] = given[:, None]
+        self.numbers[:, row : row + len(values)] = values[:, None]
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs (runs,)."""

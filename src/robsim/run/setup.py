@@ -133,12 +133,8 @@ class Setup(Value):
                 made.actuation,
                 *settings,
                 endings=self.endings,
-                guard=self.guard(made) if self.safety else None,
+                guard=guard_of(made, self.safety) if self.safety else None,
             )
-
-    def guard(self, made: Any) -> Guard:
-        """Return what keeps commands within the safety, in the scene that a task believes."""
-        return Guard(self.safety or Safety(), common_belief(made.task) or made.scene)
 
     @contextmanager
     def keyed(self, *keys: str) -> Iterator[None]:
@@ -170,3 +166,8 @@ class Setup(Value):
                 raise InputError(
                     f"{self.runs} {what}, and {len(values)} numbers of {name}: each run needs both"
                 )
+
+
+def guard_of(made: Any, safety: Safety | None) -> Guard:
+    """Return what keeps commands within a safety, in the scene that the task of `made` believes."""
+    return Guard(safety or Safety(), common_belief(made.task) or made.scene)

@@ -59,6 +59,11 @@ class Controller(ABC):
         """The sights whose marks may leave the image."""
         return frozenset()
 
+    @property
+    def whole(self) -> frozenset[Key]:
+        """The sights of which a feature needs all marks at once, as a pose without weights does."""
+        return frozenset()
+
     def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers start anywhere
         """Raise InputError if the task can be done from none of the starts q0 (B, nq)."""
 

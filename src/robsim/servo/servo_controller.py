@@ -48,6 +48,20 @@ class Servo(Controller):
         excuses = any(getattr(each, "excuses", False) for each in self.weighting)
         return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
 
+    @property
+    def whole(self) -> frozenset[Key]:
+        """The sights of which a feature needs all marks at once; with weights none does."""
+        if self.weighting:
+            return frozenset()
+        parts = zip(self.regulated.parts, self.regulated.depends(), strict=True)
+        found = (
+            sight.key
+            for part, marks in parts
+            if marks is not None and marks.shape[2] > 2 and marks.all()
+            for sight in part.sights
+        )
+        return frozenset(found)
+
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
         made = ServoStages(self, given)

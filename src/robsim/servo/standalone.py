@@ -45,6 +45,9 @@ class Standalone:
             self.commanded = self.guarded.commanded
         self.commanded.note(self.commanded.qd)
         self._parts = program.segments()
+        if guard is not None:  # all that is given stands between the first and the last of them
+            first, last = self.given.q, self.given.released
+            self._asked = self.begin(1).first(first, last - first + 1)
 
     def begin(self, runs: int) -> Blocks:
         """Return blocks of so many runs that begin."""
@@ -78,14 +81,16 @@ class Standalone:
 
         An image has pixels (N, 2), depths (N,), and which marks are hidden (N,).
         """
-        blocks.fill(self.given.q, q)
+        first, rows = self.given.q, self._asked.copy()
+        rows[: len(q)] = q
         for key, image in images:
-            view = self.given.views[key]
-            blocks.fill(view.pixels, image.pixels.reshape(-1))
-            blocks.fill(view.depth, image.depth)
-            blocks.fill(view.hidden, image.hidden)
-        blocks.fill(self.given.age, age / self.dt)
-        blocks.fill(self.given.released, released)
+            view, N = self.given.views[key], len(image.depth)
+            at = view.pixels - first, view.depth - first, view.hidden - first
+            rows[at[0] : at[0] + 2 * N] = image.pixels.reshape(-1)
+            rows[at[1] : at[1] + N] = image.depth
+            rows[at[2] : at[2] + N] = image.hidden
+        rows[-2:] = age / self.dt, released
+        blocks.fill(first, rows)
 
     def perform(self, blocks: Blocks, step: int) -> None:
         """Perform the stages of a step."""
@@ -98,6 +103,21 @@ class Standalone:
         why, at_limit = int(first(self.guarded.why, 1)[0]), first(self.guarded.at_limit, n)
         error, qd = first(c.error, self.controller.k), first(c.qd, n)
         return Read(why, at_limit, error, qd, bool(first(c.busy, 1)[0]))
+
+    def rest(self, blocks: Blocks) -> None:
+        """Let the robot stand, from where a command may grow again."""
+        blocks.fill(self.guarded.last, np.zeros(self.controller.columns.size))
+        blocks.fill(self.guarded.seconds, np.zeros(1))
+
+    def braked(self, blocks: Blocks) -> Array:
+        """Return how the robot brakes in a period (n,), without the stages."""
+        guarded, n = self.guarded, self.controller.columns.size
+        last = blocks.first(guarded.last, n)
+        rest = float((np.abs(last) / blocks.first(guarded.most, n)).max(initial=0.0))
+        slower = last * max(1.0 - self.dt / rest, 0.0) if rest > 0.0 else last
+        self.rest(blocks)
+        blocks.fill(guarded.last, slower)
+        return slower
 
     def decision(self, blocks: Blocks) -> Decision:
         """Return what was decided at the last step."""

@@ -7,20 +7,22 @@ from typing import Any, Self
 
 import numpy as np
 
-from robsim.base.arrays import Array, flag
+from robsim.base.arrays import Array, flag, frozen
 from robsim.base.errors import InputError, said
 from robsim.files.changes import Changes
 from robsim.kernels import guarding
 from robsim.run.control.clock import Clock
-from robsim.run.control.drive_command import DriveCommand, Health, doing, limits_of
+from robsim.run.control.drive_command import Doing, DriveCommand, Health, doing, limits_of
 from robsim.run.control.images import Images
 from robsim.run.experiment import Experiment, load_scenario
+from robsim.run.setup import guard_of
 from robsim.run.staged import Staged
 from robsim.servo.controller import Decision
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 
-EMPTY = np.empty(0)
+EMPTY = frozen(np.empty(0))
+PAUSE, PERIODS = 0.25, 5  # seconds and periods without a call, after which a robot stands
 
 
 class Controller:
@@ -54,7 +56,7 @@ class Controller:
             raise InputError("numbers differ from run to run: take one experiment, of_run(i)")
         self.experiment = experiment
         self.dt, self.scene = experiment.dt, experiment.scene
-        bound, guard = experiment.task.bind(self.scene), experiment.guard(experiment)
+        bound, guard = experiment.task.bind(self.scene), guard_of(experiment, experiment.safety)
         self._alone = Standalone(bound, self.dt, guard)
         self._to_run = guard.safety.hold_to_run
         scale = bound.tolerance / bound.tolerances
@@ -81,10 +83,16 @@ class Controller:
         return self._alone.controller.sights
 
     def reset(self) -> None:
-        """Forget all that was measured, and any stop, as before the first call."""
+        """Forget all that was measured, and any stop, as before the first call.
+
+        The robot is taken to stand still.
+        """
+        bound = self._alone.controller
         self._blocks = self._alone.begin(1)
-        self._images = Images(self.scene, self.sights, self._alone.controller.excused)
+        self._images = Images(self.scene, self.sights, bound.excused, bound.whole)
         self._clock = Clock(self.dt)
+        self._decided = 0  # periods in which the robot might move: the time of paths
+        self._anew = ""  # why what is remembered begins anew
         self._q = np.empty(0)
         self._last: DriveCommand | None = None
 
@@ -100,28 +108,35 @@ class Controller:
         t        seconds, on a clock that need not begin at zero; the first call is the start
         run      whether the robot may move: by default it may, unless the safety says hold_to_run
 
-        Calls may come early, late, or not at all: a period has the number that its time says, and
-        within one the command stays. Depths that a scheme takes for true follow from the scene at
-        the coordinates when the image was taken. Marks that are not seen stay where they were, and
-        are left out of the features that can do without.
+        Calls may come early or late, and some may be left out: a period begins when its time comes,
+        and within one the command stays. After a pause of a quarter of a second, and of five
+        periods, the robot is taken to stand, and all that is remembered begins anew. The time of a
+        path or a prescribed motion is that of the periods in which the robot might move.
+
+        Depths that a scheme takes for true follow from the scene at the coordinates when the image
+        was taken. Marks that are not seen stay where they were, and are left out of the features
+        that can do without.
 
         InputError: what is given at the first call does not fit the scene. Later nothing is raised
         for data: the robot brakes, and `health.fault` says why.
         """
+        self._images.nothing_new()
         try:
-            begins = self._clock.told(t)
+            passed = self._clock.told(t)
         except InputError as error:
             if self._last is None:
                 raise
-            self._clock.go_on()
-            return self._brake(str(error), True)
+            if self._clock.turned_back:
+                self._images.forget_times()
+            return self._brake(str(error), self._clock.begins_without())
+        if self._last is None:
+            return self._begun(pixels, q, run)
+        if passed * self.dt > max(PAUSE, PERIODS * self.dt):
+            self._anew = f"no call for {passed * self.dt:.3g} s: what is remembered begins anew"
         try:
-            return self._step(pixels, q, begins, run)
-        except InputError as error:
-            if self._last is None:
-                self._clock = Clock(self.dt)
-                raise
-            return self._brake(str(error), begins)
+            return self._step(pixels, q, passed > 0, run)
+        except Exception as error:  # noqa: BLE001  of whatever was given, or a user's law
+            return self._brake(str(error) or type(error).__name__, passed > 0)
 
     def row(self) -> dict[str, float]:
         """Return what was measured and commanded at the last call, named as in `table`.
@@ -143,21 +158,36 @@ class Controller:
         return found
 
     def decide(self, pixels: Any, q: Any, t: float) -> Decision:
-        """Return what `step` commands, with features and errors, the run last."""
-        self._step(pixels, q, self._clock.told(t), None)
+        """Return what `step` commands, with features and errors, the run last.
+
+        InputError: what is given does not fit the scene.
+        """
+        self._images.nothing_new()
+        self._step(pixels, q, self._clock.told(t) > 0, None)
         return self._alone.decision(self._blocks)
+
+    def _begun(self, pixels: Any, q: Any, run: Any) -> DriveCommand:
+        """Return the first command; after an error all is as before."""
+        try:
+            return self._step(pixels, q, True, run)
+        except Exception:
+            self.reset()
+            raise
 
     def _step(self, pixels: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
         """Take what was measured, and decide once in a period, when it begins."""
         released = not self._to_run if run is None else flag(run, "run")
-        joints = self._joints(q)
-        unused = self._images.take(pixels, joints, self._clock.now)
+        joints, now = self._joints(q), self._clock.now
+        if begins:
+            self._images.note(joints, now)
+        unused = self._images.take(pixels, joints, now)
         self._q = joints
         if self._last is not None and not begins:
-            return self._last
+            health = self._last.health._replace(unused=unused, fault="")
+            return self._last._replace(health=health)
         if not self._images.known:
-            return self._wait(unused)
-        return self._decided(float(released), unused)
+            return self._still("waiting", unused)
+        return self._command(released, unused)
 
     def _joints(self, q: Any) -> Array:
         """Return coordinates (nq,) of the scene."""
@@ -170,38 +200,53 @@ class Controller:
             raise InputError(f"q: expected shape ({self.scene.nq},), got {found.shape}")
         return found
 
-    def _decided(self, released: float, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
-        """Return the command of the period, by the stages of the loop."""
-        age = self._images.age(self._clock.now)
-        self._alone.take(self._blocks, self._q, self._images.each.items(), age, released)
-        self._alone.perform(self._blocks, self._clock.step)
+    def _command(self, released: bool, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
+        """Return the command of the period, by the stages of the loop.
+
+        Where what is remembered begins anew, the robot stands for this period.
+        """
+        age, step = self._images.age(self._clock.now), self._decided
+        if self._anew:
+            self._alone.rest(self._blocks)
+            released, step, fault = False, 0, "; ".join(filter(None, (fault, self._anew)))
+        images = self._images.each.items()
+        self._alone.take(self._blocks, self._q, images, age, float(released))
+        self._alone.perform(self._blocks, step)
+        self._decided, self._anew = self._decided + released, ""
+        return self._told(unused, age, fault)
+
+    def _told(self, unused: tuple[str, ...], age: float, fault: str) -> DriveCommand:
+        """Return what the stages of the period have decided."""
         why, at_limit, error, qd, busy = self._alone.read(self._blocks)
+        if why & guarding.NOT_FINITE:
+            self._anew = "not finite before: what is remembered begins anew"
         small = bool((np.abs(error * self._scale) < self._tolerance).all())
-        converged = small and not busy and not why & guarding.HELD
+        free = not busy and not why & guarding.HELD
+        converged = small and free and self._images.complete
         limits = limits_of(why, at_limit, self.velocity_names) if why else ()
         stale = bool(why & guarding.OLD_IMAGE)
         health = Health(converged, self._images.lost(), stale, age, limits, unused, fault)
-        self._last = DriveCommand(qd, error, doing(why, converged), health)
+        self._last = DriveCommand(frozen(qd), frozen(error), doing(why, converged), health)
         return self._last
 
-    def _wait(self, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
-        """Return that the robot stands still until all marks have been seen once."""
-        health = Health(lost=self._images.lost(), unused=unused, fault=fault)
-        self._last = DriveCommand(np.zeros(len(self.velocity_names)), EMPTY, "waiting", health)
+    def _still(self, phase: Doing, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
+        """Return that the robot is not to move, or how it brakes, without the stages."""
+        age = self._images.age(self._clock.now)
+        health = Health(lost=self._images.lost(), age=age, unused=unused, fault=fault)
+        qd = self._alone.braked(self._blocks)
+        self._last = DriveCommand(frozen(qd), EMPTY, phase, health)
         return self._last
 
     def _brake(self, fault: str, begins: bool) -> DriveCommand:
         """Return how the robot brakes, as what was given now does not serve."""
         assert self._last is not None
         if not begins:
-            health = self._last.health._replace(fault=fault)
+            health = self._last.health._replace(unused=(), fault=fault)
             return self._last._replace(health=health)
         if not self._images.known:
-            return self._wait((), fault)
+            return self._still("waiting", (), fault)
         try:
-            return self._decided(0.0, (), fault)
-        except InputError as error:  # from a law or a feature of the user's own
-            health = Health(lost=self._images.lost(), fault=f"{fault}; {error}")
-            zero = np.zeros(len(self.velocity_names))
-            self._last = DriveCommand(zero, EMPTY, "holding", health)
-            return self._last
+            return self._command(False, (), fault)
+        except Exception as error:  # noqa: BLE001  of a law or a feature of the user's own
+            said = dict.fromkeys((fault, str(error) or type(error).__name__))
+            return self._still("holding", (), "; ".join(said))

@@ -11,6 +11,11 @@ from robsim.kernels import guarding
 Doing = Literal["waiting", "moving", "holding", "stopped", "converged"]
 
 LIMITS = {
+    guarding.STOPPED: "stopped by the watchdog",
+    guarding.OLD_IMAGE: "watchdog",
+    guarding.NOT_RELEASED: "not released",
+    guarding.FEW_MARKS: "too few marks",
+    guarding.NOT_FINITE: "not finite",
     guarding.SPEED: "speed",
     guarding.ACCELERATION: "acceleration",
     guarding.FENCE: "fence",
@@ -20,14 +25,17 @@ LIMITS = {
 class Health(NamedTuple):
     """What a controller knows of its images, its joints and its limits.
 
-    converged  every error is below its tolerance, and nothing is old or held
+    converged  every error is below its tolerance, no mark is lost, and nothing is old or held
     lost       marks that the last image does not have: "plate[2]", or "left: plate[2]" where there
                are several cameras
     stale      whether the watchdog finds the images too old
-    age        seconds since the oldest image in use was taken
-    limits     limits of the `Safety` that change the command: "speed", "acceleration", "fence",
-               "joint limit of arm.elbow", "too few marks", "not finite"
-    unused     what was given and is not used: names of other targets, doubtful ones, late images
+    age        seconds since the oldest image in use was taken; one without a mark, or without one
+               that a feature of all marks needs, is not in use
+    limits     what changes the command: "speed", "acceleration", "fence", "joint limit of elbow",
+               or holds the robot: "watchdog", "stopped by the watchdog", "not released", "too few
+               marks", "not finite"
+    unused     what was given and is not used: names of other targets, doubtful ones, images that
+               are older than the last or were taken in the future
     fault      what was wrong with what was given now, in a sentence; "" if nothing
     """
 
@@ -62,10 +70,6 @@ def limits_of(why: int, at_limit: Array, names: Sequence[str]) -> tuple[str, ...
     if why & guarding.JOINT_LIMIT:
         pairs = zip(names, at_limit, strict=True)
         found += [f"joint limit of {name}" for name, there in pairs if there]
-    if why & guarding.FEW_MARKS:
-        found.append("too few marks")
-    if why & guarding.NOT_FINITE:
-        found.append("not finite")
     return tuple(found)
 
 

@@ -16,18 +16,25 @@ from robsim.servo.placed_frame import placed_at
 from robsim.servo.sight import Key, Sight
 from robsim.world.scene import Scene
 
-REMEMBERED = 512  # states of the joints, one for each call, in which that of an image is looked up
+REMEMBERED = 512  # periods, whose joints are looked up for an image that was taken then
+AHEAD = 0.1  # seconds by which the clock of a camera may be ahead
+FAR = 1e9  # pixels from which on none is that of a mark, where a camera has no size
 
 
 class Image:
-    """The marks of one camera on one target, each where it was seen last."""
+    """The marks of one camera on one target, each where it was seen last.
 
-    def __init__(self, sight: Sight, excused: bool) -> None:
-        N = len(sight.target.marks)
-        self.sight, self.excused = sight, excused
+    `excused` says that marks may be out of the image, `whole` that a feature needs all of them at
+    once.
+    """
+
+    def __init__(self, sight: Sight, excused: bool, whole: bool) -> None:
+        N, size = len(sight.target.marks), sight.eye.camera.size
+        self.sight, self.excused, self.whole = sight, excused, whole
         self.pixels, self.depth = np.full((N, 2), np.nan), np.ones(N)
         self.hidden = np.ones(N, dtype=bool)  # in the last image
-        self.taken, self.seen = -math.inf, -math.inf  # the last image, and the last with a mark
+        self.taken, self.seen = -math.inf, -math.inf  # the last image, and the last that serves
+        self.most = np.full(2, FAR) if size is None else 2.0 * np.array(size, dtype=float)
 
     @property
     def known(self) -> bool:
@@ -35,26 +42,39 @@ class Image:
         never = np.isnan(self.pixels)
         return not (never.all() if self.excused else never.any())
 
+    @property
+    def complete(self) -> bool:
+        """Whether the last image has all the marks that it needs to have."""
+        return self.excused or not self.hidden.any()
+
     def take(self, found: Found, depth: Array) -> None:
-        """Let an image be the last one; marks that it does not have stay where they were."""
-        there = ~np.isnan(found.pixels[:, 0] + found.pixels[:, 1])
+        """Let an image be the last one; marks that it does not have stay where they were.
+
+        What is a whole image away from the image is no mark.
+        """
+        near = np.abs(found.pixels - 0.25 * self.most) <= 0.75 * self.most
+        there = near[:, 0] & near[:, 1]
         self.taken, self.hidden = found.t, ~there
         if there.all():
             self.pixels, self.depth, self.seen = found.pixels, depth, found.t
         elif there.any():
-            self.pixels[there], self.depth[there], self.seen = (
-                found.pixels[there],
-                depth[there],
-                found.t,
-            )
+            self.pixels[there], self.depth[there] = found.pixels[there], depth[there]
+            if not self.whole:
+                self.seen = found.t
 
 
 class Images:
     """The last images of all sights, and the joints when they were taken."""
 
-    def __init__(self, scene: Scene, sights: Sequence[Sight], excused: Collection[Key]) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        sights: Sequence[Sight],
+        excused: Collection[Key],
+        whole: Collection[Key],
+    ) -> None:
         self.reader = Reader(sights)
-        self.each = {sight.key: Image(sight, sight.key in excused) for sight in sights}
+        self.each = {s.key: Image(s, s.key in excused, s.key in whole) for s in sights}
         self._depths = _Depths(scene, sights)
         self._times = np.full(REMEMBERED, -math.inf)
         self._q = np.empty((REMEMBERED, scene.nq))
@@ -66,9 +86,20 @@ class Images:
         """Whether enough has been seen of every sight."""
         return all(image.known for image in self.each.values())
 
+    @property
+    def complete(self) -> bool:
+        """Whether the last images have all the marks that they need to have."""
+        return all(image.complete for image in self.each.values())
+
     def age(self, t: float) -> float:
-        """Return how long ago the oldest of the last images was taken in which a mark was seen."""
-        return max((t - image.seen for image in self.each.values()), default=0.0)
+        """Return how long ago the oldest of the last images was taken that can be gone by."""
+        return max((t - image.seen for image in self.each.values() if image.seen < t), default=0.0)
+
+    def forget_times(self) -> None:
+        """Take all images for old, as the clock is another."""
+        self._times[:] = -math.inf
+        for image in self.each.values():
+            image.taken = image.seen = -math.inf
 
     def lost(self) -> tuple[str, ...]:
         """Return the names of the marks that the last images do not have."""
@@ -88,20 +119,28 @@ class Images:
             every.append(np.where(gone[:, None], np.nan, image.pixels))
         return np.concatenate(every)
 
-    def take(self, given: Any, q: Array, t: float) -> tuple[str, ...]:
-        """Take what is new, given the joints at a time; return the names of what is not used."""
-        found = list(self.reader.read(given, t))
+    def note(self, q: Array, t: float) -> None:
+        """Remember the joints at the begin of a period."""
         i = self._count % REMEMBERED
         self._times[i], self._q[i], self._count = t, q, self._count + 1
-        late, self._new = [], set()
-        for each in found:
-            image = self.each[each.sight.key]
-            if each.t > image.taken:
+
+    def nothing_new(self) -> None:
+        """Let no image be new in this call."""
+        self._new = set()
+
+    def take(self, given: Any, q: Array, t: float) -> tuple[str, ...]:
+        """Take what is new, given the joints at a time; return the names of what is not used."""
+        odd = []
+        for each in list(self.reader.read(given, t)):
+            image, name = self.each[each.sight.key], each.sight.eye.name
+            if each.t > t + AHEAD:
+                odd.append(f"image of {name} taken in the future")
+            elif each.t > image.taken:
                 image.take(each, self._depths(each, self._joints(each.t, q, t)))
                 self._new.add(each.sight.key)
             elif each.t < image.taken:
-                late.append(f"late image of {each.sight.eye.name}")
-        return (*self.reader.unused, *late)
+                odd.append(f"late image of {name}")
+        return (*self.reader.unused, *odd)
 
     def _joints(self, taken: float, q: Array, t: float) -> Array:
         """Return the coordinates that were measured nearest to a time."""

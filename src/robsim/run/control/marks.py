@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from robsim.base.arrays import Array, number, numbers
 from robsim.base.errors import InputError, said
-from robsim.servo.sight import Key, Sight
+from robsim.servo.sight import Sight
+
+DEEPEST = 4  # cameras, targets, and times around each of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +21,8 @@ class Marks:
 
     pixels    (N, 2), or by camera and target, as `step` takes them
     t         seconds on the clock of `step`
-    doubtful  names of targets that may be something else, which are not used; by default those
-              that `Detections` call doubtful
+    doubtful  names of targets that may be something else, which are not used, beside those that
+              `Detections` call doubtful
 
     >>> Marks({"plate": np.zeros((4, 2))}, t=0.033).doubtful
     ()
@@ -28,14 +30,11 @@ class Marks:
 
     pixels: Any
     t: float
-    doubtful: Collection[str] | None = None
+    doubtful: Collection[str] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", number(self.t, "t (seconds)"))
-        doubtful = getattr(self.pixels, "doubtful", ()) if self.doubtful is None else self.doubtful
-        if isinstance(doubtful, str) or not all(isinstance(name, str) for name in doubtful):
-            raise InputError(f"doubtful: expected names of targets, got {said(self.doubtful)}")
-        object.__setattr__(self, "doubtful", tuple(doubtful))
+        object.__setattr__(self, "doubtful", _named(self.doubtful))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +44,20 @@ class Found:
     sight: Sight
     pixels: Array
     t: float
+
+
+class _Around(NamedTuple):
+    """What was said around some marks: when, which targets are doubtful, and how deep they are."""
+
+    t: float
+    doubtful: tuple[str, ...] = ()
+    depth: int = 0
+
+    def within(self, doubtful: Any) -> _Around:
+        """Return the same for what is inside; InputError: that is too deep."""
+        if self.depth >= DEEPEST:
+            raise InputError("pixels: at most marks in targets in cameras, not deeper")
+        return _Around(self.t, (*self.doubtful, *_named(doubtful)), self.depth + 1)
 
 
 class Reader:
@@ -65,45 +78,46 @@ class Reader:
         InputError: another shape, or none of what is looked for.
         """
         self.unused = []
-        yield from self._read(given, t, self.sights, ())
+        yield from self._read(given, _Around(t), self.sights)
 
-    def _read(
-        self, given: Any, t: float, sights: Sequence[Sight], doubtful: Collection[str]
-    ) -> Iterator[Found]:
+    def _read(self, given: Any, around: _Around, sights: Sequence[Sight]) -> Iterator[Found]:
+        """Yield the marks of some sights, within what was said around them."""
+        t, doubtful = around.t, around.doubtful
         if given is None or not sights:
             return
         if isinstance(given, Marks):
-            yield from self._read(given.pixels, given.t, sights, given.doubtful or ())
+            within = around.within(given.doubtful)._replace(t=given.t)
+            yield from self._read(given.pixels, within, sights)
         elif isinstance(given, Mapping) and not _by_number(given):
-            doubtful = (*doubtful, *getattr(given, "doubtful", ()))
-            yield from self._of_names(given, t, sights, doubtful)
+            within = around.within(getattr(given, "doubtful", ()))
+            yield from self._of_names(given, within, sights)
         elif len(sights) > 1:
             raise InputError(f"pixels: give them for each camera: {', '.join(self.cameras)}")
         elif sights[0].target.name in doubtful:
             self.unused.append(f"doubtful {sights[0].target.name}")
-            yield Found(sights[0], np.full((len(sights[0].target.marks), 2), np.nan), t)
+            yield _unseen(sights[0], t)
         else:
             yield Found(sights[0], _pixels(given, sights[0]), t)
 
     def _of_names(
-        self, given: Mapping[Any, Any], t: float, sights: Sequence[Sight], doubtful: Collection[str]
+        self, given: Mapping[Any, Any], around: _Around, sights: Sequence[Sight]
     ) -> Iterator[Found]:
-        """Yield the marks of each sight that is given by the names of camera or target."""
+        """Yield the marks of each sight that is given by the names of camera or target.
+
+        Of one camera, what a detector did not find is not there.
+        """
         known = self._known(sights)
         used = [key for key in given if key in known]
         self.unused += [str(key) for key in given if key not in known]
-        if given and not used:
+        if given and not used and not hasattr(given, "doubtful"):
             raise InputError(f"pixels: none of {_listed(sights)}; given: {_names(given)}")
-        seen: set[Key] = set()
+        left = list(sights)
         for key in used:
-            own = [sight for sight in known[key] if sight.key not in seen]
-            seen |= {sight.key for sight in own}
-            yield from self._read(given[key], t, own, doubtful)
-        by_target = any(key in self.targets for key in used) or not given
-        if by_target:  # what a detector did not find is not there
-            for sight in sights:
-                if sight.key not in seen and len(self.cameras) == 1:
-                    yield Found(sight, np.full((len(sight.target.marks), 2), np.nan), t)
+            own = [sight for sight in known[key] if sight in left]
+            left = [sight for sight in left if sight not in own]
+            yield from self._read(given[key], around, own)
+        if len({sight.eye.name for sight in sights}) == 1:
+            yield from (_unseen(sight, around.t) for sight in left)
 
     def _known(self, sights: Sequence[Sight]) -> dict[Any, list[Sight]]:
         """Return the sights that each key stands for."""
@@ -115,6 +129,19 @@ class Reader:
             if len(own) == 1:
                 known[name] = own
         return known
+
+
+def _named(doubtful: Any) -> tuple[str, ...]:
+    """Return the names of doubtful targets."""
+    listed = isinstance(doubtful, Collection) and not isinstance(doubtful, str)
+    if not listed or not all(isinstance(name, str) for name in doubtful):
+        raise InputError(f"doubtful: expected names of targets, got {said(doubtful)}")
+    return tuple(doubtful)
+
+
+def _unseen(sight: Sight, t: float) -> Found:
+    """Return the image of a sight in which nothing is seen."""
+    return Found(sight, np.full((len(sight.target.marks), 2), np.nan), t)
 
 
 def _by_number(given: Mapping[Any, Any]) -> bool:

@@ -21,14 +21,18 @@ from robsim.servo.shaping.shaping import coordinates_of
 from robsim.world.scene import Scene
 
 ATTEMPTS = 3  # commands that are tried before a frame that nears its fence is braked
+PLACES = 0.25, 0.5, 0.75, 1.0  # of the way to rest, where it is looked at
 
 
 @dataclass(frozen=True)
 class Guarded:
-    """What a controller writes within the limits of a `Safety`, and the row that says which act."""
+    """What a controller writes within the limits of a `Safety`, and rows of these."""
 
     commanded: Commanded
-    why: int  # bits, as `robsim.kernels.guarding` names them
+    last: int  # (n,) what was commanded last
+    seconds: int  # for which a command has grown
+    most: int  # (n,) accelerations
+    why: int  # which limits act, bits as `robsim.kernels.guarding` names them
     at_limit: int  # (n,) 1 where a joint is kept from its limit
 
 
@@ -53,7 +57,8 @@ class Guard:
             return decision._replace(command=within)
 
         within = replace(inner, qd=qd, busy=busy, decide=decide)
-        return Guarded(within, made.why, made.at_limit)
+        rows = made.last, made.seconds, made.most, made.why, made.at_limit
+        return Guarded(within, *rows)
 
 
 class _Stages:
@@ -65,7 +70,7 @@ class _Stages:
         self.n = controller.columns.size
         program = self.program = given.program
         self.why, self.at_limit, self.busy = program.rows(), program.rows(self.n), program.rows()
-        self.share, self.last = program.rows(), program.rows(self.n)
+        self.share, self.last, self.seconds = program.rows(), program.rows(self.n), program.rows()
         self.most = program.constant(self._limits("acceleration"))
 
     def add(self, inner: Commanded) -> int:
@@ -90,7 +95,7 @@ class _Stages:
         released = program.constant(1.0) if given.released < 0 else given.released
         age = program.constant(0.0) if given.age < 0 else given.age
         status = program.constant(IN_IMAGE) if status < 0 else status
-        rows = released, settings, program.rows(), program.rows(), self.share, self.why, status
+        rows = released, settings, program.rows(), self.seconds, self.share, self.why, status
         program.add(guarding.hold, self.n, wished, given.dt, age, *rows)
 
     def _scaled(self, wished: int) -> int:
@@ -121,19 +126,21 @@ class _Stages:
         rows = command, brake, self.given.dt, self.most, ATTEMPTS, qd, seconds
         program.add(guarding.attempts, n, *rows)
         ways = [
-            self._after(fence.frame, qd + k * n, when)
+            self._after(fence.frame, qd + k * n, self._part(seconds + k, place))
             for k in range(ATTEMPTS)
-            for when in (self._halved(seconds + k), seconds + k)
+            for place in PLACES
         ]
         box = program.constant([*fence.low, *fence.high])
         now = self._at(fence.frame, self.given.q)
-        program.add(guarding.fence, n, qd, brake, out, self.why, box, now, ATTEMPTS, *ways)
+        each = box, now, ATTEMPTS, len(PLACES)
+        program.add(guarding.fence, n, qd, brake, out, self.why, *each, *ways)
         return out
 
-    def _halved(self, row: int) -> int:
-        """Add the stage of half a number; return its row."""
+    def _part(self, row: int, share: float) -> int:
+        """Add the stage of a share of a number; return its row."""
         found = self.program.rows()
-        self.program.add(guarding.halved, row, found)
+        program = self.program
+        program.add(commanding.weigh, row, 1, 1, program.constant(share), found)
         return found
 
     def _after(self, frame: str, qd: int, seconds: int) -> int:

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import FrameError, InputError
+from robsim.base.errors import FrameError, InputError, naming
 from robsim.declare import Declared, Flag, Table, Time, Word, described
 from robsim.declare.joints import OneOrEach, accelerations, check_count, coordinates, velocities
 from robsim.world.frame_box import FrameBox
@@ -104,11 +104,33 @@ class Safety(Declared):
             ("margin", scene.coordinate_names),
         ):
             check_count(getattr(self, name), name, owners)
+        self._check_margin(scene)
         if self.fence is not None:
+            self._check_fence(self.fence, scene)
+
+    def _check_margin(self, scene: Scene) -> None:
+        """Raise InputError unless margins leave joints some room between their limits."""
+        if self.margin is None:
+            return
+        margins, room = self.limits("margin", scene.nq), np.diff(scene.limits, axis=1)[:, 0]
+        tight = np.flatnonzero(2.0 * margins >= room)
+        if tight.size:
+            i = int(tight[0])
+            raise InputError(
+                f"margin: {margins[i]:g} leaves no room to {scene.coordinate_names[i]}, whose "
+                f"limits are {room[i]:g} ({scene.coordinate_units[i]}) apart"
+            )
+
+    def _check_fence(self, fence: Fence, scene: Scene) -> None:
+        """Raise InputError unless a frame is there, and moves."""
+        with naming("fence"):
             try:
-                self.fence.check(scene)
+                moves = scene.tree.carried(fence.frame).any()
+                fence.check(scene)
             except FrameError as error:
-                raise InputError(f"fence: {error}") from None
+                raise InputError(str(error)) from None
+            if not moves:
+                raise InputError(f"no joint moves frame '{fence.frame}'")
 
     def limits(self, which: str, count: int) -> Array:
         """Return the limits (count,) of speed, acceleration or margin, or infinity."""

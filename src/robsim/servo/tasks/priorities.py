@@ -104,6 +104,11 @@ class Ordered(Controller):
         """The sights whose marks may leave the image, as all tasks that look at them say."""
         return excused_by(self.parts)
 
+    @property
+    def whole(self) -> frozenset[Key]:
+        """The sights of which a feature of any task needs all marks at once."""
+        return frozenset().union(*(part.whole for part in self.parts))
+
     def stages(self, given: Given) -> Commanded:
         """Add the stages in which each task moves within what those before leave free."""
         program, n = given.program, self.columns.size

@@ -51,6 +51,11 @@ class Several(Controller):
         """The sights whose marks may leave the image, as all tasks that look at them say."""
         return excused_by(self.parts)
 
+    @property
+    def whole(self) -> frozenset[Key]:
+        """The sights of which a feature of any task needs all marks at once."""
+        return frozenset().union(*(part.whole for part in self.parts))
+
     def _own(self, part: Controller) -> Columns:
         """Return where the velocities of a part are among all that are commanded."""
         return np.searchsorted(self.columns, part.columns)
