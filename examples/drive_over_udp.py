@@ -20,6 +20,7 @@ import robsim as rs
 HERE = Path(__file__).parent
 MARKS = [f"plate.{i}" for i in range(4)]
 SILENCE = 5.0  # seconds without a state, after which the robot is given up
+REST = (0.0,) * packets.JOINTS
 FIRST = 1  # the number of the command that opens the talk, and answers no state
 
 
@@ -53,6 +54,11 @@ class Driver:
         self.state, self.sequence = None, self.sequence + 1
         return packets.pack(packets.Command(self.sequence, state.timestamp, command.velocities))
 
+    def rest(self):
+        """Return the command to stand still."""
+        self.sequence += 1
+        return packets.pack(packets.Command(self.sequence, 0.0, REST))
+
     def _marks(self):
         """What is new in the images, with the time when it was taken."""
         image, self.image = self.image, None
@@ -71,17 +77,20 @@ class Driver:
 
 def drive(link, driver, duration):
     """Answer until the controller has converged, or the robot's clock is at the end."""
-    link.send(packets.pack(packets.Command(FIRST, 0.0, (0.0,) * packets.JOINTS)))
-    while select.select([link], [], [], SILENCE)[0]:
-        while select.select([link], [], [], 0.0)[0]:
-            driver.hear(link.recv(packets.LARGEST))
-        if driver.state is None:
-            continue
-        now = driver.state.timestamp
-        link.send(driver.answer())
-        if driver.phases[-1][1] == "converged" or now > duration:
-            return
-    raise TimeoutError(f"no state of the robot for {SILENCE:g} s")
+    link.send(packets.pack(packets.Command(FIRST, 0.0, REST)))
+    try:
+        while select.select([link], [], [], SILENCE)[0]:
+            while select.select([link], [], [], 0.0)[0]:
+                driver.hear(link.recv(packets.LARGEST))
+            if driver.state is None:
+                continue
+            now = driver.state.timestamp
+            link.send(driver.answer())
+            if driver.phases[-1][1] == "converged" or now > duration:
+                return
+        raise TimeoutError(f"no state of the robot for {SILENCE:g} s")
+    finally:
+        link.send(driver.rest())
 
 
 def driven(experiment):
