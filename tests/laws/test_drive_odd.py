@@ -237,6 +237,27 @@ def test_a_law_that_fails_brakes_the_robot_within_its_limits(one, run):
     assert 0 < np.abs(every[29]).max() < np.abs(every[19]).max()
 
 
+def test_a_wish_that_was_not_finite_once_is_braked_and_forgotten(one, run):
+    class Leaps:
+        in_camera, bad = False, False
+
+        def command(self, state):
+            qd = -state.gain * np.linalg.lstsq(state.task_jacobian[0], state.error[0])[0][None]
+            return qd / (0.0 if Leaps.bad else 1.0)
+
+    made = one.at("task.law", Leaps()).with_(safety=rs.Safety(acceleration=0.3))
+    controller = rs.Controller(made)
+    commands = driven(controller, run, 20)
+    Leaps.bad = True
+    with np.errstate(divide="ignore"):
+        commands += driven(controller, run, 2, first=20)
+    Leaps.bad = False
+    commands += driven(controller, run, 10, first=22)
+    assert [each.phase for each in commands[19:25]] == ["moving", *["holding"] * 3, *["moving"] * 2]
+    every = np.array([each.velocities for each in commands])
+    assert np.abs(np.diff(every, axis=0)).max() <= 0.3 * DT * (1 + 1e-9)
+
+
 LOOP = {}
 LOOP["camera"] = LOOP
 ODDER = [LOOP, {"square": rs.Marks(rs.Marks(rs.Marks(rs.Marks(None, 0), 0), 0), 0)}, {1.5: 2}, b"x"]

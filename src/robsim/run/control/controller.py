@@ -132,6 +132,7 @@ class Controller:
         if self._last is None:
             return self._begun(pixels, q, run)
         if passed * self.dt > max(PAUSE, PERIODS * self.dt):
+            self._alone.rest(self._blocks)
             self._anew = f"no call for {passed * self.dt:.3g} s: what is remembered begins anew"
         try:
             return self._step(pixels, q, passed > 0, run)
@@ -203,11 +204,10 @@ class Controller:
     def _command(self, released: bool, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
         """Return the command of the period, by the stages of the loop.
 
-        Where what is remembered begins anew, the robot stands for this period.
+        Where what is remembered begins anew, the robot may not move in this period.
         """
         age, step = self._images.age(self._clock.now), self._decided
         if self._anew:
-            self._alone.rest(self._blocks)
             released, step, fault = False, 0, "; ".join(filter(None, (fault, self._anew)))
         images = self._images.each.items()
         self._alone.take(self._blocks, self._q, images, age, float(released))
