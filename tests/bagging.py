@@ -1,9 +1,11 @@
 """Messages and bags of ROS 2, as the tests of peers make and read them by rosbags."""
 
 import numpy as np
+import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
+import robsim as rs
 from robsim.logs import messages
 from robsim.logs.messages import message
 from robsim.logs.write_commands import header, joint_state
@@ -76,7 +78,7 @@ def said(path):
             yield c.topic, c.msgtype, t, store.deserialize_cdr(data, c.msgtype)
 
 
-def written(path, changed, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
+def written(path, content, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
     """Write a bag of some messages: (topic, type, time, message)."""
     store = messages.typestore()
     writer = Writer(path, version=8, storage_plugin=storage)
@@ -84,8 +86,39 @@ def written(path, changed, storage=StoragePlugin.MCAP, packed=CompressionMode.NO
         writer.set_compression(packed, CompressionFormat.ZSTD)
     with writer:
         connections = {}
-        for topic, kind, time, each in changed:
+        for topic, kind, time, each in content:
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=store)
             writer.write(connections[topic], time, store.serialize_cdr(each, kind))
     return path
+
+
+def changed(content, of, change):
+    """The messages, with what `change` makes of those of one topic: (number, time, message)."""
+    count = -1
+    for topic, kind, time, each in content:
+        if topic != of:
+            yield topic, kind, time, each
+            continue
+        count += 1
+        yield topic, kind, *change(count, time, each)
+
+
+def remake(each, **fields):
+    """A message in which some fields are others."""
+    names = [name for name, _ in messages.typestore().fielddefs[each.__msgtype__][1]]
+    return message(each.__msgtype__, **{name: getattr(each, name) for name in names} | fields)
+
+
+def later(each, seconds):
+    """A message with a later stamp, or an earlier one, down to 0."""
+    old = each.header
+    time = old.stamp.sec * NANO + old.stamp.nanosec + int(seconds * NANO)
+    return remake(each, header=header(message, max(time, 0), old.frame_id))
+
+
+def refused(path, words, experiment=None, **how):
+    """See that a bag is refused in one line that names it once."""
+    with pytest.raises(rs.FileError, match=words) as raised:
+        rs.open_bag(path, experiment, **how)
+    assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1

@@ -18,7 +18,7 @@ INNER = (  # of the kernels' layout, or of files: not for users
     "of_runs", "text_facts", "written_facts", "text_check", "bind", "bound_law", "chosen",
     "columns", "regulated", "shaping", "sights", "warn_of_wheels", "with_inner", "loop",
     "dataset", "checked", "simulated", "begun", "constants", "fits", "source_limits", "limits",
-    "following", "within", "bounds", "check", "scaled", "concerns", "periods", "drift",
+    "following", "within", "bounds", "check", "scaled", "concerns", "periods", "drift", "guard",
 )  # fmt: skip
 SLOW = (
     "explain", "equilibria", "workspace", "compare", "clearance", "run", "ik", "simulate",

@@ -213,7 +213,7 @@ def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
 
 def test_where_no_checkpoint_can_be_written_that_is_said_once_and_the_run_goes_on(monkeypatch):
     Path("file").touch()
-    long = NOISY.with_(duration=20_000.0, record="summary")
+    long = NOISY.with_(duration=8_000.0, record="summary")
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         run = long.run(lambda share: None, checkpoint="file/point")

@@ -14,6 +14,11 @@ SERVOED = [
     for name in examples.names()
     if isinstance(rs.load_scenario(examples.path(name)).task, ServoTask) and name not in OWN_LAW
 ]
+FEW = (  # of each kind of robot, task and imperfection one
+    "adaptive_gain", "chapter_6_1", "eye_to_hand", "holonomic", "joint_limits", "marks_come_and_go",
+    "noise_floor", "pan_tilt_tracking", "pbvs_loses_target", "stereo_in_hand", "wrong_dh",
+)  # fmt: skip
+EACH = [pytest.param(name, marks=[pytest.mark.full] * (name not in FEW)) for name in SERVOED]
 COMPARED = [
     "q",
     "s",
@@ -87,7 +92,7 @@ def check_same(experiment):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.RankWarning")
-@pytest.mark.parametrize("name", SERVOED)
+@pytest.mark.parametrize("name", EACH)
 def test_each_run_has_the_bits_of_its_own_experiment(name):
     experiment = rs.load_scenario(examples.path(name))
     experiment = experiment.with_(duration=min(experiment.duration, 40 * experiment.dt))

@@ -2,13 +2,9 @@
 
 import numpy as np
 import pytest
+from poster import CAMERA, GOAL, POSTER, SCENE
 
 import robsim as rs
-from robsim.suites.published import vit_500_poster
-
-POSTER = vit_500_poster.suite()
-GOAL, SCENE = POSTER.task_goal, POSTER.scene
-CAMERA = SCENE.camera().camera
 
 
 class Negative:

@@ -230,6 +230,7 @@ def test_the_pose_of_a_square_is_as_well_known_as_its_covariance_says(tilt, dist
     assert 5.5 < chi_squares(tilt, distance).mean() < 6.6
 
 
+@pytest.mark.full
 def test_of_all_tilts_together_the_covariance_of_a_square_is_right():
     """It is that of what the image leaves likely, so it is right on average over what there may be.
 

@@ -223,3 +223,30 @@ def every_published():
     names = list(published_files())
     found = {package: [n for n in names if n.startswith(f"{package}/")] for package in PUBLISHERS}
     return {package: names for package, names in found.items() if names}
+
+
+# bags
+
+
+@pytest.fixture(scope="session")
+def rhino():
+    return rs.load_scenario(rs.examples.path("chapter_6_1")).with_(duration=1.0)
+
+
+@pytest.fixture(scope="session")
+def run(rhino):
+    return rhino.run()
+
+
+@pytest.fixture(scope="session")
+def bag(run, tmp_path_factory):
+    """A bag of `run`, which `rhino` describes, as a file."""
+    return rs.save_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
+
+
+@pytest.fixture
+def content(bag):
+    """All messages of `bag`: (topic, type, time, message)."""
+    from bagging import said  # here, as it needs rosbags
+
+    return list(said(bag))

@@ -9,7 +9,7 @@ from pathlib import Path
 import mcap.reader
 import numpy as np
 import pytest
-from bagging import NANO, written
+from bagging import NANO, changed, remake, written
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Writer
 
@@ -22,37 +22,11 @@ ROOT = Path(__file__).parents[2]
 EXAMPLES = ("visp_tutorial", "chapter_6_1", "stereo_in_hand", "watching_head", "joint_lag")
 
 
-@pytest.fixture(scope="module")
-def rhino():
-    return rs.load_scenario(rs.examples.path("chapter_6_1")).with_(duration=1.0)
-
-
-@pytest.fixture(scope="module")
-def run(rhino):
-    return rhino.run()
-
-
-@pytest.fixture(scope="module")
-def bag(run, tmp_path_factory):
-    """A bag that `rhino` describes, as a file."""
-    return rs.save_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
-
-
 def every(path, topic):
     """The messages of a topic as rosbags reads them: [(time, message)]."""
     with AnyReader([Path(path)]) as reader:
         some = [each for each in reader.connections if each.topic == topic]
         return [(t, reader.deserialize(data, c.msgtype)) for c, t, data in reader.messages(some)]
-
-
-@pytest.fixture
-def content(bag):
-    """All messages of `bag`, by the types of ours: (topic, type, time, message)."""
-    with AnyReader([bag]) as reader:
-        return [
-            (c.topic, c.msgtype, t, messages.typestore().deserialize_cdr(data, c.msgtype))
-            for c, t, data in reader.messages()
-        ]
 
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
@@ -152,20 +126,6 @@ def test_there_and_back_is_the_same_to_the_bit(name, where, tmp_path):
     assert rs.replay(again).identical(again)
 
 
-def test_no_topic_serves_two_cameras(tmp_path):
-    stereo = rs.load_scenario(rs.examples.path("stereo_in_hand")).run(duration=0.4)
-    path = rs.save_bag(stereo, tmp_path / "both")
-    gone = "/right/detections"
-    with AnyReader([path]) as reader:
-        assert gone in reader.topics
-        some = [
-            (c.topic, c.msgtype, t, messages.typestore().deserialize_cdr(data, c.msgtype))
-            for c, t, data in reader.messages()
-            if c.topic != gone
-        ]
-    refused(written(tmp_path / "one", some), f"no topic {gone}.*topics={{'marks.right': ...}}")
-
-
 def test_hidden_marks_are_left_out_and_come_back_as_nan(run, rhino, tmp_path):
     hidden = run.copy(deep=True)
     hidden.pixels.values[3:6, 1] = np.nan
@@ -217,102 +177,6 @@ def test_images_are_bytes_with_times(tmp_path):
         list(rs.bag_images(tmp_path / "bag", "/eye"))
 
 
-def refused(path, words, experiment=None, **how):
-    with pytest.raises(rs.FileError, match=words) as raised:
-        rs.open_bag(path, experiment, **how)
-    assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1
-
-
-def changed(content, of, change):
-    """The messages, with what `change` makes of those of one topic: (number, time, message)."""
-    count = -1
-    for topic, kind, time, each in content:
-        if topic != of:
-            yield topic, kind, time, each
-            continue
-        count += 1
-        yield topic, kind, *change(count, time, each)
-
-
-def remake(each, **fields):
-    names = [name for name, _ in messages.typestore().fielddefs[each.__msgtype__][1]]
-    return message(each.__msgtype__, **{name: getattr(each, name) for name in names} | fields)
-
-
-def later(each, seconds):
-    old = each.header
-    time = old.stamp.sec * NANO + old.stamp.nanosec + int(seconds * NANO)
-    header = stamped(message, max(time, 0), old.frame_id)
-    return remake(each, header=header)
-
-
-CHANGES = {
-    "backwards": (
-        "/camera/detections", lambda i, t, m: (t, later(m, -0.1 if i == 9 else 0)),
-        r"topic /camera/detections: the clock goes backwards, to 0.26 s after 0.32 s",
-    ),
-    "nan joint": (
-        "/joint_states", lambda i, t, m: (t, remake(m, position=m.position * [1, np.nan][i == 3])),
-        r"position of joint shoulder is nan, at 0.12 s",
-    ),
-    "names": (
-        "/joint_states", lambda i, t, m: (t, remake(m, name=m.name[:3])),
-        r"3 names and 5 of position, at 0 s",
-    ),
-    "joint twice": (
-        "/joint_states", lambda i, t, m: (t, remake(m, name=[*m.name[:4], m.name[0]])),
-        r"joint shoulder is there twice, at 0 s",
-    ),
-    "other joints": (
-        "/joint_states", lambda i, t, m: (t, remake(m, name=[f"{n}_joint" for n in m.name])),
-        r"no position of joint shoulder; .*did you mean 'shoulder_joint'",
-    ),
-    "tag twice": (
-        "/camera/detections",
-        lambda i, t, m: (t, remake(m, detections=[*m.detections, *m.detections[2:3]])),
-        r"mark 'cube.2' is there twice, at 0 s",
-    ),
-    "never seen": (
-        "/camera/detections", lambda i, t, m: (t, remake(m, detections=m.detections[1:])),
-        r"mark 0 was never seen",
-    ),
-    "size": (
-        "/camera/camera_info", lambda i, t, m: (t, remake(m, width=m.width // (1 + (i > 4)))),
-        r"camera 'camera' changes its width, at 0.2 s",
-    ),
-    "other size": (
-        "/camera/camera_info", lambda i, t, m: (t, remake(m, width=17)),
-        r"images of 17 x \d+ pixels, and \d+ x \d+ in the experiment",
-    ),
-    "silence": (
-        "/joint_states", lambda i, t, m: (t, later(m, 1000 * (i > 9))),
-        r"nothing between 0.36 s and 1000.4 s",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", CHANGES)
-def test_what_does_not_fit_is_told_in_a_line(case, content, tmp_path):
-    topic, change, words = CHANGES[case]
-    refused(written(tmp_path / "bag", changed(content, topic, change)), words)
-
-
-def test_the_clock_of_the_recorder_serves_where_headers_go_backwards(content, run, tmp_path):
-    topic, change, _ = CHANGES["backwards"]
-    path = written(tmp_path / "bag", changed(content, topic, change))
-    np.testing.assert_array_equal(rs.open_bag(path, clock="log").pixels, run.pixels)
-
-
-def test_messages_without_stamps_have_the_times_of_the_recorder(content, run, tmp_path):
-    def unstamped():
-        for topic, kind, time, each in content:
-            empty = hasattr(each, "header")
-            yield topic, kind, time, later(each, -1e6) if empty else each
-
-    again = rs.open_bag(written(tmp_path / "bag", unstamped()))
-    np.testing.assert_array_equal(again.q, run.q)
-
-
 def test_other_intrinsics_are_found_out(content, tmp_path):
     zoomed = changed(content, "/camera/camera_info", lambda i, t, m: (t, remake(m, k=1.1 * m.k)))
     found = rs.explain(rs.open_bag(written(tmp_path / "bag", zoomed)), trials=False)
@@ -327,86 +191,6 @@ def test_nan_marks_are_not_seen(content, tmp_path):
 
     again = rs.open_bag(written(tmp_path / "bag", changed(content, "/camera/detections", lost)))
     assert np.argwhere(np.isnan(again.pixels.values[:, :, 0])).tolist() == [[4, 0]]
-
-
-def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
-    refused(
-        bag,
-        r"no topic /joint_state; did you mean '/joint_states",
-        topics={"joints": "/joint_state"},
-    )
-    refused(
-        bag,
-        r"topic /tf holds tf2_msgs/msg/TFMessage; expected sensor_msgs",
-        topics={"joints": "/tf"},
-    )
-    with pytest.raises(rs.InputError, match="topics: no 'joint'; did you mean 'joints'"):
-        rs.open_bag(bag, topics={"joint": "/tf"})
-    with pytest.raises(rs.InputError, match="no clock 'wall'"):
-        rs.open_bag(bag, clock="wall")
-    with pytest.raises(rs.InputError, match="'cube' has 4 marks; expected as many ids"):
-        rs.open_bag(bag, marks={"cube": ["1"]})
-    with pytest.raises(rs.InputError, match="marks: no target 'cub'; did you mean 'cube'"):
-        rs.open_bag(bag, marks={"cub": ["1"]})
-    with pytest.raises(rs.InputError, match="names: no joint 'elbow'"):
-        rs.open_bag(bag, names={"elbow": "a"})
-    with pytest.raises(rs.InputError, match="names: two joints are one in the bag"):
-        rs.open_bag(bag, names={"shoulder": "a", "wrist": "a"})
-    none = written(tmp_path / "none", (each for each in content if each[0] != "/robsim/experiment"))
-    refused(none, "it has no /robsim/experiment: give the experiment")
-    assert rs.open_bag(none, rhino).sizes["time"] == 26
-    still = written(tmp_path / "still", (each for each in content if each[0] != "/joint_states"))
-    refused(still, r"no topic /joint_states \(sensor_msgs.*topics={'joints': ...}")
-
-
-def test_files_that_are_none(bag, tmp_path):
-    refused(tmp_path / "gone.mcap", "no file")
-    refused(tmp_path, r"no .mcap or .db3 file in this folder")
-    (tmp_path / "x.txt").write_text("text")
-    refused(tmp_path / "x.txt", "expected a folder, or a .mcap or .db3 file")
-    refused(written(tmp_path / "empty", ()), "the bag is empty")
-    whole = bag.read_bytes()
-    for size in (0, 7, 100, len(whole) // 2, len(whole) - 1):
-        (tmp_path / "cut.mcap").write_bytes(whole[:size])
-        refused(tmp_path / "cut.mcap", "cut off or damaged")
-    (tmp_path / "cut.db3").write_bytes(whole)
-    refused(tmp_path / "cut.db3", "cut off or damaged")
-
-
-@pytest.mark.parametrize("suffix", [".mcap", ".db3"])
-@pytest.mark.filterwarnings("ignore::robsim.base.errors.FileWarning")
-def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
-    """Bytes that are lost, changed or cut off: a run, or one line that names the file."""
-    whole = rs.save_bag(run, tmp_path / f"run{suffix}").read_bytes()
-    path, rng, told = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
-    for i in range(60):
-        data, at = bytearray(whole), int(rng.integers(len(whole) - 8))
-        if i % 3 == 0:
-            del data[at : at + int(rng.integers(1, 99))]
-        else:
-            data[at : at + 8] = [b"\xff" * 8, rng.bytes(8)][i % 3 - 1]
-        path.write_bytes(data)
-        try:
-            rs.open_bag(path)
-        except rs.InputError as error:
-            told += 1
-            assert str(error).startswith(str(path)) and "\n" not in str(error)
-    assert told > 20
-
-
-def test_a_truncated_database_is_told(run, tmp_path):
-    whole = rs.save_bag(run, tmp_path / "run.db3").read_bytes()
-    (tmp_path / "cut.db3").write_bytes(whole[: len(whole) // 2])
-    refused(tmp_path / "cut.db3", "cut off or damaged")
-
-
-def test_a_definition_in_the_bag_is_compared_and_never_parsed(bag, tmp_path):
-    data = bag.read_bytes()
-    assert data.count(b"float64[] position") >= 1
-    (tmp_path / "other.mcap").write_bytes(
-        data.replace(b"float64[] position", b"float32[] position")
-    )
-    refused(tmp_path / "other.mcap", "JointState has other fields in this bag|checksum")
 
 
 def test_a_bag_is_written_whole_or_not_at_all(run, tmp_path, monkeypatch):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bagging import NANO, said, transform, written
+from bagging import NANO, refused, said, transform, written
 
 import robsim as rs
 from robsim.logs import messages
@@ -85,12 +85,6 @@ def test_frames_are_chained_and_have_names_of_their_own(tmp_path):
     signs = np.sign((again.q.values * run.q.values)[:, 3:].sum(axis=1))[:, None]
     np.testing.assert_allclose(again.q.values[:, :3], run.q.values[:, :3], atol=1e-13)
     np.testing.assert_allclose(again.q.values[:, 3:] * signs, run.q.values[:, 3:], atol=1e-13)
-
-
-def refused(path, words, **how):
-    with pytest.raises(rs.FileError, match=words) as raised:
-        rs.open_bag(path, **how)
-    assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1
 
 
 def test_frames_that_are_not_there(tmp_path):

@@ -4,28 +4,11 @@ import shutil
 
 import numpy as np
 import pytest
-from bagging import said, written
+from bagging import refused, written
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 import robsim as rs
 from robsim.logs import unpacking
-
-
-@pytest.fixture(scope="module")
-def run():
-    return rs.load_scenario(rs.examples.path("chapter_6_1")).run(duration=0.4)
-
-
-@pytest.fixture(scope="module")
-def content(run, tmp_path_factory):
-    """All messages of the bag of the run."""
-    return list(said(rs.save_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")))
-
-
-def refused(path, words):
-    with pytest.raises(rs.FileError, match=words) as raised:
-        rs.open_bag(path)
-    assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1
 
 
 @pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])

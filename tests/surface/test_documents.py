@@ -18,6 +18,8 @@ from robsim.features import FEATURES
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+LONG = ("bench.md", "calibration.md", "robustness.md", "seven_steps.md", "visibility.md")
+RUN = [pytest.param(each, marks=[pytest.mark.full] * (each.name in LONG)) for each in DOCUMENTS]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 matplotlib.use("agg")
@@ -27,7 +29,7 @@ def blocks(document, language="python"):
     return re.findall(rf"```{language}\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL)
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", RUN, ids=lambda path: path.name)
 def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"np": np}

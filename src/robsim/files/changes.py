@@ -12,7 +12,7 @@ from robsim.declare.lookup import NAMED
 
 Changes = Mapping[str, Any] | Iterable[str]
 DEEPEST = 16
-EMPTY = ("shapes", "marks", "distortion", "sources")  # lists that may be made empty
+EMPTY = ("shapes", "marks", "distortion", "sources", "weighting")  # lists that may be made empty
 
 
 def pairs(changes: Changes) -> list[tuple[str, Any]]:
