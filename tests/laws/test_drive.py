@@ -3,6 +3,7 @@
 import tracemalloc
 
 import numpy as np
+import pandas
 import pytest
 
 import robsim as rs
@@ -28,6 +29,11 @@ def controller(one):
 
 def at(run, t):
     return run.pixels.values[t], run.q.values[t]
+
+
+def moved(scene, q, velocities):
+    """Where a free camera is after a period."""
+    return scene.robots[0].integrate(q, velocities, DT)
 
 
 FORMS = {
@@ -286,15 +292,13 @@ def test_no_memory_is_taken_as_time_goes_on(controller, run):
 def test_rows_of_a_drive_are_a_run_that_is_explained(one):
     """What was driven with two thirds of the gain, by another period and with rare images, is a
     log; of the very controller it is the run."""
-    import pandas as pd
-
     run, controller = one.run(), rs.Controller(one)
     last = int(np.isfinite(run.error_norm.values).sum())
     rows = []
     for t in range(last):
         controller.step(*at(run, t), t * DT)
         rows.append(controller.row())
-    again = rs.read_log(pd.DataFrame(rows), one)
+    again = rs.read_log(pandas.DataFrame(rows), one)
     for name in ("q", "qd", "pixels", "error"):
         np.testing.assert_array_equal(again[name].values[:last], run[name].values[:last])
     assert rs.replay(again).identical(again)
@@ -306,8 +310,24 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
         slow.step(None if t % 2 else run.pixels.values[t], run.q.values[t], t * DT)
         rows.append(slow.row())
     assert np.isnan(rows[1]["pixels[0,row]"]) and not np.isnan(rows[2]["pixels[0,row]"])
-    told = rs.explain(rs.read_log(pd.DataFrame(rows), one))
+    told = rs.explain(rs.read_log(pandas.DataFrame(rows), one))
     assert "are 0.667 times those of this controller" in str(told)
+
+
+def test_a_drive_with_holds_is_explained_as_its_own(one):
+    """Released by hand, and held by the watchdog while no image came: the log says as much."""
+    safety = rs.Safety(watchdog=rs.Watchdog(0.1), hold_to_run=True, ramp=0.2)
+    made = one.with_(safety=safety)
+    controller, q, rows, held = rs.Controller(made), made.start.copy(), [], 0
+    for t in range(100):
+        image = None if 30 <= t < 45 else one.scene.view(q).pixels
+        command = controller.step(image, q, t * DT, run=True)
+        rows.append(controller.row())
+        held += command.phase == "holding"
+        q = q + 0 * q if command.phase == "waiting" else moved(one.scene, q, command.velocities)
+    assert held > 10
+    told = str(rs.explain(rs.read_log(pandas.DataFrame(rows), made)))
+    assert "are those of this controller" in told or "are 1 times those" in told, told
 
 
 def test_a_controller_of_a_file(one):

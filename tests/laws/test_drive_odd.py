@@ -199,6 +199,22 @@ def test_what_is_doubtful_is_so_however_deep(one, run, given):
     assert command.health.unused == ("doubtful square",) and len(command.health.lost) == 4
 
 
+def test_a_doubtful_name_that_is_none_of_the_targets_is_told(one, run):
+    controller = rs.Controller(one)
+    odd = rs.Marks(run.pixels.values[0], 0.0, doubtful=["sqare"])
+    assert controller.step(odd, run.q.values[0], 0.0).health.unused == ("doubtful sqare",)
+
+
+def test_joints_in_another_unit_are_a_fault():
+    arm = rs.load_scenario(examples.path("eye_in_hand"))
+    controller, pixels = rs.Controller(arm), arm.scene.view(arm.start, points="plate").pixels
+    assert controller.step(pixels, arm.start, 0.0).phase == "moving"
+    fault = controller.step(pixels, np.degrees(arm.start), 0.04).health.fault
+    assert "joint 'link1' is -13 rad, far outside its limits [-2.8973, 2.8973]" in fault
+    with pytest.raises(rs.InputError, match="far outside its limits"):
+        rs.Controller(arm).step(pixels, np.degrees(arm.start), 0.0)
+
+
 def test_a_command_cannot_be_changed(one, run):
     command = driven(rs.Controller(one), run, 1)[0]
     for array in (command.velocities, command.error):

@@ -280,3 +280,18 @@ def test_a_safety_that_keeps_a_run_from_its_goal_is_named(arm, safety, about):
     run = made.run(sensing=rs.Sensing(period=0.12))
     assert rs.Outcome(int(run.outcome)) is not rs.Outcome.CONVERGED
     assert about in [cause.about for cause in rs.explain(run).causes]
+
+
+@pytest.mark.parametrize("a", [None, 5.0])
+def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
+    """Out by 10 cm along x, the camera may come back, and still not go through the ceiling."""
+    at = arm.scene.pose("camera", arm.start).position
+    fence = rs.Fence("camera", at + np.array([0.1, -1.0, -1.0]), at + np.array([1, 1, 0.03]))
+    safety = rs.Safety(acceleration=a, fence=fence, margin=0.0)
+    wild = arm.with_(safety=safety).at("task.law", Wild(1, 0.5)).at("task.secondary", None)
+    q, commands = driven(wild, 600)
+    place = np.array([arm.scene.pose("camera", each).position for each in q]) - at
+    assert place[:, 2].max() < 0.03 + 1e-4 and place[:, 2].max() > 0.02
+    outside = np.maximum(0.1 - place[:, 0], 0.0)
+    assert (np.diff(outside) < 1e-4).all() and outside[-1] < 0.05
+    assert any("fence" in command.health.limits for command in commands)

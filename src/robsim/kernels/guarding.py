@@ -177,13 +177,21 @@ def attempts(p, w, step):
 
 
 @part
-def _outside(w, b, T, box):
-    """Return how far the origin of a frame at T is out of a box, along its worst axis."""
-    most = 0.0
+def _out(w, b, T, box, c):
+    """Return how far the origin of a frame at T is out of a box along an axis; 0 inside."""
+    x = w[(T + 4 * c + 3) * WIDTH + b]
+    return max(w[(box + c) * WIDTH + b] - x, x - w[(box + 3 + c) * WIDTH + b], 0.0)
+
+
+@part
+def _stays(w, b, p, first):
+    """Return whether the poses of a frame on its way are no farther out than now, on any side."""
     for c in range(3):
-        x = w[(T + 4 * c + 3) * WIDTH + b]
-        most = max(most, w[(box + c) * WIDTH + b] - x, x - w[(box + 3 + c) * WIDTH + b])
-    return most
+        now = _out(w, b, p[6], p[5], c) + NEAR
+        for i in range(p[8]):
+            if _out(w, b, p[first + i], p[5], c) > now:
+                return False
+    return True
 
 
 @stage
@@ -193,14 +201,11 @@ def fence(p, w, step):
     (n, qd[count, n], brake, out, why, box, now, count, places, poses[count, places]): the pose of
     the frame now and, for each attempt, on its way to rest. From outside it may go on inwards.
     """
-    n, out, box, count, places = p[0], p[3], p[5], p[7], p[8]
+    n, out, count, places = p[0], p[3], p[7], p[8]
     for b in range(WIDTH):
-        now, first = _outside(w, b, p[6], box) + NEAR, p[2]
+        first = p[2]
         for k in range(count - 1, -1, -1):
-            way = 0.0
-            for i in range(places):
-                way = max(way, _outside(w, b, p[9 + places * k + i], box))
-            if way <= now:
+            if _stays(w, b, p, 9 + places * k):
                 first = p[1] + k * n
         if first != p[1]:
             w[p[4] * WIDTH + b] = int(w[p[4] * WIDTH + b]) | FENCE

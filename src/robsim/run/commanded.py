@@ -12,6 +12,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, ReplayWarning
 from robsim.base.warned import callers
 from robsim.run.control.controller import Controller
+from robsim.run.control.marks import Marks
 from robsim.run.experiment import Experiment
 from robsim.servo.controller import Decision
 
@@ -27,18 +28,23 @@ def is_recorded(run: xr.Dataset) -> bool:
     return RECORDED in run.attrs
 
 
-def decisions(experiment: Experiment, q: Array, pixels: Array) -> list[Decision]:
+def decisions(
+    experiment: Experiment, q: Array, pixels: Array, ages: Array | None = None
+) -> list[Decision]:
     """Return what is decided of coordinates (T, nq) and pixels (T, N, 2), one period each.
 
-    Marks that are NaN are held where they were seen last, as by `Controller.step`.
+    Marks that are NaN are held where they were seen last, as by `Controller.step`. The ages (T, N)
+    of the images are in seconds; None: they are new.
     """
     controller = Controller(experiment)
     last = np.cumsum([len(sight.target.marks) for sight in controller.sights]).tolist()
     own = {s.key: slice(i, j) for s, i, j in zip(controller.sights, [0, *last], last, strict=False)}
     found = []
     for step, row in enumerate(q):
-        seen = {key: pixels[step, marks] for key, marks in own.items()}
-        found.append(controller.decide(seen, row, step * controller.dt))
+        t = step * controller.dt
+        old = {key: 0.0 if ages is None else ages[step, some].max() for key, some in own.items()}
+        seen = {key: Marks(pixels[step, some], t - old[key]) for key, some in own.items()}
+        found.append(controller.decide(seen, row, t))
     return found
 
 
@@ -52,7 +58,8 @@ def commands(run: xr.Dataset, experiment: Experiment) -> tuple[NDArray[np.int64]
         raise InputError("the run was recorded of another scene than that of the experiment")
     names = run["velocity"].values.tolist()
     columns = np.array([names.index(name) for name in controller.velocity_names], dtype=np.int64)
-    made = decisions(experiment, run["q"].values, run["pixels"].values)
+    ages = run["image_age"].values if "image_age" in run else None
+    made = decisions(experiment, run["q"].values, run["pixels"].values, ages)
     return columns, np.array([each.command.qd[:, 0] for each in made])
 
 

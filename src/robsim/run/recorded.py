@@ -41,7 +41,7 @@ def recorded(log: Log, experiment: Experiment) -> Run:
     q, (pixels, ages) = log.joints.held(times), _images(log, controller, times)
     seconds = whole_duration(len(times) - 1, experiment.dt)
     made = replace(experiment, start=q[0], duration=seconds, record="all", first_run=0)
-    decided = decisions(made, q, pixels)
+    decided = decisions(made, q, pixels, ages)
     told, qd = _commands(log, times, q, experiment)
     rates = np.empty((len(q), 0)) if log.rates is None else log.rates.held(times)
     s = np.array([each.command.s[:, 0] for each in decided])

@@ -22,6 +22,7 @@ from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 
 EMPTY = frozen(np.empty(0))
+BEYOND = 0.1  # of the range of a joint, by which it may be measured outside of it
 PAUSE, PERIODS = 0.25, 5  # seconds and periods without a call, after which a robot stands
 
 
@@ -61,6 +62,7 @@ class Controller:
         self._to_run = guard.safety.hold_to_run
         scale = bound.tolerance / bound.tolerances
         self._scale, self._tolerance = scale, bound.tolerance
+        self._bounds = _bounds(self.scene.limits)
         self.velocity_names = tuple(self.scene.velocity_names[i] for i in bound.columns)
         self.reset()
 
@@ -159,12 +161,12 @@ class Controller:
         return found
 
     def decide(self, pixels: Any, q: Any, t: float) -> Decision:
-        """Return what `step` commands, with features and errors, the run last.
+        """Return what `step` commands while it may, with features and errors, the run last.
 
         InputError: what is given does not fit the scene.
         """
         self._images.nothing_new()
-        self._step(pixels, q, self._clock.told(t) > 0, None)
+        self._step(pixels, q, self._clock.told(t) > 0, True)
         return self._alone.decision(self._blocks)
 
     def _begun(self, pixels: Any, q: Any, run: Any) -> DriveCommand:
@@ -191,14 +193,23 @@ class Controller:
         return self._command(released, unused)
 
     def _joints(self, q: Any) -> Array:
-        """Return coordinates (nq,) of the scene."""
-        if type(q) is np.ndarray and q.dtype == np.float64 and q.shape == (self.scene.nq,):
+        """Return coordinates (nq,) of the scene, which may be a little beyond their limits."""
+        nq = self.scene.nq
+        if type(q) is np.ndarray and q.dtype == np.float64 and q.shape == (nq,):
             found = q.copy()
-            if np.isfinite(found).all():
-                return found
-        found = self.scene.coordinates(q, "q", limits=False)
-        if found.shape != (self.scene.nq,):
-            raise InputError(f"q: expected shape ({self.scene.nq},), got {found.shape}")
+        else:
+            found = self.scene.coordinates(q, "q", limits=False)
+        if found.shape != (nq,):
+            raise InputError(f"q: expected shape ({nq},), got {found.shape}")
+        there = (found >= self._bounds[0]) & (found <= self._bounds[1])
+        if not there.all():
+            i = int(np.argmin(there))
+            name, unit = self.scene.coordinate_names[i], self.scene.coordinate_units[i]
+            low, high = self.scene.limits[i]
+            raise InputError(
+                f"q: joint '{name}' is {found[i]:.6g} {unit}, far outside its limits "
+                f"[{low:.6g}, {high:.6g}] {unit}"
+            )
         return found
 
     def _command(self, released: bool, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
@@ -250,3 +261,12 @@ class Controller:
         except Exception as error:  # noqa: BLE001  of a law or a feature of the user's own
             said = dict.fromkeys((fault, str(error) or type(error).__name__))
             return self._still("holding", (), "; ".join(said))
+
+
+def _bounds(limits: Array) -> Array:
+    """Return the bounds (2, nq) of what joints can be measured at: a tenth beyond their limits."""
+    low, high = limits.T
+    with np.errstate(invalid="ignore"):
+        beyond = np.nan_to_num(BEYOND * (high - low), nan=0.0, posinf=0.0)
+    most = np.finfo(float).max  # of joints without limits
+    return np.array([np.maximum(low - beyond, -most), np.minimum(high + beyond, most)])

@@ -79,6 +79,7 @@ class Reader:
         """
         self.unused = []
         yield from self._read(given, _Around(t), self.sights)
+        self.unused = list(dict.fromkeys(self.unused))
 
     def _read(self, given: Any, around: _Around, sights: Sequence[Sight]) -> Iterator[Found]:
         """Yield the marks of some sights, within what was said around them."""
@@ -86,6 +87,7 @@ class Reader:
         if given is None or not sights:
             return
         if isinstance(given, Marks):
+            self.unused += [f"doubtful {n}" for n in given.doubtful if n not in self.targets]
             within = around.within(given.doubtful)._replace(t=given.t)
             yield from self._read(given.pixels, within, sights)
         elif isinstance(given, Mapping) and not _by_number(given):
