@@ -217,11 +217,10 @@ def chi_squares(tilt, distance, runs=2000, spread=False):
 @pytest.mark.parametrize(
     ("tilt", "distance"),
     [
-        (0, 0.5),
         (30, 1.0),
         *(
             pytest.param(*case, marks=pytest.mark.full)
-            for case in [(0, 0.75), (10, 1.0), (50, 1.0)]
+            for case in [(0, 0.5), (0, 0.75), (10, 1.0), (50, 1.0)]
         ),
     ],
 )
