@@ -57,7 +57,7 @@ GROUPS = {
     "Your own parts": "declare testing",
     "The chapter": "classic",
     "Errors and warnings": "RobSimError InputError UnitError FrameError GoalError FileError "
-    "RankWarning UnitWarning FileWarning ReplayWarning",
+    "RankWarning UnitWarning FileWarning FitWarning ReplayWarning",
 }
 TABLES = {
     "A whole file": ExperimentTable,

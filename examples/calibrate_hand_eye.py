@@ -54,7 +54,7 @@ figure, axes = plt.subplots(1, 2, figsize=(7, 3), layout="constrained")
 for k, (axis, name) in enumerate(zip(axes, ("position, mm", "orientation, deg"), strict=True)):
     axis.plot(counts, random[:, k], "o", color=palette.SKY_BLUE, label="random", markersize=4)
     axis.plot(counts, chosen[:, k], "o", color=palette.VERMILLION, label="chosen", markersize=4)
-    axis.axhline(random[-1, k], color="k", linewidth=0.8)
+    axis.axhline(random[-1, k], color="k", linewidth=0.8, label="20 random")
     axis.set(xlabel="views", ylabel=f"deviation of the {name}", ylim=(0, None))
 axes[0].legend(frameon=False)
 figure.savefig("calibrate_hand_eye.png", dpi=240)

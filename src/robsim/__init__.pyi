@@ -24,6 +24,7 @@ from robsim.analysis.workspace import Workspace as Workspace
 from robsim.analysis.workspace import workspace as workspace
 from robsim.base.errors import FileError as FileError
 from robsim.base.errors import FileWarning as FileWarning
+from robsim.base.errors import FitWarning as FitWarning
 from robsim.base.errors import FrameError as FrameError
 from robsim.base.errors import GoalError as GoalError
 from robsim.base.errors import InputError as InputError

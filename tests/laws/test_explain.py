@@ -861,3 +861,25 @@ def test_marks_that_lie_are_weighed_robustly_on_advice_and_it_is_said_where_they
     told = rs.explain(fly(weighted, sensing=worse))
     assert "though robust weights are in use." in str(told)
     assert not [each for each in told.advice if each.about == "weighting"]
+
+
+@pytest.mark.parametrize("own", ['"fade"', ""])
+def test_where_noise_lets_nothing_converge_robust_weights_are_judged_by_the_distance(own):
+    """Means over the second half: 24 mm with marks that lie, 4.17 weighted."""
+    told = rs.explain(example("marks_that_lie", f"task.weighting=[{own}]"))
+    (weigh,) = [each for each in told.advice if each.about == "weighting"]
+    off, was = (1e3 * weigh.evidence[name] for name in ("off_m", "was_off_m"))
+    np.testing.assert_allclose([off, was], [4.17, 24.0], rtol=0.01)
+    how = "With weighting='tukey' beside what it has" if own else "With weighting='tukey'"
+    said = f"{how} the same run ends {off:.3g} mm off its goal instead of {was:.3g} mm (means"
+    assert weigh.sentence.startswith(said)
+
+
+def test_robust_weights_that_bring_nothing_are_not_advised():
+    """Of marks that lie by no more than noise, and of a goal that is no pose."""
+    small = rs.explain(example("marks_that_lie", "sensing.outlier_size=1", "run.duration='4 s'"))
+    numbers = rs.IBVS(goal=rs.GoalFeatures([-0.1, -0.1, 0.1, -0.1, 0.1, 0.1, -0.1, 0.1]))
+    wild = fly(numbers, sensing=rs.Sensing(noise=1.0, outliers=0.05), duration=4)
+    for told in (small, rs.explain(wild)):
+        assert told.outcome is rs.Outcome.TIME_LIMIT
+        assert not [each for each in told.advice if each.about == "weighting"]

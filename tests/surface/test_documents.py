@@ -1,5 +1,6 @@
 """What the README and the guides say runs as it stands there."""
 
+import json
 import re
 import runpy
 import subprocess
@@ -8,7 +9,6 @@ import tomllib
 from pathlib import Path
 
 import matplotlib
-import numpy as np
 import pytest
 import tomli_w
 
@@ -32,7 +32,7 @@ def blocks(document, language="python"):
 @pytest.mark.parametrize("document", RUN, ids=lambda path: path.name)
 def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    names = {"np": np}
+    names = {}  # as a reader has them who pastes the page
     for block in blocks(document):
         exec(compile(block, document.name, "exec"), names)
 
@@ -89,6 +89,34 @@ def test_there_is_an_example_of_every_kind_of_task():
     text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
     for kind in own(family("task")):
         assert f'kind = "{kind}"' in text and f'`"{kind}"`' in text
+
+
+def keys(schema):
+    """Yield the keys that a JSON schema knows in any table."""
+    if isinstance(schema, dict):
+        yield from schema.get("properties", ())
+    for value in schema.values() if isinstance(schema, dict) else schema:
+        if isinstance(value, dict | list):
+            yield from keys(value)
+
+
+def test_every_key_of_a_scenario_file_is_named():
+    """By the schema of a process of its own, where no test has registered a kind."""
+    made = subprocess.run(
+        [sys.executable, "-m", "robsim", "schema"], check=True, capture_output=True, text=True
+    )
+    known = set(keys(json.loads(made.stdout)))
+    assert {"gain", "watchdog", "then", "noise"} <= known
+    words = set(re.findall(r"\w+", (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")))
+    assert sorted(known - words) == []
+
+
+def test_the_weightings_are_named():
+    text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    rs.Tukey()  # whose module registers them
+    names = own(family("weighting"))
+    assert {"border", "fade", "huber", "tukey", "cauchy"} <= set(names)
+    assert all(f'"{name}"' in text for name in names)
 
 
 def test_the_features_are_named():

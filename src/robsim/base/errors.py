@@ -11,6 +11,7 @@ RobSimError
 RankWarning                          the features cannot fix every motion of the camera
 UnitWarning                          an angle that looks like degrees, where radians are taken
 FileWarning                          a file has oddities, which are left out or read otherwise
+FitWarning                           what was calibrated does not fit its views
 ReplayWarning                        a run that is simulated again is another one
 """
 
@@ -74,6 +75,10 @@ class UnitWarning(UserWarning):
 
 class FileWarning(UserWarning):
     """A file was read in part: the message says, line by line, what was left out or changed."""
+
+
+class FitWarning(UserWarning):
+    """What was found does not fit what it was found from; the message says where it fits worst."""
 
 
 class ReplayWarning(UserWarning):

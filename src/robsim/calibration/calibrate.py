@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError, is_one_of, naming, said, suggest
+from robsim.base.errors import FitWarning, InputError, is_one_of, naming, said, suggest
+from robsim.base.warned import callers
 from robsim.calibration.hand_eye import METHODS, hand_eye
 from robsim.calibration.least_squares import Problem, minimised, triangle
 from robsim.calibration.model import Model, Unknowns, pixels_of, rates_of, unknowns
@@ -24,6 +26,7 @@ from robsim.vision.pose_estimation import estimate_pose
 
 SHAH = "shah"
 RANK = 1e-9  # relative: smaller singular values of the scaled rates count as zero
+CHECK = "do joints (rad, m) and views belong together, and are the marks of this size and order?"
 DIRECTION = 0.3  # share of a number in a direction that the views leave open, to be told
 
 
@@ -47,7 +50,9 @@ def calibrate(
     weigh it so; here pixels alone have errors, and the joints none). To first order the covariance
     is sigma^2 (J'J)^-1, with sigma^2 = r'r / (M - P) of M residuals and P numbers.
 
-    InputError: turns about one axis only; numbers that these views do not tell, and which.
+    InputError: turns about one axis only; numbers that these views do not tell, and which; poses
+    that put marks behind the camera. FitWarning: the marks are farther off than 3 pixels (rms) and
+    three times the noise that is given; it names the worst view.
 
     >>> from robsim import examples, load_scenario
     >>> from robsim.calibration.observing import observe
@@ -65,9 +70,26 @@ def calibrate(
         raise InputError(
             f"views: {count} pixel coordinates do not tell {len(free.names)} numbers: take more"
         )
-    problem = _problem(views, free)
-    model = minimised(problem, _first(views, start))
-    return _result(views, free, model, problem, sigma)
+    try:
+        found = _found(views, free, start, sigma)
+    except np.linalg.LinAlgError as error:
+        raise InputError(f"views: no least squares ({said(str(error))}): {CHECK}") from None
+    if found.misfit:
+        warnings.warn(found.misfit, FitWarning, stacklevel=callers())
+    return found
+
+
+def _found(views: CalibrationViews, free: Unknowns, start: str, sigma: float | None) -> Calibration:
+    """Return the calibration; InputError where the closed form puts marks behind the camera."""
+    problem, first = _problem(views, free), _first(views, start)
+    if not np.isfinite(problem.residuals(first)).all():
+        seen = np.isfinite(pixels_of(first, views.thing.marks, views.chain, views.q)).all(axis=2)
+        view, mark = np.argwhere(views.seen & ~seen)[0].tolist()
+        raise InputError(
+            f"views: mark {mark} of view {view} would be behind the camera, as the closed form "
+            f"has it: {CHECK}"
+        )
+    return _result(views, free, minimised(problem, first), problem, sigma)
 
 
 def _problem(views: CalibrationViews, free: Unknowns) -> Problem[Model]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError
+from robsim.calibration.impossible import off_image
 from robsim.calibration.views import CalibrationViews
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
@@ -55,6 +56,7 @@ def observe(
     view = _seen(scene, values, camera, target)
     seed = experiment.seed if seed is None else whole(seed, "seed", 0, 2**64)
     pixels = _spoilt(view, experiment.sensing, seed)
+    pixels[off_image(pixels, scene.camera(camera).camera)] = np.nan  # which no image shows
     believed = common_belief(experiment.task) or scene
     return CalibrationViews(believed, values, pixels, camera, target)
 

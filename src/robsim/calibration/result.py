@@ -15,6 +15,7 @@ from robsim.base.html import table
 from robsim.base.tables import aligned
 from robsim.base.values import Value
 from robsim.calibration.fisher import fisher_quantile
+from robsim.calibration.misfit import misfit, rms_of
 from robsim.calibration.model import Model, Unknowns
 from robsim.calibration.views import CalibrationViews
 from robsim.geometry.pose import Pose
@@ -81,7 +82,12 @@ class Calibration(Value):
     @property
     def rms(self) -> float:
         """The root mean square of all residuals, in pixels."""
-        return float(np.sqrt(np.nanmean(np.square(self.residuals))))
+        return rms_of(self.residuals)
+
+    @property
+    def misfit(self) -> str:
+        """A sentence where `rms` is more than noise can be, with the worst view; else empty."""
+        return misfit(self.residuals, self.sigma if math.isinf(self.freedom) else 0.0)
 
     @property
     def deviations(self) -> dict[str, float]:
@@ -138,7 +144,8 @@ class Calibration(Value):
 
     def __str__(self) -> str:
         """Return a table: numbers and standard deviations, in mm, degrees and pixels."""
-        return "\n".join([self._title, *aligned([list(c) for c in zip(*self._rows, strict=True)])])
+        rows = aligned([list(c) for c in zip(*self._rows, strict=True)])
+        return "\n".join([self._title, *filter(None, [self.misfit]), *rows])
 
     def __repr__(self) -> str:
         return f"<Calibration {self._title}>"
@@ -146,7 +153,8 @@ class Calibration(Value):
     def _repr_html_(self) -> str:
         """Return the table for notebooks."""
         head, *rows = self._rows
-        return table(self._title, rows, head)
+        title = "; ".join(filter(None, [self._title, self.misfit]))
+        return table(title, rows, head)
 
     @property
     def _title(self) -> str:

@@ -12,6 +12,7 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, said
 from robsim.base.values import Value
 from robsim.calibration.chain import Chain
+from robsim.calibration.impossible import check_joints, check_pixels
 from robsim.calibration.motions import FEWEST
 from robsim.vision.camera import Camera
 from robsim.vision.image import measured
@@ -35,11 +36,12 @@ class CalibrationViews(Value):
 
     Either may be on the robot: the camera on its hand and the target on the table, or the camera on
     a tripod and the target in the hand. InputError: fewer than three views, a view with fewer than
-    four marks, other shapes, or no joint between camera and target.
+    four marks, a mark more than 3 pixels outside the image, a joint more than 0.1 (rad, m) outside
+    its limits, other shapes, or no joint between camera and target.
 
     >>> from robsim import examples, load_scenario
     >>> bench = load_scenario(examples.path("calibration_bench"))
-    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [3, 3, 3, 3, 3, 0], [0, 3, -3, 3, -3, 30]])
     >>> q = bench.start + turns
     >>> CalibrationViews(bench.scene, q, bench.scene.view(q).pixels)
     <CalibrationViews 3 of 'board' by 'camera', 105 marks seen>
@@ -59,6 +61,8 @@ class CalibrationViews(Value):
         pixels = measured(self.pixels, "pixels", eye.camera, len(thing.marks))
         _check_shapes(q, pixels)
         _check_marks(np.isnan(pixels))
+        check_pixels(pixels, eye.camera)
+        check_joints(q, self.scene)
         named = {"camera": eye.name, "target": thing.name, "q": frozen(q)}
         for name, value in {**named, "pixels": frozen(pixels)}.items():
             object.__setattr__(self, name, value)

@@ -61,6 +61,11 @@ def with_leaves(case: Experiment, **values: Any) -> Experiment | None:
     return _leaves(case, lambda leaf: replace(leaf, **values))
 
 
+def weighed_robustly(case: Experiment) -> Experiment | None:
+    """Return the case with robust weights in every servo task, beside those that it has."""
+    return _leaves(case, lambda leaf: replace(leaf, weighting=(*leaf.weighting, "tukey")))
+
+
 def _leaves(case: Experiment, change: Any) -> Experiment | None:
     if not leaves(case.task):
         return None

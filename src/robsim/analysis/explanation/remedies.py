@@ -10,6 +10,7 @@ from robsim.analysis.explanation import changes
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.removal import tried
+from robsim.analysis.explanation.robustly import robustly
 from robsim.analysis.explanation.views import gain_of
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
@@ -26,8 +27,8 @@ Remedy = Callable[[Inquiry], Iterator[tuple[str, str, Experiment | None]]]
 
 
 def remedies(inquiry: Inquiry) -> list[Finding]:
-    """Return the first few changes with which the run converges."""
-    found: list[Finding] = []
+    """Return the first few changes with which the run converges, or stays nearer its goal."""
+    found = list(robustly(inquiry)) if inquiry.outcome is Outcome.TIME_LIMIT else []
     for remedy in _REMEDIES[inquiry.outcome]:
         for about, how, case in remedy(inquiry):
             trial = tried(case) if case is not None and len(found) < ENOUGH else None
@@ -136,14 +137,6 @@ def weighting(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
         yield "weighting", "With weighting='border'", case
 
 
-def robust(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
-    """Yield the case with robust weights, if marks lie and none weighs them."""
-    given = [leaf.weighting for leaf in leaves(inquiry.case.task)]
-    if np.any(inquiry.case.sensing.outliers) and not any(given):
-        case = changes.with_leaves(inquiry.case, weighting="tukey")
-        yield "weighting", "With weighting='tukey'", case
-
-
 def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
     """Yield the case with limit avoidance, if the robot is redundant."""
     controller = inquiry.again.loop.controller
@@ -191,7 +184,6 @@ _REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
     Outcome.DIVERGED: (gain_lower, inverse, interaction, law, other_scheme),
     Outcome.NOT_FINITE: (gain_lower, inverse, interaction, law),
     Outcome.TIME_LIMIT: (
-        robust,
         feed_forward,
         no_limit,
         inverse,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robsim.analysis.explanation.wording import number
-from robsim.analysis.repeated import advanced
+from robsim.analysis.repeated import See, advanced
 from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
 from robsim.run.loop import Loop
@@ -64,10 +64,13 @@ class Trial:
         return self.outcome is Outcome.CONVERGED
 
 
-def tried(case: Experiment) -> Trial | None:
-    """Simulate a case and return how it ended; None if it cannot be simulated."""
+def tried(case: Experiment, see: See | None = None) -> Trial | None:
+    """Simulate a case and return how it ended; None if it cannot be simulated.
+
+    `see` is called after every step.
+    """
     try:
-        loop = advanced(case)
+        loop = advanced(case, see)
     except InputError:
         return None
     seconds = float(loop.recorder.end_step[0]) * case.dt
