@@ -55,6 +55,22 @@ def test_it_ends_as_the_run_did(rhino):
     assert again.attrs["hold"] == 0 and again.attrs["recorded"] == "table"
 
 
+def test_a_log_that_goes_on_says_from_when_on_its_error_stayed_small(rhino):
+    """Held for a second at its goal, with one period in between in which the marks are off."""
+    run = rhino.run(hold=True, duration=13.0)
+    log, small = rs.table(run), (np.abs(run.error.values) < run.attrs["tolerance"]).all(axis=1)
+    first = int(np.argmax(small))
+    log.loc[first + 4, "pixels[0,column]"] += 5.0
+    again = rs.read_log(log, rhino)
+    assert again.attrs["converged_at"] == pytest.approx((first + 5) * rhino.dt, abs=1e-12)
+    figure = rs.plot.joints(again)
+    told = f"converged after {(first + 5) * rhino.dt:.3g} s; the log ends at 13 s"
+    assert small[first:].all() and figure.get_suptitle() == told
+    short = rs.read_log(log[: first - 1], rhino)
+    assert "converged_at" not in short.attrs
+    assert rs.plot.joints(short).get_suptitle().startswith("not converged; the log ends at ")
+
+
 def test_a_recorded_run_is_saved_opened_and_drawn(rhino, rows, tmp_path):
     run = rs.read_log(rows, rhino)
     assert rs.open_run(rs.save_run(run, tmp_path / "log.nc")).identical(run)
