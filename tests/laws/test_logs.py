@@ -172,6 +172,42 @@ def test_joints_that_follow_late_are_found_out(rhino):
     )
 
 
+@pytest.mark.parametrize(
+    ("changes", "scale", "periods", "lag"),
+    [
+        ({}, 1.0, 0, 0.0),
+        ({"gain": 0.9}, 0.9, 0, 0.0),
+        ({"late": 3}, 1.0, 3, 0.0),
+        ({"lag": 0.4}, 1.0, 0, 10.0),
+    ],
+)
+def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, scale, periods, lag):
+    """Rows up to 20 % of a period early or late, of joints that do exactly as told otherwise."""
+    rng, dt = np.random.default_rng(6), rhino.dt
+    run = rhino.run(duration=6.0)
+    log = rs.table(run)
+    told = log[[f"qd[{name}]" for name in rhino.scene.velocity_names]].to_numpy()
+    log["time"] += rng.uniform(-0.2, 0.2, len(log)) * dt * (log.index > 0)
+    late, steps = changes.get("late", 0), np.diff(log["time"])
+    rates, now = np.zeros_like(told), np.zeros(told.shape[1])
+    for i, step in enumerate(steps[late:], start=late):
+        left = np.exp(-step / changes["lag"]) if "lag" in changes else 0.0
+        goal = changes.get("gain", 1.0) * told[i - late]
+        now = goal + left * (now - goal)
+        rates[i + 1] = now * step
+    joints = [f"q[{name}]" for name in rhino.scene.coordinate_names]
+    log[joints] = run.q.values[0] + np.cumsum(rates, axis=0)
+    explained = rs.explain(rs.read_log(log, rhino), trials=False)
+    motion = [each for each in explained.causes if each.about == "motion"]
+    assert len(motion) == bool(changes)
+    assert any("move as commanded" in each for each in explained.remarks) == (not changes)
+    for each in motion:
+        assert each.evidence["scale"] == pytest.approx(scale, abs=0.02)
+        assert each.evidence["periods"] == periods
+        assert each.evidence["lag"] == pytest.approx(lag, abs=0.5)
+        assert each.evidence["rest"] < 0.05
+
+
 def test_a_target_elsewhere_is_found_out_in_the_images(rhino):
     moved = rhino.scene.believe(place=rs.Pose.at(0.005))
     run = rs.read_log(rs.table(rhino.run(duration=1.0)), rhino.with_(scene=moved))

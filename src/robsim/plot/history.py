@@ -136,7 +136,8 @@ def ending(run: xr.Dataset) -> str:
     """
     outcome, end = Outcome(int(run["outcome"])), float(run["end_time"])
     if is_recorded(run):
-        return f"{_log_ended(outcome, run.attrs.get(CONVERGED_AT, end))}; the log ends at {end:.3g} s"
+        how = _log_ended(outcome, float(run.attrs.get(CONVERGED_AT, end)))
+        return f"{how}; the log ends at {end:.3g} s"
     if outcome == Outcome.RUNNING:
         return "stopped by the user"
     return ended(outcome, end, bool(run.attrs.get("hold")))
