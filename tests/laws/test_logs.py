@@ -48,6 +48,12 @@ def test_a_table_is_the_run_again_to_the_bit(name, tmp_path):
     np.testing.assert_allclose(again.path_length, run.path_length, rtol=1e-9)
 
 
+def test_rows_are_their_table(rhino, rows):
+    again = rs.read_log(rows.to_dict("records"), rhino)
+    assert again.attrs["recorded"] == "rows"
+    assert again.drop_attrs(deep=False).identical(rs.read_log(rows, rhino).drop_attrs(deep=False))
+
+
 def test_it_ends_as_the_run_did(rhino):
     run = rhino.run()
     again = rs.read_log(rs.table(run), rhino)
