@@ -142,13 +142,16 @@ def any_actuation(rng, scene):
 
 def any_safety(rng, scene):
     """Limits for all joints or for each, in part or none at all."""
-    fence = rs.Fence("world", rng.uniform(-2, -1, 3), rng.uniform(1, 2, 3))
+    frames = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
+    moved = [frame for frame in frames if scene.tree.carried(frame).any()]
+    fence = None
+    if moved:
+        fence = rs.Fence(moved[0], rng.uniform(-2, -1, 3), rng.uniform(1, 2, 3))
     dog = rs.Watchdog(rng.uniform(0.1, 1), ["hold", "stop"][rng.integers(2)])
-    each = rng.uniform(0.1, 1, (2, scene.nv)), rng.uniform(0, 1, scene.nq)
-    several = rs.Safety(each[0][0], each[0][1], each[1], fence, hold_to_run=True)
-    return [None, rs.Safety(*rng.uniform(0.1, 1, 3), None, dog, rng.uniform(0.1, 1)), several][
-        rng.integers(3)
-    ]
+    speeds, rates = rng.uniform(0.1, 1, (2, scene.nv))
+    several = rs.Safety(speeds, rates, rng.uniform(0, 1e-3, scene.nq), fence, hold_to_run=True)
+    same = rs.Safety(*rng.uniform(0.1, 1, 2), 1e-3, None, dog, rng.uniform(0.1, 1))
+    return [None, same, several][rng.integers(3)]
 
 
 @pytest.mark.parametrize(

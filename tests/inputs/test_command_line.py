@@ -213,6 +213,14 @@ def test_a_run_that_converged_gives_no_hint_and_is_explained(robsim):
     assert "the run converged: every error is below" in robsim("explain", "out").out
 
 
+def test_a_robot_that_its_safety_holds_gets_no_advice_on_its_law(robsim):
+    held = ["--set", "safety.margin=15 cm", "-o", "out", "--no-figures"]
+    out = robsim("run", "lift.toml", *held).out
+    words = "although the error remains; the margin of the joint limits may hold the robot\n"
+    assert f"local minimum: no motion is commanded {words}" in out and "robsim explain out" in out
+    assert "The safety stops joint deck 150 mm before its limit." in robsim("explain", "out").out
+
+
 def test_what_cannot_be_explained_is_told(robsim):
     robsim("explain", "nothing").told("no file nothing")
     robsim("explain", ".").told("no file run.nc")

@@ -91,6 +91,33 @@ def test_a_file_that_is_no_table(tmp_path):
         rs.read_log(None, RHINO)
 
 
+def test_rows_that_are_no_log():
+    for rows, words in (
+        ([], "rows: nothing was recorded"),
+        ([{"time": 0.0}, 3], r"rows: expected \{column: number\}, got 3 in row 1"),
+        ([{"time": 0.0}], r"rows: no column q\[shoulder\], which q needs"),
+        ([{"time": "soon"}], "rows: column time: could not convert"),
+    ):
+        with pytest.raises(rs.FileError, match=words):
+            rs.read_log(rows, RHINO)
+
+
+@pytest.mark.parametrize(
+    ("name", "reader"),
+    [
+        ("a.mcap", r"rs\.open_bag\(path\)"),
+        ("a.db3", r"rs\.open_bag\(path\)"),
+        ("a.CSV", r"rs\.read_log\(path, experiment\)"),
+        ("a.parquet", r"rs\.read_log\(path, experiment\)"),
+    ],
+)
+def test_a_log_that_is_opened_as_a_run_is_told_what_reads_it(name, reader, tmp_path):
+    (tmp_path / name).write_text("time,q\n0,1\n")
+    words = f"is not a NetCDF-4 file; {reader} makes a run of such a log, and save_run its run.nc"
+    with pytest.raises(rs.FileError, match=words):
+        rs.open_run(tmp_path / name)
+
+
 def test_arguments_that_are_wrong(rows):
     for how, words in (
         ({"columns": {"q[wirst]": "time"}}, r"no column 'q\[wirst\]' in a run; did you mean"),
@@ -114,6 +141,8 @@ def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
     log = rs.read_log(rows, RHINO)
     with pytest.raises(rs.InputError, match="this run was recorded: explain and replay look"):
         rs.diagnose(log)
+    with pytest.raises(rs.InputError, match=r"was recorded and has no diagnosis: rs\.explain"):
+        rs.plot.diagnosis(log)
     with pytest.raises(rs.InputError, match=r"scheme 'a': a run that was simulated"):
         rs.compare({"a": run})
 

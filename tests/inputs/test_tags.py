@@ -39,6 +39,16 @@ def test_it_is_refused(make, reason):
         make()
 
 
+def test_what_looks_like_millimetres_is_warned_of():
+    with pytest.warns(rs.UnitWarning, match="size of a tag in metres: 80 looks like mil") as told:
+        rs.Tag("tag36h11", 7, size=80)
+    assert told[0].filename == __file__ and str(told[0].message).endswith("80 mm is 0.08")
+    with pytest.warns(rs.UnitWarning, match="square of a board in metres: 30 looks like") as told:
+        rs.Board("DICT_4X4_50", 5, 4, 30.0, 20.0)
+    assert len(told) == 1
+    assert rs.Tag("tag36h11", 7, size=10.0).size == 10.0
+
+
 def test_wrong_targets_to_render_are_refused(camera):
     with pytest.raises(rs.InputError, match="targets: expected poses by Tag or Board, got"):
         rs.render(camera, {"tag": rs.Pose.at()})

@@ -48,11 +48,33 @@ def test_a_table_is_the_run_again_to_the_bit(name, tmp_path):
     np.testing.assert_allclose(again.path_length, run.path_length, rtol=1e-9)
 
 
+def test_rows_are_their_table(rhino, rows):
+    again = rs.read_log(rows.to_dict("records"), rhino)
+    assert again.attrs["recorded"] == "rows"
+    assert again.drop_attrs(deep=False).identical(rs.read_log(rows, rhino).drop_attrs(deep=False))
+
+
 def test_it_ends_as_the_run_did(rhino):
     run = rhino.run()
     again = rs.read_log(rs.table(run), rhino)
     same(run, again, ENDS)
     assert again.attrs["hold"] == 0 and again.attrs["recorded"] == "table"
+
+
+def test_a_log_that_goes_on_says_from_when_on_its_error_stayed_small(rhino):
+    """Held for a second at its goal, with one period in between in which the marks are off."""
+    run = rhino.run(hold=True, duration=13.0)
+    log, small = rs.table(run), (np.abs(run.error.values) < run.attrs["tolerance"]).all(axis=1)
+    first = int(np.argmax(small))
+    log.loc[first + 4, "pixels[0,column]"] += 5.0
+    again = rs.read_log(log, rhino)
+    assert again.attrs["converged_at"] == pytest.approx((first + 5) * rhino.dt, abs=1e-12)
+    figure = rs.plot.joints(again)
+    told = f"converged after {(first + 5) * rhino.dt:.3g} s; the log ends at 13 s"
+    assert small[first:].all() and figure.get_suptitle() == told
+    short = rs.read_log(log[: first - 1], rhino)
+    assert "converged_at" not in short.attrs
+    assert rs.plot.joints(short).get_suptitle().startswith("not converged; the log ends at ")
 
 
 def test_a_recorded_run_is_saved_opened_and_drawn(rhino, rows, tmp_path):
@@ -154,6 +176,42 @@ def test_joints_that_follow_late_are_found_out(rhino):
     assert (
         motion.sentence.endswith("with a lag of 0.12 s.") and "commanded, with" in motion.sentence
     )
+
+
+@pytest.mark.parametrize(
+    ("changes", "scale", "periods", "lag"),
+    [
+        ({}, 1.0, 0, 0.0),
+        ({"gain": 0.9}, 0.9, 0, 0.0),
+        ({"late": 3}, 1.0, 3, 0.0),
+        ({"lag": 0.4}, 1.0, 0, 10.0),
+    ],
+)
+def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, scale, periods, lag):
+    """Rows up to 20 % of a period early or late, of joints that do exactly as told otherwise."""
+    rng, dt = np.random.default_rng(6), rhino.dt
+    run = rhino.run(duration=6.0)
+    log = rs.table(run)
+    told = log[[f"qd[{name}]" for name in rhino.scene.velocity_names]].to_numpy()
+    log["time"] += rng.uniform(-0.2, 0.2, len(log)) * dt * (log.index > 0)
+    late, steps = changes.get("late", 0), np.diff(log["time"])
+    rates, now = np.zeros_like(told), np.zeros(told.shape[1])
+    for i, step in enumerate(steps[late:], start=late):
+        left = np.exp(-step / changes["lag"]) if "lag" in changes else 0.0
+        goal = changes.get("gain", 1.0) * told[i - late]
+        now = goal + left * (now - goal)
+        rates[i + 1] = now * step
+    joints = [f"q[{name}]" for name in rhino.scene.coordinate_names]
+    log[joints] = run.q.values[0] + np.cumsum(rates, axis=0)
+    explained = rs.explain(rs.read_log(log, rhino), trials=False)
+    motion = [each for each in explained.causes if each.about == "motion"]
+    assert len(motion) == bool(changes)
+    assert any("move as commanded" in each for each in explained.remarks) == (not changes)
+    for each in motion:
+        assert each.evidence["scale"] == pytest.approx(scale, abs=0.02)
+        assert each.evidence["periods"] == periods
+        assert each.evidence["lag"] == pytest.approx(lag, abs=0.5)
+        assert each.evidence["rest"] < 0.05
 
 
 def test_a_target_elsewhere_is_found_out_in_the_images(rhino):

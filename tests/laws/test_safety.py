@@ -295,3 +295,34 @@ def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
     outside = np.maximum(0.1 - place[:, 0], 0.0)
     assert (np.diff(outside) < 1e-4).all() and outside[-1] < 0.05
     assert any("fence" in command.health.limits for command in commands)
+
+
+def test_a_margin_that_stops_a_joint_is_told_in_degrees(arm):
+    """One joint is stopped half way to where it ends without."""
+    made = arm.with_(dt=0.04, duration=12.0)
+    low, high = arm.scene.limits.T
+    way = made.run().q_end.values - arm.start
+    half = arm.start + way / 2
+    room = np.where(way > 0, high - half, half - low) + 9.0 * (np.abs(way) < 0.05)
+    joint, margin = int(np.argmin(room)), np.zeros(7)
+    margin[joint] = room[joint]
+    told = rs.explain(made.run(safety=rs.Safety(margin=margin)))
+    (cause,) = told.causes
+    assert cause.about == "safety.margin"
+    name, degrees = arm.scene.coordinate_names[joint], f"{np.degrees(room[joint]):.3g} degrees"
+    assert f"The safety stops joint {name} {degrees} before its limit." in cause.sentence
+
+
+def test_limits_that_do_no_harm_are_in_the_way_and_those_that_never_act_are_not(arm):
+    at = arm.scene.pose("camera", arm.start).position
+    safety = rs.Safety(100.0, 1e6, fence=rs.Fence("camera", at - 0.5, at + 0.1), ramp=0.1)
+    made = arm.with_(dt=0.04, duration=12.0, safety=safety)
+    told = rs.explain(made.run())
+    assert [cause.about for cause in told.causes] == ["safety.fence"]
+    ramp = "the slow start of the safety"
+    assert told.remarks == (f"Not the cause, though in the way as well: {ramp}.",)
+    unread = rs.explain(made.run(sensing=rs.Sensing(noise=1e-3)), trials=False)
+    words = (
+        f"Also wrong or in the way in this run, and not examined: pixel noise, the fence and {ramp}"
+    )
+    assert unread.remarks == (f"{words}.",)

@@ -9,6 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 
+SMALL = 0.05  # share that may be left of what is said to follow
 LATEST = 25  # periods of a delay
 SLOWEST, STEP = 25.0, 0.25  # periods of a lag, and of the fine grid around the best whole one
 
@@ -26,13 +27,20 @@ class Agreement:
     rest: float
     largest: float
 
+    @property
+    def is_same(self) -> bool:
+        """Whether one is the other, at once and by a factor of 1 to within a small rest."""
+        late = self.periods > 0 or self.lag > 0.0
+        return not late and self.rest <= SMALL and abs(self.scale - 1.0) <= self.rest
+
 
 def agreement(given: Array, found: Array, lags: bool = False) -> Agreement:
     """Return how one signal (T, n) follows another, by least squares at the best delay.
 
     Delays are whole periods, up to 25 and half of T; with `lags` also those of first order, up to
-    25 periods, to a quarter of one. Of equal rests it is the least lag and delay. NaN where one of
-    them is zero throughout.
+    25 periods, to a quarter of one, and neither where the rest is small without and they do not
+    halve it. Of equal rests it is the least lag and delay. NaN where one of them is zero
+    throughout.
 
     >>> given = np.sin(np.arange(100.0))[:, None]
     >>> late = agreement(given, 0.5 * np.roll(given, 3, axis=0))
@@ -45,7 +53,24 @@ def agreement(given: Array, found: Array, lags: bool = False) -> Agreement:
         near = best[2] + np.arange(-1.0, 1.0 + STEP, STEP)
         best = _best(given, found, near[near >= 0.0])
     scale, late, lag, rest = best
+    plain, left = _fit(given, found)
+    if lags and left <= SMALL and left <= 2.0 * rest:
+        scale, late, lag, rest = plain, 0, 0.0, left
     return Agreement(scale, late, lag, min(rest, 1.0), largest)
+
+
+def smoothed(rates: Array, periods: int) -> Array:
+    """Return the means of a signal (T, n) over the last so many periods, zero before the first.
+
+    A value that is recorded a period early or late, by a clock that trembles, changes such a mean
+    by little; factors, delays and lags of first order from rest stay as they are.
+
+    >>> smoothed(np.array([[4.0], [0.0], [2.0], [2.0]]), 2)[:, 0]
+    array([2., 2., 1., 2.])
+    """
+    ways = np.concatenate([np.zeros((periods, rates.shape[1])), np.cumsum(rates, axis=0)])
+    found: Array = (ways[periods:] - ways[:-periods]) / periods
+    return found
 
 
 def _best(given: Array, found: Array, lags: Array) -> tuple[float, int, float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -158,6 +159,14 @@ def _all_right(case: Experiment, wrong: list[Removal]) -> str:
     return f"with all of it put right the run ends as {trial.outcome.name} {trial.end}"
 
 
+def _harming(removals: Sequence[Removal]) -> str:
+    """Return in which way there are some: a limit of the safety is not wrong."""
+    limits = [one.about.startswith("safety.") for one in removals]
+    if all(limits):
+        return "in the way"
+    return "wrong or in the way" if any(limits) else "wrong"
+
+
 def _remarks(
     case: Experiment, found: Attribution, wrong: list[Removal], trials: bool
 ) -> tuple[str, ...]:
@@ -166,16 +175,17 @@ def _remarks(
         return ()
     names = listed([one.name for one in wrong])
     if not trials:
-        return (f"Also wrong in this run, and not examined: {names}.",)
+        return (f"Also {_harming(wrong)} in this run, and not examined: {names}.",)
     if not found.causes:
-        return (f"Wrong as well: {names}; {_all_right(case, wrong)}.",)
+        words = f"{_harming(wrong)} as well"
+        return (f"{words[0].upper()}{words[1:]}: {names}; {_all_right(case, wrong)}.",)
     remarks = []
     if found.one_too_many:
         names = listed([one.name for one in found.one_too_many])
         remarks += [f"Only together do {names} harm: it is enough to put one of them right."]
     if found.harmless:
         names = listed([one.name for one in found.harmless])
-        remarks += [f"Not the cause, though wrong as well: {names}."]
+        remarks += [f"Not the cause, though {_harming(found.harmless)} as well: {names}."]
     return tuple(remarks)
 
 

@@ -9,7 +9,7 @@ RobSimError
 └── Interrupted                      Ctrl-C or its like; holds what was simulated in `.run`
 
 RankWarning                          the features cannot fix every motion of the camera
-UnitWarning                          an angle that looks like degrees, where radians are taken
+UnitWarning                          a number that looks like degrees or mm, taken as rad or m
 FileWarning                          a file has oddities, which are left out or read otherwise
 FitWarning                           what was calibrated does not fit its views
 ReplayWarning                        a run that is simulated again is another one

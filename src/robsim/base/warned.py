@@ -1,4 +1,4 @@
-"""Warnings of what is given: for whom they are, and angles that look like degrees."""
+"""Warnings of what is given: for whom they are, and what looks like another unit."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from robsim.base.errors import UnitWarning
 
 TWO_TURNS = 4.0 * np.pi  # radians that people write by hand are within
 LARGEST = 720.0  # degrees; larger numbers stand for "no limit"
+LONGEST = 10.0  # metres of what is printed
 ROUND = 5.0  # degrees that people write by hand are multiples of it
 
 
@@ -39,6 +40,22 @@ def warn_of_degrees(angles: ArrayLike, what: str) -> None:
         warnings.warn(
             f"{what}: {given:g} looks like degrees, and angles are in radians; "
             f"np.radians({given:g}) is {meant:.4g}",
+            UnitWarning,
+            stacklevel=callers(),
+        )
+
+
+def warn_of_millimetres(size: float, what: str) -> None:
+    """Warn of a length in metres of something printed that was meant in millimetres.
+
+    That is one above 10.
+
+    >>> warn_of_millimetres(0.08, "size of a tag in metres")
+    """
+    if size > LONGEST:
+        warnings.warn(
+            f"{what}: {size:g} looks like millimetres, and lengths are in metres; "
+            f"{size:g} mm is {size / 1000.0:g}",
             UnitWarning,
             stacklevel=callers(),
         )

@@ -12,10 +12,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.run.mission_run import MissionRun
+    from robsim.run.outcome import Outcome
+    from robsim.servo.safety.safety import Safety
+
+STOPPING = ("margin", "fence", "watchdog")  # parts of a safety that may bring a robot to a stand
 
 
-def report(result: xr.Dataset, folder: Path) -> None:
-    """Print how a run ended, or how many runs of a batch ended in each way."""
+def report(result: xr.Dataset, folder: Path, safety: Safety | None = None) -> None:
+    """Print how a run ended, or how many runs of a batch ended in each way.
+
+    What `safety` the run had is told where it may be why the robot stands still.
+    """
     from robsim.run.ends import elsewhere
     from robsim.run.outcome import Outcome
 
@@ -27,7 +34,7 @@ def report(result: xr.Dataset, folder: Path) -> None:
         if astray := int(elsewhere(result).sum()):
             tell(f"{astray:7} converged more than 1 cm or 1 degree from the pose of the goal")
     else:
-        tell(f"outcome      {Outcome(int(result.outcome)).message}")
+        tell(f"outcome      {_message(Outcome(int(result.outcome)), safety)}")
         if int(result.outcome) != Outcome.CONVERGED and result.sizes["mark"]:
             tell(f"why          robsim explain {folder}")
         tell(f"time         {float(result.end_time):.2f} s")
@@ -37,6 +44,20 @@ def report(result: xr.Dataset, folder: Path) -> None:
         _print_pose(result, folder)
         tell(f"path length  {100 * float(result.path_length):.2f} cm")
     tell(f"results      {folder}")
+
+
+def _message(outcome: Outcome, safety: Safety | None) -> str:
+    """Return what an outcome means, and what may hold a robot that stands still."""
+    from robsim.run.outcome import Outcome
+
+    own = [part for part in STOPPING if getattr(safety, part, None) is not None]
+    if outcome is not Outcome.LOCAL_MINIMUM or not own:
+        return outcome.message
+    from robsim.analysis.explanation.safeties import SAFETY
+    from robsim.analysis.explanation.wording import listed
+
+    held = f"{listed([SAFETY[part][0] for part in own], 'or')} may hold the robot"
+    return f"{outcome.words}: no motion is commanded although the error remains; {held}"
 
 
 def report_mission(result: MissionRun, folder: Path) -> None:

@@ -92,12 +92,15 @@ def simulate_into(
         _save(result, scenario, folder)
         if checkpoint:
             remove(checkpoint)
-        told, picture = (report_mission, draw_mission) if _staged(result) else (report, draw)
-        told(result, folder)
+        if _staged(result):
+            report_mission(result, folder)
+        else:
+            report(result, folder, scenario.safety)
         if stops:
             stopped(folder)
     with drawing("run is"):
         if figures:
+            picture = draw_mission if _staged(result) else draw
             picture(result, scenario, folder)
         write_views(result, scenario, folder, views)
 

@@ -71,6 +71,7 @@ TEXTS = (
     *("recorded", "commands"),
 )
 POSITIVE, FLAGS = ("dt", "duration"), ("hold", "single", "succeeded")
+NOT_NEGATIVE = ("converged_at",)
 OF_IMAGES = ("image_size", "image_centre")  # or such a name with that of a camera behind it
 
 
@@ -186,6 +187,8 @@ def _fits(name: str, value: Any) -> bool:
         return isinstance(value, str)
     if name in POSITIVE:
         return _is_number(value) and 0.0 < value < math.inf
+    if name in NOT_NEGATIVE:
+        return _is_number(value) and 0.0 <= value < math.inf
     if name in FLAGS:
         return _is_number(value) and value in (0, 1)
     return not name.startswith(OF_IMAGES) or _is_pair(value)

@@ -22,6 +22,10 @@ from robsim.files.table import Run
 from robsim.files.unsealed import sealed_copy
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+READERS = {
+    **dict.fromkeys((".mcap", ".db3", ".zstd"), "rs.open_bag(path)"),
+    **dict.fromkeys((".csv", ".parquet"), "rs.read_log(path, experiment)"),
+}
 TRUST = "open_run(path, unsealed=True), or robsim explain --unsealed, takes it for what it says"
 
 
@@ -109,7 +113,7 @@ def _read(path: str | os.PathLike[str]) -> Run:
             return _of(file)
         except seal.SealError as error:
             if error.lacking and not _is_netcdf(file):
-                raise FileError(f"{path} is not a NetCDF-4 file") from None
+                raise _no_netcdf(path) from None
             raise FileError(f"{path} {error}; {TRUST}") from None
 
 
@@ -131,11 +135,18 @@ def _of_others(path: str | os.PathLike[str]) -> Run:
     """Return the Dataset of a file that may be anybody's."""
     with refused(path, "read"), open(path, "rb") as file:
         if not _is_netcdf(file):
-            raise FileError(f"{path} is not a NetCDF-4 file")
+            raise _no_netcdf(path)
     try:
         return _of(BytesIO(sealed_copy(path)))
     except FileError as error:
         raise FileError(f"{path} cannot be taken for a run: {error}") from None
+
+
+def _no_netcdf(path: str | os.PathLike[str]) -> FileError:
+    """Return the error of a file that is no run, which says what reads it if it is a log."""
+    reader = READERS.get(Path(path).suffix.lower())
+    hint = f"; {reader} makes a run of such a log, and save_run its run.nc" if reader else ""
+    return FileError(f"{path} is not a NetCDF-4 file{hint}")
 
 
 def _is_netcdf(file: BinaryIO) -> bool:

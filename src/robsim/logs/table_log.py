@@ -41,13 +41,13 @@ class Column(NamedTuple):
 
 
 def read_log(
-    path: str | os.PathLike[str] | pd.DataFrame,
+    path: str | os.PathLike[str] | pd.DataFrame | Sequence[Mapping[str, float]],
     experiment: Experiment,
     *,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Read a CSV or Parquet file, or a pandas table, that was recorded, as a run.
+    """Read a CSV or Parquet file, a pandas table or a list of rows, as `Controller.row`, as a run.
 
     The columns are named as by `table`: time; q[joint]; where there are such qd[velocity], the
     commands, and qd_actual[velocity]; pixels[mark,column] and pixels[mark,row]. Others are left
@@ -101,6 +101,8 @@ def _table(path: Any) -> tuple[str, pd.DataFrame]:
 
     if isinstance(path, pd.DataFrame):
         return "table", path
+    if isinstance(path, list | tuple):
+        return "rows", pd.DataFrame(_rows(path))
     with refused(path, "read"):
         file = Path(path)
         if not file.is_file():
@@ -115,6 +117,16 @@ def _table(path: Any) -> tuple[str, pd.DataFrame]:
         raise InputError("Parquet needs PyArrow: pip install 'robsim[store]'") from None
     except Exception as error:  # noqa: BLE001  whatever the readers say of a file that is none
         raise FileError(f"{path} cannot be read as a table: {error!s:.200}") from None
+
+
+def _rows(rows: Sequence[Any]) -> list[Any]:
+    """Return rows as they are. FileError: there are none, or one that has no named columns."""
+    if not rows:
+        raise FileError("rows: nothing was recorded")
+    for i, row in enumerate(rows):
+        if not isinstance(row, Mapping):
+            raise FileError(f"rows: expected {{column: number}}, got {said(row)} in row {i}")
+    return list(rows)
 
 
 def _named(

@@ -12,6 +12,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.run.commanded import RECORDED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +49,10 @@ def diagnosis(
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['V (–)', 'largest / smallest σ', 'eigenvalue', 'to the border (px)']
     """
-    if getattr(diagnosis, "attrs", {}).get("title") != "RobSim diagnosis":
+    attrs = getattr(diagnosis, "attrs", {})
+    if attrs.get("title") != "RobSim diagnosis":
+        if RECORDED in attrs:
+            raise InputError("this run was recorded and has no diagnosis: rs.explain looks into it")
         kind = type(diagnosis).__name__
         raise InputError(f"expected a diagnosis as diagnose returns it, got {kind}")
     lacking = [name for name in (*DRAWN, "time") if name not in diagnosis.variables]

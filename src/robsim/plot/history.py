@@ -9,7 +9,9 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said, suggest
+from robsim.run.commanded import is_recorded
 from robsim.run.outcome import Outcome
+from robsim.run.recorded import CONVERGED_AT
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -132,10 +134,20 @@ def ending(run: xr.Dataset) -> str:
     >>> ending(xr.Dataset({"outcome": 1, "end_time": 2.52}))
     'converged after 2.52 s'
     """
-    if int(run["outcome"]) == Outcome.RUNNING:
+    outcome, end = Outcome(int(run["outcome"])), float(run["end_time"])
+    if is_recorded(run):
+        how = _log_ended(outcome, float(run.attrs.get(CONVERGED_AT, end)))
+        return f"{how}; the log ends at {end:.3g} s"
+    if outcome == Outcome.RUNNING:
         return "stopped by the user"
-    hold = bool(run.attrs.get("hold"))
-    return ended(Outcome(int(run["outcome"])), float(run["end_time"]), hold)
+    return ended(outcome, end, bool(run.attrs.get("hold")))
+
+
+def _log_ended(outcome: Outcome, converged: float) -> str:
+    """Return how a log ended, and if it converged from which second on."""
+    if outcome == Outcome.CONVERGED:
+        return f"converged after {converged:.3g} s"
+    return "not converged" if outcome == Outcome.RUNNING else outcome.words
 
 
 def ended(outcome: Outcome, time: float, hold: bool) -> str:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, length, runs_last
 from robsim.base.errors import FileError
@@ -23,6 +24,7 @@ from robsim.servo.controller import Decision
 
 LONGEST = 1_000_000  # periods, which take minutes
 SILENCE = 600 * NANO  # between two states of the joints, beyond which the clock has jumped
+CONVERGED_AT = "converged_at"  # the attribute of a log that converged: seconds, from which on
 AGE = {"units": "s", "long_name": "age of the image in which a mark was looked for last"}
 
 
@@ -47,8 +49,11 @@ def recorded(log: Log, experiment: Experiment) -> Run:
     s = np.array([each.command.s[:, 0] for each in decided])
     loop = made.loop()
     weights = [np.empty(0) if each.weights is None else each.weights[:, 0] for each in decided]
-    _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), np.array(weights)], decided)
+    small = _small(loop, decided)
+    _fill(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), np.array(weights)], small)
     run = made.dataset(loop)
+    if int(run["outcome"]) == Outcome.CONVERGED:
+        run.attrs[CONVERGED_AT] = float(run["time"].values[_stays(small)])
     run["image_age"] = (("time", "mark"), ages, AGE)
     run.attrs |= {RECORDED: log.source, "commands": told, "recorded_from": str(times[0])}
     run.attrs |= dict(log.notes)
@@ -99,29 +104,37 @@ def _commands(log: Log, times: Times, q: Array, experiment: Experiment) -> tuple
     return "none; velocities are differences of the joints", qd
 
 
-def _fill(loop: Loop, parts: list[Array], decided: list[Decision]) -> None:
+def _fill(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> None:
     """Put into the record of a loop what a simulation would have put there."""
     series = np.concatenate(parts, axis=1)
     loop.recorder = Recorder(1, len(series) - 1, "all", tuple(part.shape[1] for part in parts))
     loop.recorder.table[0] = series
-    outcome, held = _outcome(loop, parts[4], decided)
-    loop.hold = held
+    outcome = _outcome(loop, parts[4], bool(small[-1]))
+    loop.hold = outcome is Outcome.CONVERGED and bool(small[:-1].any())
     ends = _way(loop, parts[0]), -1.0, len(series) - 1, outcome
     loop.recorder.ends[0] = [*series[-1], *ends]
 
 
-def _outcome(loop: Loop, pixels: Array, decided: list[Decision]) -> tuple[Outcome, bool]:
-    """Return how a log ends, and whether it went on after it had converged."""
+def _small(loop: Loop, decided: list[Decision]) -> NDArray[np.bool_]:
+    """Return in which periods (T,) the error is below the tolerance."""
     controller = loop.controller
     errors = [controller.scaled(each).command.error for each in decided]
-    small = np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
+    return np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
+
+
+def _stays(small: NDArray[np.bool_]) -> int:
+    """Return the first period from which on the error is small, of those that end so."""
+    return int(np.flatnonzero(~small).max(initial=-1)) + 1
+
+
+def _outcome(loop: Loop, pixels: Array, is_small: bool) -> Outcome:
+    """Return how a log ends, by its last instant."""
+    controller = loop.controller
     sights = ((sight.key not in controller.excused, sight) for sight in controller.sights)
     needed = [must for must, sight in sights for _ in range(2 * len(sight.target.marks))]
     if (np.isnan(pixels[-1]) & np.array(needed, dtype=bool)).any():
-        return Outcome.OUT_OF_IMAGE, False
-    if small[-1]:
-        return Outcome.CONVERGED, bool(small[:-1].any())
-    return Outcome.RUNNING, False
+        return Outcome.OUT_OF_IMAGE
+    return Outcome.CONVERGED if is_small else Outcome.RUNNING
 
 
 def _way(loop: Loop, q: Array) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.analysis.agreement import Agreement, agreement
+from robsim.analysis.agreement import Agreement, agreement, smoothed
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.wording import counted, number, when
 from robsim.base.arrays import Array, runs_last
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAME = 1e-9  # of the largest command, below which it is rounding
-SMALL = 0.05  # share that may be left of what is said to follow
+WINDOW, FEWEST = 0.05, 25  # seconds and periods over which motion is compared
 OFF = 1.0  # pixels, by which marks are elsewhere than in the scene
 OLD = 2.0  # periods, beyond which an image is old
 K_NAMES = {(0, 0): "fx", (1, 1): "fy", (0, 2): "cx", (1, 2): "cy", (0, 1): "skew"}
@@ -63,6 +64,8 @@ class Evidence:
             yield f"Commands were not recorded: {self.run.attrs['commands']}."
         elif not self._commands:
             yield "The recorded commands are those of this controller for the same images."
+        if self.has_commands and self._moved is not None and self._moved.is_same:
+            yield f"The joints move as commanded, but for {100 * self._moved.rest:.2g} %."
 
     @cached_property
     def _commands(self) -> tuple[Finding, ...]:
@@ -75,13 +78,26 @@ class Evidence:
         of = "those of this controller for the same images and joints"
         return (Finding("commands", self._followed(found, what, of), _evidence(found)),)
 
-    def _motion(self) -> Iterator[Finding]:
+    @cached_property
+    def _moved(self) -> Agreement | None:
+        """How the joints follow their commands; None where they do, or it cannot be said.
+
+        Over windows: the clock of a log may tremble, and held joints then stand still for a period
+        and go twice as far in the next.
+        """
         run, dt = self.run, self.case.dt
         if run["coordinate"].values.tolist() != run["velocity"].values.tolist():
-            return  # of a joint whose coordinates do not change by its velocities
+            return None  # of a joint whose coordinates do not change by its velocities
         told, moved = run["qd"].values[:-1], np.diff(run["q"].values, axis=0) / dt
-        found = agreement(told, moved, lags=True)
-        if found.largest > SAME * np.abs(run["q"].values).max(initial=1.0) / dt:
+        rounding = SAME * np.abs(run["q"].values).max(initial=1.0) / dt
+        if np.abs(moved - told).max(initial=0.0) <= rounding:
+            return None
+        periods = max(FEWEST, math.ceil(WINDOW / dt))
+        return agreement(smoothed(told, periods), smoothed(moved, periods), lags=True)
+
+    def _motion(self) -> Iterator[Finding]:
+        found = self._moved
+        if found is not None and not found.is_same:
             what, of = "The joints move with", "the velocities that were commanded"
             yield Finding("motion", self._followed(found, what, of), _evidence(found))
 

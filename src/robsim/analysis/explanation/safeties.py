@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.analysis.explanation.removal import Change, Removal, Statement
-from robsim.analysis.explanation.wording import number
+from robsim.analysis.explanation.wording import degrees, length, number
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array
 from robsim.run.experiment import Experiment
@@ -21,7 +21,7 @@ NEAR = 1e-3  # rad or metres
 
 
 def safeties(again: Repeated) -> list[Removal]:
-    """Return the limits of a run's safety, each with the change that lifts it."""
+    """Return the limits of a run's safety that acted, each with the change that lifts it."""
     safety = again.case.safety
     if safety is None:
         return []
@@ -29,7 +29,8 @@ def safeties(again: Repeated) -> list[Removal]:
     for field, (name, finding) in SAFETY.items():
         if getattr(safety, field) is not None:
             sentence, evidence = finding(again, safety)
-            found.append(Removal(f"safety.{field}", name, sentence, _lifted(field), evidence))
+            if evidence.get("share") != 0.0:
+                found.append(Removal(f"safety.{field}", name, sentence, _lifted(field), evidence))
     return found
 
 
@@ -83,9 +84,9 @@ def _margin(again: Repeated, safety: Safety) -> Statement:
     name, left = scene.velocity_names[columns[least]], float(room[least])
     if left > NEAR:
         return "The safety keeps the joints from their limits, and none is there.", {"room": left}
-    margin = float(margins[least])
-    sentence = f"The safety stops joint {name} {number(margin)} (rad or m) before its limit."
-    return sentence, {"margin": margin}
+    margin, unit = float(margins[least]), scene.coordinate_units[where[least]]
+    before = degrees(margin) if unit == "rad" else length(margin)
+    return f"The safety stops joint {name} {before} before its limit.", {"margin": margin}
 
 
 def _fence(again: Repeated, safety: Safety) -> Statement:

@@ -9,6 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, positive, whole
 from robsim.base.errors import InputError
+from robsim.base.warned import warn_of_millimetres
 from robsim.vision.tags.families import black, dictionary, family, opencv
 from robsim.vision.tags.printed import INK, Printed
 
@@ -45,6 +46,7 @@ class Board(Printed):
             object.__setattr__(self, side, length)
         if self.tag >= self.square:
             raise InputError(f"tag of {self.tag:g} m: larger than its square, {self.square:g} m")
+        warn_of_millimetres(self.square, "square of a board in metres")
         if len(self.ids) > count:
             raise InputError(f"{len(self.ids)} white squares, but {self.family} has {count} tags")
 

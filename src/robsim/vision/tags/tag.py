@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 
 from robsim.base.arrays import Array, positive, whole
+from robsim.base.warned import warn_of_millimetres
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
 from robsim.vision.tags.families import black, family
@@ -47,7 +48,9 @@ class Tag(Printed):
     def __post_init__(self) -> None:
         whole(self.id, f"id of a tag of {self.family}", 0, family(self.family).ids)
         object.__setattr__(self, "id", int(self.id))
-        object.__setattr__(self, "size", positive(self.size, "size of a tag in metres"))
+        what = "size of a tag in metres"
+        object.__setattr__(self, "size", positive(self.size, what))
+        warn_of_millimetres(self.size, what)
 
     @property
     def name(self) -> str:
