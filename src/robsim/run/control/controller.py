@@ -144,7 +144,7 @@ class Controller:
     def row(self) -> dict[str, float]:
         """Return what was measured and commanded at the last call, named as in `table`.
 
-        A list of them is a log: `read_log(pandas.DataFrame(rows), experiment)` makes it a run.
+        A list of them is a log: `read_log(rows, experiment)` makes it a run.
 
         InputError: nothing was called yet.
         """
