@@ -18,8 +18,8 @@ from robsim.features import FEATURES
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
-LONG = ("bench.md", "calibration.md", "robustness.md", "seven_steps.md", "visibility.md")
-RUN = [pytest.param(each, marks=[pytest.mark.full] * (each.name in LONG)) for each in DOCUMENTS]
+LONG = {"bench", "calibration", "driving", "logs", "robustness", "seven_steps", "visibility"}
+RUN = [pytest.param(each, marks=[pytest.mark.full] * (each.stem in LONG)) for each in DOCUMENTS]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 matplotlib.use("agg")
