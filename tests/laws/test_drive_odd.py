@@ -253,6 +253,20 @@ def test_a_law_that_fails_brakes_the_robot_within_its_limits(one, run):
     assert 0 < np.abs(every[29]).max() < np.abs(every[19]).max()
 
 
+def test_a_law_that_fails_stops_a_robot_without_limits_at_once(one, run):
+    class Fails:
+        in_camera = False
+
+        def command(self, state):
+            if state.time > 0.5:
+                raise ZeroDivisionError("oops")
+            return -state.gain * np.linalg.lstsq(state.task_jacobian[0], state.error[0])[0][None]
+
+    commands = driven(rs.Controller(one.at("task.law", Fails())), run, 20)
+    assert commands[12].velocities.any() and commands[13].phase == "holding"
+    assert not any(command.velocities.any() for command in commands[13:])
+
+
 def test_a_wish_that_was_not_finite_once_is_braked_and_forgotten(one, run):
     class Leaps:
         in_camera, bad = False, False

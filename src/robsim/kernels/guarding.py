@@ -47,6 +47,12 @@ def eased(share):
     return x * x * (3.0 - 2.0 * x)
 
 
+@kernel
+def left(rest, dt):
+    """Return which share of a velocity is left after a period, so many seconds before its rest."""
+    return 1.0 - dt / rest if rest > dt else 0.0
+
+
 @part
 def _seconds_to_rest(w, b, n, qd, most):
     """Return how long it takes to brake, along its own direction, at the most that joints can."""
@@ -126,7 +132,7 @@ def soften(p, w, step):
     for b in range(WIDTH):
         dt, share, held = w[p[8] * WIDTH + b], w[p[6] * WIDTH + b], int(w[p[7] * WIDTH + b])
         rest, why = _seconds_to_rest(w, b, n, last, p[9]), held
-        slower = 1.0 - dt / rest if rest > dt else 0.0
+        slower = left(rest, dt)
         for j in range(n):
             before, most = w[(last + j) * WIDTH + b], w[(p[9] + j) * WIDTH + b]
             slow, asked = slower * before, w[(scaled + j) * WIDTH + b]

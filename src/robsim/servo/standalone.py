@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.kernels.guarding import left
 from robsim.kernels.program import Blocks, Program
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import alone
@@ -114,7 +115,7 @@ class Standalone:
         guarded, n = self.guarded, self.controller.columns.size
         last = blocks.first(guarded.last, n)
         rest = float((np.abs(last) / blocks.first(guarded.most, n)).max(initial=0.0))
-        slower = last * max(1.0 - self.dt / rest, 0.0) if rest > 0.0 else last
+        slower: Array = last * left(rest, self.dt)
         self.rest(blocks)
         blocks.fill(guarded.last, slower)
         return slower
