@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from robsim.base import units
-from robsim.base.arrays import frozen, numbers, one_or_each
+from robsim.base.arrays import Array, frozen, numbers, one_or_each
 from robsim.base.errors import InputError, UnitError, said
 from robsim.declare.problems import Broken, under
 from robsim.declare.quantities import DIMENSIONS, EXAMPLES, SI, coordinate, either, written
@@ -280,6 +280,11 @@ def check_count(given: Any, name: str, owners: Sequence[str]) -> None:
     """Raise InputError unless there is one number for all, or one for each of these names."""
     if isinstance(given, tuple) and len(given) != len(owners):
         raise InputError(f"{len(given)} numbers of {name} for {len(owners)}: {', '.join(owners)}")
+
+
+def limits_of(given: Any, count: int) -> Array:
+    """Return limits (count,) from one for all, one for each, or None for infinity."""
+    return frozen(np.full(count, np.inf if given is None else given, dtype=float))
 
 
 def check_later(later: Sequence[tuple[PerJoint, Any, Context]], axes: Axes) -> None:

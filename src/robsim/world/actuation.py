@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-
-from robsim.base.arrays import Array, frozen, is_any
+from robsim.base.arrays import Array, is_any
 from robsim.base.errors import naming
 from robsim.declare import Declared, ListOf, Time, described
-from robsim.declare.joints import OneOrEach, accelerations, check_count, coordinates, velocities
+from robsim.declare.joints import (
+    OneOrEach,
+    accelerations,
+    check_count,
+    coordinates,
+    limits_of,
+    velocities,
+)
 from robsim.world.joint_effects import EFFECT, JointEffect
 
 Each = float | Sequence[float]  # one number for all, or one for each
@@ -77,5 +81,4 @@ class Actuation(Declared):
 
     def limits(self, which: str, count: int) -> Array:
         """Return the limits (count,) of the velocity or the acceleration, or infinity."""
-        given = getattr(self, which)
-        return frozen(np.full(count, math.inf if given is None else given, dtype=float))
+        return limits_of(getattr(self, which), count)

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array
 from robsim.base.errors import FrameError, InputError, naming
 from robsim.declare import Declared, Flag, Table, Time, Word, described
-from robsim.declare.joints import OneOrEach, accelerations, check_count, coordinates, velocities
+from robsim.declare.joints import (
+    OneOrEach,
+    accelerations,
+    check_count,
+    coordinates,
+    limits_of,
+    velocities,
+)
 from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 
@@ -134,8 +140,7 @@ class Safety(Declared):
 
     def limits(self, which: str, count: int) -> Array:
         """Return the limits (count,) of speed, acceleration or margin, or infinity."""
-        given = getattr(self, which)
-        return frozen(np.full(count, math.inf if given is None else given, dtype=float))
+        return limits_of(getattr(self, which), count)
 
 
 SAFETY = Table(Safety)

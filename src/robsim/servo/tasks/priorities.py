@@ -20,9 +20,8 @@ from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.redundancy import descent
 from robsim.servo.shaping.shaped import Columns, Shaped
 from robsim.servo.shaping.shaping import Shapeable, Shaping
-from robsim.servo.sight import Key
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfTasks, common, excused_by, marks_used, union
+from robsim.servo.tasks.several import OfParts, OfTasks, common, marks_used, union
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
@@ -88,26 +87,11 @@ class Priorities(OfTasks, Shaped):
 
 
 @dataclass(frozen=True, eq=False)
-class Ordered(Controller):
+class Ordered(OfParts):
     """The controller of tasks in strict order."""
 
     parts: tuple[Servo, ...]
     shaping: Shaping
-
-    @property
-    def weighted(self) -> bool:
-        """Whether the numbers of s of any task have weights that change."""
-        return any(part.weighted for part in self.parts)
-
-    @property
-    def excused(self) -> frozenset[Key]:
-        """The sights whose marks may leave the image, as all tasks that look at them say."""
-        return excused_by(self.parts)
-
-    @property
-    def whole(self) -> frozenset[Key]:
-        """The sights of which a feature of any task needs all marks at once."""
-        return frozenset().union(*(part.whole for part in self.parts))
 
     def stages(self, given: Given) -> Commanded:
         """Add the stages in which each task moves within what those before leave free."""

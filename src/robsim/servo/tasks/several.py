@@ -31,15 +31,10 @@ Place = tuple[str | int, ...]  # of a task in another: ("tasks", 2)
 
 
 @dataclass(frozen=True, eq=False)
-class Several(Controller):
-    """The controller of several tasks, each with joints of its own, which they may share."""
+class OfParts(Controller):
+    """The part of a controller that follows from the tasks of which it is made."""
 
-    parts: tuple[Controller, ...]
-
-    def check_start(self, q0: Array) -> None:
-        """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
-        for part in self.parts:
-            part.check_start(q0)
+    parts: tuple[Any, ...]
 
     @property
     def weighted(self) -> bool:
@@ -49,12 +44,28 @@ class Several(Controller):
     @property
     def excused(self) -> frozenset[Key]:
         """The sights whose marks may leave the image, as all tasks that look at them say."""
-        return excused_by(self.parts)
+        parts = self.parts
+        wanted = {
+            sight.key for one in parts for sight in one.sights if sight.key not in one.excused
+        }
+        return frozenset(key for one in parts for key in one.excused if key not in wanted)
 
     @property
     def whole(self) -> frozenset[Key]:
         """The sights of which a feature of any task needs all marks at once."""
         return frozenset().union(*(part.whole for part in self.parts))
+
+
+@dataclass(frozen=True, eq=False)
+class Several(OfParts):
+    """The controller of several tasks, each with joints of its own, which they may share."""
+
+    parts: tuple[Controller, ...]
+
+    def check_start(self, q0: Array) -> None:
+        """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
+        for part in self.parts:
+            part.check_start(q0)
 
     def _own(self, part: Controller) -> Columns:
         """Return where the velocities of a part are among all that are commanded."""
@@ -173,12 +184,6 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
         "full_rank": reduce(np.maximum, [part.full_rank for part in parts]),
         "rcond": min(part.rcond for part in parts),
     }
-
-
-def excused_by(parts: Sequence[Controller]) -> frozenset[Key]:
-    """Return the sights whose marks may leave the image, as all parts that look at them say."""
-    wanted = {sight.key for part in parts for sight in part.sights if sight.key not in part.excused}
-    return frozenset(key for part in parts for key in part.excused if key not in wanted)
 
 
 def marks_used(
