@@ -69,7 +69,7 @@ def case(seed):
     with tempfile.TemporaryDirectory() as root:
         place = Path(root) / "cache"
         place.mkdir()
-        folder = place / store.KERNEL_HASH
+        folder = place / store.CACHE.name
         folder.mkdir()
         for name, content in files.items():
             (folder / name).write_bytes(content)

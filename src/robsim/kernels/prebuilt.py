@@ -1,7 +1,8 @@
 """The machine code that came with the package: for which processors, and whether it fits here.
 
-It fits where kernels, Numba, llvmlite and Python are those of the build, and the processor has
-the features of a level; its own name and the place of the package do not count.
+It fits where Numba, llvmlite and Python are those of the build, and the processor has the features
+of a level; its own name and the place of the package do not count. A kernel whose sources are not
+those of the build is compiled here.
 """
 
 import platform
@@ -12,7 +13,7 @@ from llvmlite import binding as llvm
 from robsim.kernels.store import KERNEL_HASH, VERSIONS
 
 ROOT = Path(__file__).parent / "_prebuilt"
-MADE_WITH = "versions.txt"  # in ROOT: the versions of the build
+MADE_WITH = "versions.txt"  # in ROOT: the versions of the build, and the hash of its kernels
 _V3 = {"avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt"}
 _V4 = _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
 LEVELS: dict[str, dict[str, set[str]]] = {  # by machine: names of LLVM, the best first
@@ -32,11 +33,20 @@ def levels() -> list[str]:
     return [level for level, needs in LEVELS.get(machine, {}).items() if needs <= have]
 
 
+def made_with() -> list[str]:
+    """Return the versions and the hash of kernels of the build; nothing if nothing came."""
+    try:
+        return (ROOT / MADE_WITH).read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return []
+
+
 def _found() -> tuple[Path | None, str]:
     """Return the folder of the best level that came with the package, and its name."""
-    there = (level for level in levels() if (ROOT / KERNEL_HASH / level).is_dir())
-    level = next(there, "") if (ROOT / KERNEL_HASH).is_dir() else ""
-    return (ROOT / KERNEL_HASH / level if level else None), level
+    if made_with()[:1] != [VERSIONS]:
+        return None, ""
+    level = next((level for level in levels() if (ROOT / level).is_dir()), "")
+    return (ROOT / level if level else None), level
 
 
 FOLDER, LEVEL = _found()
@@ -44,11 +54,11 @@ FOLDER, LEVEL = _found()
 
 def why_not() -> str:
     """Return why what came with the package does not serve here; empty if nothing came, or does."""
-    if FOLDER or not (ROOT / MADE_WITH).is_file():
+    if not (made := made_with()):
         return ""
-    made_with = (ROOT / MADE_WITH).read_text(encoding="utf-8").strip()
-    if made_with != VERSIONS:
-        return f"those that came with the package are for {made_with}, this is {VERSIONS}"
-    if not (ROOT / KERNEL_HASH).is_dir():
+    versions, kernels = made
+    if versions != VERSIONS:
+        return f"those that came with the package are for {versions}, this is {VERSIONS}"
+    if kernels != KERNEL_HASH:
         return "those that came with the package are of other sources"
-    return "those that came with the package are for other processors"
+    return "" if FOLDER else "those that came with the package are for other processors"

@@ -1,8 +1,8 @@
-"""The files of machine code, in a folder whose name hashes all that shapes it.
+"""The files of machine code, whose names hash all that shapes it.
 
 A file holds a digest of the rest, the name of the kernel, the key for which it was compiled, and
 the code. It appears whole or not at all, under a name of its own: any number of processes may
-write here.
+write here. Files of old sources and versions stay beside the others until they are aged.
 """
 
 import hashlib
@@ -18,20 +18,14 @@ import llvmlite
 import numba
 from numba.core.serialize import dumps
 
+from robsim.kernels.sources import digest_of_all
+
 VERSIONS = (
     f"Numba {numba.__version__}, llvmlite {llvmlite.__version__}, "
     f"Python {sys.version_info.major}.{sys.version_info.minor}"
 )
+_BOUNDS: Any = vars(numba.config)["BOUNDSCHECK"]  # indices may be looked at, for a test
 _DIGEST = 32  # bytes of SHA-256
-
-
-def _hash_of_sources() -> str:
-    made_with = f"numba {numba.__version__} llvmlite {llvmlite.__version__}"
-    bounds: Any = vars(numba.config)["BOUNDSCHECK"]  # indices may be looked at, for a test
-    digest = hashlib.sha256(f"{made_with} bounds {bounds}".encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.name.encode() + source.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def _user_cache() -> Path:
@@ -43,15 +37,15 @@ def _user_cache() -> Path:
     return Path(root or os.path.expanduser(f"~/{fallback}")) / "robsim"
 
 
-KERNEL_HASH = _hash_of_sources()
+KERNEL_HASH = hashlib.sha256(f"{VERSIONS} {_BOUNDS} {digest_of_all()}".encode()).hexdigest()[:16]
 USER_CACHE = _user_cache()
-CACHE = USER_CACHE / KERNEL_HASH
+CACHE = USER_CACHE / "kernels"
 SAVED: set[str] = set()  # the names of files that this process has written
 
 
 def file_name(name: str, key: tuple[Any, ...]) -> str:
     """Return the name of the file for a kernel and its key."""
-    digest = hashlib.sha256(f"{VERSIONS} {key}".encode()).hexdigest()[:20]
+    digest = hashlib.sha256(f"{VERSIONS} {_BOUNDS} {key}".encode()).hexdigest()[:20]
     return f"{name}.{digest}.nbc"
 
 
