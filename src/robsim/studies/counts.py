@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from robsim.analysis.shares import Share, clustered, share
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.tables import Printed
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.studies.reading import groups_of
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from robsim.analysis.shares import normal_quantile
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.studies import reading
 from robsim.studies.estimate import Estimate
 from robsim.studies.pairs import mcnemar, median_interval, paired_difference

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.analysis.shares import Share, clustered
 from robsim.base.arrays import whole as whole_number
+from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.plot.studies.axis import (
@@ -24,7 +25,6 @@ from robsim.plot.studies.axis import (
     split,
     thousands,
 )
-from robsim.run.outcome import Outcome
 from robsim.studies import reading
 
 if TYPE_CHECKING:
