@@ -1,8 +1,9 @@
 """Kernels compiled in advance, in a wheel that is built with ROBSIM_PREBUILT=1.
 
 For each level of processors that this machine can run, `robsim warm` of the sources compiles what
-users need; the package finds it by `robsim.kernels.prebuilt`. Such a wheel is for one platform
-and version of Python. Without the variable the wheel is of pure Python, and needs nothing here.
+users need; the package finds it by `robsim.kernels.machine.prebuilt`. Such a wheel is for one
+platform and version of Python. Without the variable the wheel is of pure
+Python, and needs nothing here.
 """
 
 import os
@@ -17,7 +18,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 ASKED = os.environ.get("ROBSIM_PREBUILT") == "1"
 TARGET = "robsim/kernels/_prebuilt"
 ABOUT = """
-from robsim.kernels import prebuilt, store
+from robsim.kernels.machine import prebuilt, store
 print(store.CACHE.name, prebuilt.MADE_WITH, store.VERSIONS, store.KERNEL_HASH, sep="\\n")
 print(*prebuilt.levels(), sep="\\n")
 """

@@ -16,7 +16,7 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.kernels import store
+from robsim.kernels.machine import store
 
 try:
     import pty

@@ -13,14 +13,15 @@ import numba
 import pytest
 
 import robsim
-from robsim.kernels import sources, store
+from robsim.kernels.machine import sources, store
 
 KERNELS = Path(robsim.__file__).parent / "kernels"
 CALL = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels import line_features, store
+from robsim.kernels.features import line_features
+from robsim.kernels.machine import store
 x, s = np.array([[[0.0], [0.0]], [[3.0], [0.0]]]), np.empty((4, 1))
 line_features.segments(x, s)
 stats = line_features.segments.stats
@@ -31,7 +32,7 @@ SOLVE = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels import solve
+from robsim.kernels.linear_algebra import solve
 x, rank = np.empty((2, 1)), np.empty(1, np.int64)
 solve.least_squares(np.ones((2, 2, 1)), np.ones((2, 1)), 0.0, 1e-9, x, rank)
 hits = sum(solve.least_squares.stats.cache_hits.values())
@@ -42,7 +43,7 @@ import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from mine import scaling
-from robsim.kernels import store
+from robsim.kernels.machine import store
 x = np.ones(2)
 scaling.scale(x)
 scaling.twice(x)
@@ -53,7 +54,7 @@ FILES = {
     "__init__": "",
     "factor": "FACTOR = 3.0\n",
     "applied": """
-from robsim.kernels.jit import kernel
+from robsim.kernels.machine.jit import kernel
 def applied(function):
     @kernel
     def apply(x):
@@ -61,13 +62,13 @@ def applied(function):
     return apply
 """,
     "doubled": """
-from robsim.kernels.jit import part
+from robsim.kernels.machine.jit import part
 @part
 def doubled(x):
     return 2.0 * x
 """,
     "scaling": """
-from robsim.kernels.jit import kernel
+from robsim.kernels.machine.jit import kernel
 from .applied import applied
 from .doubled import doubled
 from . import factor
@@ -80,7 +81,7 @@ twice = applied(doubled)
 REACH = """
 import importlib, json, sys
 sys.path.insert(0, sys.argv[1])
-from robsim.kernels import sources
+from robsim.kernels.machine import sources
 def digests():
     importlib.reload(sources)
     return {module: sources.digest_of(module) for module in sources.SOURCES}
@@ -141,17 +142,17 @@ def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles
     assert before and Path(folder).parent == cache
 
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
-    edit(copy / "robsim/kernels/docking.py", "\n", "\n\n")  # which it does not import
+    edit(copy / "robsim/kernels/control/docking.py", "\n", "\n\n")  # which it does not import
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
     assert compiled(cache) == before
 
-    edit(copy / "robsim/kernels/point_features.py", LENGTH, "3.0 * " + LENGTH)
+    edit(copy / "robsim/kernels/features/point_features.py", LENGTH, "3.0 * " + LENGTH)
     found, hits, _, other = start(copy, cache)
     assert (found, hits, other) == ([9.0, 0.0], 0, folder)
     assert compiled(cache).keys() > before.keys()
     assert start(copy, cache) == [[9.0, 0.0], 1, 0, folder]
 
-    edit(copy / "robsim/kernels/point_features.py", "3.0 * " + LENGTH, LENGTH)
+    edit(copy / "robsim/kernels/features/point_features.py", "3.0 * " + LENGTH, LENGTH)
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]  # the old code is still there
 
 
@@ -174,7 +175,11 @@ def test_an_edit_of_a_stage_that_is_called_by_symbol_is_seen(copy):
     cache = copy / "cache"
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 0]
     rank = "    put(block, scratch, rank)\n"
-    edit(copy / "robsim/kernels/singular.py", rank, rank.replace("rank)", "7.0 + rank)"))
+    edit(
+        copy / "robsim/kernels/linear_algebra/singular.py",
+        rank,
+        rank.replace("rank)", "7.0 + rank)"),
+    )
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 8, 0]
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 8, 1]
 
@@ -240,7 +245,7 @@ def test_the_imports_of_a_kernel_file_are_those_that_python_reads():
 
 def test_a_function_without_a_file_is_not_kept():
     assert sources.digest_of("no_such_module") == ""
-    assert len(sources.digest_of("robsim.kernels.docking")) == 20
+    assert len(sources.digest_of("robsim.kernels.control.docking")) == 20
 
 
 @pytest.mark.first_start
@@ -259,7 +264,7 @@ def test_every_kernel_source_and_its_name_count(copy):
 
     def name():
         code = f"import sys; sys.path.insert(0, {str(copy)!r})\n"
-        code += "from robsim.kernels.store import KERNEL_HASH as name; print(name)"
+        code += "from robsim.kernels.machine.store import KERNEL_HASH as name; print(name)"
         environment = {**os.environ, "ROBSIM_CACHE_DIR": str(copy / "cache")}
         done = subprocess.run(
             [sys.executable, "-c", code],
@@ -273,7 +278,7 @@ def test_every_kernel_source_and_its_name_count(copy):
     names = [name()]
     (copy / "robsim/kernels/more.py").write_text("# more", encoding="utf-8")
     names.append(name())
-    (copy / "robsim/kernels/tree.py").rename(copy / "robsim/kernels/trees.py")
+    (copy / "robsim/kernels/formulas/tree.py").rename(copy / "robsim/kernels/trees.py")
     names.append(name())
     edit(copy / "robsim/kernels/trees.py", "\n", "\n\n")
     names.append(name())

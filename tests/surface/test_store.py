@@ -7,7 +7,8 @@ import time
 import pytest
 from numba import types
 
-from robsim.kernels import aged, cache, features, gain, prebuilt, store
+from robsim.kernels.formulas import gain, interaction
+from robsim.kernels.machine import aged, cache, prebuilt, store
 
 KEY = ((types.float64, types.Array(types.float64, 2, "C")), ("x86_64", "cpu", "+avx2"), [])
 ALL = prebuilt.LEVELS["x86_64"]["x86-64-v4"]
@@ -156,8 +157,8 @@ def test_free_variables_of_a_kernel_count_by_what_they_are():
         return cache.KernelCache(scaled)
 
     assert made(2.0).free == made(2.0).free != made(3.0).free
-    by_kernel = made(features.points_interaction).free
-    assert by_kernel == made(features.points_interaction).free != made(gain.adaptive).free
+    by_kernel = made(interaction.points_interaction).free
+    assert by_kernel == made(interaction.points_interaction).free != made(gain.adaptive).free
     assert "0x" not in by_kernel[0]
 
 

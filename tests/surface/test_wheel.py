@@ -22,18 +22,19 @@ import robsim
 from robsim import cli
 sys.argv = ["robsim", "demo", "--no-figures", "--force", "-o", "demo"]
 cli.main()
-from robsim.kernels import prebuilt
-from robsim.kernels.notice import NOTICE
+from robsim.kernels.machine import prebuilt
+from robsim.kernels.machine.notice import NOTICE
 q = hashlib.sha256(robsim.open_run("demo/run.nc").q.values.tobytes()).hexdigest()
 print(json.dumps([robsim.__file__, prebuilt.LEVEL, NOTICE.compiled, q]))
 """
 ONE_KERNEL = """
 import numpy as np
-from robsim.kernels import features, notice
+from robsim.kernels.formulas import interaction
+from robsim.kernels.machine import notice
 notice.PATIENCE = 0.0
-features.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
+interaction.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
 """
-FILE_OF_ONE = "features.py"
+FILE_OF_ONE = "formulas/interaction.py"
 
 
 @pytest.fixture(scope="module")

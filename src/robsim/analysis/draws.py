@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array, runs_first
-from robsim.kernels import random
+from robsim.kernels.formulas import random
 
 WORKSPACE, PROBES, SUITES = 16, 17, 24  # streams; those below 16 are for sensors in a run
 

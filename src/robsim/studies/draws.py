@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.kernels import random
+from robsim.kernels.formulas import random
 
 MOST_EVEN = 2**30  # points of Sobol's sequence in SciPy
 STREAM = 18  # those below 16 are of sensors in a run, 16 and 17 of robsim.analysis.draws

@@ -11,7 +11,7 @@ from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
 from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.kernels import se3
+from robsim.kernels.formulas import se3
 from robsim.servo.servo_controller import Servo
 from robsim.vision.camera import Visibility
 
