@@ -45,6 +45,11 @@ from robsim.calibration.observing import viewpoints as viewpoints
 from robsim.calibration.result import Calibration as Calibration
 from robsim.calibration.robot_world import robot_world as robot_world
 from robsim.calibration.views import CalibrationViews as CalibrationViews
+from robsim.engine.endings import Ending as Ending
+from robsim.engine.endings import Moment as Moment
+from robsim.engine.endings import Region as Region
+from robsim.engine.endings import TooClose as TooClose
+from robsim.engine.outcome import Outcome as Outcome
 from robsim.features import DecoupledMoments as DecoupledMoments
 from robsim.features import Ellipse as Ellipse
 from robsim.features import Lines as Lines
@@ -105,15 +110,10 @@ from robsim.run.control.controller import Controller as Controller
 from robsim.run.control.drive_command import DriveCommand as DriveCommand
 from robsim.run.control.drive_command import Health as Health
 from robsim.run.control.marks import Marks as Marks
-from robsim.run.endings import Ending as Ending
-from robsim.run.endings import Moment as Moment
-from robsim.run.endings import Region as Region
-from robsim.run.endings import TooClose as TooClose
 from robsim.run.experiment import Experiment as Experiment
 from robsim.run.experiment import load_scenario as load_scenario
 from robsim.run.mission import Mission as Mission
 from robsim.run.mission_run import MissionRun as MissionRun
-from robsim.run.outcome import Outcome as Outcome
 from robsim.run.phase import Phase as Phase
 from robsim.run.replay import replay as replay
 from robsim.run.simulate import simulate as simulate

@@ -14,10 +14,10 @@ from robsim.analysis.newton import refined
 from robsim.analysis.starts import drawn
 from robsim.base.arrays import Array, frozen, positive, runs_first, runs_last, whole
 from robsim.base.errors import InputError
+from robsim.engine.chunk import Going
+from robsim.engine.loop import Loop
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.run.checks import a_task, of_kind, whole_periods
-from robsim.run.chunk import Going
-from robsim.run.loop import Loop
 from robsim.servo.controller import Controller
 from robsim.servo.tasks.task import Task
 from robsim.statistics.random_numbers import Draws

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.tables import Printed
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered, share
 from robsim.studies.reading import groups_of

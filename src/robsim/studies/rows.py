@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import RankWarning, naming
+from robsim.engine.loop import Loop
+from robsim.engine.workers import advance
 from robsim.run.experiment import Experiment
-from robsim.run.loop import Loop
 from robsim.run.varied import Template, may_differ
-from robsim.run.workers import advance
 from robsim.starts.draw_starts import draw_starts
 from robsim.starts.reach import Reach
 from robsim.studies.axes import Axis

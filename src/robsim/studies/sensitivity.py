@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.statistics.association import correlation_ratio, ranks, spearman
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import check_level

@@ -17,8 +17,8 @@ from robsim.base.arrays import whole
 from robsim.base.errors import InputError, ReplayWarning, said
 from robsim.base.output import write_whole
 from robsim.base.room import room
+from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered, share
 from robsim.studies.columns import TABLE_BYTES, frame

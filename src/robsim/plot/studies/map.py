@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from robsim.base.arrays import Array
 from robsim.base.arrays import whole as whole_number
 from robsim.base.errors import InputError
+from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies.axis import Bins, binned, given, label, mark, said_runs
-from robsim.run.outcome import Outcome
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import share
 from robsim.studies import reading

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from robsim.base.arrays import whole as whole_number
+from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.plot.studies.axis import (
@@ -23,7 +24,6 @@ from robsim.plot.studies.axis import (
     split,
     thousands,
 )
-from robsim.run.outcome import Outcome
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered
 from robsim.studies import reading
