@@ -76,7 +76,7 @@ def _often(monkeypatch, tmp_path):
 
 def stopped(experiment, at, monkeypatch, **how):
     """Stop an experiment when a number of bursts has been taken; return what there is then."""
-    from robsim.run.loop import Loop
+    from robsim.engine.loop import Loop
 
     taken, take = [], Loop._take
 

@@ -4,7 +4,7 @@ import numpy as np
 
 import robsim as rs
 from robsim import examples
-from robsim.run.chunk import Going
+from robsim.engine.chunk import Going
 
 
 def experiment(ahead):

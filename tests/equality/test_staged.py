@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.run.loop import Loop
+from robsim.engine.loop import Loop
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 PLATE = np.array([[-0.05, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.04, 0], [-0.06, 0.06, 0]])

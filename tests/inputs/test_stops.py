@@ -14,8 +14,8 @@ from numba.extending import overload
 
 import robsim as rs
 from robsim.base import interrupt
+from robsim.engine.loop import BURST, Loop
 from robsim.files import examples
-from robsim.run.loop import BURST, Loop
 
 SIGNALS = list(interrupt.SIGNALS)
 LONG = rs.load_scenario(examples.path("visp_tutorial")).with_(
@@ -139,7 +139,7 @@ def test_stops_are_looked_for_about_every_twentieth_of_a_second(monkeypatch, sec
         clock.now += steps * clock.seconds
         return take(self, going, steps)
 
-    monkeypatch.setattr("robsim.run.loop.time", clock)
+    monkeypatch.setattr("robsim.engine.loop.time", clock)
     monkeypatch.setattr(Loop, "_take", noted)
     whole = LONG.with_(duration=20.0).run()
     monkeypatch.undo()
@@ -194,7 +194,7 @@ def test_a_kernel_that_another_thread_compiles_leaves_the_handlers_alone():
 
 TOLD = """
 import sys
-from robsim.run import loop
+from robsim.engine import loop
 advance, sent = loop.Loop.advance, []
 def told(self, going, done):
     def tell(share):

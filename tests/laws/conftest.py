@@ -7,9 +7,9 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
+from robsim.engine.drives import Drives
+from robsim.engine.plant import Plant
 from robsim.kernels.program import Blocks, Program
-from robsim.run.drives import Drives
-from robsim.run.plant import Plant
 from robsim.servo.standalone import Standalone
 
 HERE = rs.Pose.at()

@@ -14,8 +14,8 @@ import xarray as xr
 import robsim as rs
 from robsim.base.values import unchanging
 from robsim.declare import Declared, Number
+from robsim.engine.chunk import Going
 from robsim.files.deferred import Deferred
-from robsim.run.chunk import Going
 
 TUTORIAL = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.4)
 PARTS = ("_variables", "_coord_names", "_dims", "_indexes", "_encoding", "_close")

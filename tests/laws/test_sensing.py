@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.engine.chunk import Going
+from robsim.engine.images import lateness
 from robsim.kernels.program import evaluated
 from robsim.kernels.sensing import quantise
-from robsim.run.chunk import Going
-from robsim.run.images import lateness
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 
@@ -186,7 +186,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
 
 
 def test_too_many_images_on_their_way_are_refused_before_anything_runs(monkeypatch):
-    monkeypatch.setattr("robsim.run.images.room", lambda: 4e9)
+    monkeypatch.setattr("robsim.engine.images.room", lambda: 4e9)
     with pytest.raises(rs.InputError, match=r"latency: 9000000 images .* 6.9 GB, and 4.0 GB are"):
         closed(latency=9.0, duration=10.0, dt=1e-6)
 

@@ -21,9 +21,9 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RankWarning
 from robsim.base.html import table
 from robsim.base.values import Value
+from robsim.engine.drives import Drives
 from robsim.run import ends
 from robsim.run.checks import of_kind
-from robsim.run.drives import Drives
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
 from robsim.servo.tasks.follow_joints import FollowJoints

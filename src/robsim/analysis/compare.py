@@ -14,12 +14,12 @@ from robsim.analysis.measures import MEASURES
 from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
 from robsim.base import interrupt
 from robsim.base.errors import InputError, Interrupted, naming, said, suggest
+from robsim.engine.workers import Progress, check_progress
 from robsim.run.checks import of_kind, starts
 from robsim.run.commanded import is_recorded
 from robsim.run.ends import began
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
-from robsim.run.workers import Progress, check_progress
 from robsim.servo import Task
 from robsim.world.scene import Scene
 

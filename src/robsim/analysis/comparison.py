@@ -13,7 +13,7 @@ from robsim.base.arrays import not_negative
 from robsim.base.errors import InputError
 from robsim.base.html import table
 from robsim.base.tables import aligned, csv_text, digits
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.world.scene import Scene
 
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.engine.outcome import Outcome
 from robsim.geometry.pose import Pose
-from robsim.run.outcome import Outcome
 
 Kind = Literal["goal", "false goal", "minimum", "degenerate", "saddle", "source", "not smooth"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

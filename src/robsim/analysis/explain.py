@@ -20,11 +20,11 @@ from robsim.analysis.explanation.wording import listed, number
 from robsim.analysis.repeated import case_of, repeated
 from robsim.base.arrays import flag
 from robsim.base.html import table
+from robsim.engine.outcome import Outcome
 from robsim.run.checks import of_kind
 from robsim.run.commanded import is_recorded
 from robsim.run.experiment import Experiment
 from robsim.run.origin import check_run, made_with
-from robsim.run.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, length, runs_last
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.run.result import BLOCK
 from robsim.world.scene import Scene
 

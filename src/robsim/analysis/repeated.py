@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.errors import FileError, InputError, RankWarning
+from robsim.engine.loop import Loop
+from robsim.engine.outcome import Outcome
+from robsim.engine.snapshot import Snapshot
 from robsim.run.checks import of_kind
 from robsim.run.commanded import is_recorded
 from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
-from robsim.run.loop import Loop
 from robsim.run.origin import check_run, made_with, whole_duration
-from robsim.run.outcome import Outcome
-from robsim.run.snapshot import Snapshot
 from robsim.servo.controller import Decision
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing

@@ -17,11 +17,11 @@ from robsim.base import interrupt
 from robsim.base.arrays import Array
 from robsim.base.errors import Interrupted, RankWarning, naming
 from robsim.base.threads import processors
+from robsim.engine.outcome import Outcome
+from robsim.engine.workers import Progress
 from robsim.files.table import Run
 from robsim.run.checks import whole_periods
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
-from robsim.run.workers import Progress
 
 Measures = dict[str, Array]  # (B,) of each measure
 

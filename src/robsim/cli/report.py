@@ -11,8 +11,8 @@ from robsim.cli.tell import tell
 if TYPE_CHECKING:
     import xarray as xr
 
+    from robsim.engine.outcome import Outcome
     from robsim.run.mission_run import MissionRun
-    from robsim.run.outcome import Outcome
     from robsim.servo.safety.safety import Safety
 
 STOPPING = ("margin", "fence", "watchdog")  # parts of a safety that may bring a robot to a stand
@@ -23,8 +23,8 @@ def report(result: xr.Dataset, folder: Path, safety: Safety | None = None) -> No
 
     What `safety` the run had is told where it may be why the robot stands still.
     """
+    from robsim.engine.outcome import Outcome
     from robsim.run.ends import elsewhere
-    from robsim.run.outcome import Outcome
 
     if "run" in result.dims:
         counts = [(o, int((result.outcome == o).sum())) for o in Outcome]
@@ -48,7 +48,7 @@ def report(result: xr.Dataset, folder: Path, safety: Safety | None = None) -> No
 
 def _message(outcome: Outcome, safety: Safety | None) -> str:
     """Return what an outcome means, and what may hold a robot that stands still."""
-    from robsim.run.outcome import Outcome
+    from robsim.engine.outcome import Outcome
 
     own = [part for part in STOPPING if getattr(safety, part, None) is not None]
     if outcome is not Outcome.LOCAL_MINIMUM or not own:

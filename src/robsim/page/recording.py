@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.errors import InputError, said
+from robsim.engine.outcome import Outcome
 from robsim.page.film import Film, Instants, Recording, belief_of
 from robsim.page.told import events, joint_curves, texts
 from robsim.plot import history
@@ -38,7 +39,6 @@ from robsim.plot.moving import Moving
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.run.mission_run import MissionRun
-from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

@@ -29,9 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
+from robsim.engine.outcome import Outcome
 from robsim.page.film import Recording
 from robsim.plot import palette
-from robsim.run.outcome import Outcome
 from robsim.studies.axes import Axis
 from robsim.studies.columns import MEANINGS
 from robsim.studies.counts import MOST_GROUPS, Counts

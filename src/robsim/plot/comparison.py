@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from robsim.analysis.measures import MEASURES, moving_path, pixels_away
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
+from robsim.engine.outcome import Outcome
 from robsim.plot import history, palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.image import frame as frame_image
-from robsim.run.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

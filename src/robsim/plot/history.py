@@ -9,8 +9,8 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said, suggest
+from robsim.engine.outcome import Outcome
 from robsim.run.commanded import is_recorded
-from robsim.run.outcome import Outcome
 from robsim.run.recorded import CONVERGED_AT
 from robsim.world.scene import Scene
 

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.colors import is_color_like, to_hex, to_rgb
 
 from robsim.base.errors import InputError
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 
 BLACK = "#000000"
 ORANGE = "#e69f00"

@@ -1,1 +1,1 @@
-"""Closing the loop: experiments, the loop, records, results and missions."""
+"""Experiments, their runs and results, missions, and the controller on its own."""

@@ -16,14 +16,14 @@ from llvmlite import binding as llvm
 from robsim import __version__
 from robsim.base.errors import FileError, FileWarning, InputError, said
 from robsim.base.output import refused, write_whole
+from robsim.engine.chunk import Chunk, Going
 from robsim.kernels.store import KERNEL_HASH, VERSIONS
-from robsim.run.chunk import Chunk, Going
 from robsim.run.sealed import sealed, unsealed
 from robsim.run.secret import secret
 
 if TYPE_CHECKING:
+    from robsim.engine.loop import Loop
     from robsim.run.experiment import Experiment
-    from robsim.run.loop import Loop
 
 INTERVAL = 10.0  # seconds between checkpoints
 SHARE = 0.01  # of the time, which writing them takes at most

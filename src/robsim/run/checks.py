@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError, said
 from robsim.declare.spec import with_article
-from robsim.run.record import LONGEST
+from robsim.engine.record import LONGEST
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.engine.outcome import Outcome
 from robsim.files.content import ENDS, VERSIONS
-from robsim.run.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, length, runs_last
+from robsim.engine.outcome import Outcome
 from robsim.geometry.pose import homogeneous
-from robsim.run.outcome import Outcome
 from robsim.servo.controller import Controller
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import relative
@@ -24,7 +24,7 @@ from robsim.servo.tasks.soundness import fixed_motions
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.run.loop import Loop
+    from robsim.engine.loop import Loop
 
 FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians: beyond, it is another pose
 NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0

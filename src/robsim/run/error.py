@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.run.record import Track
+from robsim.engine.record import Track
 
 
 def error_variables(series: Track, s_goal: Array) -> dict[str, Array]:

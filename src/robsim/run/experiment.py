@@ -16,19 +16,19 @@ from robsim.base.arrays import flag
 from robsim.base.errors import FileError, GoalError, InputError, Interrupted
 from robsim.base.output import refused
 from robsim.base.values import unchanging
+from robsim.engine.instant import Instant, instants
+from robsim.engine.loop import Loop
+from robsim.engine.start_view import check_view
+from robsim.engine.workers import Progress, advance
 from robsim.files.changes import Changes
 from robsim.files.toml import read_text
 from robsim.run import overview
 from robsim.run.changed import names_files
 from robsim.run.checkpoint import Keeper, identity
 from robsim.run.checks import whole_periods
-from robsim.run.instant import Instant, instants
-from robsim.run.loop import Loop
 from robsim.run.mission_run import MissionRun
 from robsim.run.origin import attributes_of, made_with, one_run
 from robsim.run.staged import Staged
-from robsim.run.start_view import check_view
-from robsim.run.workers import Progress, advance
 from robsim.run.written import Written
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ class Experiment(Written):
             else:
                 loop = self.loop()
                 with self.keyed("task"):
-                    finished = advance(loop, keeper=keeper, **how)
+                    finished = advance(loop, checkpoints=keeper, **how)
                 result = self.dataset(loop)
         if stops or not finished:
             raise Interrupted("stopped by the user; what was simulated so far is in .run", result)

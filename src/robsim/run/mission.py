@@ -12,10 +12,10 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, naming
 from robsim.declare import Declared, ListOf, Table, register
 from robsim.declare.spec import Context, Raw
+from robsim.engine.outcome import Outcome
+from robsim.engine.workers import Progress, check_progress
 from robsim.run.mission_run import Leg, MissionRun
-from robsim.run.outcome import Outcome
 from robsim.run.phase import Phase
-from robsim.run.workers import Progress, check_progress
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.engine.outcome import Outcome
 from robsim.files.content import MISSION
-from robsim.run.outcome import Outcome
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

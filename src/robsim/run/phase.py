@@ -12,7 +12,7 @@ from robsim.declare import Declared, Text, Time, Word
 from robsim.declare.lists import Names
 from robsim.declare.spec import Context, Raw, Spec, expected
 from robsim.declare.words import Reference
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene

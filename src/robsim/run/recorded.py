@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, length, runs_last
 from robsim.base.errors import FileError
+from robsim.engine.loop import Loop
+from robsim.engine.outcome import Outcome
+from robsim.engine.record import Recorder
 from robsim.files.table import Run
 from robsim.run.commanded import RECORDED, decisions
 from robsim.run.control.controller import Controller
 from robsim.run.ends import pose_of
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Times, marks_held
-from robsim.run.loop import Loop
 from robsim.run.origin import whole_duration
-from robsim.run.outcome import Outcome
-from robsim.run.record import Recorder
 from robsim.servo.controller import Decision
 
 LONGEST = 1_000_000  # periods, which take minutes

@@ -12,21 +12,21 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import Array
+from robsim.engine.outcome import Outcome
+from robsim.engine.record import Recorder, Track
 from robsim.files.content import RUN, dimensions
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.store import KERNEL_HASH
 from robsim.run import ends
 from robsim.run.error import error_variables
-from robsim.run.outcome import Outcome
-from robsim.run.record import Recorder, Track
 from robsim.servo import GoalFeatures, GoalPose, ServoTask
 from robsim.servo.controller import Controller
 from robsim.servo.sight import Sight
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
-    from robsim.run.loop import Loop
+    from robsim.engine.loop import Loop
     from robsim.run.setup import Setup
 
 VERSION = version("robsim")  # of the package that was installed

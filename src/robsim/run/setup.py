@@ -14,10 +14,10 @@ from robsim.base.arrays import flag, positive, whole
 from robsim.base.errors import GoalError, InputError, naming, said
 from robsim.base.values import Value
 from robsim.declare.problems import joined, under
+from robsim.engine.endings import ENDING_LIST, check_endings
+from robsim.engine.loop import Loop
+from robsim.engine.record import Record, every
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
-from robsim.run.endings import ENDING_LIST, check_endings
-from robsim.run.loop import Loop
-from robsim.run.record import Record, every
 from robsim.run.staged import Staged
 from robsim.run.text import common_belief
 from robsim.run.varied import Template, simulated

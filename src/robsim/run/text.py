@@ -15,12 +15,12 @@ from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
+from robsim.engine.endings import ENDING_LIST
+from robsim.engine.record import LONGEST
 from robsim.files.library import expanded
 from robsim.files.toml import write
 from robsim.geometry.pose_table import PoseTable
 from robsim.run import mission as _mission  # noqa: F401  a kind of task that files may name
-from robsim.run.endings import ENDING_LIST
-from robsim.run.record import LONGEST
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
 from robsim.servo.safety.safety import SAFETY

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.studies.facts import Columns
 from robsim.studies.plan import Codes, Plan
 

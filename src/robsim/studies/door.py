@@ -11,8 +11,8 @@ from robsim.base.arrays import flag, whole
 from robsim.base.claim import claimed
 from robsim.base.errors import InputError, Interrupted, said
 from robsim.base.output import refused
+from robsim.engine.workers import check_progress
 from robsim.run.experiment import Experiment
-from robsim.run.workers import check_progress
 from robsim.studies import cluster
 from robsim.studies.plan import Plan, planned
 from robsim.studies.running import Memory, Progress, check, simulate

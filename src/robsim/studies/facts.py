@@ -10,11 +10,11 @@ from robsim.analysis.measures import MEASURES
 from robsim.analysis.recorded import runs_in_a_block
 from robsim.analysis.scheme import Scheme, measured
 from robsim.base.arrays import runs_last
+from robsim.engine.loop import Loop
 from robsim.run import ends
 from robsim.run.checks import whole_periods
 from robsim.run.error import error_variables
 from robsim.run.experiment import Experiment
-from robsim.run.loop import Loop
 
 Columns = dict[str, Any]
 OWN = ("time", "pixel_error", "distance_to_goal", "angle_to_goal", "path_length")  # in all tables

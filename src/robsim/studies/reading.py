@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, is_one_of, said, suggest
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd

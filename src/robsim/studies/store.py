@@ -15,10 +15,10 @@ import numpy as np
 
 from robsim.base.errors import FileError, InputError
 from robsim.base.output import refused, write_whole
+from robsim.engine.outcome import Outcome
 from robsim.files.toml import read_text
 from robsim.kernels.store import KERNEL_HASH
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
 from robsim.run.result import VERSION
 from robsim.studies.columns import frame, nothing
 from robsim.studies.facts import Columns

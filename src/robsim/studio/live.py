@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robsim.engine.instant import Instant
+from robsim.engine.outcome import Outcome
 from robsim.plot import history
 from robsim.run.experiment import Experiment
-from robsim.run.instant import Instant
-from robsim.run.outcome import Outcome
 from robsim.run.result import frame_motion
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.engine.instant import Instant
 from robsim.page.film import Film, Instants, belief_of
 from robsim.plot.moving import Moving
 from robsim.run.experiment import Experiment
-from robsim.run.instant import Instant
 from robsim.studio.live import Live
 
 AHEAD = 2000  # steps that are looked ahead, to see what will move

@@ -9,7 +9,7 @@ from robsim.analysis.scheme import share_of
 from robsim.base import interrupt
 from robsim.base.arrays import flag, is_listed
 from robsim.base.errors import InputError, Interrupted, said
-from robsim.run.workers import Progress, check_progress
+from robsim.engine.workers import Progress, check_progress
 from robsim.suites.benchmark import Benchmark, counted
 from robsim.suites.registry import names, suite_of
 from robsim.suites.reproduction import Repeated, Reproduction

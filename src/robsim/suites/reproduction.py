@@ -12,10 +12,10 @@ from robsim.analysis.compare import compare
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
 from robsim.base.errors import Interrupted
+from robsim.engine.outcome import Outcome
+from robsim.engine.workers import Progress
 from robsim.files import examples
 from robsim.run.experiment import Experiment, load_scenario
-from robsim.run.outcome import Outcome
-from robsim.run.workers import Progress
 
 
 class Number(NamedTuple):

@@ -14,10 +14,10 @@ import xarray as xr
 
 from robsim.analysis.scheme import share_of
 from robsim.base.errors import InputError, Interrupted, RankWarning
+from robsim.engine.outcome import Outcome
+from robsim.engine.workers import Progress
 from robsim.run.ends import began
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
-from robsim.run.workers import Progress
 from robsim.suites.schemes import of_the_user
 from robsim.suites.suite import Suite
 

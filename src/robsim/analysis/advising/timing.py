@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from robsim.base.errors import InputError
+from robsim.engine.images import ROUNDING
 from robsim.run.experiment import Experiment
-from robsim.run.images import ROUNDING
 
 LONGEST = 1000  # control periods from one image to the next, or until it is used
 LOST = 0.9  # share of images: of more, the mean square tells little of a run

@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import number, pixel, when
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.servo.sight import Sight
 from robsim.vision.camera import Visibility
 

@@ -15,9 +15,9 @@ from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.removal import Trial, cures, patient
 from robsim.analysis.explanation.wording import away, counted
 from robsim.base.arrays import runs_last
+from robsim.engine.loop import Loop
 from robsim.run import ends
 from robsim.run.experiment import Experiment
-from robsim.run.loop import Loop
 from robsim.servo.controller import Controller
 
 FAR, TURNED = 1e-3, 2e-3  # metres and radians above which a distance is reported

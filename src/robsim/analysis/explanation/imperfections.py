@@ -16,7 +16,7 @@ from robsim.analysis.explanation.wording import counted, number
 from robsim.analysis.explanation.wrong_depths import wrong_depths
 from robsim.analysis.leaves import weighs_robustly
 from robsim.analysis.repeated import Repeated
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing
 

@@ -15,9 +15,9 @@ from robsim.analysis.explanation.removal import Change, Trial, patient, tried
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array
+from robsim.engine.outcome import Outcome
 from robsim.geometry.pose import Pose
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
 from robsim.servo.basis import Basis
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight

@@ -28,7 +28,7 @@ from robsim.analysis.explanation.stalls import (
     own_law,
 )
 from robsim.analysis.explanation.steering import steering
-from robsim.run.outcome import Outcome
+from robsim.engine.outcome import Outcome
 
 Reason = Callable[[Inquiry], Finding | None]
 

@@ -14,9 +14,9 @@ from robsim.analysis.agreement import Agreement, agreement, smoothed
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.wording import counted, number, when
 from robsim.base.arrays import Array, runs_last
+from robsim.engine.outcome import Outcome
 from robsim.run.commanded import RECORDED_K, commands
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
 from robsim.servo.controller import Controller
 from robsim.servo.sight import Sight
 

@@ -14,8 +14,8 @@ from robsim.analysis.explanation.robustly import robustly
 from robsim.analysis.explanation.views import gain_of
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
+from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
-from robsim.run.outcome import Outcome
 from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
 from robsim.servo.laws.inverse import INVERSES
 from robsim.servo.laws.law import LAWS

@@ -10,9 +10,9 @@ from typing import Any
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.repeated import See, advanced
 from robsim.base.errors import InputError
+from robsim.engine.loop import Loop
+from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
-from robsim.run.loop import Loop
-from robsim.run.outcome import Outcome
 
 PATIENCE = 3.0  # times the duration that a changed run may take
 LONGEST = 20.0  # times the duration, if the run is known to need as much

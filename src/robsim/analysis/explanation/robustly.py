@@ -13,9 +13,9 @@ from robsim.analysis.explanation.removal import tried
 from robsim.analysis.explanation.wording import length
 from robsim.analysis.leaves import leaves, weighs_robustly
 from robsim.base.arrays import Array
+from robsim.engine.loop import Loop
 from robsim.run import ends
 from robsim.run.experiment import Experiment
-from robsim.run.loop import Loop
 
 NEARER = 0.5  # share of the distance without robust weights below which they are advised
 

@@ -12,13 +12,13 @@ import numpy as np
 from robsim.base.arrays import positive
 from robsim.base.errors import FileError, InputError, said
 from robsim.base.output import refused, write_whole
+from robsim.engine.workers import Progress, check_progress
 from robsim.plot.canvas import checked_size
 from robsim.plot.film import gif, mp4
 from robsim.plot.film.clock import clock
 from robsim.plot.film.footage import footage_of
 from robsim.plot.film.screen import Frame, Screen
 from robsim.run.experiment import Experiment
-from robsim.run.workers import Progress, check_progress
 
 SIZE, DPI, FPS = (12.8, 7.2), 100.0, 20.0
 SMALLEST, LARGEST = 64, 4096  # pixels, of a side

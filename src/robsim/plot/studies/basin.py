@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies import dots
 from robsim.plot.studies.axis import drawn, given, label, split
-from robsim.run.outcome import Outcome
 from robsim.studies import reading
 
 if TYPE_CHECKING:

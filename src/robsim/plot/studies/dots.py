@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.studies.axis import thousands
-from robsim.run.outcome import Outcome
 from robsim.studies import reading
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.engine.images import Images
+from robsim.engine.plant import Plant
 from robsim.kernels.actuation import count
 from robsim.kernels.program import Program
-from robsim.run.images import Images
-from robsim.run.plant import Plant
 from robsim.servo.given import Given, View
 from robsim.servo.sight import Key, Sight
 from robsim.world.sensing import Sensing

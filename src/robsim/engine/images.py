@@ -11,6 +11,8 @@ import numpy as np
 from robsim.base.arrays import Array, is_any
 from robsim.base.errors import InputError, suggest
 from robsim.base.room import room
+from robsim.engine.plant import Plant
+from robsim.engine.record import SMALL
 from robsim.kernels import hiding, late
 from robsim.kernels import sensing as kernels
 from robsim.kernels.commanding import copied
@@ -18,8 +20,6 @@ from robsim.kernels.lanes import WIDTH
 from robsim.kernels.program import Blocks, Program
 from robsim.kernels.viewing import EACH, FIRST, MORE
 from robsim.robot.placed import Placed
-from robsim.run.plant import Plant
-from robsim.run.record import SMALL
 from robsim.servo.given import View, view
 from robsim.servo.sight import Key, Sight
 from robsim.world.effects import FIRST_STREAM, Exposure, changed

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robsim.base.arrays import Array, first_view
-from robsim.run.chunk import Chunk
-from robsim.run.loop import Loop
-from robsim.run.outcome import Outcome
+from robsim.engine.chunk import Chunk
+from robsim.engine.loop import Loop
+from robsim.engine.outcome import Outcome
 
 
 @dataclass(frozen=True, eq=False)

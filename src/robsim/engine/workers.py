@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -13,13 +14,26 @@ from robsim.base import interrupt
 from robsim.base.arrays import Array, whole
 from robsim.base.errors import InputError, said
 from robsim.base.threads import processors
-from robsim.run.checkpoint import Keeper
-from robsim.run.chunk import Going
-from robsim.run.loop import Loop
+from robsim.engine.chunk import Going
+from robsim.engine.loop import Loop
 
 SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of those in Python
 
 Progress = Callable[[float], None]
+
+
+class Checkpoints(Protocol):
+    """Stores the state of loops whose chunks wait, and restores it when the loops begin again."""
+
+    @property
+    def is_due(self) -> bool:
+        """Whether it is time for the next checkpoint."""
+
+    def begin(self, loop: Loop, chunks: list[Going]) -> list[Going]:
+        """Return the chunks of a loop as they were stored, or as given if none are."""
+
+    def save(self) -> None:
+        """Store the state of all loops that have begun."""
 
 
 def advance(
@@ -27,11 +41,11 @@ def advance(
     threads: int | None,
     chunk: int,
     progress: Progress | None,
-    keeper: Keeper | None = None,
+    checkpoints: Checkpoints | None = None,
 ) -> bool:
     """Simulate all runs of a loop; return False if a stop came before their end.
 
-    A keeper writes a checkpoint now and then, and when a stop comes.
+    Checkpoints, if any, are written now and then, and when a stop comes.
     """
     check_progress(progress)
     chunk = whole(chunk, "chunk", 1)
@@ -41,17 +55,17 @@ def advance(
     runs = len(loop.q0)
     chunk = min(chunk, math.ceil(runs / threads))
     chunks = [Going(np.arange(i, min(i + chunk, runs))) for i in range(0, runs, chunk)]
-    if keeper:
-        chunks = keeper.begin(loop, chunks)
+    if checkpoints:
+        chunks = checkpoints.begin(loop, chunks)
     short = len(chunks) == 1 and runs * loop.steps <= SHORT and progress is None
     with interrupt.held(partial(setattr, loop, "stopped", True)):
         if short and not interrupt.is_others():
             _alone(loop, chunks[0])
         else:
-            _work(loop, threads, chunks, progress, keeper)
+            _work(loop, threads, chunks, progress, checkpoints)
         finished = all(each.done for each in chunks) and not loop.stopped
-        if keeper and not finished:
-            keeper.save()
+        if checkpoints and not finished:
+            checkpoints.save()
         loop.leave(chunks)
         return finished
 
@@ -70,15 +84,15 @@ def _work(
     threads: int,
     chunks: list[Going],
     progress: Progress | None,
-    keeper: Keeper | None,
+    checkpoints: Checkpoints | None,
 ) -> None:
     """Let threads take chunks while this one waits for a stop, or for the time of a checkpoint."""
     with ThreadPoolExecutor(min(threads, len(chunks))) as pool:
         while not (loop.stopped or all(each.done for each in chunks)):
-            if loop.paused and keeper:
-                keeper.save()
+            if loop.paused and checkpoints:
+                checkpoints.save()
             loop.paused = False
-            _round(loop, pool, chunks, progress, keeper)
+            _round(loop, pool, chunks, progress, checkpoints)
 
 
 def _round(
@@ -86,7 +100,7 @@ def _round(
     pool: ThreadPoolExecutor,
     chunks: list[Going],
     progress: Progress | None,
-    keeper: Keeper | None,
+    checkpoints: Checkpoints | None,
 ) -> None:
     """Let threads go on with all chunks until they are done, or are to wait."""
     shares = np.array([each.done or each.step / (loop.steps + 1) for each in chunks], dtype=float)
@@ -98,7 +112,7 @@ def _round(
         for _ in _until_done(jobs):
             if progress:
                 progress(float(shares @ weights))
-            if keeper and keeper.is_due:
+            if checkpoints and checkpoints.is_due:
                 loop.paused = True
     except KeyboardInterrupt:  # of a function of the caller's
         loop.stopped = True

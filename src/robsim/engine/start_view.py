@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from robsim.base.errors import InputError
-from robsim.run.chunk import Going
-from robsim.run.loop import Loop
-from robsim.run.outcome import Outcome
+from robsim.engine.chunk import Going
+from robsim.engine.loop import Loop
+from robsim.engine.outcome import Outcome
 from robsim.vision.camera import Visibility
 
 _BLIND = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)

@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.declare.problems import under
+from robsim.engine.chunk import Chunk, Going
+from robsim.engine.drives import Drives
+from robsim.engine.endings import Ending
+from robsim.engine.images import check_sensing
+from robsim.engine.judge import Judge
+from robsim.engine.plant import Plant
+from robsim.engine.record import Record, Recorder
+from robsim.engine.sensor import Sensor
+from robsim.engine.snapshot import Snapshot
 from robsim.kernels.program import Compiled, Own, Program
 from robsim.kernels.stage import advance
-from robsim.run.chunk import Chunk, Going
-from robsim.run.drives import Drives
-from robsim.run.endings import Ending
-from robsim.run.images import check_sensing
-from robsim.run.judge import Judge
-from robsim.run.plant import Plant
-from robsim.run.record import Record, Recorder
-from robsim.run.sensor import Sensor
-from robsim.run.snapshot import Snapshot
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.safety.guard import Guard
 from robsim.world.actuation import Actuation

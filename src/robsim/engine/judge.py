@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from robsim.base.arrays import frozen, shown_view
+from robsim.engine.endings import Ending, Moment, which
+from robsim.engine.plant import Plant
+from robsim.engine.record import Judged
+from robsim.engine.sensor import Sensor
 from robsim.kernels import endings as kernels
 from robsim.kernels import judging
 from robsim.kernels.program import Blocks, Program
 from robsim.kernels.singular import scratch_of
 from robsim.kernels.weighting import worst
 from robsim.robot.joint import LIMIT_SLACK
-from robsim.run.endings import Ending, Moment, which
-from robsim.run.plant import Plant
-from robsim.run.record import Judged
-from robsim.run.sensor import Sensor
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded
 
