@@ -110,8 +110,16 @@ class Images:
             found.append(view(self.program, placed, sight, *rows, status, of=of))
             of = MORE
             if seen != image:
-                self.program.add(copied, 2 * count, rows[0], to[0])
-                self.program.add(copied, count, rows[1], to[1])
+                self.program.add(
+                    copied,
+                    rows=rows[0],
+                    to=to[0],
+                )
+                self.program.add(
+                    copied,
+                    rows=rows[1],
+                    to=to[1],
+                )
         return found
 
     def rows(self, first: int) -> tuple[int, int, int]:
@@ -144,7 +152,11 @@ class Images:
             rows = self.pixels, number(s.noise), *self._key, found
             add(kernels.blur, self.every, self.N, *rows)
         elif strays or s.effects or rounds:
-            add(copied, count, self.pixels, found)
+            add(
+                copied,
+                rows=self.pixels,
+                to=found,
+            )
         else:
             return
         self.pixels = found
@@ -154,7 +166,12 @@ class Images:
         if s.effects:
             self.program.call(partial(self._change, found))
         if rounds:
-            add(kernels.quantise, self.every, count, found, number(s.quantisation))
+            add(
+                kernels.quantise,
+                every=self.every,
+                values=found,
+                size=number(s.quantisation),
+            )
 
     def _change(self, first: int, blocks: Blocks, step: int) -> None:
         """Let the user's effects change the marks of each sight."""

@@ -42,10 +42,21 @@ class Judge:
         k, n = c.k, c.columns.size
         size, norm = self.program.rows(), self.program.rows()
         pace = self.program.number(c.pace)
-        add(judging.errors, k, command.error, self.scale, size, norm)
+        add(
+            judging.errors,
+            errors=command.error,
+            scale=self.scale,
+            size=size,
+            norm=norm,
+        )
         matrix = command.task_jacobian, k, n
         add(judging.stillness, *matrix, command.qd, self.scale, pace, self.tolerance, self.still)
-        add(judging.path, self._moving(plant, sensor), self.program.rows(3), self.length)
+        add(
+            judging.path,
+            T=self._moving(plant, sensor),
+            before=self.program.rows(3),
+            length=self.length,
+        )
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         free = np.full(plant.scene.limits.shape, [-np.inf, np.inf])
         limits = self.program.constant((plant.scene.limits + slack if limited else free).T)

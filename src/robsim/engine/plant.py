@@ -73,7 +73,11 @@ class Plant:
     def _copied(self, count: int, rows: int) -> int:
         """Add the stage that copies rows to new ones, and return the first of these."""
         found = self.program.rows(count)
-        self.program.add(copied, count, rows, found)
+        self.program.add(
+            copied,
+            rows=rows,
+            to=found,
+        )
         return found
 
     def _steer(self, dt: int, placed: Placed, v: int, speed: int) -> None:
@@ -87,9 +91,20 @@ class Plant:
         for row, velocity, s in self.scene.tree.cars:
             numbers = self.program.constant([s.wheelbase, s.limit, s.rate])
             angle = placed.q + row
-            self.program.add(moving.steer, self.dt, angle, whole + velocity, numbers)
+            self.program.add(
+                moving.steer,
+                dt=self.dt,
+                angle=angle,
+                v=whole + velocity,
+                car=numbers,
+            )
             for rates in (v, speed):
-                self.program.add(moving.obey, angle, rates + velocity, numbers)
+                self.program.add(
+                    moving.obey,
+                    angle=angle,
+                    v=rates + velocity,
+                    wheelbase=numbers,
+                )
         placed.follow()
 
     def _follow(self, dt: int, speed: int) -> int:
@@ -104,7 +119,11 @@ class Plant:
             if i in lags:
                 rows += [self.wanted + i, speed + i, mean + i]
             else:
-                program.add(copied, 1, self.wanted + i, speed + i)
+                program.add(
+                    copied,
+                    rows=self.wanted + i,
+                    to=speed + i,
+                )
         if not rows:
             return mean
         lag = program.number(self.drives.actuation.lag)
@@ -136,10 +155,19 @@ class Plant:
             return
         for i, prescribed in enumerate(scene.prescribed):
             own = self.drift if prescribed else self.speed
-            self.program.add(copied, 1, own + i, self.rates + i)
+            self.program.add(
+                copied,
+                rows=own + i,
+                to=self.rates + i,
+            )
         for row, velocity, steering in scene.tree.cars:
             length = self.program.constant(steering.wheelbase)
-            self.program.add(moving.obey, self.q + row, self.rates + velocity, length)
+            self.program.add(
+                moving.obey,
+                angle=self.q + row,
+                v=self.rates + velocity,
+                wheelbase=length,
+            )
 
     def _respond(self, chunk: Chunk, step: int) -> None:
         """Write what the user's effects make of the velocities that are commanded."""

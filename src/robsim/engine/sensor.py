@@ -50,7 +50,12 @@ class Sensor:
         q, counts = plant.q, plant.drives.actuation.counts
         if counts:
             q, steps = self.program.rows(plant.scene.nq), self.program.constant(plant.drives.steps)
-            self.program.add(count, plant.scene.nq, steps, plant.q, q)
+            self.program.add(
+                count,
+                steps=steps,
+                q=plant.q,
+                out=q,
+            )
         views = {
             sight.key: View(each.T_w_c, each.T_w_o, *images.rows(first))
             for sight, each, first in zip(self.sights, self.views, images.marks, strict=False)

@@ -55,10 +55,23 @@ class Seen:
         T = self.program.rows(12)
         room = self.program.rows(room_of(self.N))
         weights = self.weights if self.weights >= 0 else self.program.constant(np.ones(self.N))
-        self.program.add(fit, self.N, self.model, self.points, self.guess, T, weights, room)
+        self.program.add(
+            fit,
+            marks=self.model,
+            x=self.points,
+            guess=self.guess,
+            T=T,
+            weights=weights,
+            room=room,
+        )
         if not self.sure:
             lost = self.program.rows()
-            self.program.add(lost_stage, self.N, self.points, T, lost)
+            self.program.add(
+                lost_stage,
+                points=self.points,
+                T=T,
+                lost=lost,
+            )
             self.program.rescue(lambda blocks, step: self._without_guess(blocks, T, lost), lost)
         return T
 
@@ -124,5 +137,9 @@ class Seen:
     def _copied(self, first: int, marks: NDArray[np.int64], size: int) -> int:
         rows = self.program.rows(size * len(marks))
         for i, mark in enumerate(marks):
-            self.program.add(commanding.copied, size, first + size * mark, rows + size * i)
+            self.program.add(
+                commanding.copied,
+                rows=first + size * mark,
+                to=rows + size * i,
+            )
         return rows

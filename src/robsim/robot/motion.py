@@ -26,9 +26,19 @@ def add_motion(program: Program, joints: Joints, q: int, rates: ArrayLike, dt: i
         if row[IV] < 0 or rate < 0 or kind == kinds.OWN:
             continue
         if kind == kinds.FLOATING:
-            program.add(moving.fly, dt, first, rate)
+            program.add(
+                moving.fly,
+                dt=dt,
+                q=first,
+                v=rate,
+            )
         elif kind in IN_PLANE:
-            program.add(moving.glide, dt, first, rate, IN_PLANE[kind])
+            program.add(
+                moving.glide,
+                dt=dt,
+                q=first,
+                v=rate,
+            )
         else:
             steady += [first, rate]
     if steady:
@@ -38,4 +48,10 @@ def add_motion(program: Program, joints: Joints, q: int, rates: ArrayLike, dt: i
 def add_rolling(program: Program, joints: Joints, q: int, v: int, ratio: int, dt: int) -> None:
     """Add the stages that roll the wheels of vehicles, by ratios in rows that hold before."""
     for n, m, _, k in joints.wheels.rows:
-        program.add(moving.roll, dt, q + n, v + m, ratio + k)
+        program.add(
+            moving.roll,
+            dt=dt,
+            angle=q + n,
+            v=v + m,
+            ratio=ratio + k,
+        )

@@ -64,12 +64,21 @@ class Placed:
         for row, numbers in zip(*self.joints.wheels, strict=True):
             given = self.program.constant(numbers)
             steering = self._x(row[2]) if row[2] >= 0 else -1
-            self.program.add(placing.spin, steering, self.ratio + row[3], given)
+            self.program.add(
+                placing.spin,
+                steering=steering,
+                ratio=self.ratio + row[3],
+                numbers=given,
+            )
 
     def take(self, own: OwnMotion, motion: int, twists: int) -> None:
         """Let a joint of a user's kind have its motion and twists from given rows."""
         self._motion[own.member.body] = motion
-        self.program.add(copied, own.twists, twists, self.ratio + own.first)
+        self.program.add(
+            copied,
+            rows=twists,
+            to=self.ratio + own.first,
+        )
 
     def prepare(self, own: Iterable[OwnMotion], blocks: Blocks) -> None:
         """Write the motions and twists of joints of the user's kinds."""
@@ -112,7 +121,11 @@ class Placed:
         self.program.add(placing.ride, *self._curves, row[CURVE], *numbers, bend)
         if row[IX] >= self.nq:  # a curvature per metre of a rail that follows another coordinate
             slope = self.joints.ties.rows[row[IX] - self.nq, 2]
-            self.program.add(placing.scale, bend, self.ratio + slope)
+            self.program.add(
+                placing.scale,
+                curvature=bend,
+                slope=self.ratio + slope,
+            )
 
     def _tie(self, i: int) -> None:
         ties = self.joints.ties
@@ -152,7 +165,11 @@ def add_base_jacobian(program: Program, poses: int, ratio: int, T: int, moves: M
     """Add the stages of the Jacobian of a frame at T in axes of the world, and return its rows."""
     here = program.constant(np.eye(3, 4))
     for r in (3, 7, 11):
-        program.add(copied, 1, T + r, here + r)
+        program.add(
+            copied,
+            rows=T + r,
+            to=here + r,
+        )
     return add_jacobian(program, poses, ratio, here, moves)
 
 

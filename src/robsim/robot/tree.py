@@ -95,8 +95,17 @@ class Tree:
         moves = self.moves(self.carried(name))
         (T,) = placed.frames([self.find(name)])
         J, found = add_jacobian(program, placed.poses, placed.ratio, T, moves), program.rows(18)
-        program.add(copied, 12, T, found)
-        program.add(along, J, 6, self.nv, v, found + 12)
+        program.add(
+            copied,
+            rows=T,
+            to=found,
+        )
+        program.add(
+            along,
+            A=J,
+            x=v,
+            out=found + 12,
+        )
         return Function(program, placed.q, found, 18)
 
     def _placed(self, program: Program, more: int = 0) -> tuple[Placed, int]:

@@ -88,8 +88,16 @@ class BoundBlock:
             return rows
         found = seen.room(self.size)
         for i, c in enumerate(self.components):
-            seen.program.add(commanding.copied, 1, rows.s + c, found.s + i)
-            seen.program.add(commanding.copied, 6, rows.L + 6 * c, found.L + 6 * i)
+            seen.program.add(
+                commanding.copied,
+                rows=rows.s + c,
+                to=found.s + i,
+            )
+            seen.program.add(
+                commanding.copied,
+                rows=rows.L + 6 * c,
+                to=found.L + 6 * i,
+            )
         return found
 
     def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:

@@ -32,7 +32,11 @@ def jacobian_in_world(
     """
     program, here = placed.program, placed.program.constant(np.eye(4)[:3])
     for i in range(3, 12, 4):
-        program.add(commanding.copied, 1, T + i, here + i)
+        program.add(
+            commanding.copied,
+            rows=T + i,
+            to=here + i,
+        )
     moves = tree.moves(tree.carried(frame), columns)
     return add_jacobian(program, placed.poses, placed.ratio, here, moves)
 

@@ -61,11 +61,21 @@ class RegulatedRows:
         A = program.rows(k * n)
         if regulated.as_one:
             first = J[regulated.sights[0].key]
-            program.add(commanding.product, self.L, k, first, n, A)
+            program.add(
+                commanding.product,
+                L=self.L,
+                J=first,
+                A=A,
+            )
             return A
         row = 0
         for rows, part in zip(self.each, regulated.parts, strict=True):
-            program.add(commanding.product, rows.L, rows.k, J[part.sights[0].key], n, A + n * row)
+            program.add(
+                commanding.product,
+                L=rows.L,
+                J=J[part.sights[0].key],
+                A=A + n * row,
+            )
             row += rows.k
         return A
 
@@ -75,7 +85,12 @@ class RegulatedRows:
         rates = prescribed_rates(self.given, self.regulated.sights[0].scene, columns)
         for sight in self.regulated.sights:
             J = self.jacobian(sight, own[sight.key])
-            self.program.add(commanding.along, J, 6, columns.size, rates, self.twist[sight.key])
+            self.program.add(
+                commanding.along,
+                A=J,
+                x=rates,
+                out=self.twist[sight.key],
+            )
         return self.moved(self.twist, 1)
 
     def _world(self) -> tuple[Placed, dict[Key, tuple[int, int]]]:
@@ -96,7 +111,13 @@ class RegulatedRows:
         camera = program.each(eye.rows)
         T_c_o = program.rows(12)
         program.add(viewing.relative, *self.frames[sight.key], T_c_o)
-        program.add(viewing.normalise, camera, N, view.pixels, points, eye.bends)
+        program.add(
+            viewing.normalise,
+            camera=camera,
+            pixels=view.pixels,
+            points=points,
+            bends=eye.bends,
+        )
         model = program.numbers(sight.target.marks, 2)
         depth = self._depth(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
@@ -126,7 +147,12 @@ class RegulatedRows:
         if (factors == 1.0).all():
             return true
         found = program.rows(N)
-        program.add(commanding.weigh, true, N, 1, program.each(factors), found)
+        program.add(
+            commanding.weigh,
+            A=true,
+            weights=program.each(factors),
+            B=found,
+        )
         return found
 
     def _shown(self, sights: tuple[Sight, ...]) -> Seen:
@@ -157,7 +183,11 @@ class RegulatedRows:
         goal = program.numbers(self.regulated.L_goals[i], 2)
         if which == "desired":
             return rows._replace(L=goal)
-        program.add(commanding.mean, 6 * rows.k, rows.L, goal)
+        program.add(
+            commanding.mean,
+            rows=rows.L,
+            others=goal,
+        )
         return rows
 
     def _to_first(self, i: int, rows: FeatureRows) -> int:
@@ -166,7 +196,12 @@ class RegulatedRows:
         if A is None:
             return rows.L
         L = self.program.rows(6 * rows.k)
-        self.program.add(commanding.to_first, rows.L, rows.k, self.program.numbers(A, 2), L)
+        self.program.add(
+            commanding.to_first,
+            L=rows.L,
+            A=self.program.numbers(A, 2),
+            out=L,
+        )
         return L
 
     def hidden(self) -> int:
@@ -222,6 +257,10 @@ def joined(program: Program, firsts: Sequence[int], sizes: Sequence[int]) -> int
         return firsts[0]
     found = at = program.rows(sum(sizes))
     for first, size in zip(firsts, sizes, strict=True):
-        program.add(commanding.copied, size, first, at)
+        program.add(
+            commanding.copied,
+            rows=first,
+            to=at,
+        )
         at += size
     return found

@@ -52,7 +52,12 @@ class ServoStages:
         c, k = self.controller, self.k
         of = self.of = RegulatedRows(c.regulated, self.given, c.weighting)
         self.error, self.L, self.A = self.rows(k), of.L, of.A
-        self._add(commanding.difference, k, of.s, self.program.each(c.s_goal), self.error)
+        self._add(
+            commanding.difference,
+            s=of.s,
+            s_goal=self.program.each(c.s_goal),
+            error=self.error,
+        )
         if c.broyden is not None:
             self._learn()
         self.weights, self.status, self.hidden = -1, -1, -1
@@ -93,7 +98,12 @@ class ServoStages:
     def rate(self) -> int:
         """Return the rows of the rate at which the error is to change, -gain e."""
         rate = self.rows(self.k)
-        self._add(commanding.commanded, self.k, self.gain, self.towards, rate)
+        self._add(
+            commanding.commanded,
+            gain=self.gain,
+            x=self.towards,
+            qd=rate,
+        )
         return rate
 
     def commanded(self) -> Commanded:
@@ -109,17 +119,47 @@ class ServoStages:
         if c.regulated.depths.filtered:
             for key, J in of.J.items():
                 twist = self.rows(6)
-                self._add(commanding.along, J, 6, n, qd, twist)
+                self._add(
+                    commanding.along,
+                    A=J,
+                    x=qd,
+                    out=twist,
+                )
                 own = of.twist[key] if known else self.constant(np.zeros(6))
-                self._add(commanding.summed, 6, twist, own, of.seen_twist[key])
+                self._add(
+                    commanding.summed,
+                    x=twist,
+                    y=own,
+                    out=of.seen_twist[key],
+                )
         if isinstance(c.feed_forward, EstimatedMotion):
-            self._add(commanding.along, self.A, k, n, qd, self._moved)
+            self._add(
+                commanding.along,
+                A=self.A,
+                x=qd,
+                out=self._moved,
+            )
         if c.broyden is not None:
-            self._add(commanding.copied, k * n, self.plain[2], self.learnt)
-            self._add(commanding.copied, n, qd, self.last + k)
+            self._add(
+                commanding.copied,
+                rows=self.plain[2],
+                to=self.learnt,
+            )
+            self._add(
+                commanding.copied,
+                rows=qd,
+                to=self.last + k,
+            )
             drift = self._drift if known else of.s
             factor = self.given.dt if known else self.constant(0.0)
-            self._add(commanding.ahead, k, of.s, factor, drift, False, self.last)
+            self._add(
+                commanding.ahead,
+                x=of.s,
+                factor=factor,
+                more_of=drift,
+                divided=False,
+                out=self.last,
+            )
 
     def _learn(self) -> None:
         """Let L J be learnt by Broyden's rule, from what is modelled at the start."""
@@ -139,13 +179,22 @@ class ServoStages:
         if not asked:
             return weights
         error = self.rows(k)
-        self._add(commanding.masked, self.error, k, 1, self._unused(weights), error)
+        self._add(
+            commanding.masked,
+            A=self.error,
+            hidden=self._unused(weights),
+            out=error,
+        )
         return by_error(self.program, asked, Rows(k, error, weights, c.tolerances, groups(each)))
 
     def _unused(self, weights: int) -> int:
         """Return the rows (k,) that say which numbers have the weight 0."""
         found = self.rows(self.k)
-        self._add(weighting.unused, self.k, weights, found)
+        self._add(
+            weighting.unused,
+            weights=weights,
+            out=found,
+        )
         return found
 
     def _few(self) -> int:
@@ -207,17 +256,39 @@ class ServoStages:
             self._drift = self.of.drift()
             drift = self.rows(k)
             weights = self.constant(c.regulated.weights)
-            self._add(commanding.weigh, self._drift, k, 1, weights, drift)
+            self._add(
+                commanding.weigh,
+                A=self._drift,
+                weights=weights,
+                B=drift,
+            )
         if self.hidden >= 0:
             seen = self.rows(k)
-            self._add(commanding.masked, drift, k, 1, self.hidden, seen)
+            self._add(
+                commanding.masked,
+                A=drift,
+                hidden=self.hidden,
+                out=seen,
+            )
             drift = seen
         if self.weights >= 0:
             faded = self.rows(k)
-            self._add(commanding.weigh, drift, k, 1, self.weights, faded)
+            self._add(
+                commanding.weigh,
+                A=drift,
+                weights=self.weights,
+                B=faded,
+            )
             drift = faded
         found = self.rows(k)
-        self._add(commanding.ahead, k, self.weighted, self.gain, drift, True, found)
+        self._add(
+            commanding.ahead,
+            x=self.weighted,
+            factor=self.gain,
+            more_of=drift,
+            divided=True,
+            out=found,
+        )
         return found
 
     def _wish(self, law: StagedLaw, error: int) -> AtGain:

@@ -74,7 +74,12 @@ def by_error(program: Program, weightings: Sequence[Any], seen: Rows) -> int:
 def _product(program: Program, n: int, x: int, y: int) -> int:
     """Add the stage of the product of two rows of n numbers; return its rows."""
     found = program.rows(n)
-    program.add(commanding.weigh, x, n, 1, y, found)
+    program.add(
+        commanding.weigh,
+        A=x,
+        weights=y,
+        B=found,
+    )
     return found
 
 

@@ -263,7 +263,13 @@ class Camera(Value):
         """The undistorted point of a pixel."""
         program = Program()
         pixel, point = program.rows(2), program.rows(2)
-        program.add(viewing.normalise, program.each(self.rows), 1, pixel, point, self.bends)
+        program.add(
+            viewing.normalise,
+            camera=program.each(self.rows),
+            pixels=pixel,
+            points=point,
+            bends=self.bends,
+        )
         return Function(program, pixel, point, 2)
 
     @cached_property

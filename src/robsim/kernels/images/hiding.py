@@ -10,50 +10,58 @@ AT_ONCE = 1e-9  # seconds: rounding of the time of an image, step * dt - latency
 
 
 @stage
-def hide(p, w, step):
+def hide(
+    w,
+    step,
+    N="count",
+    hidden="N",
+    dt="row",
+    latency="row",
+    occlusions="each: times=2; marks=each: whole",
+):
     """Compute which marks are hidden when an image is taken: (N, hidden, dt, latency, occlusions).
 
     Then of each occlusion: rows of its start and end, how many marks it hides, and these.
     """
-    seconds = step * get(w, p[2]) - get(w, p[3])
+    seconds = step * get(w, dt) - get(w, latency)
     seconds = where(seconds > 0.0, seconds, 0.0) + AT_ONCE
-    for n in range(p[0]):
-        put(w, p[1] + n, 0.0)
-    at = 5
-    for _ in range(p[4]):
-        now = (get(w, p[at]) <= seconds) & (seconds < get(w, p[at] + 1))
-        for i in range(p[at + 1]):
-            mark = p[1] + p[at + 2 + i]
+    for n in range(N):
+        put(w, hidden + n, 0.0)
+    at = 1
+    for _ in range(occlusions[0]):
+        now = (get(w, occlusions[at]) <= seconds) & (seconds < get(w, occlusions[at] + 1))
+        for i in range(occlusions[at + 1]):
+            mark = hidden + occlusions[at + 2 + i]
             put(w, mark, where(now, 1.0, get(w, mark)))
-        at += 2 + p[at + 1]
+        at += 2 + occlusions[at + 1]
 
 
 @stage
-def lack(p, w, step):
+def lack(w, step, N="count", pixels="N, 2", depth="N", status="N", seen="N, 2", seen_depth="N"):
     """Copy an image without the marks that are not in it: (N, pixels, depth, status, and both out).
 
     The pixels of a mark with another status than that of one in the image are NaN.
     """
-    for n in range(p[0]):
-        here = get(w, p[3] + n) == 1.0 * IN_IMAGE
+    for n in range(N):
+        here = get(w, status + n) == 1.0 * IN_IMAGE
         for i in range(2):
-            put(w, p[4] + 2 * n + i, where(here, get(w, p[1] + 2 * n + i), np.nan))
-        put(w, p[5] + n, get(w, p[2] + n))
+            put(w, seen + 2 * n + i, where(here, get(w, pixels + 2 * n + i), np.nan))
+        put(w, seen_depth + n, get(w, depth + n))
 
 
 @stage
-def lose_numbers(p, w, step):
+def lose_numbers(w, step, k="count", lost="k", numbers="each: each: row"):
     """Compute which numbers depend on hidden marks, unless all of them do: (k, lost).
 
     Then of each number: on how many marks it depends, and the rows of whether these are hidden.
     """
-    at, whole = 2, 0.0 * get(w, p[1]) + 1.0
-    for i in range(p[0]):
+    at, whole = 1, 0.0 * get(w, lost) + 1.0
+    for i in range(k):
         gone = 0.0 * whole
-        for j in range(p[at]):
-            gone = where(get(w, p[at + 1 + j]) > 0.0, 1.0, gone)
-        put(w, p[1] + i, gone)
+        for j in range(numbers[at]):
+            gone = where(get(w, numbers[at + 1 + j]) > 0.0, 1.0, gone)
+        put(w, lost + i, gone)
         whole = where(gone > 0.0, whole, 0.0)
-        at += 1 + p[at]
-    for i in range(p[0]):
-        put(w, p[1] + i, where(whole > 0.0, 0.0, get(w, p[1] + i)))
+        at += 1 + numbers[at]
+    for i in range(k):
+        put(w, lost + i, where(whole > 0.0, 0.0, get(w, lost + i)))

@@ -120,7 +120,16 @@ def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
     placed = Placed(program, arm.tree.joints, q, nq)
     placed.add()
     (T,) = placed.frames([arm.place])
-    program.add(kernels.reach, T, goal, tolerance, q, nq, limits, valid, within)
+    program.add(
+        kernels.reach,
+        T=T,
+        goal=goal,
+        tolerance=tolerance,
+        q=q,
+        bounds=limits,
+        valid_out=valid,
+        within_out=within,
+    )
     return program.prepared()
 
 

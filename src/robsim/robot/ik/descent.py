@@ -82,30 +82,66 @@ class Descent:
         (T,) = self.placed.frames([self.arm.place])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
-            program.add(ik_step.point_to, goal, T, e + 3)
+            program.add(
+                ik_step.point_to,
+                goal=goal,
+                T=T,
+                vector_of=e + 3,
+            )
         else:
-            program.add(ik_step.turn_to, goal, T, program.rows(16), e + 3)
+            program.add(
+                ik_step.turn_to,
+                goal=goal,
+                T=T,
+                room=program.rows(16),
+                vector_of=e + 3,
+            )
         numbers = turns.ERROR, turns.SQUARE, turns.BOOST, damping
         program.add(ik_step.residual, goal, T, weights, e, *numbers)
         moves = self.tree.moves(self.tree.carried(self.arm.link), self.arm.columns)
         J = add_base_jacobian(program, self.placed.poses, self.placed.ratio, T, moves)
         if self.pointing:
-            program.add(ik_step.ignore_roll, T, self.n, J)
+            program.add(
+                ik_step.ignore_roll,
+                T=T,
+                J=J,
+            )
         if (self.weight != 1.0).any():
-            program.add(weigh, J, 6, self.n, weights, J)
+            program.add(
+                weigh,
+                A=J,
+                weights=weights,
+                B=J,
+            )
         return e, damping, J
 
     def _propose(self, rows: tuple[int, int, int]) -> None:
         """Add the stages of the next step."""
         (e, damping, J), n, program = rows, self.n, self.program
         downhill, room = program.rows(n), program.rows(normal.room_of(6, n))
-        program.add(transpose, J, 6, n, e, downhill)
+        program.add(
+            transpose,
+            A=J,
+            y=e,
+            x=downhill,
+        )
         held = self._held()
         program.add(ik_step.hold, n, J, downhill, turns.HELD, len(held) // 3, *held)
-        program.add(normal.damped_step, J, 6, n, e, downhill, damping, self.step, room)
+        program.add(
+            normal.damped_step,
+            A=J,
+            y=e,
+            downhill=downhill,
+            damping=damping,
+            x=self.step,
+            room=room,
+        )
         judged = turns.SQUARE, turns.GAIN, turns.STILL
         program.add(ik_step.judge, n, J, downhill, self.step, *judged)
-        program.add(turns.next_turn, self.step, n)
+        program.add(
+            turns.next_turn,
+            qd=self.step,
+        )
         program.add(turns.adapt_damping)
 
     def _held(self) -> list[int]:

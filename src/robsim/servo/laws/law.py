@@ -200,9 +200,21 @@ class CameraLaw(StagedLaw, Declared):
     def stages(self, of: LawRows) -> AtGain:
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
         program, unit, L = of.program, of.program.constant(self.length), of.program.rows(6 * of.k)
-        program.add(commanding.in_units, of.L, of.k, 6, unit, 1, L)
+        program.add(
+            commanding.in_units,
+            A=of.L,
+            length=unit,
+            how=1,
+            B=L,
+        )
         V = inverted(program, (L, of.k, 6), of.error, of.inverse, TWIST)
-        program.add(commanding.in_units, V, 6, 1, unit, 2, V)
+        program.add(
+            commanding.in_units,
+            A=V,
+            length=unit,
+            how=2,
+            B=V,
+        )
         return times_gain(of, realised(of, V, unit))
 
 

@@ -50,14 +50,32 @@ class PartitionedLaw(StagedLaw, Declared):
             )
         program, k, numbers = of.program, of.k, of.program.constant([self.roll, self.advance])
         V, axis = program.rows(6), program.rows(6)
-        program.add(kernels.along_axis, k, of.s, of.error, numbers, axis)
+        program.add(
+            kernels.along_axis,
+            s=of.s,
+            errors=of.error,
+            numbers=numbers,
+            V=axis,
+        )
 
         def at(gain: int) -> int:
             rate, L = program.rows(k - 2), program.rows(4 * (k - 2))
-            program.add(kernels.across_axis, k - 2, gain, of.error, of.L, axis, rate, L)
+            program.add(
+                kernels.across_axis,
+                gain=gain,
+                errors=of.error,
+                L=of.L,
+                V=axis,
+                rates=rate,
+                out=L,
+            )
             across = inverted(program, (L, k - 2, 4), rate, of.inverse, ACROSS)
             for n, start, to in ((6, axis, 0), (2, across, 0), (2, across + 2, 3)):
-                program.add(commanding.copied, n, start, V + to)
+                program.add(
+                    commanding.copied,
+                    rows=start,
+                    to=V + to,
+                )
             return realised(of, V, program.constant(self.length))
 
         return at

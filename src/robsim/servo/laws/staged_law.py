@@ -97,7 +97,12 @@ def times_gain(of: LawRows, unit: int) -> AtGain:
 
     def at(gain: int) -> int:
         qd = of.program.rows(of.n)
-        of.program.add(commanding.commanded, of.n, gain, unit, qd)
+        of.program.add(
+            commanding.commanded,
+            gain=gain,
+            x=unit,
+            qd=qd,
+        )
         return qd
 
     return at
@@ -106,7 +111,19 @@ def times_gain(of: LawRows, unit: int) -> AtGain:
 def realised(of: LawRows, V: int, length: int) -> int:
     """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
     program, J = of.program, of.program.rows(6 * of.n)
-    program.add(commanding.in_units, V, 6, 1, length, 0, V)
-    program.add(commanding.in_units, of.J, 6, of.n, length, 0, J)
+    program.add(
+        commanding.in_units,
+        A=V,
+        length=length,
+        how=0,
+        B=V,
+    )
+    program.add(
+        commanding.in_units,
+        A=of.J,
+        length=length,
+        how=0,
+        B=J,
+    )
     _, damping, rcond = of.inverse.numbers
     return solved(program, (J, 6, of.n), V, damping, rcond, J)

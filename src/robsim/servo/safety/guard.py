@@ -83,7 +83,14 @@ class _Stages:
         joints = self.given.dt, self.most, *limits, self.given.q, self.at_limit
         program.add(guarding.soften, n, *rows, *joints, *where)
         qd = command if self.safety.fence is None else self._fence(command, brake)
-        program.add(guarding.remember, n, qd, self.last, self.why, self.busy, self.share)
+        program.add(
+            guarding.remember,
+            out=qd,
+            last=self.last,
+            reason=self.why,
+            busy=self.busy,
+            share=self.share,
+        )
         return qd
 
     def _hold(self, wished: int, status: int) -> None:
@@ -104,7 +111,13 @@ class _Stages:
             return wished
         program, found = self.program, self.program.rows(self.n)
         limits = program.constant([*self._limits("speed"), math.inf, math.inf])
-        program.add(scale_stage, self.n, program.rows(6 * self.n), limits, wished, found)
+        program.add(
+            scale_stage,
+            J=program.rows(6 * self.n),
+            limits=limits,
+            qd=wished,
+            out=found,
+        )
         return found
 
     def _joints(self) -> tuple[list[int], tuple[int, int]]:
@@ -140,7 +153,12 @@ class _Stages:
         """Add the stage of a share of a number; return its row."""
         found = self.program.rows()
         program = self.program
-        program.add(commanding.weigh, row, 1, 1, program.constant(share), found)
+        program.add(
+            commanding.weigh,
+            A=row,
+            weights=program.constant(share),
+            B=found,
+        )
         return found
 
     def _after(self, frame: str, qd: int, seconds: int) -> int:
@@ -148,7 +166,11 @@ class _Stages:
         program, scene = self.program, self.scene
         q, rates = program.rows(scene.nq), np.full(scene.nv, -1)
         rates[self.controller.columns] = qd + np.arange(self.n)
-        program.add(commanding.copied, scene.nq, self.given.q, q)
+        program.add(
+            commanding.copied,
+            rows=self.given.q,
+            to=q,
+        )
         add_motion(program, scene.tree.joints, q, rates, seconds)
         return self._at(frame, q)
 

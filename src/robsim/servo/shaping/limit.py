@@ -73,7 +73,13 @@ class SpeedLimit(Declared):
         joint, linear, angular = (math.inf if limit is None else limit for limit in each)
         limits = program.constant([*np.full(n, joint), linear, angular])
         out = program.rows(n)
-        program.add(kernels.scale_stage, n, J, limits, qd, out)
+        program.add(
+            kernels.scale_stage,
+            J=J,
+            limits=limits,
+            qd=qd,
+            out=out,
+        )
         return out
 
 

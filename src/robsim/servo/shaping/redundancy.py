@@ -85,7 +85,13 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
 
     def add(program: Program, *rows: int) -> tuple[int]:
         bounds = program.constant([low, high])
-        program.add(kernels.large_stage, rows[0], k, n, rows[1], bounds, rows[2])
+        program.add(
+            kernels.large_stage,
+            A=rows[0],
+            error=rows[1],
+            bounds=bounds,
+            P=rows[2],
+        )
         return (rows[2],)
 
     (out,) = evaluated(add, [A, e, P], [(n, n)])

@@ -76,11 +76,24 @@ class Shaping:
         if self.secondary is not None:
             wish, P = self._wish(given, n), self._projector(program, of)
             qd = program.rows(n)
-            program.add(kernels.project_stage, n, P, wish, of.qd, qd)
+            program.add(
+                kernels.project_stage,
+                P=P,
+                wish=wish,
+                qd=of.qd,
+                out=qd,
+            )
         if self.smooth_start is not None:
             mu, late = program.constant(self.smooth_start), program.rows(n)
             first = program.rows(n)
-            program.add(kernels.smooth_stage, n, mu, given.dt, first, qd, late)
+            program.add(
+                kernels.smooth_stage,
+                mu=mu,
+                dt=given.dt,
+                first=first,
+                qd=qd,
+                out=late,
+            )
             qd = late
         return qd if self.limit is None else self.limit.stages(program, n, of.J, qd)
 
@@ -89,7 +102,13 @@ class Shaping:
         _, P = descent(program, [(of.A, of.k, program.rows(of.k))], of.n, RCOND)
         if self.projection:
             bounds = program.constant([self.projection.low, self.projection.high])
-            program.add(kernels.large_stage, of.A, of.k, of.n, of.error, bounds, P)
+            program.add(
+                kernels.large_stage,
+                A=of.A,
+                error=of.error,
+                bounds=bounds,
+                P=P,
+            )
         return P
 
     def _wish(self, given: Given, n: int) -> int:

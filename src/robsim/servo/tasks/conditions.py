@@ -113,7 +113,12 @@ class ErrorBelow(StagedCondition, Declared):
     def stages(self, program: Program, first: Compared, second: Compared) -> int:
         """Add the stage of the condition, and return its row."""
         of, found = first if self.of == "first" else second, program.rows()
-        program.add(kernels.error_below, of.k, of.error, program.constant(self.value), found)
+        program.add(
+            kernels.error_below,
+            error=of.error,
+            bound=program.constant(self.value),
+            out=found,
+        )
         return found
 
 

@@ -78,7 +78,13 @@ class DockingLaw(StagedLaw):
 
         def at(gain: int) -> int:
             qd = program.rows(2)
-            program.add(kernels.dock, place, gain, numbers, qd)
+            program.add(
+                kernels.dock,
+                place=place,
+                rate=gain,
+                numbers=numbers,
+                qd=qd,
+            )
             return qd
 
         return at
@@ -87,7 +93,14 @@ class DockingLaw(StagedLaw):
         """Add the stage of `planar`, and return its rows (3,)."""
         T_b_c, back = (program.constant(T.matrix[:3]) for T in (self.T_b_c, self.T_b_c.inv()))
         place = program.rows(3)
-        program.add(kernels.planar, error, T_b_c, back, program.rows(30), place)
+        program.add(
+            kernels.planar,
+            error=error,
+            T_b_c=T_b_c,
+            T_c_b=back,
+            room=program.rows(30),
+            x=place,
+        )
         return place
 
     def planar(self, error: Array) -> Array:

@@ -27,7 +27,12 @@ class Follower(Controller):
     def busy(self, given: Given, way: Followed) -> int:
         """Add the stage of whether the trajectory is not over, and return its row."""
         busy = given.program.rows()
-        given.program.add(following.going, way.seconds, given.dt, busy)
+        given.program.add(
+            following.going,
+            seconds=way.seconds,
+            duration=given.dt,
+            out=busy,
+        )
         return busy
 
 

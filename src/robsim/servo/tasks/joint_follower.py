@@ -59,8 +59,18 @@ class JointFollower(Follower):
         s, error = program.rows(n), program.rows(n)
         since = start if self.relative else program.constant(np.zeros(n))
         for i, axis in enumerate(self.order):
-            program.add(commanding.difference, 1, q[axis], since + axis, s + i)
-        program.add(commanding.difference, n, s, program.constant(self.s_goal), error)
+            program.add(
+                commanding.difference,
+                s=q[axis],
+                s_goal=since + axis,
+                error=s + i,
+            )
+        program.add(
+            commanding.difference,
+            s=s,
+            s_goal=program.constant(self.s_goal),
+            error=error,
+        )
         return s, error
 
     def _way(self, given: Given, start: int) -> Followed:
@@ -74,11 +84,30 @@ class JointFollower(Follower):
         goal, way = program.constant(self.goal), program.rows(n)
         if self.relative:
             change, goal = goal, program.rows(n)
-            program.add(commanding.summed, n, start, change, goal)
-        program.add(commanding.difference, n, goal, start, way)
+            program.add(
+                commanding.summed,
+                x=start,
+                y=change,
+                out=goal,
+            )
+        program.add(
+            commanding.difference,
+            s=goal,
+            s_goal=start,
+            error=way,
+        )
         seconds, ramps = self._timing(given, way)
         here = program.rows(2 * n)
-        program.add(following.axes, n, given.dt, seconds, ramps, start, way, goal, here)
+        program.add(
+            following.axes,
+            dt=given.dt,
+            seconds=seconds,
+            ramps=ramps,
+            start=start,
+            ways=way,
+            goal=goal,
+            here=here,
+        )
         return Followed(here, seconds)
 
     def _timing(self, given: Given, way: int) -> tuple[int, int]:
@@ -88,7 +117,13 @@ class JointFollower(Follower):
             return program.constant(self.duration), program.constant(np.full(n, ALIKE))
         seconds, ramps = program.rows(), program.rows(n)
         limits = program.constant(np.concatenate(self.limits.of(n)))
-        program.add(following.paced, n, way, limits, ramps, seconds)
+        program.add(
+            following.paced,
+            ways=way,
+            limits=limits,
+            ramps=ramps,
+            seconds=seconds,
+        )
         return seconds, ramps
 
     def goal_from(self, start: Array) -> Array:

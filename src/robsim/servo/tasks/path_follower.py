@@ -51,8 +51,20 @@ class PathFollower(Follower):
         program, k, n = given.program, self.k, self.columns.size
         of = self._frame(given)
         s, L, error = program.rows(6), program.rows(18), program.rows(k)
-        program.add(kernels.missed, of.T, of.end, of.room, s, L)
-        program.add(commanding.difference, k, s, program.constant(self.s_goal), error)
+        program.add(
+            kernels.missed,
+            T=of.T,
+            end=of.end,
+            room=of.room,
+            s=s,
+            L=L,
+        )
+        program.add(
+            commanding.difference,
+            s=s,
+            s_goal=program.constant(self.s_goal),
+            error=error,
+        )
         A = self._task_jacobian(given, of.J, L)
         way = self._straight(given, of) if self.path is None else self._along(given)
         V = self._twist(given, of, way)
@@ -80,8 +92,17 @@ class PathFollower(Follower):
             return J
         n, program = self.columns.size, given.program
         A = program.rows(6 * n)
-        program.add(commanding.copied, 3 * n, J, A)
-        program.add(commanding.product, L, 3, J, n, A + 3 * n)
+        program.add(
+            commanding.copied,
+            rows=J,
+            to=A,
+        )
+        program.add(
+            commanding.product,
+            L=L,
+            J=J,
+            A=A + 3 * n,
+        )
         return A
 
     def _twist(self, given: Given, of: FrameRows, way: Followed) -> int:
@@ -99,8 +120,18 @@ class PathFollower(Follower):
         J = jacobian_in_world(of.placed, scene.tree, self.frame, of.T, prescribed)
         rates, drift = prescribed_rates(given, scene, prescribed), program.rows(6)
         rest = program.rows(6)
-        program.add(commanding.along, J, 6, prescribed.size, rates, drift)
-        program.add(commanding.difference, 6, V, drift, rest)
+        program.add(
+            commanding.along,
+            A=J,
+            x=rates,
+            out=drift,
+        )
+        program.add(
+            commanding.difference,
+            s=V,
+            s_goal=drift,
+            error=rest,
+        )
         return rest
 
     def _along(self, given: Given) -> Followed:
@@ -121,7 +152,13 @@ class PathFollower(Follower):
             goal = program.rows(12)
             turned = [(of.end if i % 4 == 3 else start) + i for i in range(12)]
             program.add(following.remembered, goal, 12, *turned)
-        program.add(kernels.apart, start, goal, of.room, way)
+        program.add(
+            kernels.apart,
+            start=start,
+            goal=goal,
+            room=of.room,
+            way=way,
+        )
         seconds, ramps = self._timing(given, way + 6)
         here = program.rows(24)
         rows = dt, seconds, ramps, start, way, goal, of.room, here
@@ -136,7 +173,11 @@ class PathFollower(Follower):
             return program.constant(self.way_pace.duration), program.constant([ALIKE, ALIKE])
         seconds, ramps = program.rows(), program.rows(2)
         program.add(
-            following.paced, 2, ways, program.constant(self.way_pace.limits), ramps, seconds
+            following.paced,
+            ways=ways,
+            limits=program.constant(self.way_pace.limits),
+            ramps=ramps,
+            seconds=seconds,
         )
         return seconds, ramps
 

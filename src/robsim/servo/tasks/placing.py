@@ -102,10 +102,24 @@ class PlacingLaw(StagedLaw):
         placed = placed_at(program, tree, of.q)
         T_w_c, T = placed.frames([tree.find(self.sight.eye.name), tree.find(held_by)])
         now, goal = program.rows(9), program.rows(9)
-        program.add(kernels.in_world, T_w_c, of.s, now)
-        program.add(kernels.in_world, T_w_c, program.constant(self.s_goal), goal)
+        program.add(
+            kernels.in_world,
+            T=T_w_c,
+            points=of.s,
+            out=now,
+        )
+        program.add(
+            kernels.in_world,
+            T=T_w_c,
+            points=program.constant(self.s_goal),
+            out=goal,
+        )
         V = self._twist(program, now, goal)
-        program.add(kernels.carried, T, V)
+        program.add(
+            kernels.carried,
+            T=T,
+            twist=V,
+        )
         J = jacobian_in_world(placed, tree, held_by, T, self.columns)
         given = of._replace(J=J, inverse=PseudoInverse())
         qd = realised(given, V, program.constant(self.task.length))
@@ -117,9 +131,23 @@ class PlacingLaw(StagedLaw):
             program.constant(gain) for gain in (self.task.rotation, self.task.translation)
         )
         V, variant = program.rows(6), self.task.variant
-        program.add(kernels.turning, now, goal, rotation, variant == "completed", V)
+        program.add(
+            kernels.turning,
+            now=now,
+            goal=goal,
+            gain=rotation,
+            completed=variant == "completed",
+            twist=V,
+        )
         sign = 1 if variant == "printed" else -1
-        program.add(kernels.moving, now, goal, translation, sign, V)
+        program.add(
+            kernels.moving,
+            now=now,
+            goal=goal,
+            gain=translation,
+            sign=sign,
+            twist=V,
+        )
         return V
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:

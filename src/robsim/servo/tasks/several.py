@@ -101,7 +101,11 @@ class Several(OfParts):
             for part, one in zip(self.parts, each, strict=True):
                 mine = program.rows(part.columns.size)
                 for i, column in enumerate(self._own(part)):
-                    program.add(commanding.copied, 1, qd + column, mine + i)
+                    program.add(
+                        commanding.copied,
+                        rows=qd + column,
+                        to=mine + i,
+                    )
                 one.note(mine)
 
         weights, status = marks_used(program, self.parts, each)

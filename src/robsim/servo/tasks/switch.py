@@ -93,8 +93,16 @@ class Switched(Several):
         """Add the stages of both schemes; the joints of the one that waits stand still."""
         each, program = self._parts(given), given.program
         qd, second = program.rows(self.columns.size), program.rows()
-        program.add(kernels.thrown, self.latch, self._condition(given, each), second)
-        program.add(commanding.cleared, self.columns.size, qd)
+        program.add(
+            kernels.thrown,
+            stays=self.latch,
+            holds=self._condition(given, each),
+            second=second,
+        )
+        program.add(
+            commanding.cleared,
+            rows=qd,
+        )
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
             n, own = part.columns.size, self._own(part)
             program.add(commanding.taken, n, one.qd, second, i, *(qd + own))
@@ -124,10 +132,19 @@ def _of_its_turn(program: Program, each: Sequence[Commanded], second: int) -> in
     if all(one.status < 0 for one in each):
         return -1
     found = program.rows()
-    program.add(commanding.cleared, 1, found)
+    program.add(
+        commanding.cleared,
+        rows=found,
+    )
     for i, one in enumerate(each):
         if one.status >= 0:
-            program.add(commanding.taken, 1, one.status, second, i, found)
+            program.add(
+                commanding.taken,
+                qd=one.status,
+                second=second,
+                which=i,
+                to=found,
+            )
     return found
 
 

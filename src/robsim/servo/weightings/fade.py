@@ -32,5 +32,12 @@ class Fade(WeightsOfMarks, Declared):
         program = of.given.program
         ramp, found = program.rows(of.N), program.rows(of.N)
         seconds = program.constant(self.time)
-        program.add(kernels.fade, of.N, of.there, seconds, of.given.dt, ramp, found)
+        program.add(
+            kernels.fade,
+            there=of.there,
+            seconds=seconds,
+            dt=of.given.dt,
+            ramp=ramp,
+            out=found,
+        )
         return found
