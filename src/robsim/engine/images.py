@@ -19,6 +19,7 @@ from robsim.kernels.images import sensing as kernels
 from robsim.kernels.images.viewing import EACH, FIRST, MORE
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed
 from robsim.servo.given import View, view
 from robsim.servo.sight import Key, Sight
@@ -50,14 +51,15 @@ class Images:
     ) -> None:
         self.program, self.plant, self.sights, self.sensing = program, plant, sights, sensing
         self.seed, self.run = key
-        self._key = int(self.seed.astype(np.int64)), self.run  # as stages take it
+        self._key = {"seed": self.seed.astype(np.int64), "run": self.run}  # as stages take it
         counts = [len(sight.target.marks) for sight in sights]
         self.marks = np.cumsum([0, *counts]).tolist()  # number of the first of each sight
         self.N, self.every = self.marks[-1], sensing.periods(plant.seconds)
         self.excused, self.true = excused, program.rows(3 * self.N)
-        self.pixels = self.seen = program.rows(3 * self.N) if excused else self.true
-        self.depth = self.pixels + 2 * self.N
-        self.hidden, self.age = -1, program.constant(0.0)
+        self.seen = program.rows(3 * self.N) if excused else self.true
+        self.pixels, self.depth = parts(self.seen)
+        self.hidden: Rows | None = None
+        self.age = program.constant(0.0)
         self.latency = program.number(sensing.latency)
         self.delays, shares = lateness(sensing.latency, plant.seconds, steps)
         self.length = _ring_length(self.delays, steps)
@@ -84,48 +86,41 @@ class Images:
         """Add the stages that keep the image of the period that ends, before the joints move."""
         if not self.late:
             return
-        self.ring = self.program.rows(3 * self.N * self.length)
+        self.ring = self.program.rows(self.length, 3 * self.N)
         between = self._between() if self._passes else self.seen
-        rows = between, self.share, self.ring, self.length
-        self.program.add(late.note, 3 * self.N, self.seen, *rows)
+        given = {"then": self.seen, "between": between, "share": self.share}
+        self.program.add(late.note, **given, ring=self.ring)
 
-    def _between(self) -> int:
+    def _between(self) -> Rows:
         """Add the stages of an image that is taken while a period passes; return its rows."""
         found = self.program.rows(3 * self.N)
         seen = self.program.rows(3 * self.N) if self.excused else found
         self.taken(self.plant.within(self.ahead), found, seen, self.program.rows())
         return seen
 
-    def taken(self, placed: Placed, image: int, seen: int, status: int) -> list[View]:
+    def taken(self, placed: Placed, image: Rows, seen: Rows, status: Rows) -> list[View]:
         """Add the stages of an image of bodies that are placed, of what is seen, and its status."""
-        found, of = [], FIRST
-        for sight, first in zip(self.sights, self.marks, strict=False):
-            count, at = len(sight.target.marks), (2 * first, 2 * self.N + first)
-            rows, to = [image + n for n in at], [seen + n for n in at]
+        found, of, taken, shown = [], FIRST, parts(image), parts(seen)
+        for sight, pair in zip(self.sights, pairwise(self.marks), strict=True):
+            some = slice(*pair)
+            rows, to = [part[some] for part in taken], [part[some] for part in shown]
             if sight.key in self.excused:
-                each = self.program.rows(count)
+                each = self.program.rows(len(sight.target.marks))
                 found.append(view(self.program, placed, sight, *rows, each, of=EACH))
-                self.program.add(hiding.lack, count, *rows, each, *to)
+                given = dict(zip(("pixels", "depth", "seen", "seen_depth"), rows + to, strict=True))
+                self.program.add(hiding.lack, **given, status=each)
                 continue
             found.append(view(self.program, placed, sight, *rows, status, of=of))
             of = MORE
             if seen != image:
-                self.program.add(
-                    copied,
-                    rows=rows[0],
-                    to=to[0],
-                )
-                self.program.add(
-                    copied,
-                    rows=rows[1],
-                    to=to[1],
-                )
+                for part, other in zip(rows, to, strict=True):
+                    self.program.add(copied, rows=part.flat, to=other.flat)
         return found
 
-    def rows(self, first: int) -> tuple[int, int, int]:
-        """Return the rows of pixels, depths and whether they are hidden, of marks from a first."""
-        hidden = self.hidden + first if self.hidden >= 0 else -1
-        return self.pixels + 2 * first, self.depth + first, hidden
+    def rows(self, first: int, last: int) -> tuple[Rows, Rows, Rows | None]:
+        """Return the rows of pixels, depths and whether they are hidden, of some of the marks."""
+        hidden = self.hidden[first:last] if self.hidden is not None else None
+        return self.pixels[first:last], self.depth[first:last], hidden
 
     def deliver(self) -> None:
         """Add the stages from the true image to the one that is used."""
@@ -139,46 +134,44 @@ class Images:
         """Let the image be one that was taken some time ago."""
         program, count = self.program, 3 * self.N
         first, out = program.rows(count), program.rows(count)
-        rows = self.seen, first, self.ring, self.length, self.delay, out
-        program.add(late.recall, self.every, count, *rows)
-        self.pixels, self.depth, self.age = out, out + 2 * self.N, self.delay
+        program.add(
+            late.recall,
+            every=self.every,
+            now=self.seen,
+            first=first,
+            ring=self.ring,
+            delays=self.delay,
+            out=out,
+        )
+        (self.pixels, self.depth), self.age = parts(out), self.delay
 
     def _spoil(self) -> None:
         """Add noise, displace outliers, let the user's effects change marks, and round, in turn."""
         s, number, add = self.sensing, self.program.number, self.program.add
-        count, found = 2 * self.N, self.program.rows(2 * self.N)
+        every, pixels, found = self.every, self.pixels, self.program.rows(self.N, 2)
         rounds, strays = is_any(s.quantisation), is_any(s.outliers)
         if is_any(s.noise):
-            rows = self.pixels, number(s.noise), *self._key, found
-            add(kernels.blur, self.every, self.N, *rows)
+            sigma = number(s.noise)
+            add(kernels.blur, every=every, pixels=pixels, sigma=sigma, **self._key, out=found)
         elif strays or s.effects or rounds:
-            add(
-                copied,
-                rows=self.pixels,
-                to=found,
-            )
+            add(copied, rows=pixels.flat, to=found.flat)
         else:
             return
         self.pixels = found
         if strays:
-            rows = found, number(s.outliers), number(s.outlier_size), *self._key
-            add(kernels.displace, self.every, self.N, *rows)
+            given = {"share": number(s.outliers), "deviation": number(s.outlier_size)}
+            add(kernels.displace, every=every, pixels=found, **given, **self._key)
         if s.effects:
             self.program.call(partial(self._change, found))
         if rounds:
-            add(
-                kernels.quantise,
-                every=self.every,
-                values=found,
-                size=number(s.quantisation),
-            )
+            add(kernels.quantise, every=every, values=found.flat, size=number(s.quantisation))
 
-    def _change(self, first: int, blocks: Blocks, step: int) -> None:
+    def _change(self, found: Rows, blocks: Blocks, step: int) -> None:
         """Let the user's effects change the marks of each sight."""
         if step % self.every:
             return
-        pixels = blocks.get(first, self.N, 2)
-        runs = blocks.get(self.run, 1)[0].view(np.uint64)
+        pixels = blocks.get(found)
+        runs = blocks.get(self.run).view(np.uint64)
         seconds = max(step * self.plant.seconds - self.sensing.latency, 0.0)
         for sight, pair in zip(self.sights, pairwise(self.marks), strict=True):
             rows = slice(*pair)
@@ -186,36 +179,58 @@ class Images:
                 stream = FIRST_STREAM + 2 * i
                 shot = Exposure(seconds, *sight.key, step, self.seed, runs, stream)
                 pixels[rows] = changed(effect, pixels[rows], shot)
-        blocks.put(first, pixels)
+        blocks.put(found, pixels)
 
     def _receive(self) -> None:
         """Let lost images, hidden marks and the time between images leave what was there before."""
-        program, N, hides, lost = self.program, self.N, self._hides(), self.program.rows()
+        program, N, hidden, lost = self.program, self.N, self._hides(), self.program.rows()
         if is_any(self.sensing.dropped):
             share = program.number(self.sensing.dropped)
-            program.add(kernels.lose, self.every, share, *self._key, lost)
-        taken, hidden, age = program.rows(3 * N), program.rows(N), program.rows()
-        given = self.pixels, self.depth, hides, lost, self.delay
-        program.add(late.receive, self.every, N, *given, taken, taken + 2 * N, hidden, age)
-        self.pixels, self.depth, self.age = taken, taken + 2 * N, age
-        self.hidden = hidden if self.sensing.occlusions else -1
+            program.add(kernels.lose, every=self.every, share=share, **self._key, out=lost)
+        taken, depth, hides, age = (
+            program.rows(N, 2),
+            program.rows(N),
+            program.rows(N),
+            program.rows(),
+        )
+        program.add(
+            late.receive,
+            every=self.every,
+            pixels=self.pixels,
+            depth=self.depth,
+            hidden=hidden,
+            lost=lost,
+            delay=self.delay,
+            taken=taken,
+            taken_depth=depth,
+            hides=hides,
+            age=age,
+        )
+        self.pixels, self.depth, self.age = taken, depth, age
+        self.hidden = hides if self.sensing.occlusions else None
 
-    def _hides(self) -> int:
+    def _hides(self) -> Rows:
         """Return the rows of whether each mark is hidden in an image that arrives now."""
-        program, occlusions = self.program, self.sensing.occlusions
-        found, numbers = program.rows(self.N), []
-        for each in occlusions:
+        program, each = self.program, []
+        found = program.rows(self.N)
+        for occlusion in self.sensing.occlusions:
             marks = [
                 first + mark
                 for sight, first in zip(self.sights, self.marks, strict=False)
-                if each.concerns(*sight.key)
-                for mark in each.marks
+                if occlusion.concerns(*sight.key)
+                for mark in occlusion.marks
             ]
-            numbers += [program.constant([each.start, each.end]), len(marks), *marks]
-        if occlusions:
-            rows = found, self.plant.dt, self.latency, len(occlusions)
-            program.add(hiding.hide, self.N, *rows, *numbers)
+            each.append((program.constant([occlusion.start, occlusion.end]), marks))
+        if each:
+            given = {"dt": self.plant.dt, "latency": self.latency, "occlusions": each}
+            program.add(hiding.hide, hidden=found, **given)
         return found
+
+
+def parts(image: Rows) -> tuple[Rows, Rows]:
+    """Return the rows of the pixels (N, 2) and of the depths (N,) of an image."""
+    N = image.size // 3
+    return image[: 2 * N].reshape(N, 2), image[2 * N :]
 
 
 def lateness(latency: float | Array, dt: float, steps: int) -> tuple[Array, Array]:

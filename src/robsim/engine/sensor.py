@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,15 +52,12 @@ class Sensor:
         q, counts = plant.q, plant.drives.actuation.counts
         if counts:
             q, steps = self.program.rows(plant.scene.nq), self.program.constant(plant.drives.steps)
-            self.program.add(
-                count,
-                steps=steps,
-                q=plant.q,
-                out=q,
-            )
+            self.program.add(count, steps=steps, q=plant.q, out=q)
         views = {
-            sight.key: View(each.T_w_c, each.T_w_o, *images.rows(first))
-            for sight, each, first in zip(self.sights, self.views, images.marks, strict=False)
+            sight.key: View(*images.rows(*some), each.T_w_c, each.T_w_o)
+            for sight, each, some in zip(
+                self.sights, self.views, pairwise(images.marks), strict=True
+            )
         }
         placed = None if counts else plant.placed
         return Given(self.program, plant.dt, plant.seconds, q, views, placed, age=self.images.age)

@@ -56,7 +56,6 @@ class PixelPoints(Compiled, Declared):
         rows = point_rows(seen)
         seen.program.add(
             kernels.pixels_stage,
-            N=seen.N,
             camera=seen.camera,
             s=rows.s,
             L=rows.L,

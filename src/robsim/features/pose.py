@@ -17,6 +17,7 @@ from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels.features import pose_features as kernels
+from robsim.kernels.machine.rows import Rows
 
 Form = Literal["goal", "camera"]
 
@@ -40,10 +41,10 @@ class _PoseFeature(Compiled):
             raise GoalError("no pose of the target fits what is seen at the goal")
         return unchecked(self, T_goal_o=Pose(goal.pose[0] if len(goal.pose) == 1 else goal.pose))
 
-    def _from_goal(self, seen: Seen) -> int:
+    def _from_goal(self, seen: Seen) -> Rows:
         """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""
         program = seen.program
-        goal, room, T = seen.pose_goal(self._T_o_goal), program.rows(12), program.rows(12)
+        goal, room, T = seen.pose_goal(self._T_o_goal), program.rows(3, 4), program.rows(3, 4)
         program.add(
             kernels.from_goal_stage,
             T_c_o=seen.pose,

@@ -88,16 +88,10 @@ class BoundBlock:
             return rows
         found = seen.room(self.size)
         for i, c in enumerate(self.components):
-            seen.program.add(
-                commanding.copied,
-                rows=rows.s + c,
-                to=found.s + i,
-            )
-            seen.program.add(
-                commanding.copied,
-                rows=rows.L + 6 * c,
-                to=found.L + 6 * i,
-            )
+            for one, other in ((rows.s, found.s), (rows.L, found.L)):
+                seen.program.add(
+                    commanding.copied, rows=one[c : c + 1].flat, to=other[i : i + 1].flat
+                )
         return found
 
     def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:

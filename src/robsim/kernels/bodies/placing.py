@@ -147,23 +147,14 @@ def carry(w, step, each="each: parent=3, 4; place=3, 4; motion=3, 4; T=3, 4"):
 
 
 @stage
-def mimic(w, step, each="each: source=row; x=row; ratio=row; above=row; numbers=2"):
-    """Compute p[0] coordinates x = u source + v: (source, x, ratio, ratio above, numbers) of each.
+def mimic(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
+    """Compute a coordinate x = u source + v of numbers u and v.
 
     Its ratio is its derivative by the velocity that moves the first of those that follow.
     """
-    for i in range(each[0]):
-        at = 5 * i + 1
-        source, x, ratio, above, number = (
-            each[at],
-            each[at + 1],
-            each[at + 2],
-            each[at + 3],
-            each[at + 4],
-        )
-        u = get(w, number)
-        put(w, x, u * get(w, source) + get(w, number + 1))
-        put(w, ratio, u * get(w, above))
+    u = get(w, numbers)
+    put(w, x, u * get(w, source) + get(w, numbers + 1))
+    put(w, ratio, u * get(w, above))
 
 
 @part

@@ -132,7 +132,7 @@ def _ahead(w, axes, goal, shoulder, spare, i):
 
 
 @stage
-def five(w, step, axes="n", goal="3, 4", q="5", n="count"):
+def five(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
     """Fill the angles of five joints, a branch in each lane: (axes, goal, five coordinates).
 
     The pitch of axis 5 gives axis 4, and that the two bars.
@@ -144,13 +144,13 @@ def five(w, step, axes="n", goal="3, 4", q="5", n="count"):
         pitch = _phase(_planar(last)) - _phase(_planar(h5))
         end = complex(math.cos(pitch), math.sin(pitch)) * _bar(w, axes, 3, i)
         t2, t3 = _two_bars(along - end, _bar(w, axes, 1, i), _bar(w, axes, 2, i), i % 2)
-        w[q * WIDTH + i], w[(q + 1) * WIDTH + i] = q1, t2
-        w[(q + 2) * WIDTH + i], w[(q + 3) * WIDTH + i] = sign3 * t3, sign4 * (pitch - t2 - t3)
-        w[(q + 4) * WIDTH + i] = _angle_about(h5, h4, _about(Y, -pitch, before))
+        w[angles[1] * WIDTH + i], w[angles[2] * WIDTH + i] = q1, t2
+        w[angles[3] * WIDTH + i], w[angles[4] * WIDTH + i] = sign3 * t3, sign4 * (pitch - t2 - t3)
+        w[angles[5] * WIDTH + i] = _angle_about(h5, h4, _about(Y, -pitch, before))
 
 
 @stage
-def six(w, step, axes="n", goal="3, 4", q="6", n="count"):
+def six(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
     """Fill the angles of six joints, a branch in each lane: (axes, goal, six coordinates).
 
     What is left to the wrist is M = E4 E5 E6. The angle from axis 4 to M h6 gives q5, the way
@@ -171,9 +171,9 @@ def six(w, step, axes="n", goal="3, 4", q="6", n="count"):
         if across > ROUNDING:  # else axes 4 and 6 coincide: their sum counts
             q4 = math.atan2(sign * _dot(aim, up), sign * _dot(aim, side))
         left = _about(h5, -q5, _about(h4, -q4, carried))
-        w[q * WIDTH + i], w[(q + 1) * WIDTH + i] = q1, t2
-        w[(q + 2) * WIDTH + i], w[(q + 3) * WIDTH + i] = sign3 * t3, q4
-        w[(q + 4) * WIDTH + i], w[(q + 5) * WIDTH + i] = q5, _angle_about(h6, h5, left)
+        w[angles[1] * WIDTH + i], w[angles[2] * WIDTH + i] = q1, t2
+        w[angles[3] * WIDTH + i], w[angles[4] * WIDTH + i] = sign3 * t3, q4
+        w[angles[5] * WIDTH + i], w[angles[6] * WIDTH + i] = q5, _angle_about(h6, h5, left)
 
 
 @stage

@@ -232,7 +232,8 @@ class Function:
     """
 
     def __init__(self, program: Program, first: int, found: int, count: int) -> None:
-        self.program, self.first, self.found, self.count = program, first, found, count
+        self.program, self.count = program, count
+        self.first, self.found = int(first), int(found)  # which kernels take faster than rows
         self._prepared = program.prepared()
 
     def __reduce__(self) -> Any:

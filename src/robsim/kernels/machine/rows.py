@@ -51,8 +51,15 @@ class Rows(int):
         """The same rows, one after the other."""
         return Rows(self, (self.size,))
 
+    @property
+    def column(self) -> Rows:
+        """The same rows as a matrix of one column."""
+        return Rows(self, (self.size, 1))
+
     def reshape(self, *shape: int) -> Rows:
-        """Return the same rows in another shape."""
+        """Return the same rows in another shape, of which one axis may be -1."""
+        if -1 in shape and (rest := -math.prod(shape)):
+            shape = tuple(self.size // rest if n == -1 else n for n in shape)
         if math.prod(shape) != self.size:
             raise ValueError(f"{self!r} cannot have the shape {shape}")
         return Rows(self, shape)

@@ -2,7 +2,7 @@
 
     "N, 2"            rows of that shape; "row" is a single one
     "2*N or none"     rows that may be absent: None, and -1 in the stage
-    "count"           a whole number that shapes name, found from them where one is just its name
+    "count"           a whole number that shapes name, found from them where one is just its name, or 2*N
     "whole"           any whole number, or True and False
     "table: times, n" the address of an array of that shape
     "each: row"       a list, in the stage an array: its length, and then its entries
@@ -16,11 +16,15 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable
-from typing import Any, NoReturn
+from functools import cached_property
+from typing import Any, ClassVar, NoReturn
+
+import numpy as np
 
 from robsim.kernels.machine.rows import Address, Rows
 
 _SYMBOL = re.compile(r"[A-Za-z]\w*")
+_MULTIPLE = re.compile(r"(?:(\d+)\*)?([A-Za-z]\w*)")
 
 
 class WrongRows(TypeError):
@@ -36,11 +40,12 @@ class Shape:
         self.kind, self.text = kind, text.strip()
         self.dims = [] if self.text == "row" else [dim.strip() for dim in self.text.split(",")]
 
-    @property
-    def bare(self) -> list[str]:
-        """The counts that are found from this shape, as an axis is just their name."""
-        names = [dim for dim in self.dims if _SYMBOL.fullmatch(dim)]
-        return [] if self.may_be_absent else names
+    @cached_property
+    def found(self) -> dict[str, tuple[int, int]]:
+        """The counts that are found from this shape: which axis is how many times each of them."""
+        each = ((i, _MULTIPLE.fullmatch(dim)) for i, dim in enumerate(self.dims))
+        axes = {match[2]: (i, int(match[1] or 1)) for i, match in each if match}
+        return {} if self.may_be_absent else axes
 
     @property
     def code(self) -> str:
@@ -63,9 +68,8 @@ class Shape:
             return self.may_be_absent
         if type(value) is not self.kind or len(value.shape) != len(self.dims):
             return False
-        for dim, length in zip(self.dims, value.shape, strict=True):
-            if dim in self.bare:
-                counts.setdefault(dim, length)
+        for name, (axis, times) in self.found.items():
+            counts.setdefault(name, value.shape[axis] // times)
         return all(
             length == eval(dim, {"__builtins__": {}}, dict(counts))
             for dim, length in zip(self.dims, value.shape, strict=True)
@@ -80,7 +84,7 @@ class Shape:
 class Whole:
     """A whole number."""
 
-    bare: tuple[str, ...] = ()
+    found: ClassVar[dict[str, tuple[int, int]]] = {}
 
     def expected(self, counts: dict[str, int]) -> str:
         """Return what is expected, in words."""
@@ -88,7 +92,8 @@ class Whole:
 
     def fits(self, value: Any, counts: dict[str, int]) -> bool:
         """Return whether a value is one, and no rows."""
-        return hasattr(value, "__index__") and not isinstance(value, Rows | Address)
+        whole = isinstance(value, int | np.integer | np.bool_)
+        return whole and not isinstance(value, Rows | Address)
 
     def encode(self, value: Any) -> list[int]:
         """Return the whole numbers that stand for a value."""
@@ -98,7 +103,7 @@ class Whole:
 class Each:
     """A list of records, each a tuple of the fields but counts, or of values of a single kind."""
 
-    bare: tuple[str, ...] = ()
+    found: ClassVar[dict[str, tuple[int, int]]] = {}
 
     def __init__(self, text: str) -> None:
         named = [field.partition("=") for field in text.split(";")] if "=" in text else []
@@ -160,7 +165,7 @@ class Signature:
         self.name = name
         self.texts = {each.name: each.default for each in given}
         self.kinds: dict[str, Kind] = {each: _kind(text) for each, text in self.texts.items()}
-        found = {count for kind in self.kinds.values() for count in kind.bare}
+        found = {count for kind in self.kinds.values() for count in kind.found}
         self.counts = {each for each, text in self.texts.items() if text == "count"}
         self.given = [each for each in self.kinds if each not in self.counts & found]
         self.lists = [each for each, kind in self.kinds.items() if isinstance(kind, Each)]
@@ -183,7 +188,7 @@ class Signature:
         code = [f"def pack({self._heads()}):", " try:"]
         code += [f"  {line}" for line in self._unpacked()]
         code += [f"  fits = {' and '.join(map(self._test, self.given)) or 'True'}"]
-        code += [" except (AttributeError, NameError, TypeError, ValueError):", "  fits = False"]
+        code += [" except (AttributeError, IndexError, TypeError):", "  fits = False"]
         code += [" if not fits:", f"  wrong(dict({', '.join(f'{n}={n}' for n in self.given)}))"]
         code += [f" numbers = [{', '.join(map(self._value, self.kinds))}]"]
         for name in self.lists:
@@ -205,10 +210,10 @@ class Signature:
         """Return the lines that find counts from shapes."""
         lines, known = [], {name for name in self.given if name in self.counts}
         for name, kind in self.kinds.items():
-            if isinstance(kind, Shape) and set(kind.bare) - known:
-                known |= set(kind.bare)
-                names = [dim if dim in kind.bare else "_" for dim in kind.dims]
-                lines.append(f"({', '.join(names)},) = {name}.shape")
+            for count, (axis, times) in kind.found.items():
+                if count not in known:
+                    known.add(count)
+                    lines.append(f"{count} = {name}.shape[{axis}]{f' // {times}' * (times > 1)}")
         return lines
 
     def _test(self, name: str) -> str:

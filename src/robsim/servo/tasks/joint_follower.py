@@ -12,6 +12,7 @@ from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
 from robsim.kernels.control import commanding, following
 from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
@@ -38,33 +39,35 @@ class JointFollower(Follower):
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
         program, n = given.program, self.k
-        q, start = given.q + self.coordinates, program.rows(n)
-        program.add(following.remembered, start, n, *q)
+        q, start = [given.q[i] for i in self.coordinates], program.rows(n)
+        program.add(following.remembered, to=start, rows=q)
         way, (s, error), qd = self._way(given, start), self._missed(given, start), program.rows(n)
-        pairs = np.column_stack([self.order, q[self.order]]).ravel()
-        program.add(following.towards, n, way.here, self.gain_row(given), given.dt, qd, *pairs)
+        program.add(
+            following.towards,
+            here=way.here,
+            gain=self.gain_row(given),
+            duration=given.dt,
+            qd=qd,
+            axes=[(axis, q[axis]) for axis in self.order.tolist()],
+        )
         task_jacobian = program.constant(np.eye(n))
 
         def decide(blocks: Blocks) -> Decision:
-            shapes = (s, n), (error, n), (qd, n), (task_jacobian, n, n)
-            command = Command(*(blocks.get(*shape) for shape in shapes))
-            return Decision(command, self._jacobian(blocks.get(given.q, self.scene.nq)))
+            command = Command(*map(blocks.get, (s, error, qd, task_jacobian)))
+            return Decision(command, self._jacobian(blocks.get(given.q)))
 
         rows = s, error, qd, task_jacobian, self.busy(given, way)
         return Commanded(*rows, decide, lambda qd: None)
 
-    def _missed(self, given: Given, start: int) -> tuple[int, int]:
+    def _missed(self, given: Given, start: Rows) -> tuple[Rows, Rows]:
         """Add the stages of s and of the error, and return their rows."""
-        program, n, q = given.program, self.k, given.q + self.coordinates
+        program, n = given.program, self.k
         s, error = program.rows(n), program.rows(n)
         since = start if self.relative else program.constant(np.zeros(n))
-        for i, axis in enumerate(self.order):
-            program.add(
-                commanding.difference,
-                s=q[axis],
-                s_goal=since + axis,
-                error=s + i,
-            )
+        for i, axis in enumerate(self.order.tolist()):
+            q, own = self.coordinates[axis], slice(i, i + 1)
+            where = {"s": given.q[q : q + 1], "s_goal": since[axis : axis + 1]}
+            program.add(commanding.difference, **where, error=s[own])
         program.add(
             commanding.difference,
             s=s,
@@ -73,7 +76,7 @@ class JointFollower(Follower):
         )
         return s, error
 
-    def _way(self, given: Given, start: int) -> Followed:
+    def _way(self, given: Given, start: Rows) -> Followed:
         """Add the stages of the trajectory of each run, from where its joints started."""
         n, program = self.k, given.program
         if self.trajectory is not None:
@@ -97,7 +100,7 @@ class JointFollower(Follower):
             error=way,
         )
         seconds, ramps = self._timing(given, way)
-        here = program.rows(2 * n)
+        here = program.rows(2, n)
         program.add(
             following.axes,
             dt=given.dt,
@@ -110,13 +113,13 @@ class JointFollower(Follower):
         )
         return Followed(here, seconds)
 
-    def _timing(self, given: Given, way: int) -> tuple[int, int]:
+    def _timing(self, given: Given, way: Rows) -> tuple[Rows, Rows]:
         """Return the rows of the duration of a way, and of its ramps."""
         n, program = self.k, given.program
         if self.limits is None:
             return program.constant(self.duration), program.constant(np.full(n, ALIKE))
         seconds, ramps = program.rows(), program.rows(n)
-        limits = program.constant(np.concatenate(self.limits.of(n)))
+        limits = program.constant(np.stack(self.limits.of(n)))
         program.add(
             following.paced,
             ways=way,

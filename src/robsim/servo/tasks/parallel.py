@@ -69,7 +69,7 @@ class ParallelController(Several):
             for i, column in enumerate(self._own(part)):
                 given.program.add(
                     commanding.copied,
-                    rows=one.qd + i,
-                    to=qd + column,
+                    rows=one.qd[i : i + 1],
+                    to=qd[column : column + 1],
                 )
         return self._together(given, each, qd)

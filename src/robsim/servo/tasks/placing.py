@@ -10,6 +10,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Word, register
 from robsim.kernels.control import triangles as kernels
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.feature_block import FeatureBlock, Indices
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import PseudoInverse
@@ -97,21 +98,21 @@ class PlacingLaw(StagedLaw):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stages of the command, which does not depend on the gain of the task."""
-        assert of.s >= 0 and of.q >= 0
+        assert of.s is not None and of.q is not None
         program, tree, held_by = of.program, self.sight.scene.tree, self.sight.target.on
         placed = placed_at(program, tree, of.q)
         T_w_c, T = placed.frames([tree.find(self.sight.eye.name), tree.find(held_by)])
-        now, goal = program.rows(9), program.rows(9)
+        now, goal = program.rows(3, 3), program.rows(3, 3)
         program.add(
             kernels.in_world,
             T=T_w_c,
-            points=of.s,
+            points=of.s.reshape(3, 3),
             out=now,
         )
         program.add(
             kernels.in_world,
             T=T_w_c,
-            points=program.constant(self.s_goal),
+            points=program.constant(np.reshape(self.s_goal, (3, 3))),
             out=goal,
         )
         V = self._twist(program, now, goal)
@@ -125,7 +126,7 @@ class PlacingLaw(StagedLaw):
         qd = realised(given, V, program.constant(self.task.length))
         return lambda gain: qd
 
-    def _twist(self, program: Program, now: int, goal: int) -> int:
+    def _twist(self, program: Program, now: Rows, goal: Rows) -> Rows:
         """Add the stages of `twist`, and return its rows (6,)."""
         rotation, translation = (
             program.constant(gain) for gain in (self.task.rotation, self.task.translation)
@@ -153,7 +154,7 @@ class PlacingLaw(StagedLaw):
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:
         """Return T and Omega (3, B) at the world's origin, from a, b, c (3, 3, B) in its axes."""
 
-        def add(program: Program, *rows: int) -> tuple[int]:
+        def add(program: Program, *rows: Rows) -> tuple[Rows]:
             return (self._twist(program, *rows),)
 
         (V,) = evaluated(add, [now, goal], [(6,)])
