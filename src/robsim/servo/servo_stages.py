@@ -76,7 +76,7 @@ class ServoStages:
             self._change(commanding.weigh, weights=self.weights)
         self.faded = self.error, self.A
         if (c.regulated.weights != 1.0).any():
-            self._change(commanding.weigh, weights=self.constant(c.regulated.weights))
+            self._change(commanding.weigh, weights=self.constant(c.regulated.weights.ravel()))
         self.weighted, self.error = self.error, self.plain[0]
         if self.weights is not None:
             self.status = self._few(self.weights)
@@ -117,7 +117,7 @@ class ServoStages:
 
     def note(self, qd: Rows) -> None:
         """Add the stages that remember what was commanded in the end."""
-        c, of, k, n = self.controller, self.of, self.k, self.n
+        c, of, k = self.controller, self.of, self.k
         known = isinstance(c.feed_forward, KnownMotion)
         if c.regulated.depths.filtered:
             for key, J in of.J.items():
@@ -280,7 +280,7 @@ class ServoStages:
         else:
             self._drift = self.of.drift()
             drift = self.rows(k)
-            weights = self.constant(c.regulated.weights)
+            weights = self.constant(c.regulated.weights.ravel())
             self._add(
                 commanding.weigh,
                 A=self._drift.column,

@@ -116,7 +116,7 @@ def few(
     k="count",
     n="count",
     A="k, n",
-    moves="6, n or none",
+    J="6, n or none",
     weights="k",
     least="row",
     rcond="row",
@@ -129,14 +129,14 @@ def few(
     z="count",
     size="count",
 ):
-    """Compute whether too little is left to command: (k, n, A, moves, weights, needed, rcond, ...).
+    """Compute whether too little is left to command: (k, n, A, J, weights, needed, rcond, ...).
 
     Then how many marks are needed, the status, zeros, room, the number of images, and of each the
     number of its marks and the rows of their weights. The status is that of a mark out of the image
     where fewer marks are in use than needed; or where numbers are not, and the rank of A = L J is
-    below the needed one and that of J, where `moves` is the row of J (see `solve_block`).
+    below the needed one and that of J, where `J` is the row of J (see `solve_block`).
     """
-    rcond, metres = get(w, rcond), moves if moves >= 0 else -1 - slides
+    rcond, metres = get(w, rcond), J if J >= 0 else -1 - slides
     unused = 0.0 * rcond
     for i in range(k):
         unused = where(get(w, weights + i) > 0.0, unused, 1.0)
@@ -148,8 +148,8 @@ def few(
     if some(unused > 0.0):
         rank = solve_block(w, A, k, n, zeros, -1, rcond, room, metres, room + n)
         needed = get(w, least)
-        if moves >= 0:
-            of_J = solve_block(w, moves, 6, n, zeros, -1, rcond, room, metres, room + n)
+        if J >= 0:
+            of_J = solve_block(w, J, 6, n, zeros, -1, rcond, room, metres, room + n)
             needed = where(of_J < needed, of_J, needed)
         lost = lost | ((unused > 0.0) & (rank < needed))
     put(w, status, where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))

@@ -190,18 +190,10 @@ def fit(
 def fit_pose(marks: Any, x: Any, guess: Any, T: Any, weights: Any = None) -> None:
     """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit`."""
     N, runs, program = len(x), x.shape[2], Program()
-    first = program.rows(6 * N + 12)
-    found, room = program.rows(12), program.rows(room_of(N))
-    guessed, weighed = first + 5 * N, first + 5 * N + 12
-    program.add(
-        fit,
-        marks=first,
-        x=first + 3 * N,
-        guess=guessed,
-        T=found,
-        weights=weighed,
-        room=room,
-    )
+    shapes = (N, 3), (N, 2), (3, 4), (N,)
+    first, seen, guessed, weighed = (program.rows(*shape) for shape in shapes)
+    found, room = program.rows(3, 4), program.rows(room_of(N))
+    program.add(fit, marks=first, x=seen, guess=guessed, T=found, weights=weighed, room=room)
     each = np.ones((N, runs)) if weights is None else weights
     given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess, each)])
     T[:] = Function(program, first, found, 12)(given).reshape(T.shape)

@@ -75,19 +75,11 @@ def fit_pose_robustly(marks: Any, x: Any, T: Any, kind: int, least: float) -> An
     Return the weights [n, b] of the squares.
     """
     N, runs, program = len(x), x.shape[2], Program()
-    first = program.rows(5 * N + 12)
-    pose, found, scale = first + 5 * N, program.rows(N), program.constant(least)
-    room = program.rows(room_of(N))
-    program.add(
-        fit_robustly,
-        marks=first,
-        x=first + 3 * N,
-        T=pose,
-        weights=found,
-        room=room,
-        kind=kind,
-        least=scale,
-    )
+    first, seen = program.rows(N, 3), program.rows(N, 2)
+    pose, found = program.rows(3, 4), program.rows(N)
+    given = {"marks": first, "x": seen, "T": pose, "weights": found, "kind": kind}
+    room, scale = program.rows(room_of(N)), program.constant(least)
+    program.add(fit_robustly, **given, room=room, least=scale)
     given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, T)])
     made = Function(program, first, pose, 12 + N)(given)
     T[:] = made[:12].reshape(T.shape)

@@ -153,7 +153,7 @@ def decoupled_rates(of_marks, centre, mu, R, s, L):
 
 @stage
 def marks_stage(
-    w, step, N="count", points="N, 2", depth="N", centre="2", mu="m", R="m, 6", m="count"
+    w, step, N="count", points="N, 2", depth="N", centre="2", mu="o", R="m, 6", o="count", m="count"
 ):
     """Compute the moments of marks and their rates: (N, points, depth, centre, mu, R)."""
     x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)

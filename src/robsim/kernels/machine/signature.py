@@ -2,7 +2,7 @@
 
     "N, 2"            rows of that shape; "row" is a single one
     "2*N or none"     rows that may be absent: None, and -1 in the stage
-    "count"           a whole number that shapes name, found from them where one is just its name, or 2*N
+    "count"           a whole number that shapes name, found from an axis that is N, or 2*N
     "whole"           any whole number, or True and False
     "table: times, n" the address of an array of that shape
     "each: row"       a list, in the stage an array: its length, and then its entries
@@ -187,16 +187,16 @@ class Signature:
         """
         code = [f"def pack({self._heads()}):", " try:"]
         code += [f"  {line}" for line in self._unpacked()]
-        code += [f"  fits = {' and '.join(map(self._test, self.given)) or 'True'}"]
-        code += [" except (AttributeError, IndexError, TypeError):", "  fits = False"]
-        code += [" if not fits:", f"  wrong(dict({', '.join(f'{n}={n}' for n in self.given)}))"]
-        code += [f" numbers = [{', '.join(map(self._value, self.kinds))}]"]
+        code += [f"  fits_ = {' and '.join(map(self._test, self.given)) or 'True'}"]
+        code += [" except (AttributeError, IndexError, TypeError):", "  fits_ = False"]
+        code += [" if not fits_:", f"  wrong(dict({', '.join(f'{n}={n}' for n in self.given)}))"]
+        code += [f" packed_ = [{', '.join(map(self._value, self.kinds))}]"]
         for name in self.lists:
-            code += [f" numbers[{list(self.kinds).index(name)}] = len(numbers)"]
-            code += [f" numbers += _{name}.encode({name})"]
+            code += [f" packed_[{list(self.kinds).index(name)}] = len(packed_)"]
+            code += [f" packed_ += _{name}.encode({name})"]
         known: dict[str, Any] = {"Rows": Rows, "Address": Address, "wrong": self._refuse}
         known |= {f"_{name}": kind for name, kind in self.kinds.items()}
-        exec("\n".join([*code, " return numbers"]), known)
+        exec("\n".join([*code, " return packed_"]), known)
         pack: Callable[..., list[int]] = known["pack"]
         return pack
 

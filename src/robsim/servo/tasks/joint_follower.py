@@ -71,7 +71,7 @@ class JointFollower(Follower):
         program.add(
             commanding.difference,
             s=s,
-            s_goal=program.constant(self.s_goal),
+            s_goal=program.constant(self.s_goal.ravel()),
             error=error,
         )
         return s, error
@@ -84,7 +84,7 @@ class JointFollower(Follower):
             return followed(
                 given, self.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
             )
-        goal, way = program.constant(self.goal), program.rows(n)
+        goal, way = program.constant(np.ravel(self.goal)), program.rows(n)
         if self.relative:
             change, goal = goal, program.rows(n)
             program.add(

@@ -64,7 +64,7 @@ class PathFollower(Follower):
         program.add(
             commanding.difference,
             s=s,
-            s_goal=program.constant(self.s_goal),
+            s_goal=program.constant(np.ravel(self.s_goal)),
             error=error,
         )
         A = self._task_jacobian(given, of.J, L)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
+import numpy as np
+
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Word, register
