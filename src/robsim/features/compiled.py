@@ -53,7 +53,7 @@ class Compiled(ABC):
             if posed:
                 shown = replace(shown, fitted=more.pop(0))
             if pair:
-                other = Seen(program, N, none, more[0], *[none] * 4)
+                other = Seen(program, N, none, more[0], none, none, none, none)
                 shown = replace(shown, other=other, between=more[1])
             made = self.stages(shown)
             shapes.extend([(made.k,), (made.k, 6)])

@@ -99,4 +99,5 @@ def view(
     """Return the rows of what a camera sees, with the stages that compute them (`Sight.look`)."""
     T_w_c, T_w_o = placed.frames(sight.frames)
     sight.look(program, T_w_c, T_w_o, *image, of=of)
-    return View(*image[:2], T_w_c=T_w_c, T_w_o=T_w_o)
+    pixels, depth, _ = image
+    return View(pixels, depth, T_w_c=T_w_c, T_w_o=T_w_o)

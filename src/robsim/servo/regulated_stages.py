@@ -213,7 +213,7 @@ class RegulatedRows:
         found, row = self.program.rows(self.regulated.k), 0
         parts = zip(self.regulated.parts, self.shown, self.regulated.depends(), strict=True)
         for part, seen, depends in parts:
-            flags = [self.given.views[sight.key].hidden for sight in part.sights]
+            flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
             mine = found[row : row + part.size]
             if depends is None:
                 self.program.call(_asked(part, seen, flags, mine))
@@ -224,7 +224,7 @@ class RegulatedRows:
         return found
 
 
-def _asked(part: BoundBlock, seen: Seen, flags: list[Rows], row: Rows) -> Own:
+def _asked(part: BoundBlock, seen: Seen, flags: list[Any], row: Rows) -> Own:
     """Return a stage in Python that finds which numbers of a block are lost now."""
 
     def ask(blocks: Blocks, step: int) -> None:

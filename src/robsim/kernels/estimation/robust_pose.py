@@ -77,10 +77,10 @@ def fit_pose_robustly(marks: Any, x: Any, T: Any, kind: int, least: float) -> An
     N, runs, program = len(x), x.shape[2], Program()
     first, seen = program.rows(N, 3), program.rows(N, 2)
     pose, found = program.rows(3, 4), program.rows(N)
-    given = {"marks": first, "x": seen, "T": pose, "weights": found, "kind": kind}
+    rows = {"marks": first, "x": seen, "T": pose, "weights": found, "kind": kind}
     room, scale = program.rows(room_of(N)), program.constant(least)
-    program.add(fit_robustly, **given, room=room, least=scale)
-    given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, T)])
+    program.add(fit_robustly, **rows, room=room, least=scale)
+    given = np.concatenate([each.reshape(-1, runs) for each in (marks, x, T)])
     made = Function(program, first, pose, 12 + N)(given)
     T[:] = made[:12].reshape(T.shape)
     return made[12:]

@@ -61,9 +61,9 @@ class Blocks:
             rows = np.concatenate([rows, np.repeat(rows[:, -1:], left, axis=1)], axis=1)
         self._into(row, rows)
 
-    def first(self, row: int, count: int) -> Array:
-        """Return a copy (count,) of rows from the first, of the first run."""
-        return self.numbers[0, row : row + count, 0].copy()
+    def first(self, rows: Rows) -> Array:
+        """Return a copy of rows, in their shape, of the first run."""
+        return self.numbers[0, rows : rows + rows.size, 0].reshape(rows.shape).copy()
 
     def fill(self, row: int, values: Array) -> None:
         """Write numbers (n,), the same for all runs, to rows from the first."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 
@@ -40,6 +41,9 @@ class Rows(int):
         if not -length <= where < length:
             raise IndexError(f"there is no entry {where} of {length}")
         return Rows(self + where % length * step, tuple(rest))
+
+    def __iter__(self) -> Iterator[Rows]:
+        return (self[i] for i in range(self.shape[0]))
 
     @property
     def size(self) -> int:

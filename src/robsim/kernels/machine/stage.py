@@ -43,7 +43,7 @@ class Stage:
     def address(self) -> int:
         """The address of the machine code."""
         if not self._address:
-            compiled = kernel(self._plain(), address=True)
+            compiled: Any = kernel(self._plain(), address=True)
             if not hasattr(compiled, "compile"):
                 raise RuntimeError("kernels need Numba's compiler: unset NUMBA_DISABLE_JIT")
             with global_compiler_lock:  # for Ctrl-C to wait until all is done
