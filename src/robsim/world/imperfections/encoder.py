@@ -12,7 +12,7 @@ import numpy as np
 from robsim.base.arrays import Array, frozen
 from robsim.declare import register
 from robsim.declare.joints import OneOrEach, check_count, coordinates
-from robsim.kernels.actuation import count
+from robsim.kernels.bodies.actuation import count
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace
 from robsim.world.imperfections.joint_rows import JointRows

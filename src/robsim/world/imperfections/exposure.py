@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, first_view, numbers
 from robsim.base.errors import InputError
-from robsim.kernels import random
+from robsim.kernels.formulas import random
 
 
 class Draws:

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array, last_view, shown_view
-from robsim.kernels.commanding import copied
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control.commanding import copied
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.imperfections.exposure import Exposure, like
 
 Seen = Callable[[Array, Exposure], Array]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, first_view, frozen, shown_view
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.imperfections.drive import Drive
 from robsim.world.imperfections.exposure import like
 from robsim.world.scene import Scene

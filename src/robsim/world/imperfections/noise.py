@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from robsim.base.arrays import Array
 from robsim.declare import Number, register
-from robsim.kernels import sensing as kernels
+from robsim.kernels.images import sensing as kernels
 from robsim.world.imperfections.image_effect import ImageEffect
 from robsim.world.imperfections.image_rows import ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement

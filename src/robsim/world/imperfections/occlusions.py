@@ -15,7 +15,7 @@ from robsim.base.units import Dimension
 from robsim.declare import Declared, ListOf, Quantity, Table, Time, Whole, described, register
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
-from robsim.kernels.hiding import hide
+from robsim.kernels.images.hiding import hide
 from robsim.world.imperfections.image_effect import ImageEffect, Place
 from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
 from robsim.world.imperfections.imperfection import RunFacts, Statement

@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.declare import register
-from robsim.kernels import sensing as kernels
+from robsim.kernels.images import sensing as kernels
 from robsim.world.imperfections.image_effect import ImageEffect, Place
 from robsim.world.imperfections.image_rows import ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
