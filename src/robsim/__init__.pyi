@@ -94,6 +94,7 @@ from robsim.page.export import open_recording as open_recording
 from robsim.page.export import show as show
 from robsim.page.film import Recording as Recording
 from robsim.plot.film.animate import animate as animate
+from robsim.robot.dh_row import DHRow as DHRow
 from robsim.robot.ik.closed import ClosedIK as ClosedIK
 from robsim.robot.ik.result import IKReason as IKReason
 from robsim.robot.ik.result import IKResult as IKResult
@@ -194,11 +195,11 @@ from robsim.vision.tags.detector import Detector as Detector
 from robsim.vision.tags.rendering import render as render
 from robsim.vision.tags.tag import Tag as Tag
 from robsim.world.actuation import Actuation as Actuation
+from robsim.world.imperfections.occlusions import Occlusion as Occlusion
 from robsim.world.motion import Motion as Motion
 from robsim.world.mounted_camera import MountedCamera as MountedCamera
 from robsim.world.object import Object as Object
 from robsim.world.scene import Scene as Scene
-from robsim.world.sensing import Occlusion as Occlusion
 from robsim.world.sensing import Sensing as Sensing
 
 __version__: str

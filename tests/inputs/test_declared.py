@@ -14,8 +14,9 @@ from robsim.declare.quantities import Quantity
 from robsim.declare.scalars import Number, Whole
 from robsim.declare.tables import form_of
 from robsim.files.toml import write
+from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Steering
-from robsim.robot.link_table import DHRow, LinkTable
+from robsim.robot.link_table import LinkTable
 from robsim.robot.robot_table import RobotTable, ToolTable
 from robsim.run.experiment import Experiment
 from robsim.run.start_table import StartTable
@@ -76,6 +77,8 @@ PLACES = {
         {"kind": "switch", "first": {"kind": "pbvs"}, "second": {"kind": "ibvs"}},
     ),
     "task": (("task",), {}),
+    "image effect": (("sensing", "effects", 0), {}),
+    "joint effect": (("actuation", "effects", 0), {}),
     "sampler": (("study", "vary", "task.gain"), {}),
     "start": (("study", "start"), {}),
 }
@@ -109,6 +112,10 @@ NEEDED = {
     "region": {"frame": "eye", "low": "0, 0, 0 m", "high": "1, 1, 1 m"},
     "too_close": {"one": "eye", "other": "world", "distance": "1 m"},
     "filter": {"start": "1 m"},
+    "occlusions": {"occlusions": [{"marks": [0], "start": "1 s"}]},
+    "period": {"period": "80 ms"},
+    "velocity": {"velocity": "1 rad/s"},
+    "acceleration": {"acceleration": "1 rad/s^2"},
     "follow_joints": {"to": {"upper": "10 deg"}, "duration": "1 s"},
     "follow_path": {"to": {"position": "1, 0, 0 m"}, "duration": "1 s"},
     "parallel": {"tasks": [{"kind": "ibvs", "joints": "upper"}, {"kind": "ibvs"}]},

@@ -25,8 +25,8 @@ from robsim.base.errors import FileError, FileWarning, InputError, said
 from robsim.base.output import refused, write_whole
 from robsim.container import Block, ContainerError, pack, unpack
 from robsim.engine.chunk import Chunk, Going
-from robsim.kernels.program import Program
-from robsim.kernels.store import KERNEL_HASH, VERSIONS
+from robsim.kernels.machine.program import Program
+from robsim.kernels.machine.store import KERNEL_HASH, VERSIONS
 
 if TYPE_CHECKING:
     from robsim.engine.loop import Loop
@@ -118,7 +118,7 @@ def _unpacked(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list[Any]]:
     except ContainerError as error:
         if not error.lacking:
             raise FileError(f"{path} is damaged: it {error}") from None
-        header = arrays = None
+        header, arrays = None, []
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise FileError(f"{path} is no checkpoint of this version of RobSim, or is cut short")
     return header, arrays
