@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.errors import GoalError, InputError
-from robsim.features import ThetaU, Translation
+from robsim.features.pose import ThetaU, Translation
 from robsim.kernels import pose_features, se3
 from robsim.kernels.lanes import WIDTH
 from robsim.kernels.pose import fit_pose

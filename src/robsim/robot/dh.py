@@ -14,7 +14,8 @@ from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
 from robsim.geometry.rotation import axis_rotation
-from robsim.robot.joint import KINDS, Joint
+from robsim.robot.joint import Joint
+from robsim.robot.joints.registry import kind_of
 from robsim.robot.link import Link
 
 
@@ -62,7 +63,7 @@ def _shapes(given: Any) -> list[tuple[Primitive, ...]]:
 def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
     """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
     theta, d, a, alpha = np.moveaxis(row, -1, 0)
-    turns = KINDS[kind].turns
+    turns = kind_of(kind).turns
     turn, rise = rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
     reach = Pose.at(a, 0, 0) @ rigid(axis_rotation("x", alpha))
     if not is_one_of(convention, ("standard", "modified")):

@@ -22,8 +22,7 @@ from robsim.geometry.primitives.primitive import SHAPES, Primitive
 from robsim.robot.dh import dh_constants
 from robsim.robot.joint import Joint, Steering
 from robsim.robot.joints.coupling import COUPLINGS
-from robsim.robot.joints.kind import JointKind
-from robsim.robot.joints.registry import JOINTS, KINDS, kind_of
+from robsim.robot.joints.registry import JOINTS, kind_of, without_parameters
 from robsim.robot.link import Link
 
 SHAPE = Choice(SHAPES, short=False)
@@ -131,8 +130,8 @@ class LinkTable:
         """Note the kind of joint, which determines the units of other values of the table."""
         joint = raw.get("joint", "fixed")
         name = joint.get("kind") if isinstance(joint, Mapping) else joint
-        kind = KINDS.get(name) if isinstance(name, str) else None
-        return c.knowing(joint=kind and _bare(kind))
+        kind = JOINTS.get(name) if isinstance(name, str) else None
+        return c.knowing(joint=kind and without_parameters(kind))
 
     @classmethod
     def written_facts(cls, value: Link, c: Context) -> Context:
@@ -191,8 +190,3 @@ class LinkTable:
             raise InputError(f"a {kind} joint has place and tail, not dh")
         row = np.array([self.dh.theta, self.dh.d, self.dh.a, self.dh.alpha])
         return dh_constants(row, convention, kind)
-
-
-def _bare(kind: type[JointKind]) -> JointKind:
-    """Return an instance of a kind without parameters, which is enough to know its units."""
-    return kind.__new__(kind)

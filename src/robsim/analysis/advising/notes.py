@@ -11,7 +11,7 @@ from robsim.analysis.equilibria import inside
 from robsim.analysis.explanation.wording import counted, listed, number
 from robsim.analysis.leaves import leaves, weighs_robustly
 from robsim.run.experiment import Experiment
-from robsim.servo import AdaptiveGain
+from robsim.servo.laws.gain import AdaptiveGain
 
 COARSE = 0.5  # noise over a step of rounding, below which rounding is no noise
 

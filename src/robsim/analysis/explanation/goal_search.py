@@ -9,7 +9,7 @@ import numpy as np
 from robsim.analysis.explanation import views
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
-from robsim.features import Observation
+from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.kernels import se3
 from robsim.servo.servo_controller import Servo
